@@ -1,0 +1,124 @@
+"""What was measured: the channels of one log, in SI, checked and read-only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array
+
+#: Channels beside time and position, with the SI unit of a linear and of a rotary axis.
+CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "position": ("m", "rad"),
+        "command": ("m", "rad"),
+        "velocity": ("m/s", "rad/s"),
+        "acceleration": ("m/s**2", "rad/s**2"),
+        "force": ("N", "N m"),
+        "current": ("A", "A"),
+        "voltage": ("V", "V"),
+        "temperature": ("K", "K"),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a recording came from, so that a card can say so.
+
+    Args:
+        file: File name without its folder; empty for arrays from memory.
+        sha256: Hash of the file's bytes; empty for arrays from memory.
+        rows: Rows of data in the file.
+    """
+
+    file: str = ""
+    sha256: str = ""
+    rows: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One log of one axis, SI units, arrays read-only and of one length.
+
+    Args:
+        t: Time, s, strictly increasing.
+        position: Measured position, m (rad if `rotary`).
+        command: Commanded position, as `position`; None if not recorded.
+        velocity: Measured velocity.
+        acceleration: Measured acceleration.
+        force: Force (torque) of the drive on the axis, N (N m).
+        current: Motor current, A.
+        voltage: Controller output or motor voltage, V.
+        temperature: K.
+        extra: Further numeric columns by their name in the log, as written there.
+        rotary: Whether position is an angle.
+        source: The file it was read from.
+        notes: What was mended on the way in, a sentence each.
+
+    Raises:
+        InputError: fewer than two samples, lengths that differ, a value that is not finite,
+            or time that does not increase.
+    """
+
+    t: Array
+    position: Array
+    command: Array | None = None
+    velocity: Array | None = None
+    acceleration: Array | None = None
+    force: Array | None = None
+    current: Array | None = None
+    voltage: Array | None = None
+    temperature: Array | None = None
+    extra: Mapping[str, Array] = field(default_factory=dict)
+    rotary: bool = False
+    source: Source = field(default_factory=Source)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("t", *CHANNELS):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, self._checked(name, getattr(self, name)))
+        extra = {name: self._checked(name, a) for name, a in self.extra.items()}
+        object.__setattr__(self, "extra", MappingProxyType(extra))
+        if not (np.diff(self.t) > 0).all():
+            raise InputError(f"{self.label}: time does not increase")
+
+    def _checked(self, name: str, values: Array) -> Array:
+        a = np.array(values, dtype=float)  # a copy: nobody else may write to it
+        if a.ndim != 1 or len(a) != len(self.t) or len(a) < 2:  # noqa: PLR2004 - a motion needs two
+            raise InputError(f"{self.label}: {name} has shape {a.shape}, time {np.shape(self.t)}")
+        if not np.isfinite(a).all():
+            raise InputError(f"{self.label}: {name} has values that are not finite")
+        a.setflags(write=False)
+        return a
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def label(self) -> str:
+        """How messages name it."""
+        return self.source.file or "recording"
+
+    @property
+    def dt(self) -> float:
+        """Median sampling interval, s."""
+        return float(np.median(np.diff(self.t)))
+
+    def channels(self) -> dict[str, Array]:
+        """The named channels that were recorded, position first."""
+        return {n: getattr(self, n) for n in CHANNELS if getattr(self, n) is not None}
+
+    def cut(self, rows: slice) -> Recording:
+        """The samples of a slice, as a recording of its own."""
+        parts = {
+            f.name: getattr(self, f.name)[rows]
+            for f in fields(self)
+            if f.name in ("t", *CHANNELS) and getattr(self, f.name) is not None
+        }
+        return replace(self, **parts, extra={n: a[rows] for n, a in self.extra.items()})

@@ -1,0 +1,169 @@
+"""What moves: a rig is its constants, its own free parameters, and how it answers a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, Literal, Self
+
+from ..data.recording import Recording
+from ..errors import InputError
+from ..friction import Law
+from ..space import Array, Param
+from ..units import convertible, unit
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A known quantity of a rig.
+
+    Args:
+        name: As the source names it.
+        value: In SI (units are converted where a person reads or writes them).
+        unit: The unit in which people see it and `--set` reads it.
+        doc: Its meaning.
+        source: Where the value comes from.
+    """
+
+    name: str
+    value: float
+    unit: str
+    doc: str
+    source: str
+
+    @property
+    def shown(self) -> float:
+        """The value in the unit people see."""
+        return float(unit(self.unit).from_si(self.value))
+
+
+def constant(name: str, shown: float, written: str, doc: str, source: str) -> Constant:
+    """A constant given in the unit people see."""
+    return Constant(name, float(unit(written).to_si(shown)), written, doc, source)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Simulated trajectories of n parameter sets over N samples, SI.
+
+    Args:
+        t: Sample times, (N,).
+        position: (n, N).
+        velocity: (n, N).
+        force: Force of the drive on the axis, (n, N).
+    """
+
+    t: Array
+    position: Array
+    velocity: Array
+    force: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A kind of axis with its constants. Subclasses say how it moves.
+
+    Args:
+        name: The name it is listed under.
+        road: `simulation` if its laws are identified by simulating the motion, `inverse` if by
+            force balance on the measured force.
+        doc: What it is, in a line.
+        cite: Its source.
+        constants: Known quantities.
+        params: Free parameters of its own, beside the law's, SI.
+        laws: Laws it was made for; the first is the default. Every other law works too.
+        ranges: Search ranges (lower, upper) that replace a law's own, SI, by parameter.
+        shows: The unit in which people see a parameter or quantity, by name; SI where silent.
+        labels: What the rig's literature calls a parameter, by the law's name for it.
+        columns: Columns of its log format: channel -> "head" or "head [unit]".
+    """
+
+    name: str
+    road: Literal["simulation", "inverse"]
+    doc: str
+    cite: str
+    constants: tuple[Constant, ...] = ()
+    params: tuple[Param, ...] = ()
+    laws: tuple[str, ...] = ("stribeck",)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shows: Mapping[str, str] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("ranges", "shows", "labels", "columns"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def __getitem__(self, name: str) -> float:
+        """A constant's value, SI.
+
+        Raises:
+            InputError: the rig has no such constant.
+        """
+        for c in self.constants:
+            if c.name == name:
+                return c.value
+        raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
+
+    def set(self, **values: float) -> Self:
+        """The same rig with other constants, given in the units it shows."""
+        for name in values:
+            self[name]
+        return replace(
+            self,
+            constants=tuple(
+                replace(c, value=float(unit(c.unit).to_si(values[c.name])))
+                if c.name in values
+                else c
+                for c in self.constants
+            ),
+        )
+
+    def parameters(self, law: Law) -> tuple[Param, ...]:
+        """The law's parameters and then the rig's own, with this rig's search ranges."""
+        return tuple(self._ranged(q) for q in (*law.params, *self.own(law)))
+
+    def own(self, law: Law) -> tuple[Param, ...]:
+        """The rig's own free parameters beside a law's (a rig may drop what a law makes idle)."""
+        del law
+        return self.params
+
+    def unit_of(self, param: Param) -> str:
+        """The unit in which people see a parameter."""
+        return self.shows.get(param.name, self.shows.get(param.name.rstrip("+-"), param.unit))
+
+    def label(self, name: str) -> str:
+        """What people see a parameter called."""
+        stem = name.rstrip("+-")
+        return self.labels.get(stem, stem) + name[len(stem) :]
+
+    def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
+        """The motion of (n, k) parameter sets under a recording's command: n trajectories.
+
+        Raises:
+            InputError: the recording lacks what the rig needs, or the rig cannot be simulated.
+        """
+        del law, p
+        raise InputError(f"rig {self.name} cannot be simulated from {recording.label}")
+
+    def _ranged(self, param: Param) -> Param:
+        lower, upper = self.ranges.get(
+            param.name, self.ranges.get(param.name.rstrip("+-"), (param.lower, param.upper))
+        )
+        return replace(param, lower=lower, upper=upper, log=param.log and lower > 0)
+
+    def _constants(self) -> str:
+        return ", ".join(c.name for c in self.constants) or "none"
+
+
+def shown_in(rig: Rig, param: Param, value: Any) -> Any:
+    """An SI value of a parameter in the unit its rig shows."""
+    return unit(rig.unit_of(param)).from_si(value)
+
+
+def in_si(rig: Rig, param: Param, value: float) -> float:
+    """A value that a person wrote in the unit the rig shows, as SI."""
+    if not convertible(rig.unit_of(param), param.unit):
+        raise InputError(f"rig {rig.name}: {param.name} cannot be shown in {rig.unit_of(param)}")
+    return float(unit(rig.unit_of(param)).to_si(value))
