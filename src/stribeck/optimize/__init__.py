@@ -1,0 +1,37 @@
+"""How to search: metaheuristics behind one ask-and-tell search. It knows nothing of friction."""
+
+from .foraging import AdaptiveForaging, BacterialForaging
+from .genetic import GeneticAlgorithm
+from .hybrid import ForagingTabuSearch
+from .methods import METHODS, configure, minimize
+from .random_search import RandomSearch
+from .search import Algorithm, Moves, Note, Problem, Run, Search, SearchError, Stop, lockstep
+from .stops import Deadline, Stall, Target
+from .tabu import AdaptiveTabuSearch, TabuSearch
+from .trace import Trace
+
+__all__ = [
+    "METHODS",
+    "AdaptiveForaging",
+    "AdaptiveTabuSearch",
+    "Algorithm",
+    "BacterialForaging",
+    "Deadline",
+    "ForagingTabuSearch",
+    "GeneticAlgorithm",
+    "Moves",
+    "Note",
+    "Problem",
+    "RandomSearch",
+    "Run",
+    "Search",
+    "SearchError",
+    "Stall",
+    "Stop",
+    "TabuSearch",
+    "Target",
+    "Trace",
+    "configure",
+    "lockstep",
+    "minimize",
+]

@@ -1,0 +1,45 @@
+"""Lengths and walls of the unit cube, in which every method moves."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array, Rng, Space
+
+Coordinates = Literal["unit", "raw"]
+Bounds = Literal["clip", "reflect"]
+
+
+def widths(space: Space, coordinates: Coordinates) -> Array:
+    """How long each side of the cube is for the method, shape (dim,).
+
+    With "unit" every side is 1 and a length such as R is a fraction of the range. With "raw" a
+    side is the parameter's range, so that a length is in the parameters' own units.
+
+    Raises:
+        InputError: raw lengths over a logarithmic range, where they mean nothing.
+    """
+    if coordinates == "unit":
+        return np.ones(space.dim)
+    if logs := [p.name for p in space if p.log]:
+        raise InputError(
+            f"coordinates='raw' has no meaning on the log range of {', '.join(logs)}: use 'unit'"
+        )
+    return space.upper - space.lower
+
+
+def inside(u: Array, bounds: Bounds) -> Array:
+    """Points brought back into the cube: onto the wall they crossed, or mirrored by it."""
+    if bounds == "reflect":
+        u = np.abs(u) % 2.0
+        u = np.where(u > 1.0, 2.0 - u, u)
+    return np.minimum(np.maximum(u, 0.0), 1.0)
+
+
+def neighbourhood(rng: Rng, centre: Array, reach: Array, n: int, bounds: Bounds) -> Array:
+    """`n` points uniform in the box of half-widths `reach` about `centre`, shape (n, dim)."""
+    way = 2.0 * rng.random((n, len(centre))) - 1.0
+    return inside(centre + reach * way, bounds)

@@ -1,0 +1,100 @@
+"""A real-coded genetic algorithm with the operators of the MATLAB toolbox the paper used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..space import Array, Rng, Space
+from .cube import Bounds, inside
+from .search import Moves, Note
+from .settings import choice, number, positive, whole
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneticAlgorithm:
+    """Elites stay; the others are children by scattered crossover or Gaussian mutation.
+
+    The paper names "MATLAB-GA Toolbox" and no settings, so these are the defaults of its
+    period: rank scaling, stochastic uniform selection, scattered crossover, and a mutation
+    whose spread shrinks linearly to zero over `generations`. There the run ends; here a new
+    population is drawn and a new run begins (event "restart"), so that any budget is used.
+
+    Args:
+        population: Individuals.
+        elite: Best individuals that live on unchanged; they are not evaluated again.
+        crossover: Share of the other children made by crossover; mutation makes the rest.
+        scale: Standard deviation of a mutation in the first generation, of the range.
+        shrink: Share of `scale` that is gone after `generations`.
+        generations: Generations of a run.
+        bounds: What happens to a mutant outside the range: "clip" to it, or "reflect".
+    """
+
+    name: ClassVar[str] = "ga"
+    population: int = 20
+    elite: int = 2
+    crossover: float = 0.8
+    scale: float = 1.0
+    shrink: float = 1.0
+    generations: int = 100
+    bounds: Bounds = "clip"
+
+    def __post_init__(self) -> None:
+        whole(self, 2, "population")
+        whole(self, 0, "elite")
+        whole(self, 1, "generations")
+        number(self, "elite", high=self.population - 1)
+        number(self, "crossover", "shrink", low=0.0, high=1.0)
+        positive(self, "scale")
+        choice(self, "bounds", "clip", "reflect")
+
+    def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
+        """Yield the first population, then each generation's children."""
+        while True:
+            alive = space.sample(rng, self.population)
+            costs = yield alive
+            for generation in range(1, self.generations + 1):
+                order = np.argsort(costs, kind="stable")[: self.elite]
+                elite, elite_costs = alive[order], costs[order]
+                note(round=generation)
+                children = self.children(alive, costs, generation, rng)
+                alive = np.concatenate([elite, children])
+                costs = np.concatenate([elite_costs, (yield children)])
+            note(event="restart")
+
+    def children(self, alive: Array, costs: Array, generation: int, rng: Rng) -> Array:
+        """The generation's new individuals, shape (population - elite, dim)."""
+        n = self.population - self.elite
+        crossed = round(self.crossover * n)
+        parents = stochastic_uniform(expectation(costs), 2 * crossed + (n - crossed), rng)
+        mother, father = alive[parents[:crossed]], alive[parents[crossed : 2 * crossed]]
+        spread = self.scale * (1.0 - self.shrink * generation / self.generations)
+        mutant = alive[parents[2 * crossed :]]
+        mutant = mutant + spread * rng.standard_normal(mutant.shape)
+        return np.concatenate([scattered(mother, father, rng), inside(mutant, self.bounds)])
+
+
+def expectation(costs: Array) -> Array:
+    """Each individual's share of parenthood: 1/sqrt(rank), the cheapest ranks first."""
+    share = np.empty(len(costs))
+    share[np.argsort(costs, kind="stable")] = 1.0 / np.sqrt(np.arange(1, len(costs) + 1))
+    expected: Array = share / share.sum()
+    return expected
+
+
+def stochastic_uniform(share: Array, n: int, rng: Rng) -> NDArray[np.intp]:
+    """`n` parents at even paces along a line on which each individual owns its share.
+
+    One random start serves all, so an individual is drawn floor or ceil of `n` times its share.
+    """
+    paces = (rng.random() + np.arange(n)) / n
+    drawn = np.searchsorted(np.cumsum(share), paces, side="right")
+    return rng.permutation(np.minimum(drawn, len(share) - 1))
+
+
+def scattered(mother: Array, father: Array, rng: Rng) -> Array:
+    """Children that take each gene from one parent or the other, by a fair coin."""
+    return np.where(rng.random(mother.shape) < 0.5, mother, father)  # noqa: PLR2004

@@ -1,0 +1,100 @@
+"""The table of methods, and the one call that minimises a function with any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from numpy.random import SeedSequence
+
+from ..errors import InputError
+from ..space import Array, Space, box
+from .foraging import AdaptiveForaging, BacterialForaging
+from .genetic import GeneticAlgorithm
+from .hybrid import ForagingTabuSearch
+from .random_search import RandomSearch
+from .search import Algorithm, Run, Search, Stop, lockstep
+from .stops import Target
+from .tabu import AdaptiveTabuSearch, TabuSearch
+
+METHODS: dict[str, type[Algorithm]] = {
+    cls.name: cls
+    for cls in (
+        RandomSearch,
+        TabuSearch,
+        AdaptiveTabuSearch,
+        BacterialForaging,
+        AdaptiveForaging,
+        GeneticAlgorithm,
+        ForagingTabuSearch,
+    )
+}
+
+
+def configure(method: str, **settings: Any) -> Algorithm:
+    """A method by its name in METHODS, with its settings.
+
+    Raises:
+        InputError: there is no such method or setting, or a setting cannot be used.
+    """
+    if method not in METHODS:
+        raise InputError(f"no method {method!r}: there are {', '.join(METHODS)}")
+    kind: Any = METHODS[method]
+    known = [f.name for f in fields(kind)]
+    for name in settings:
+        if name not in known:
+            raise InputError(f"{method} has no setting {name!r}: it has {', '.join(known)}")
+    algorithm: Algorithm = kind(**settings)
+    return algorithm
+
+
+def minimize(
+    cost: Callable[[Array], Array],
+    bounds: Space | Array | Sequence[tuple[float, float]],
+    *,
+    method: str = "bts",
+    budget: int = 10_000,
+    target: float | None = None,
+    seed: int | SeedSequence = 0,
+    stops: Sequence[Stop] = (),
+    **settings: Any,
+) -> Run:
+    """Search for the least cost over a box.
+
+    The paper's constants are costs of its own problem: the AR stages and alpha of `ats`, `abfo`
+    and `bts` are in mm. For a cost in another unit give your own, or take the readings that do
+    not depend on the unit: `AR_by="deadlock", alpha=None, step=0.1`.
+
+    Args:
+        cost: (n, dim) values to (n,) costs; rows are independent. What is not finite counts
+            as worst.
+        bounds: A Space, or one (lower, upper) pair a dimension.
+        method: A name in METHODS.
+        budget: Evaluations (rows) that may be spent.
+        target: End when a cost is at or below it.
+        seed: Seed of the search.
+        stops: Other reasons to end.
+        settings: Hyper-parameters of the method.
+
+    Raises:
+        InputError: the method, a setting, the bounds or the cost's answer cannot be used.
+    """
+    space = box(bounds)  # type: ignore[arg-type]
+    algorithm = configure(method, **settings)
+    if target is not None:
+        stops = [Target(target), *stops]
+    search = Search(space, algorithm, budget=budget, seed=seed, stops=stops)
+    return lockstep(_Cost("cost", space, cost), [search])[0]
+
+
+@dataclass(frozen=True)
+class _Cost:
+    """A plain function as a problem."""
+
+    name: str
+    space: Space
+    function: Callable[[Array], Array]
+
+    def __call__(self, x: Array, /) -> Array:
+        return self.function(x)

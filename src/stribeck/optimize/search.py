@@ -1,0 +1,258 @@
+"""One search in progress: it asks for points, is told their costs, and keeps the record."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Generator, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ..errors import InputError
+from ..space import Array, Rng, Space
+from .trace import Trace
+
+T = TypeVar("T")
+#: Points of the unit cube (n, dim) go out, their costs (n,) come in, T is the result.
+Moves = Generator[Array, Array, T]
+#: What an algorithm says of the step it is about to ask for.
+Note = Callable[..., None]
+#: A reason to end, or None to go on.
+Stop = Callable[[Trace], "str | None"]
+
+
+class Problem(Protocol):
+    """A space and a cost over it. Rows are independent: cost(x)[i] depends on x[i] alone."""
+
+    @property
+    def name(self) -> str:
+        """The name it is listed under."""
+
+    @property
+    def space(self) -> Space:
+        """Where it is searched."""
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) physical values to (n,) costs; inf or nan where a point cannot be run."""
+
+
+class Algorithm(Protocol):
+    """A frozen set of hyper-parameters that knows how to move through the unit cube."""
+
+    @property
+    def name(self) -> str:
+        """The name it is registered and reported under."""
+
+    def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
+        """Yield (n, dim) points of the unit cube; receive their (n,) costs.
+
+        The costs are the algorithm's own to change; none is nan. What it returns is the word
+        for why it ended.
+        """
+
+
+class SearchError(RuntimeError):
+    """An algorithm broke its contract, a record is of another run, or a search is over."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a search found, why it ended, and how it got there.
+
+    Args:
+        x: The best point evaluated, physical values, shape (dim,).
+        cost: Its cost; inf if no point could be run.
+        evaluations: Rows of cost evaluated.
+        ended: Why it ended: "budget", a stop's word, the algorithm's word (such as
+            "count_max"), or "open" if it has not.
+        seconds: Wall-clock time from start to end. Searches in lockstep share theirs.
+        trace: Every point and cost.
+    """
+
+    x: Array
+    cost: float
+    evaluations: int
+    ended: str
+    seconds: float
+    trace: Trace = field(repr=False, compare=False)
+
+
+class Search:
+    """Ask for the next points, tell their costs, until `ended` says why it is over.
+
+    Args:
+        space: Where to search.
+        algorithm: How to search.
+        budget: Rows of cost that may be evaluated; kept exactly, the last batch is cut.
+        seed: Seed of the search's own generator; nothing else is random.
+        stops: Reasons to end earlier, asked after every step.
+    """
+
+    def __init__(
+        self,
+        space: Space,
+        algorithm: Algorithm,
+        *,
+        budget: int,
+        seed: int | SeedSequence,
+        stops: Sequence[Stop] = (),
+    ) -> None:
+        self.space, self.algorithm, self.stops = space, algorithm, stops
+        self.budget = _whole(budget)
+        self.trace = Trace(space.dim)
+        self.ended: str | None = None
+        self._note: dict[str, Any] = {}
+        self._moves = algorithm.moves(space, _generator(seed), self._noted)
+        self._go(lambda: next(self._moves))
+
+    def ask(self) -> Array:
+        """The points to evaluate now, (n, dim) physical values; the same until told."""
+        self._check_open()
+        return self.space.decode(self._asked)
+
+    def tell(self, costs: Array) -> None:
+        """The (n,) costs of the points asked, in order. What is not finite counts as worst.
+
+        Raises:
+            InputError: there is not one number for every point asked.
+        """
+        self._check_open()
+        costs = checked(costs, len(self._asked)).copy()  # the algorithm may write into its own
+        costs[~np.isfinite(costs)] = np.inf
+        self.trace.append(self._asked, costs, dict(self._note))
+        self._note.clear()
+        if reason := next((r for stop in self.stops if (r := stop(self.trace))), None):
+            self._end(reason)
+        elif len(self.trace) == self.budget:
+            self._end("budget")
+        else:
+            self._go(lambda: self._moves.send(costs))
+
+    def replay(self, record: Trace) -> None:
+        """Walk again through a recorded run, so that it can go on from where it was cut.
+
+        Every recorded point is checked against the one asked now. A record that was cut inside
+        a step leaves that step to be evaluated again.
+
+        Raises:
+            SearchError: the record is of another problem, algorithm or seed.
+        """
+        for start, end in zip([0, *record.ends], record.ends, strict=False):
+            if self.ended:
+                return
+            told, wanted = record.u[start:end], self._asked[: end - start]
+            if not np.array_equal(told, wanted):
+                raise SearchError(
+                    f"{self.algorithm.name} departs from its record after {start} evaluations: "
+                    "another space, setting or seed"
+                )
+            if len(told) < len(self._asked):
+                if end < len(record):
+                    raise SearchError(f"{self.algorithm.name}: the record has a gap at {end}")
+                return
+            self.tell(record.f[start:end])
+
+    def run(self) -> Run:
+        """The result so far."""
+        if self.trace.best < 0:
+            raise SearchError(f"{self.algorithm.name} has evaluated nothing yet")
+        best = self.trace.best
+        return Run(
+            x=self.space.decode(self.trace.u[best : best + 1])[0],
+            cost=self.trace.cost,
+            evaluations=len(self.trace),
+            ended=self.ended or "open",
+            seconds=self._seconds if self.ended else self.trace.seconds,
+            trace=self.trace,
+        )
+
+    def _go(self, step: Callable[[], Array]) -> None:
+        try:
+            self._take(step())
+        except StopIteration as done:
+            if not len(self.trace):
+                raise SearchError(f"{self.algorithm.name} asked for nothing") from None
+            self._end(done.value or "exhausted")
+
+    def _take(self, asked: Array) -> None:
+        if asked.ndim != 2 or asked.shape[1] != self.space.dim or not len(asked):  # noqa: PLR2004
+            raise SearchError(f"{self.algorithm.name} asked points of shape {asked.shape}")
+        if not (asked.min() >= 0.0 and asked.max() <= 1.0):
+            raise SearchError(f"{self.algorithm.name} asked a point outside the unit cube")
+        self._asked = asked[: self.budget - len(self.trace)]
+
+    def _noted(self, **said: Any) -> None:
+        self._note.update(said)
+
+    def _end(self, reason: str) -> None:
+        self.ended = reason
+        self._seconds = self.trace.seconds
+        self._moves.close()
+
+    def _check_open(self) -> None:
+        if self.ended:
+            raise SearchError(f"{self.algorithm.name} has ended: {self.ended}")
+
+
+def lockstep(problem: Problem, searches: Iterable[Search]) -> list[Run]:
+    """Run searches of one problem together, all their points evaluated in one call a step.
+
+    Rows of a problem are independent, so every run is bit for bit what it is alone.
+
+    Raises:
+        InputError: the cost does not return one number for every row.
+    """
+    searches = list(searches)
+    while live := [s for s in searches if not s.ended]:
+        asked = [s.ask() for s in live]
+        x = np.concatenate(asked)
+        costs = checked(problem(x), len(x))
+        cuts = np.cumsum([len(a) for a in asked])[:-1]
+        for search, part in zip(live, np.split(costs, cuts), strict=True):
+            search.tell(part)
+    return [s.run() for s in searches]
+
+
+def checked(costs: Any, rows: int) -> Array:
+    """The costs as an array of `rows` numbers, or an error that says what is wrong."""
+    array = np.asarray(costs)
+    if array.shape != (rows,) or array.dtype.kind not in "fiub":
+        raise InputError(
+            f"the cost of {rows} points must be {rows} real numbers, shape ({rows},): "
+            f"got shape {array.shape} of {array.dtype}"
+        )
+    return array.astype(float, copy=False)
+
+
+def best_of(moves: Moves[Any]) -> Moves[tuple[Array, float]]:
+    """Let another search move to its end, and return the best point it met and its cost."""
+    asked = next(moves)
+    best, least = asked[0].copy(), float("inf")
+    while True:
+        costs = yield asked
+        k = int(costs.argmin())
+        if costs[k] < least:
+            best, least = asked[k].copy(), float(costs[k])
+        try:
+            asked = moves.send(costs)
+        except StopIteration:
+            return best, least
+
+
+def _whole(budget: int) -> int:
+    try:
+        rows = operator.index(budget)
+    except TypeError:
+        rows = 0
+    if rows < 1:
+        raise InputError(f"budget must be a whole number of evaluations >= 1, got {budget!r}")
+    return rows
+
+
+def _generator(seed: int | SeedSequence) -> Rng:
+    try:
+        return np.random.default_rng(seed)
+    except (TypeError, ValueError):
+        raise InputError(f"seed must be a whole number >= 0, got {seed!r}") from None
