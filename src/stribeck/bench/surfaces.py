@@ -48,13 +48,15 @@ class Surface:
 
 def bohachevsky(x: Array, y: Array) -> Array:
     """BF of Table 1."""
-    waves: Array = 0.3 * np.cos(3 * np.pi * x) + 0.4 * np.cos(4 * np.pi * y)
-    return x**2 + 2 * y**2 - waves + 0.7
+    waves = 0.3 * np.cos(3 * np.pi * x) + 0.4 * np.cos(4 * np.pi * y)
+    bowl: Array = x**2 + 2 * y**2
+    return bowl - waves + 0.7
 
 
 def rastrigin(x: Array, y: Array) -> Array:
     """RF of Table 1."""
-    return x**2 + y**2 - 10 * np.cos(2 * np.pi * x) - 10 * np.cos(2 * np.pi * y) + 20
+    bowl: Array = x**2 + y**2
+    return bowl - 10 * np.cos(2 * np.pi * x) - 10 * np.cos(2 * np.pi * y) + 20
 
 
 # Table 1's matrix a_ij: the holes of the second row follow one another along the first.

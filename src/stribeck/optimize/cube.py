@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..space import Array, Rng, Space
 
 Coordinates = Literal["unit", "raw"]
-Bounds = Literal["clip", "reflect"]
+Walls = Literal["clip", "reflect"]
 
 
 def widths(space: Space, coordinates: Coordinates) -> Array:
@@ -31,15 +31,15 @@ def widths(space: Space, coordinates: Coordinates) -> Array:
     return space.upper - space.lower
 
 
-def inside(u: Array, bounds: Bounds) -> Array:
+def inside(u: Array, walls: Walls) -> Array:
     """Points brought back into the cube: onto the wall they crossed, or mirrored by it."""
-    if bounds == "reflect":
+    if walls == "reflect":
         u = np.abs(u) % 2.0
         u = np.where(u > 1.0, 2.0 - u, u)
     return np.minimum(np.maximum(u, 0.0), 1.0)
 
 
-def neighbourhood(rng: Rng, centre: Array, reach: Array, n: int, bounds: Bounds) -> Array:
+def neighbourhood(rng: Rng, centre: Array, reach: Array, n: int, walls: Walls) -> Array:
     """`n` points uniform in the box of half-widths `reach` about `centre`, shape (n, dim)."""
     way = 2.0 * rng.random((n, len(centre))) - 1.0
-    return inside(centre + reach * way, bounds)
+    return inside(centre + reach * way, walls)

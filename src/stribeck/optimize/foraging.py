@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Bounds, Coordinates, inside, widths
+from .cube import Coordinates, Walls, inside, widths
 from .search import Moves, Note
 from .settings import choice, even, number, positive, whole
 
@@ -35,7 +35,7 @@ class Chemotaxis(ABC):
         improve: Which cost counts as improved: "<" J_last (Step 5) or "<=" (section 4.4).
         swim: Whether a swim ends at the first failure, which is kept ("stop"), or takes N_s
             steps in any case ("always", a reading of section 4.4).
-        bounds: What happens to a step out of the range: "clip" to it, or "reflect".
+        walls: What happens to a step out of the range: "clip" to it, or "reflect".
         coordinates: Whether step lengths and the distances of J_cc are fractions of the range
             ("unit") or "raw" values.
     """
@@ -49,7 +49,7 @@ class Chemotaxis(ABC):
     w_repellant: float = 0.1
     improve: Literal["<", "<="] = "<"
     swim: Literal["stop", "always"] = "stop"
-    bounds: Bounds = "clip"
+    walls: Walls = "clip"
     coordinates: Coordinates = "unit"
 
     def __post_init__(self) -> None:
@@ -58,7 +58,7 @@ class Chemotaxis(ABC):
         number(self, "d_attract", "w_attract", "h_repellant", "w_repellant", low=0.0)
         choice(self, "improve", "<", "<=")
         choice(self, "swim", "stop", "always")
-        choice(self, "bounds", "clip", "reflect")
+        choice(self, "walls", "clip", "reflect")
         choice(self, "coordinates", "unit", "raw")
 
     @abstractmethod
@@ -89,7 +89,7 @@ class Chemotaxis(ABC):
         # Step 4: tumble in a random direction, equation (2.3). This step is always taken.
         Delta = rng.uniform(-1.0, 1.0, theta.shape)
         step = (C / np.sqrt((Delta**2).sum(axis=1)))[:, None] * Delta / width
-        theta = inside(theta + step, self.bounds)
+        theta = inside(theta + step, self.walls)
         J = yield theta
         J_next = J + self.J_cc(theta, cells, swarm, width)
 
@@ -103,7 +103,7 @@ class Chemotaxis(ABC):
             if not len(cells):
                 break
             J_last[cells] = np.minimum(J_last[cells], J_next[cells])
-            theta[cells] = inside(theta[cells] + step[cells], self.bounds)
+            theta[cells] = inside(theta[cells] + step[cells], self.walls)
             note(stage="foraging", event="swim")
             J[cells] = yield theta[cells]
             J_next[cells] = J[cells] + self.J_cc(theta[cells], cells, swarm, width)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Bounds, inside
+from .cube import Walls, inside
 from .search import Moves, Note
 from .settings import choice, number, positive, whole
 
@@ -30,7 +30,7 @@ class GeneticAlgorithm:
         scale: Standard deviation of a mutation in the first generation, of the range.
         shrink: Share of `scale` that is gone after `generations`.
         generations: Generations of a run.
-        bounds: What happens to a mutant outside the range: "clip" to it, or "reflect".
+        walls: What happens to a mutant outside the range: "clip" to it, or "reflect".
     """
 
     name: ClassVar[str] = "ga"
@@ -40,7 +40,7 @@ class GeneticAlgorithm:
     scale: float = 1.0
     shrink: float = 1.0
     generations: int = 100
-    bounds: Bounds = "clip"
+    walls: Walls = "clip"
 
     def __post_init__(self) -> None:
         whole(self, 2, "population")
@@ -49,7 +49,7 @@ class GeneticAlgorithm:
         number(self, "elite", high=self.population - 1)
         number(self, "crossover", "shrink", low=0.0, high=1.0)
         positive(self, "scale")
-        choice(self, "bounds", "clip", "reflect")
+        choice(self, "walls", "clip", "reflect")
 
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield the first population, then each generation's children."""
@@ -74,7 +74,7 @@ class GeneticAlgorithm:
         spread = self.scale * (1.0 - self.shrink * generation / self.generations)
         mutant = alive[parents[2 * crossed :]]
         mutant = mutant + spread * rng.standard_normal(mutant.shape)
-        return np.concatenate([scattered(mother, father, rng), inside(mutant, self.bounds)])
+        return np.concatenate([scattered(mother, father, rng), inside(mutant, self.walls)])
 
 
 def expectation(costs: Array) -> Array:

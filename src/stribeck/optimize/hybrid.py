@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import ClassVar, Literal
 
 from ..space import Rng, Space
@@ -42,6 +43,8 @@ class ForagingTabuSearch(AdaptiveChemotaxis, AdaptiveTabuSearch):
         while count != self.count_max:
             # Step 7: S0 is best_theta, the place of the least J (raw, without J_cc) so far.
             S0, J0 = yield from best_of(self.forage(space, rng, note))
+            if not isfinite(J0):
+                continue  # no cell met a place that can be run: none of them is a solution
             note(event="hand-over")
             # Steps 8 to 14. With deadlock="restart" it comes back for another foraging stage.
             count = yield from self.refine(S0, J0, count, space, rng, note)

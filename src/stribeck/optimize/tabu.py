@@ -5,16 +5,26 @@ from __future__ import annotations
 from bisect import insort
 from collections import deque
 from dataclasses import dataclass
+from math import isfinite
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from ..space import Array, Rng, Space
-from .cube import Bounds, Coordinates, neighbourhood, widths
+from .cube import Coordinates, Walls, neighbourhood, widths
 from .search import Moves, Note
 from .settings import choice, positive, stages, whole
 
 Entry = tuple[float, int, Array]  # a line of the tabu list: cost, round, solution
+
+
+def random_start(space: Space, rng: Rng) -> Moves[tuple[Array, float]]:
+    """A random solution and its cost; one that cannot be run is no solution, and is redrawn."""
+    while True:
+        start = space.sample(rng, 1)
+        J = float((yield start)[0])
+        if isfinite(J):
+            return start[0], J
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +42,7 @@ class TabuSearch:
         tenure: Rounds for which a visited point stays tabu.
         r_tabu: Radius of the ball it bans.
         count_max: Rounds after which the search ends; None for no limit.
-        bounds: What happens to a candidate outside the range: "clip" to it, or "reflect".
+        walls: What happens to a candidate outside the range: "clip" to it, or "reflect".
         coordinates: Whether R and r_tabu are fractions of the range ("unit") or "raw" values.
     """
 
@@ -42,26 +52,25 @@ class TabuSearch:
     tenure: int = 10
     r_tabu: float = 0.02
     count_max: int | None = 1000
-    bounds: Bounds = "clip"
+    walls: Walls = "clip"
     coordinates: Coordinates = "unit"
 
     def __post_init__(self) -> None:
         whole(self, 1, "N", "tenure", *(["count_max"] if self.count_max is not None else []))
         positive(self, "R", "r_tabu")
-        choice(self, "bounds", "clip", "reflect")
+        choice(self, "walls", "clip", "reflect")
         choice(self, "coordinates", "unit", "raw")
 
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield a random start, then a neighbourhood a round."""
         width = widths(space, self.coordinates)
-        here = space.sample(rng, 1)[0]
-        best = float((yield here[None])[0])
+        here, best = yield from random_start(space, rng)
         tabu = deque([here], maxlen=self.tenure)
         count = 0
         while count != self.count_max:
             count += 1
             note(round=count)
-            near = neighbourhood(rng, here, self.R / width, self.N, self.bounds)
+            near = neighbourhood(rng, here, self.R / width, self.N, self.walls)
             costs = yield near
             here = near[admitted(near * width, costs, np.stack(tabu) * width, self.r_tabu, best)]
             tabu.append(here)
@@ -114,7 +123,7 @@ class AdaptiveTabuSearch:
         AR_by: Whether a stage begins by its "cost" threshold or with each "deadlock", "when
             the current solution is relatively close to a local minimum" (Step 13). The latter
             does not depend on the unit of the cost; a restart then waits for the last stage.
-        bounds: What happens to a neighbour outside the range: "clip" to it, or "reflect".
+        walls: What happens to a neighbour outside the range: "clip" to it, or "reflect".
         coordinates: Whether radii are fractions of the range ("unit") or "raw" values.
     """
 
@@ -129,7 +138,7 @@ class AdaptiveTabuSearch:
     recall: Literal["ranked", "recent"] = "ranked"
     radius_from: Literal["best", "current"] = "best"
     AR_by: Literal["cost", "deadlock"] = "cost"
-    bounds: Bounds = "clip"
+    walls: Walls = "clip"
     coordinates: Coordinates = "unit"
 
     def __post_init__(self) -> None:
@@ -141,16 +150,15 @@ class AdaptiveTabuSearch:
         choice(self, "recall", "ranked", "recent")
         choice(self, "radius_from", "best", "current")
         choice(self, "AR_by", "cost", "deadlock")
-        choice(self, "bounds", "clip", "reflect")
+        choice(self, "walls", "clip", "reflect")
         choice(self, "coordinates", "unit", "raw")
 
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield a random initial solution, then a neighbourhood a round."""
         count = 0
         while count != self.count_max:
-            start = space.sample(rng, 1)
-            J = yield start
-            count = yield from self.refine(start[0], float(J[0]), count, space, rng, note)
+            S0, J0 = yield from random_start(space, rng)
+            count = yield from self.refine(S0, J0, count, space, rng, note)
         return "count_max"
 
     def refine(
@@ -169,7 +177,7 @@ class AdaptiveTabuSearch:
             note(stage="tabu", round=count, radius=R)
 
             # Step 8: N solutions around S0 within the search radius.
-            near = neighbourhood(rng, S0, R / width, self.N, self.bounds)
+            near = neighbourhood(rng, S0, R / width, self.N, self.walls)
 
             # Step 9: best_neighbor1 and its cost.
             costs = yield near
