@@ -49,14 +49,15 @@ class Surface:
 def bohachevsky(x: Array, y: Array) -> Array:
     """BF of Table 1."""
     waves = 0.3 * np.cos(3 * np.pi * x) + 0.4 * np.cos(4 * np.pi * y)
-    bowl: Array = x**2 + 2 * y**2
-    return bowl - waves + 0.7
+    cost: Array = x**2 + 2 * y**2 - waves + 0.7
+    return cost
 
 
 def rastrigin(x: Array, y: Array) -> Array:
     """RF of Table 1."""
-    bowl: Array = x**2 + y**2
-    return bowl - 10 * np.cos(2 * np.pi * x) - 10 * np.cos(2 * np.pi * y) + 20
+    waves = 10 * np.cos(2 * np.pi * x) + 10 * np.cos(2 * np.pi * y)
+    cost: Array = x**2 + y**2 - waves + 20
+    return cost
 
 
 # Table 1's matrix a_ij: the holes of the second row follow one another along the first.
