@@ -227,6 +227,44 @@ def test_rounds_are_counted_by_stage() -> None:
     assert (trace.rounds(), trace.rounds("tabu"), trace.rounds("foraging")) == (2, 1, 1)
 
 
+def recorded(*steps: tuple[Any, list[float]]) -> Trace:
+    trace = Trace(2)
+    for u, f in steps:
+        trace.append(np.array(u), np.array(f))
+    return trace
+
+
+FOUR = np.arange(8.0).reshape(4, 2) / 8
+
+
+def test_a_record_cut_inside_a_step_leaves_the_step_to_be_asked_again() -> None:
+    s = search(FOUR, FOUR / 2)
+    s.replay(recorded((FOUR, [4.0, 3.0, 2.0, 1.0]), (FOUR[:3] / 2, [1.0, 1.0, 0.5])))
+    assert len(s.trace) == 4
+    assert np.array_equal(s.ask(), SQUARE.decode(FOUR / 2))
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [(FOUR + 1e-16, [1.0] * 4)],  # the last bit of one point
+        [(FOUR, [1.0] * 4), (FOUR[:3], [1.0] * 3)],  # departs inside the step where it was cut
+        [(FOUR[:3], [1.0] * 3), (FOUR[3:], [1.0])],  # a gap: other steps than these
+        [(np.vstack([FOUR, FOUR]), [1.0] * 8)],  # longer steps
+    ],
+)
+def test_a_record_that_departs_in_any_point_is_refused(steps: list[Any]) -> None:
+    with pytest.raises(SearchError, match=r"departs|gap"):
+        search(FOUR, FOUR / 2).replay(recorded(*steps))
+
+
+def test_a_replay_ends_where_a_stop_ends_it() -> None:
+    s = search(FOUR, FOUR / 2, stops=[Target(2.0)])
+    s.replay(recorded((FOUR, [4.0, 3.0, 2.0, 1.0]), (FOUR, [1.0] * 4)))
+    assert s.run().ended == "target"
+    assert s.run().evaluations == 4
+
+
 # --- stops
 
 

@@ -134,8 +134,8 @@ class AdaptiveChemotaxis(Chemotaxis):
     The other settings are explained at `Chemotaxis`.
 
     Args:
-        alpha: The cost at which a step is half its longest. None takes the median of the
-            first swarm, which does not depend on the unit of the cost.
+        alpha: The cost at which a step is half its longest. None takes the (upper) median of
+            the first swarm, which does not depend on the unit of the cost.
         J_target: The cost aimed at: (2.2) as printed has 0, the text "a large deviation of
             the cost value from the targeted one".
         step: The longest step. (2.2) as printed has 1.
@@ -158,8 +158,8 @@ class AdaptiveChemotaxis(Chemotaxis):
         return C
 
     def _median(self, J_first: Array) -> float:
-        runs = np.abs(J_first[np.isfinite(J_first)] - self.J_target)
-        return float(np.median(runs)) or 1.0 if len(runs) else 1.0
+        runs = np.sort(np.abs(J_first[np.isfinite(J_first)] - self.J_target))
+        return float(runs[len(runs) // 2]) or 1.0 if len(runs) else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,7 +246,8 @@ def live(
                 note(stage="foraging", round=count)
                 C = swarm.step_length(J, J_first)
                 theta, J, J_next = yield from swarm.chemotaxis(theta, J, C, width, rng, note)
-                health += J_next
+                with np.errstate(over="ignore"):  # a penalty near the largest float
+                    health += J_next
             healthiest = np.argsort(health, kind="stable")[: swarm.S // 2]  # S_r = S/2
             theta, J = np.tile(theta[healthiest], (2, 1)), np.tile(J[healthiest], 2)
             note(event="reproduction")

@@ -18,11 +18,25 @@ from .tabu import AdaptiveTabuSearch
 class ForagingTabuSearch(AdaptiveChemotaxis, AdaptiveTabuSearch):
     """Bacteria find an elite initial solution; adaptive tabu search tracks the minimum down.
 
-    Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563. Step 1, the search parameters,
-    is this class's settings: those of the foraging stage are explained at
-    `AdaptiveChemotaxis`, those of the tabu stage at `AdaptiveTabuSearch`. The defaults are those
-    of section 4.4, with lengths as fractions of the search ranges. There is no reproduction
-    (section 2.3 says why) and no elimination.
+    Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563. Its procedural list:
+
+        1      search parameters                            the settings below
+        2      S initial solutions                          forage
+        3      J + J_cc                        (2.1)        chemotaxis, J_cc    in foraging.py
+        4      tumble by C Delta/|Delta|  (2.2) (2.3)       step_length, chemotaxis
+        5      swim while J falls, N_s times                chemotaxis
+        6      N_c times Steps 3 to 5                       forage
+        7      S0 is the place of the least J               moves
+        8-10   N neighbours within R, the best, the TL      refine              in tabu.py
+        11     BT: back into the TL on a deadlock  (Alg. 1) refine
+        12     end on J or count_max                        a Target; refine
+        13     AR: a smaller R near a minimum      (Alg. 2) radius
+        14     count, and back to Step 8                    refine
+
+    There is no reproduction (section 2.3 says why) and no elimination. The defaults are those of
+    section 4.4, with lengths as fractions of the search ranges. The settings of the foraging
+    stage are explained at `AdaptiveChemotaxis` and `Chemotaxis`, those of the tabu stage at
+    `AdaptiveTabuSearch`.
 
     Args:
         start: Where the cells start in Step 2: "spread" over the search space, or all at the

@@ -62,9 +62,10 @@ def minimize(
 ) -> Run:
     """Search for the least cost over a box.
 
-    The paper's constants are costs of its own problem: the AR stages and alpha of `ats`, `abfo`
-    and `bts` are in mm. For a cost in another unit give your own, or take the readings that do
-    not depend on the unit: `AR_by="deadlock", alpha=None, step=0.1`.
+    The paper's constants are costs of its own problem, in mm: the AR stages of `ats`, and alpha
+    and the signals of `abfo`; `bts` has them all. For a cost in another unit give your own, or
+    take the readings that do not depend on the unit: `AR_by="deadlock"` for the stages, and
+    `alpha=None, step=0.1, d_attract=0, h_repellant=0` for the swarm.
 
     Args:
         cost: (n, dim) values to (n,) costs; rows are independent. What is not finite counts

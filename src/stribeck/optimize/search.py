@@ -57,7 +57,7 @@ class SearchError(RuntimeError):
     """An algorithm broke its contract, a record is of another run, or a search is over."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """What a search found, why it ended, and how it got there.
 
@@ -76,7 +76,7 @@ class Run:
     evaluations: int
     ended: str
     seconds: float
-    trace: Trace = field(repr=False, compare=False)
+    trace: Trace = field(repr=False)
 
 
 class Search:
@@ -146,7 +146,7 @@ class Search:
             if not np.array_equal(told, wanted):
                 raise SearchError(
                     f"{self.algorithm.name} departs from its record after {start} evaluations: "
-                    "another space, setting or seed"
+                    "another space, setting, seed or budget"
                 )
             if len(told) < len(self._asked):
                 if end < len(record):

@@ -196,10 +196,11 @@ class AdaptiveTabuSearch:
             # Step 11: backtracking, Algorithm 1. (Its printed branches are interchanged.)
             if n >= self.BT:
                 n, deadlocks = 0, deadlocks + 1
-                note(event=self.deadlock)
                 if self.deadlock == "backtrack":
+                    note(event="backtrack")
                     J0, _, S0 = self._retrieve(TL)
                 elif self.AR_by == "cost" or deadlocks > len(self.AR):
+                    note(event="restart")
                     break
 
             # Step 13: adaptive radius, Algorithm 2.
