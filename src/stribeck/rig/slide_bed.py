@@ -1,0 +1,209 @@
+"""The paper's linear slide bed: a mass pulled through a spring and a P-controlled motor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array, Param
+from . import reference
+from .drive import Drive
+from .kernel import Track, misfits, track, trajectories
+from .rig import Constant, Motion, Rig, constant
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+
+Scheme = Literal["fast", "reference", "paper"]
+
+_PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
+
+
+def _constants() -> tuple[Constant, ...]:
+    a, lead, eta_b, eta_c = 5.9, 5.0, 0.81, 0.925
+    K_n = 2 * math.pi * a / (lead * 1e-3)
+    K_v = K_n * eta_b * eta_c
+    named, section = "nomenclature", "section 4.3"
+    derived = "from the constants above (nomenclature)"
+    return (
+        constant("m", 10.90, "kg", "mass of the slide", "section 4.4"),
+        constant("k_hat+", 3.5, "N/mm", "controller gain, stretch > 0 (ramp up)", section),
+        constant("k_hat-", 2.8, "N/mm", "controller gain, stretch < 0 (ramp down)", section),
+        constant("F_fm", 23.5, "N", "friction of the motor, at the screw",
+                 "inferred: 0.60 oz-in of a motor of this class times K_v; not in the paper"),
+        constant("a", a, "", "gear ratio", named),
+        constant("l", lead, "mm", "ball screw lead", named),
+        constant("eta_b", eta_b, "", "gear box efficiency", named),
+        constant("eta_c", eta_c, "", "ball screw efficiency", named),
+        constant("J_m", 4.17e-6, "kg m**2", "inertia of the motor", named),
+        constant("D_m", 2.60e-6, "N m s/rad", "viscous friction of the motor", named),
+        constant("K_t", 18.2e-3, "N m/A", "torque constant (printed N/A)", named),
+        constant("K_n", K_n, "rad/m", "slide to motor speed, 2 pi a / l", derived),
+        constant("K_v", K_v, "1/m", "motor torque to screw force, K_n eta_b eta_c", derived),
+        constant("K_kt", K_n * K_v, "1/m**2", "motor inertia to slide mass, K_n K_v", derived),
+        constant("F_m_max", 30.0, "N", "clamp of the motor's inertia and damping force", section),
+        constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", named),
+        constant("ramp_speed", 0.0, "mm/s",
+                 "speed of the command where a log has none; 0: the log's mean speed", section),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class SlideBed(Rig):
+    """Section 4 of the paper, read as docs/physics.md says: implicit motor inertia, then clamped.
+
+    m a = F_motor - F_f_motor + F_sp - F_m - F_f with the stretch e = x_i - x_d, F_motor = k_hat e,
+    F_sp = k_spring e, F_f_motor = clip(F_motor, F_fm), F_m = clip(K_kt (J_m a + D_m v), 30 N).
+    k_hat depends on the direction of the pull (3.5 rightward, 2.8 N/mm leftward), so does
+    k_spring under a direction-dependent law.
+    """
+
+    def own(self, law: Law) -> tuple[Param, ...]:
+        """k_spring; one for each direction if the law's parameters are."""
+        if not law.directional:
+            return self.params
+        (k,) = self.params
+        return tuple(
+            Param(
+                f"{k.name}{sign}", k.lower, k.upper, k.unit, f"{k.symbol}^{{{sign}}}", doc=k.doc
+            )
+            for sign in "+-"
+        )
+
+    def split(self, law: Law, p: Array) -> tuple[Array, Array]:
+        """Parameter sets (n, k) as the law's (n, k_law) and the kernel's constants (n, 10).
+
+        Raises:
+            InputError: a mass or stiffness that cannot be simulated, or columns missing.
+        """
+        p = np.atleast_2d(np.asarray(p, dtype=float))
+        k = len(law.params)
+        if p.shape[1] != k + len(self.own(law)):
+            raise InputError(
+                f"rig {self.name}, law {law.name}: parameters are "
+                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
+            )
+        for name in ("m", "J_m", "D_m", "F_fm", "F_m_max", "dv", "k_hat+", "k_hat-"):
+            if not (self[name] > 0 if name == "m" else self[name] >= 0):
+                raise InputError(f"rig {self.name}: {name} = {self[name]} cannot be simulated")
+        c = np.empty((len(p), 10))
+        c[:, :3] = self["m"], self["k_hat+"], self["k_hat-"]
+        c[:, 3], c[:, 4] = p[:, k], p[:, -1]
+        c[:, 5:] = (
+            self["F_fm"],
+            self["K_kt"] * self["J_m"],
+            self["K_kt"] * self["D_m"],
+            self["F_m_max"],
+            self["dv"],
+        )
+        return p[:, :k], c
+
+    def drive(self, recording: Recording) -> Drive:
+        """The command x_i of a recording: its column or the paper's ramp."""
+        return Drive.of(recording, self["ramp_speed"])
+
+    def motor_force(self, e: Array) -> Array:
+        """F_motor = k_hat e, the force that the motor current shows, at stretches e (m)."""
+        return np.where(e > 0, self["k_hat+"], self["k_hat-"]) * e
+
+    def simulate(
+        self, law: Law, p: Array, recording: Recording, *, scheme: Scheme = "fast", dt: float = 1e-5
+    ) -> Motion:
+        """Motion from rest at the mean of the first samples at rest (section 4.3, step 1).
+
+        Args:
+            law: Any friction law.
+            p: (n, k) parameter sets: the law's parameters, then the rig's own.
+            recording: Gives the command and the sample times.
+            scheme: `fast`, `reference` (plain fixed steps) or `paper` (the printed procedure).
+            dt: Step of the last two, s.
+        """
+        drive = self.drive(recording)
+        on = track(drive, recording.t, start_position(recording))
+        return self.move(law, p, on, scheme=scheme, dt=dt)
+
+    def move(
+        self, law: Law, p: Array, on: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
+    ) -> Motion:
+        """Motion over a prepared track."""
+        laws, c = self.split(law, p)
+        if scheme == "fast":
+            x, v = trajectories(law, laws, c, on)
+        elif scheme in ("reference", "paper"):
+            inner = "implicit" if scheme == "reference" else "paper"
+            pairs = [
+                reference.trajectory(law, a, b, on, dt, inner)
+                for a, b in zip(laws, c, strict=True)
+            ]
+            x, v = (np.array(part) for part in zip(*pairs, strict=True))
+        else:
+            raise InputError(f"scheme {scheme!r} is not one of fast, reference, paper")
+        command = np.interp(on.t, on.knots_t, on.knots_x)
+        return Motion(on.t, x, v, self.motor_force(command - x))
+
+    def misfits(self, law: Law, p: Array, on: Track) -> Array:
+        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
+        laws, c = self.split(law, p)
+        return misfits(law, laws, c, on)
+
+    def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
+        """Measured friction: what is left of the drive force at stretches e, speeds v, and a.
+
+        The inverse of the equation of motion, for the points of figure 9.
+        """
+        _, c = self.split(law, p)
+        drive = np.array([reference.drive(c[0], float(s)) for s in e])
+        motor = np.clip(
+            self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
+        )
+        return drive - motor - self["m"] * a
+
+
+def start_position(recording: Recording, first: int = 50) -> float:
+    """Mean of the first 50 positions (section 4.3, step 1)."""
+    return float(recording.position[:first].mean())
+
+
+SLIDE_BED = SlideBed(
+    name="slide-bed",
+    road="simulation",
+    doc="a slide on a ball screw that follows a slow ramp under P control, and sticks and slips",
+    cite=_PAPER,
+    constants=_constants(),
+    params=(
+        Param("k_spring", 100.0, 1500.0, "N/m", "k_{spring}", doc="stiffness of the drive line"),
+    ),
+    laws=("stribeck", "stribeck-directional", "coulomb-viscous", "coulomb-viscous-directional"),
+    ranges={
+        "F_S": (100.0, 180.0),
+        "F_C": (40.0, 80.0),
+        "F_V": (400.0, 1000.0),
+        "v_SS": (1e-3, 7e-3),
+    },
+    shows={
+        "position": "mm",
+        "velocity": "mm/s",
+        "force": "N",
+        "F_V": "N s/mm",
+        "v_SS": "mm/s",
+        "k_spring": "N/mm",
+    },
+)
+
+#: What the paper identified (section 4.5.1), SI, in the order of the slide bed's parameters
+#: under the law `stribeck`: F_S, F_C, F_V, v_SS, exponent, k_spring.
+PUBLISHED = {
+    "right": np.array([144.5463, 47.8514, 958.3, 1.0964e-3, 1.0, 967.98]),
+    "left": np.array([152.2804, 40.4153, 975.7, 3.21475e-3, 1.0, 553.84]),
+}
+
+
+def published_both() -> Array:
+    """Both published sets as one parameter set of `stribeck-directional`."""
+    right, left = PUBLISHED["right"], PUBLISHED["left"]
+    return np.concatenate([right[:4], left[:4], [1.0], [right[5], left[5]]])
