@@ -59,6 +59,11 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
+#: What pint may be asked: it computes what it reads, so `9**9**9**9` would never come back.
+_LONGEST = 60
+_ARITHMETIC = re.compile(r"\d\d\d|[\d)]\s*(\*\*|\^)|(\*\*|\^)\s*[^-\d]")
+
+
 @cache
 def unit(written: str) -> Unit:
     """Read a unit such as `mm/s`, `mm_s`, `N s/mm`, `Nm`, `rad_s2`, `degC`.
@@ -67,14 +72,20 @@ def unit(written: str) -> Unit:
         InputError: nobody knows that unit.
     """
     text = _spell(written.strip())
+    if len(text) > _LONGEST or _ARITHMETIC.search(text):
+        raise InputError(_unknown(written))
     try:
         registry = _registry()
         zero = registry.Quantity(0.0, text).to_base_units()
         one = registry.Quantity(1.0, text).to_base_units()
     except Exception as error:  # pint raises its own, and tokenizer, attribute and type errors
-        raise InputError(f"unknown unit {written!r}: write it like mm, mm/s, N, N m or A") from error
+        raise InputError(_unknown(written)) from error
     factor = float(one.magnitude) - float(zero.magnitude)
     return Unit(written, factor, float(zero.magnitude), f"{one.units:~C}")
+
+
+def _unknown(written: str) -> str:
+    return f"unknown unit {written[:_LONGEST]!r}: write it like mm, mm/s, N, N m or A"
 
 
 def convertible(a: str, b: str) -> bool:

@@ -1,0 +1,340 @@
+"""Where an axis strokes, rests and slips.
+
+One idea serves all of it: *a band and a pace*. The band is as wide as a position that does not
+change may be written down: 2.5 quantisation steps (a level between two counts that creeps by one)
+and 6 standard deviations of noise. The pace is the mean speed of the stroke, of the command where
+there is one. **An axis rests while it stays inside a band for as long as it would take to cross it
+at a fifth of its pace.** Where a sensor is so fine that noise sets no limit, the band is at least
+what a twentieth of the pace crosses in two sampling intervals, so that creep counts as rest. No
+threshold has a unit: scale time, position or both, and the same samples rest.
+
+A slip leads from one rest to the next, further than a band and on average at least 1.5 times as
+fast as the pace; a stroke that is followed smoothly between two reversals is therefore none.
+
+Noise is taken from third differences, which vanish for smooth motion, over samples as far apart as
+the sensor holds a value; the middle of their distribution is used, so that slips do not count.
+
+Limits: what is shorter than the band's crossing time is not seen, and where strokes have plateaus
+of very different speeds and there is no rest, a plateau under a fifth of its stroke's mean speed
+reads as rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import boolean, float64, int64, njit, types
+from numpy.typing import NDArray
+
+from ..space import Array
+
+if TYPE_CHECKING:
+    from .recording import Recording
+
+_STEPS, _SIGMAS = 2.5, 6.0
+#: A rest is slower than the first share of the pace (than the second where the sensor is so fine
+#: that noise sets no limit), a slip faster than the third.
+_SLOW, _CREEP, _DASH = 0.2, 0.05, 1.5
+#: A reversal counts once the axis has come back by this share of its range.
+_BACK = 0.05
+_LONGEST_HOLD = 8
+_QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
+_CUT, _CUT_VARIANCE = 3.0, 0.9733  # variance that a normal keeps within 3 sd
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A run in one direction.
+
+    Args:
+        rows: The samples it spans.
+        direction: +1 or -1.
+        travel: What it covers, m or rad, positive.
+        speed: Its mean speed, m/s or rad/s, positive.
+    """
+
+    rows: slice
+    direction: int
+    travel: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A jump from one rest to the next.
+
+    Args:
+        start: The last sample at the old level.
+        stop: The first sample at the new level.
+        jump: New level minus old, m or rad, signed.
+        peak_speed: Its greatest speed, m/s or rad/s, positive.
+    """
+
+    start: int
+    stop: int
+    jump: float
+    peak_speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """What `segment` finds.
+
+    Args:
+        noise: Standard deviation of the position noise, m or rad, beside quantisation.
+        step: Quantisation step of the position, 0 if there is none to be seen.
+        band: How far a position at rest may wander, m or rad.
+        strokes: Runs in one direction.
+        rests: Stuck stretches, as slices of samples.
+        slips: Jumps between rests.
+        stuck: Share of the time spent in rests.
+    """
+
+    noise: float
+    step: float
+    band: float
+    strokes: tuple[Stroke, ...]
+    rests: tuple[slice, ...]
+    slips: tuple[Slip, ...]
+    stuck: float
+
+
+def noise(recording: Recording) -> float:
+    """Standard deviation of the position noise beside quantisation, m or rad."""
+    return _noise(recording.position, step(recording.position))
+
+
+def strokes(recording: Recording) -> tuple[Stroke, ...]:
+    """Runs in one direction, of the command if it was recorded, of the position elsewhere.
+
+    A reversal counts once it is larger than the noise and than 5 % of the range. Standstill at
+    the ends of a run is not part of it.
+    """
+    return segment(recording).strokes
+
+
+def rests(recording: Recording) -> tuple[slice, ...]:
+    """Stuck stretches, in order, as slices of samples."""
+    return segment(recording).rests
+
+
+def slips(recording: Recording) -> tuple[Slip, ...]:
+    """Jumps from one rest to the next, in order."""
+    return segment(recording).slips
+
+
+def segment(recording: Recording) -> Segments:
+    """Noise, strokes, rests and slips of a recording, all at once."""
+    t, x = recording.t, recording.position
+    q = step(x)
+    sd = _noise(x, q)
+    band = max(_STEPS * q + _SIGMAS * sd, 1e-6 * float(np.ptp(x)))
+    lead, fuzz = (x, band) if recording.command is None else _led(recording.command)
+    runs = _strokes(t, lead, fuzz) or _strokes(t, x, band)
+    pace = _pace(runs, t, x)
+    wide = np.maximum(band, 2 * _CREEP * pace * recording.dt)
+    still = _still(t, x, wide, wide / (_SLOW * pace))
+    stuck = _rests(x, still, band)
+    jumps = _slips(t, x, stuck, band, pace, sd, q)
+    share = sum(t[r.stop - 1] - t[r.start] for r in stuck) / (t[-1] - t[0])
+    return Segments(sd, q, band, tuple(runs), tuple(stuck), tuple(jumps), float(share))
+
+
+def step(values: Array) -> float:
+    """The quantisation step of a channel: the increment whose multiples its values are, or 0.
+
+    Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
+    small multiples of one increment; those of a continuous one are not.
+    """
+    gaps = np.diff(np.unique(values))
+    gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
+    if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
+        return float(gaps.min()) if len(gaps) and len(values) > 10 * len(gaps) else 0.0
+    least = float(np.quantile(gaps, 0.1))  # a printed step is 4 here and 5 there: take their mean
+    guess = float(gaps[gaps < 1.6 * least].mean())
+    small = gaps[gaps < 8 * guess]
+    guess = float(small.sum() / np.rint(small / guess).sum())
+    off = np.abs(small / guess - np.rint(small / guess))
+    return guess if np.quantile(off, 0.9) < 0.25 and len(small) > len(gaps) / 8 else 0.0  # noqa: PLR2004
+
+
+def _noise(x: Array, q: float) -> float:
+    k = _hold(x)
+    if len(x) <= 3 * k + 2:
+        return 0.0
+    z = x[3 * k :] - 3 * x[2 * k : -k] + 3 * x[k : -2 * k] - x[: -3 * k]
+    scale = float(np.quantile(np.abs(z), _QUIET)) / _QUIET_SD
+    middle = z[np.abs(z) <= _CUT * scale]
+    variance = float(np.mean(middle**2)) / (20 * _CUT_VARIANCE) if scale else 0.0
+    return float(np.sqrt(max(variance - q**2 / 12, 0.0)))
+
+
+def _hold(x: Array) -> int:
+    """For how many samples a sensor that is read too often repeats a value, as a rule."""
+    changes = np.flatnonzero(np.diff(x))
+    lengths = np.diff(changes)
+    return int(min(np.quantile(lengths, 0.8), _LONGEST_HOLD)) if len(lengths) else 1
+
+
+def _led(command: Array) -> tuple[Array, float]:
+    q = step(command)
+    return command, _STEPS * q + _SIGMAS * _noise(command, q)
+
+
+def _strokes(t: Array, x: Array, fuzz: float) -> list[Stroke]:
+    extent = float(np.ptp(x))
+    if extent <= 2 * fuzz:
+        return []
+    back = max(2 * fuzz, _BACK * extent)
+    turns = _turns(x, back)
+    found = []
+    for a, b in pairwise(turns.tolist()):
+        part = x[a : b + 1]
+        travel = abs(float(part[-1] - part[0]))
+        edge = max(fuzz, 1e-3 * travel)
+        first = int(np.flatnonzero(np.abs(part - part[0]) <= edge)[-1])
+        last = int(np.flatnonzero(np.abs(part - part[-1]) <= edge)[0])
+        if first < last and travel > back:
+            rows = slice(int(a) + first, int(a) + last + 1)
+            speed = abs(part[last] - part[first]) / (t[a + last] - t[a + first])
+            found.append(Stroke(rows, 1 if part[-1] > part[0] else -1, travel, float(speed)))
+    return found
+
+
+def _pace(runs: list[Stroke], t: Array, x: Array) -> Array:
+    """The mean speed of the stroke at hand (between strokes, of the one before), (N,)."""
+    if not runs:
+        return np.full(len(t), float(np.ptp(x) / (t[-1] - t[0])))
+    starts = np.array([r.rows.start for r in runs])
+    which = np.searchsorted(starts, np.arange(len(t)), side="right") - 1
+    return np.array([r.speed for r in runs])[np.maximum(which, 0)]
+
+
+def _rests(x: Array, still: NDArray[np.bool_], band: float) -> list[slice]:
+    """Still stretches, those joined that only an outlier keeps apart."""
+    found: list[slice] = []
+    for a, b in _runs(still):
+        rest = slice(a, b + 1)
+        if found and _same(x, found[-1], rest, band):
+            rest = slice(found.pop().start, b + 1)
+        found.append(rest)
+    return found
+
+
+def _same(x: Array, before: slice, after: slice, band: float) -> bool:
+    a, b = _level(x[before][-_FEW:]), _level(x[after][:_FEW])
+    between = x[before.stop : after.start]
+    near = len(between) == 0 or float(np.max(np.abs(between - a))) <= 2 * band
+    return before.stop < after.start and abs(b - a) <= band / 2 and near
+
+
+_FEW = 50  # samples that a level is taken from
+
+
+def _level(x: Array) -> float:
+    return float(np.median(x))
+
+
+def _slips(
+    t: Array, x: Array, stuck: list[slice], band: float, pace: Array, sd: float, q: float
+) -> list[Slip]:
+    found = []
+    for before, after in pairwise(stuck):
+        old, new = _level(x[before][-_FEW:]), _level(x[after][:_FEW])
+        jump = new - old
+        start, stop = _edges(x, before, after, old, new, 2 * sd + q)
+        span = float(t[stop] - t[start])
+        if abs(jump) > band and abs(jump) > _DASH * pace[start : stop + 1].max() * span:
+            found.append(Slip(start, stop, jump, _peak(t, x, start, stop, abs(jump), sd)))
+    return found
+
+
+def _edges(
+    x: Array, before: slice, after: slice, old: float, new: float, near: float
+) -> tuple[int, int]:
+    """The last sample near the old level and the first near the new one, about the crossing."""
+    first, last = max(before.start, before.stop - 1 - _FEW), min(after.stop, after.start + 1 + _FEW)
+    part = x[first:last]
+    half = np.flatnonzero((part - (old + new) / 2) * np.sign(new - old) > 0)
+    middle = int(half[half >= 1][0]) if (half >= 1).any() else len(part) // 2
+    left = np.flatnonzero(np.abs(part[:middle] - old) <= near)
+    right = np.flatnonzero(np.abs(part[middle:] - new) <= near)
+    start = first + (int(left[-1]) if len(left) else 0)
+    stop = first + middle + (int(right[0]) if len(right) else len(part) - middle - 1)
+    return start, max(stop, start + 1)
+
+
+def _peak(t: Array, x: Array, start: int, stop: int, jump: float, sd: float) -> float:
+    """Greatest speed over a lag at which noise makes no more than a tenth of it."""
+    lag = min(max(1, int(np.ceil(14 * sd / jump * (stop - start)))), stop - start)
+    part, when = x[start : stop + 1], t[start : stop + 1]
+    return float(np.max(np.abs(part[lag:] - part[:-lag]) / (when[lag:] - when[:-lag])))
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+_FLOATS = types.Array(float64, 1, "C", readonly=True)
+
+
+@njit(boolean[::1](_FLOATS, _FLOATS, _FLOATS, _FLOATS), cache=True)
+def _still(t: Array, x: Array, band: Array, duration: Array) -> NDArray[np.bool_]:
+    """Which intervals between samples lie in a stay of at least `duration` inside `band`.
+
+    The window's extremes are kept in two queues of falling candidates, so that the whole is
+    linear in the samples.
+    """
+    n = len(t)
+    still = np.zeros(n - 1, dtype=np.bool_)
+    low, high = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    l0 = l1 = h0 = h1 = 0
+    first = done = 0
+    for i in range(n):
+        while l1 > l0 and x[low[l1 - 1]] >= x[i]:
+            l1 -= 1
+        low[l1] = i
+        l1 += 1
+        while h1 > h0 and x[high[h1 - 1]] <= x[i]:
+            h1 -= 1
+        high[h1] = i
+        h1 += 1
+        while x[high[h0]] - x[low[l0]] > band[i]:
+            first += 1
+            if low[l0] < first:
+                l0 += 1
+            if high[h0] < first:
+                h0 += 1
+        if t[i] - t[first] >= duration[i] and i - first > 1:
+            for j in range(max(first, done), i):
+                still[j] = True
+            done = i
+    return still
+
+
+@njit(int64[::1](_FLOATS, float64), cache=True)
+def _turns(x: Array, back: float) -> NDArray[np.int64]:
+    """Samples where the signal turns, its ends included: extremes left by at least `back`."""
+    turns = np.empty(len(x) + 1, dtype=np.int64)
+    n = 0
+    top = bottom = 0
+    direction = 0
+    for i in range(len(x)):
+        if x[i] > x[top]:
+            top = i
+        if x[i] < x[bottom]:
+            bottom = i
+        if direction >= 0 and x[top] - x[i] > back:
+            turns[n] = top
+            n += 1
+            direction, bottom = -1, i
+        elif direction <= 0 and x[i] - x[bottom] > back:
+            turns[n] = bottom
+            n += 1
+            direction, top = 1, i
+    turns[n] = top if direction > 0 else bottom
+    return turns[: n + 1]
