@@ -17,6 +17,7 @@ from stribeck.optimize import (
     BacterialForaging,
     ForagingTabuSearch,
     GeneticAlgorithm,
+    TabuSearch,
     minimize,
 )
 from stribeck.optimize.cube import inside, neighbourhood, widths
@@ -130,12 +131,13 @@ def test_signals_and_steps_in_raw_coordinates_do_not_see_the_cube() -> None:
 
 def chemotaxis(swarm: Any, told: list[list[float]], **how: Any) -> tuple[list[Array], Any]:
     """Drive one chemotactic step of PAIR by hand; return what it asked and its result."""
-    Delta = how.get("Delta", [[1.0, 0.0], [3.0, -4.0]])
+    Delta = [[1.0, 0.0], [3.0, -4.0]]
+    width = np.array(how.get("width", [1.0, 1.0]))
     moves = swarm.chemotaxis(
         PAIR.copy(),
         np.array([1.0, 2.0]),
         np.array([0.1, 0.2]),
-        np.ones(2),
+        width,
         cast("Rng", Script(Delta)),
         silent,
     )
@@ -160,6 +162,11 @@ def test_a_chemotactic_step_by_hand() -> None:
     assert np.allclose(theta, [[0.7, 0.5], [0.62, 0.54]])
     assert np.array_equal(J, [3.0, 2.5])
     assert np.all(J_next > J)
+
+
+def test_a_raw_step_is_as_long_in_the_parameters_as_printed() -> None:
+    asked, _ = chemotaxis(BacterialForaging(**LOUD, N_s=0), [[1.0, 1.0]], width=[2.0, 8.0])
+    assert np.allclose(asked[0], PAIR + np.array([[0.1 / 2, 0.0], [0.12 / 2, -0.16 / 8]]))
 
 
 def test_a_swim_is_n_s_steps_at_most() -> None:
@@ -245,6 +252,12 @@ def test_backtracking_takes_the_ranked_entry_of_the_tabu_list() -> None:
     assert events == [{"event": "backtrack"}]
 
 
+def test_a_deadlock_is_failures_in_a_row() -> None:
+    asked, events = tabu_by_hand([12.0, 8.0, 9.0])
+    assert np.allclose(asked, [0.1, 0.1, 0.2, 0.2])
+    assert events == []
+
+
 def test_backtracking_by_recency_takes_what_was_stored_last_but_one() -> None:
     # Stored in order: 10 at 0.0, 9 at 0.2, 12 at 0.2. Last but one: 0.2 of cost 9, which 9.5
     # does not beat.
@@ -262,8 +275,8 @@ AR = ((9.0, 0.05), (5.0, 0.01))
 
 def test_the_radius_shrinks_with_the_best_cost_and_never_grows() -> None:
     # 8 < 9 begins stage 1 from the second round on; backtracking to a cost of 10 does not end it.
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 4.0], AR=AR)
-    assert np.allclose(asked, [0.1, 0.15, 0.15, 0.05, 0.06])
+    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 11.0, 4.0], AR=AR)
+    assert np.allclose(asked, [0.1, 0.15, 0.15, 0.05, 0.05, 0.06])
 
 
 def test_the_radius_follows_the_current_cost_by_the_other_reading() -> None:
@@ -343,6 +356,17 @@ def test_the_tabu_list_forbids_and_aspiration_forgives(
     tabu: list[list[float]], costs: list[float], best: float, chosen: int
 ) -> None:
     assert admitted(NEAR, np.array(costs), np.array(tabu), 0.1, best) == chosen
+
+
+def test_aspiration_asks_for_better_than_ever_before() -> None:
+    # From 0.5 (cost 5) to 0.6 (3) to 0.7 (8). There 0.6 is tabu and its 3.5 beats the 4 of the
+    # last round, not the 3 of the first: on to 0.8, and the next candidates are 0.9 and 0.7.
+    algorithm = TabuSearch(N=2, R=0.1, r_tabu=0.05, tenure=2)
+    rng = cast("Rng", Script([[0.5]], [[1.0], [0.5]], [[1.0], [0.0]]))
+    moves = algorithm.moves(box([(0.0, 1.0)]), rng, silent)
+    asked = [next(moves)]
+    asked += [moves.send(np.array(c)) for c in ([5.0], [3.0, 9.0], [8.0, 4.0], [9.0, 3.5])]
+    assert np.allclose(np.concatenate(asked)[:, 0], [0.5, 0.6, 0.5, 0.7, 0.5, 0.8, 0.6, 0.9, 0.7])
 
 
 @pytest.mark.parametrize(("tenure", "wanders"), [(1, False), (10, True)])
@@ -436,6 +460,13 @@ def test_bts_hands_over_the_best_place_of_the_bacteria() -> None:
     assert len(near) == 40
     assert np.all(np.abs(near - S0) <= 0.02 + 1e-12)
     assert result.trace.rounds("foraging") == 5  # N_c steps, no reproduction, no elimination
+
+
+def test_the_first_of_equally_good_places_is_handed_over() -> None:
+    result = minimize(lambda x: np.ones(len(x)), [(0, 1)], S=4, N_c=1, R=1e-3, budget=100)
+    (k,) = [i for i, n in enumerate(result.trace.notes) if n.get("event") == "hand-over"]
+    handed = result.trace.u[result.trace.ends[k - 1]]
+    assert np.allclose(handed, result.trace.u[0], atol=1e-3)
 
 
 def test_bts_forages_again_where_a_restart_is_wanted() -> None:
