@@ -7,13 +7,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import float64, int64, njit
+from numba import float64, int64, njit, types
 
 from ..errors import InputError
 from ..space import Array
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
+
+_F1 = types.Array(float64, 1, "C", readonly=True)
 
 #: A dropped knot moves the command by at most this share of its range.
 KNOT_TOLERANCE = 1e-6
@@ -83,7 +85,7 @@ class Drive:
         return cls(np.array(t), np.array(x))
 
 
-@njit(int64[::1](float64[::1], float64[::1], float64), cache=True)
+@njit(int64[::1](_F1, _F1, float64), cache=True)
 def _corners(t: Array, x: Array, tolerance: float) -> Array:
     """Samples to keep so that a line between two kept ones misses none by more than tolerance.
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .drive import Drive
 
 #: Error allowed in one step: position, m; velocity, m/s, and as a share of the velocity.
-TOLERANCE_X, TOLERANCE_V, TOLERANCE_V_SHARE = 1e-10, 1e-9, 1e-6
+TOLERANCE_X, TOLERANCE_V, TOLERANCE_V_SHARE = 1e-9, 1e-8, 1e-5
 #: Steps after which a candidate is given up (its cost is then not finite).
 MOST_STEPS = 1_000_000
 #: The first step of a slip, s.
@@ -332,49 +332,47 @@ def _speed(step: Step, theta: float) -> float:
     return step.v + theta * (step.dv + w * (step.bv + theta * (step.qv + w * step.rv)))
 
 
+@njit(cache=True, error_model="numpy")
+def _pace(step: Step, theta: float) -> float:
+    """Acceleration inside a step: the derivative of its velocity polynomial."""
+    w = 1.0 - theta
+    inner = step.qv + w * step.rv
+    outer = step.bv + theta * inner
+    slope = step.dv + (w - theta) * outer + theta * w * (inner - theta * step.rv)
+    return slope / step.h
+
+
 #: What can end a piece of a slip: rest, a bend of the drive force, the clamp of the motor.
 _REST, _BEND, _CLAMP = 0, 1, 2
 
 
 @njit(cache=True, error_model="numpy")
-def _margin(
-    kind: int, theta: float, slip: Any, p: Array, c: Array, s: float, on: Piece, step: Step
-) -> float:
+def _margin(kind: int, theta: float, c: Array, s: float, on: Piece, step: Step) -> float:
     """How far a step is, at theta, from leaving its piece: negative beyond the edge."""
     v = _speed(step, theta)
     if kind == _REST:
         return s * v - c[BAND]  # type: ignore[no-any-return]
-    e = step.e + theta * step.h * step.rate - _travel(step, theta)
     if kind == _BEND:
+        e = step.e + theta * step.h * step.rate - _travel(step, theta)
         return min(e - on.e_low, on.e_high - e)
-    force = on.offset + on.clamped * c[CLAMP] + on.slope * e
-    motor = _motor(force - slip(v if v * s > 0.0 else s * 0.0, p), v, c)
-    if on.clamped == 0.0:
-        return c[CLAMP] - abs(motor)  # type: ignore[no-any-return]
-    return on.clamped * motor - c[CLAMP]  # type: ignore[no-any-return]
+    net = on.mass * _pace(step, theta) + on.damping * v + on.clamped * c[CLAMP]
+    motor = _motor(net, v, c)
+    return c[CLAMP] - abs(motor) if on.clamped == 0.0 else on.clamped * motor - c[CLAMP]  # type: ignore[no-any-return]
 
 
 @njit(cache=True, error_model="numpy")
 def _crossing(
-    kind: int,
-    high: float,
-    f_high: float,
-    slip: Any,
-    p: Array,
-    c: Array,
-    s: float,
-    on: Piece,
-    step: Step,
+    kind: int, high: float, f_high: float, c: Array, s: float, on: Piece, step: Step
 ) -> float:
     """Where in (0, high] the margin falls to zero: regula falsi with the Illinois rule."""
-    low, f_low = 0.0, _margin(kind, 0.0, slip, p, c, s, on, step)
+    low, f_low = 0.0, _margin(kind, 0.0, c, s, on, step)
     if f_low <= 0.0:
         return 0.0
     side = 0
     while high - low > 1e-12:
         theta = (low * f_high - high * f_low) / (f_high - f_low)
         theta = min(max(theta, low + 5e-13), high - 5e-13)
-        f = _margin(kind, theta, slip, p, c, s, on, step)
+        f = _margin(kind, theta, c, s, on, step)
         if f > 0.0:
             low, f_low = theta, f
             if side == 1:
@@ -389,18 +387,16 @@ def _crossing(
 
 
 @njit(cache=True, error_model="numpy")
-def _piece_end(
-    slip: Any, p: Array, c: Array, s: float, on: Piece, step: Step
-) -> tuple[float, int]:
+def _piece_end(c: Array, s: float, on: Piece, step: Step) -> tuple[float, int]:
     """The theta at which a step leaves its piece, and how; (1.0, -1) if it stays inside."""
     theta, how = 1.0, -1
     for kind in range(3):
-        for probe in (0.5, 1.0):
+        for probe in (0.25, 0.5, 0.75, 1.0):
             if probe > theta:
                 break
-            f = _margin(kind, probe, slip, p, c, s, on, step)
+            f = _margin(kind, probe, c, s, on, step)
             if f < 0.0:
-                found = _crossing(kind, probe, f, slip, p, c, s, on, step)
+                found = _crossing(kind, probe, f, c, s, on, step)
                 if found < theta or how < 0:
                     theta, how = found, kind
                 break
@@ -483,7 +479,7 @@ def _walk(
                 if error <= 1.0:
                     break
                 wish = h * factor
-            theta, how = _piece_end(slip, p, c, s, on, step)
+            theta, how = _piece_end(c, s, on, step)
             until = now + theta * h
             while i < n and t[i] <= until:
                 u = (t[i] - now) / h
