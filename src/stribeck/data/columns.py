@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class Choice:
         return _cells(table, self.factor) if isinstance(self.factor, str) else self.factor
 
 
-def mapping(columns: Mapping[str, Entry] | str | Path | None) -> Mapping[str, Entry]:
+def mapping(columns: Mapping[str, Any] | str | Path | None) -> Mapping[str, Entry]:
     """A mapping from a dict or a TOML file (its `[columns]` table, or the whole of it).
 
     Raises:
@@ -87,10 +88,10 @@ def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
     return name, table
 
 
-def _checked(where: str, entry: Entry) -> None:
+def _checked(where: str, entry: object) -> None:
     if isinstance(entry, str):
         return
-    if not isinstance(dict(entry).get("column"), str):
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("column"), str):
         raise InputError(f'{where}: write "head [unit]" or {{column = "head", unit = "N"}}')
     if odd := set(entry) - {"column", "unit", "factor"}:
         raise InputError(f"{where}: {min(map(str, odd))!r} is none of column, unit, factor")
@@ -114,15 +115,17 @@ def choose(table: Table, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
         InputError: no time or position, an unknown or unfit unit, or two columns for a channel.
     """
     chosen = {channel: _mapped(table, channel, entry) for channel, entry in mapped.items()}
+    for channel, c in chosen.items():
+        _fitting(channel, c, _kinds(channel))
     taken = {c.column for c in chosen.values()}
     heads = {h: _head(table, h) for h in table.columns if h not in taken}
     for channel in ("time", "position"):
         if channel not in chosen:
             chosen[channel] = _needed(table, heads, channel, _kinds(channel), chosen)
     rotary = chosen["position"].unit.dimension == _ANGLE
-    for channel in CHANNELS:
-        if channel not in chosen and (c := _found(heads, channel, _kinds(channel, rotary=rotary))):
-            chosen[channel] = c
+    for channel in (n for n in CHANNELS if n not in chosen):
+        if found := _found(heads, channel, _kinds(channel, rotary=rotary)):
+            chosen[channel] = found
     for channel, c in chosen.items():
         _fitting(channel, c, _kinds(channel, rotary=rotary))
     return chosen, list(_unfit(heads, chosen))

@@ -23,7 +23,7 @@ _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "nil"}
 _NULLS = sorted({s for m in _MISSING - {"nan"} for s in (m, m.upper(), m.capitalize())})
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
-_WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+_WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s{0,9}[\[(][^\])]{0,30}[\])])?")
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 
@@ -224,6 +224,7 @@ def _scan(body: bytes, layout: _Layout, comment: str, dtype: Any, **more: Any) -
         separator="\t" if layout.separator == " " else layout.separator,
         quote_char='"' if b'"' in body else None,
         comment_prefix=comment,
+        missing_columns="insert",
         **more,
     )
 
@@ -249,11 +250,10 @@ def _words(
         frame = _scan(body, layout, comment, pl.String)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise InputError("cannot be read as a table: save it as plain CSV") from error
-    words = pl.all().str.strip_chars().str.strip_chars('"')
+    frame = frame.select(pl.all().str.strip_chars().str.strip_chars('"'))
+    missing = [pl.col(c).str.to_lowercase().is_in(sorted(_MISSING)) for c in frame.columns]
+    words = [pl.when(~m).then(pl.col(c)) for m, c in zip(missing, frame.columns, strict=True)]
     frame = frame.select(words)
-    frame = frame.select(
-        pl.when(pl.all().str.to_lowercase().is_in(sorted(_MISSING))).then(None).otherwise(pl.all())
-    )
     plain = pl.all().str.replace(",", ".", literal=True) if layout.decimal_comma else pl.all()
     numbers = frame.select(plain.cast(pl.Float64, strict=False))
     cells = {}

@@ -35,6 +35,7 @@ _SYMBOLS = (
 _UNITS = frozenset(_SYMBOLS.split())
 _BELOW = {"s", "s2", "s^2", "s²", "ms", "min", "rad", "rad2", "m", "m2", "mm", "A", "V"}
 _LONGEST_UNIT = 3
+_LONGEST_HEAD = 120  # beyond, a head is prose
 _BRACKETED = re.compile(
     r"(.*?)[\s_]*[\[({]([^\[\](){}]*(?:\([^\[\](){}]*\))?[^\[\](){}]*)[\])}]\s*"
 )
@@ -64,6 +65,8 @@ class Head:
 def take_apart(head: str) -> Head:
     """The name and the unit of a head: `Position [mm]`, `Weg / mm`, `qd_rad_s`, `t (s)`."""
     head = head.strip()
+    if len(head) > _LONGEST_HEAD:
+        return Head(_stem(head), None)
     if match := _BRACKETED.fullmatch(head):
         return Head(_stem(match[1]), _respelled(match[2]))
     if (match := _SLASHED.fullmatch(head)) and is_unit(match[2] or match[4]):
@@ -78,7 +81,8 @@ def take_apart(head: str) -> Head:
 def is_unit(text: str) -> bool:
     """Whether a piece of a head is a unit and not a word (`mm`, `rad_s2`, `N s/m`)."""
     above, *below = re.split(r"[_/\s]+", text.strip().strip("[]()"))
-    return above in _UNITS and all(b in _BELOW for b in below)
+    seconds = above in ("s", "ms", "us", "µs", "μs", "min", "h")  # nothing divides them
+    return above in _UNITS and all(b in _BELOW for b in below) and not (seconds and below)
 
 
 def meanings(head: Head) -> dict[str, int]:

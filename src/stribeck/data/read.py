@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from .columns import Choice, Entry, choose, mapping
-from .containers import read_matlab, read_parquet
 from .delimited import read_text
+from .matlab import read_matlab
 from .mend import Mender, filled_extra
+from .parquet import read_parquet
 from .recording import CHANNELS, Recording, Source
 from .table import LARGEST, Table, printable, shortened
 
@@ -31,7 +33,7 @@ _MAGIC = {
 }
 
 
-def read(path: str | Path, *, columns: Mapping[str, Entry] | str | Path | None = None) -> Recording:
+def read(path: str | Path, *, columns: Mapping[str, Any] | str | Path | None = None) -> Recording:
     """Read a log: CSV and its kin, Parquet, MATLAB 5 to 7.
 
     Columns are known by their heads, which say the unit: `Time [ms]`, `position_mm`, `q_cmd_rad`,

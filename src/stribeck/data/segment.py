@@ -152,13 +152,27 @@ def step(values: Array) -> float:
     gaps = np.diff(np.unique(values))
     gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
     if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
-        return float(gaps.min()) if len(gaps) and len(values) > 10 * len(gaps) else 0.0
+        often = np.count_nonzero(np.diff(values)) > 3 * len(gaps)  # flickers, is not set anew
+        return float(gaps.min()) if len(gaps) and often else 0.0
     least = float(np.quantile(gaps, 0.1))  # a printed step is 4 here and 5 there: take their mean
-    guess = float(gaps[gaps < 1.6 * least].mean())
-    small = gaps[gaps < 8 * guess]
-    guess = float(small.sum() / np.rint(small / guess).sum())
-    off = np.abs(small / guess - np.rint(small / guess))
-    return guess if np.quantile(off, 0.9) < 0.25 and len(small) > len(gaps) / 8 else 0.0  # noqa: PLR2004
+    increment, off = _comb(gaps, float(gaps[gaps < 1.6 * least].mean()), 8 * least)
+    if off < 0.25:  # noqa: PLR2004 - half of that is what chance gives
+        return increment
+    for k in range(2, 6):  # in fast motion neighbours may be some steps apart
+        increment, off = _comb(gaps, least / k, 8 * least)
+        if off < 0.1 and len(gaps) > 20:  # noqa: PLR2004 - finer combs fit more by chance
+            return increment
+    return 0.0
+
+
+def _comb(gaps: Array, guess: float, most: float) -> tuple[float, float]:
+    """The increment nearest to a guess, and how far nine of ten gaps keep to its multiples."""
+    small = gaps[gaps < most]
+    if len(small) < len(gaps) / 8:
+        return 0.0, 1.0
+    for _ in range(2):
+        guess = float(small.sum() / max(np.rint(small / guess).sum(), 1.0))
+    return guess, float(np.quantile(np.abs(small / guess - np.rint(small / guess)), 0.9))
 
 
 def _noise(x: Array, q: float) -> float:
@@ -248,7 +262,14 @@ def _slips(
         start, stop = _edges(x, before, after, old, new, 2 * sd + q)
         span = float(t[stop] - t[start])
         if abs(jump) > band and abs(jump) > _DASH * pace[start : stop + 1].max() * span:
-            found.append(Slip(start, stop, jump, _peak(t, x, start, stop, abs(jump), sd)))
+            found.append(
+                Slip(
+                    start,
+                    stop,
+                    jump,
+                    _peak(t, x, start, stop, abs(jump), float(np.hypot(sd, q / 3.5))),
+                )
+            )
     return found
 
 
@@ -267,9 +288,9 @@ def _edges(
     return start, max(stop, start + 1)
 
 
-def _peak(t: Array, x: Array, start: int, stop: int, jump: float, sd: float) -> float:
-    """Greatest speed over a lag at which noise makes no more than a tenth of it."""
-    lag = min(max(1, int(np.ceil(14 * sd / jump * (stop - start)))), stop - start)
+def _peak(t: Array, x: Array, start: int, stop: int, jump: float, fuzz: float) -> float:
+    """Greatest speed over a lag at which noise makes a twentieth of it."""
+    lag = min(max(1, int(np.ceil(28 * fuzz / jump * (stop - start)))), stop - start)
     part, when = x[start : stop + 1], t[start : stop + 1]
     return float(np.max(np.abs(part[lag:] - part[:-lag]) / (when[lag:] - when[:-lag])))
 

@@ -1,0 +1,182 @@
+"""Stretches of a recording, named by where the axis was or by the clock: `112:295`, `10s:40s`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array
+from ..units import unit
+from .segment import segment
+
+if TYPE_CHECKING:
+    from .recording import Recording
+    from .segment import Segments
+
+_END = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z°µ]*)\s*")
+
+#: A stretch of fewer samples says nothing about a motion.
+FEWEST = 10
+
+
+@dataclass(frozen=True)
+class Range:
+    """From one position to another, or from one time to another, SI.
+
+    A range of positions means the strokes that run from `start` towards `stop`: `112:295` the
+    rightward ones, `325:127` the leftward ones.
+
+    Args:
+        text: As it was written.
+        start: m, rad or s.
+        stop: m, rad or s.
+        timed: Whether both ends are times.
+    """
+
+    text: str
+    start: float
+    stop: float
+    timed: bool
+
+    @classmethod
+    def parse(cls, text: str, shown: str) -> Self:
+        """Read `A:B`; a number without a unit is a position in the unit `shown`.
+
+        Raises:
+            InputError: not two numbers, units that differ in kind, or an empty range.
+        """
+        parts = [_END.fullmatch(part) for part in text.split(":")]
+        if len(parts) != 2 or not all(parts):  # noqa: PLR2004 - a range has two ends
+            raise InputError(f"range {text!r}: write A:B, as 112:295 ({shown}) or 10s:40s")
+        (a, unit_a), (b, unit_b) = (part.groups() for part in parts if part)
+        kinds = {unit(u or shown).dimension for u in (unit_a or unit_b, unit_b or unit_a)}
+        if len(kinds) > 1 or not kinds <= {"s", unit(shown).dimension}:
+            raise InputError(f"range {text!r}: give both ends in {shown} or both in s")
+        start = float(unit(unit_a or unit_b or shown).to_si(float(a)))
+        stop = float(unit(unit_b or unit_a or shown).to_si(float(b)))
+        timed = kinds == {"s"}
+        if start == stop or (timed and start > stop):
+            raise InputError(f"range {text!r} is empty: its ends are {a} and {b}")
+        return cls(text.strip(), start, stop, timed)
+
+    @property
+    def direction(self) -> int:
+        """+1 for a rightward, -1 for a leftward range of positions, 0 for a range of times."""
+        return 0 if self.timed else (1 if self.stop > self.start else -1)
+
+
+@dataclass(frozen=True)
+class Window:
+    """The samples of a range in one stroke.
+
+    Args:
+        rows: The samples.
+        since: First sample of the stroke, or of the recording for a range of times.
+    """
+
+    rows: slice
+    since: int
+
+
+def windows(
+    recording: Recording, within: Range | None, found: Segments | None = None
+) -> list[Window]:
+    """The samples of a range: a window a stroke, or one for a range of times or for all (None).
+
+    Raises:
+        InputError: the range holds fewer than 10 samples.
+    """
+    if within is None:
+        return [Window(slice(0, len(recording)), 0)]
+    if within.timed:
+        a, b = np.searchsorted(recording.t, [within.start, within.stop])
+        seen = [Window(slice(int(a), int(b)), 0)]
+    else:
+        seen = [
+            Window(rows, stroke.start)
+            for stroke, direction in _reaches(found or segment(recording), len(recording))
+            if direction == within.direction
+            and (rows := _between(recording.position, stroke, within)) is not None
+        ]
+    seen = [w for w in seen if w.rows.stop - w.rows.start >= FEWEST]
+    if not seen:
+        raise InputError(
+            f"{recording.label}: range {within.text} holds no motion: {_extent(recording, within)}"
+        )
+    return seen
+
+
+def _reaches(found: Segments, n: int) -> list[tuple[slice, int]]:
+    """The strokes with the standstill that follows each, so that together they cover the log."""
+    begins = [0, *(s.rows.start for s in found.strokes[1:])]
+    ends = [*begins[1:], n]
+    return [
+        (slice(a, b), s.direction) for a, b, s in zip(begins, ends, found.strokes, strict=False)
+    ]
+
+
+def _between(x: Array, stroke: slice, within: Range) -> slice | None:
+    """From where a stroke enters a range of positions to where it leaves it."""
+    part = x[stroke] * within.direction
+    start, stop = within.start * within.direction, within.stop * within.direction
+    inside = np.flatnonzero(part >= start)
+    if not len(inside):
+        return None
+    beyond = np.flatnonzero(part[inside[0] :] > stop)
+    end = inside[0] + beyond[0] if len(beyond) else len(part)
+    return slice(stroke.start + int(inside[0]), stroke.start + int(end))
+
+
+def _extent(recording: Recording, within: Range) -> str:
+    if within.timed:
+        return f"its time runs from {recording.t[0]:g} to {recording.t[-1]:g} s"
+    x = recording.position
+    scale, written = (1.0, "rad") if recording.rotary else (1e3, "mm")
+    way = "rightward" if within.direction > 0 else "leftward"
+    return (
+        f"its position runs from {x.min() * scale:.4g} to {x.max() * scale:.4g} {written} "
+        f"and no {way} stroke passes there"
+    )
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a simulation of a window starts: at rest.
+
+    Args:
+        row: The sample it starts at.
+        rest: The samples whose mean is the position of rest.
+        rows: The samples of the window that can be simulated from there.
+    """
+
+    row: int
+    rest: slice
+    rows: slice
+
+
+def start_of(found: Segments, window: Window, first: int = 50) -> Start | None:
+    """The rest to start from: the last one before the window in its stroke, else the first in it.
+
+    Section 4.3, step 1, takes the mean of the first 50 samples as the position of rest. A range
+    may begin in the middle of a slip; the state there is known only by simulating from the rest
+    before it. Samples before the first rest of a stroke cannot be simulated and are left out.
+    Returns None if the axis does not rest in the stroke.
+    """
+    rows = window.rows
+    rests = [
+        r
+        for r in found.rests
+        if r.stop - r.start >= FEWEST and r.stop > window.since and r.start < rows.stop - FEWEST
+    ]
+    if not rests:
+        return None
+    before = [r for r in rests if r.start <= rows.start]
+    rest = before[-1] if before else rests[0]
+    row = max(rest.start, min(rows.start, rest.stop - first)) if before else rest.start
+    return Start(
+        row, slice(row, min(rest.stop, row + first)), slice(max(rows.start, row), rows.stop)
+    )
