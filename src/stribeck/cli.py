@@ -1,0 +1,332 @@
+"""The command line: parse, call, print."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .data import Recording
+    from .identify.fit import Fit
+    from .rig import Rig
+
+app = typer.Typer(
+    name="stribeck",
+    help="From a motion log to a friction model you can trust.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB.")]
+Columns = Annotated[
+    Path | None, typer.Option(metavar="MAP.toml", help="Which column is what, where the heads do not say.")
+]
+RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help="A rig's name (see `rigs`) or a TOML file.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="A rig's constant, or a parameter to hold."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+
+
+def main() -> None:
+    """Run the command line; whatever the user got wrong is one line and exit status 2."""
+    try:
+        status = app(standalone_mode=False)
+    except InputError as error:
+        _fail(str(error), 2)
+    except typer.TyperException as error:
+        _fail(f"{error.format_message()} (see stribeck --help)", 2)
+    except KeyboardInterrupt:
+        _fail("interrupted before there was a result: nothing was written", 130)
+    except BrokenPipeError:  # the reader of our output has gone
+        sys.stderr.close()
+        sys.exit(141)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _fail(message: str, status: int) -> None:
+    line = " ".join(message.split())
+    print(f"stribeck: {line}", file=sys.stderr)  # noqa: T201
+    sys.exit(status)
+
+
+@app.command()
+def twin(
+    out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="The log to write.")],
+    direction: Annotated[str, typer.Option(metavar="up|down|both", help="Ramp up, down, or up and down.")] = "both",
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensor noise.")] = 0,
+    speed: Annotated[float, typer.Option(metavar="MM/S", help="Speed of the ramp.")] = 5.0,
+    noise: Annotated[float, typer.Option(metavar="MM", help="Noise of an ultrasonic echo.")] = 0.3,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the log.")] = 100.0,
+    echo_rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the transducer.")] = 50.0,
+) -> None:
+    """Record the paper's test bed, simulated with its sensors; the truth is written beside the log."""
+    from .report.twin import write_twin
+    from .rig.testbed import TestBed
+
+    bed = TestBed(speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate)
+    for file in write_twin(bed, direction, seed, out):
+        typer.echo(file)
+
+
+@app.command()
+def check(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.")],
+    columns: Columns = None,
+    rig: Annotated[str | None, typer.Option(metavar="RIG", help="Read the log as this rig's.")] = None,
+    json: Json = False,
+) -> None:
+    """Say what is in a log, and what it is good enough for."""
+    from .data import check as looked_at
+    from .report.terminal import show_quality
+
+    (recording,) = _read([log], _rig(rig) if rig else None, columns)
+    quality = looked_at(recording)
+    if json:
+        typer.echo(quality.text())
+    else:
+        show_quality(quality)
+
+
+@app.command()
+def identify(
+    logs: Logs,
+    rig: RigName,
+    law: Annotated[str | None, typer.Option(metavar="L", help="A friction law (see `laws`).")] = None,
+    directional: Annotated[bool, typer.Option("--directional", help="Parameters for each direction.")] = False,
+    method: Annotated[str | None, typer.Option(metavar="M", help="A search method (see `methods`).")] = None,
+    train: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or 10s:40s) to train on.")] = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to validate on.")] = None,
+    set_: Set = None,
+    bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LO:HI", help="Search range of a parameter.")] = None,
+    tie: Annotated[list[str] | None, typer.Option(metavar="NAME=OTHER", help="Make one parameter equal another.")] = None,
+    setting: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A setting of the method.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")] = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each repeat.")] = None,
+    repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches.")] = None,
+    target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J.")] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json and figures there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Identify the friction of an axis from recordings of it."""
+    from .identify.fit import identify as identified
+    from .report.folder import check_folder, write_fit
+    from .report.terminal import Watch, show_fit
+
+    if out is not None:
+        check_folder(out)
+    chosen, fixed = _set(_rig(rig), law, directional, set_ or [])
+    recordings = _read(logs, chosen, columns)
+    asked = _paper(method, target, budget, repeats) if paper else {}
+    watch = Watch(chosen.shows.get("position", "m"))
+    try:
+        fit = identified(
+            recordings,
+            rig=chosen,
+            law=_law(chosen, law, directional),
+            train=train or None,
+            holdout=holdout or None,
+            fixed=fixed,
+            bounds={n: _interval(v, n) for n, v in _pairs(bounds)},
+            tied=dict(_pairs(tie)),
+            seed=seed,
+            settings={n: _value(v) for n, v in _pairs(setting)},
+            look=watch,
+            **(asked or {"method": method, "target": target, "budget": budget, "repeats": repeats}),
+        )
+    finally:
+        watch.close()
+    _tell(fit, out, json, show_fit, write_fit)
+
+
+def _tell(fit: Fit, out: Path | None, json: bool, show: Any, write: Any) -> None:
+    if out is not None:
+        write(fit, out)
+    if json:
+        from .identify.card import card
+
+        typer.echo(card(fit).text(), nl=False)
+    else:
+        show(fit)
+        if out is not None:
+            typer.echo(f"\ncard and figures in {out}")
+    if fit.ended == "interrupted":
+        where = f"in {out / 'card.json'}" if out is not None else "printed above"
+        _fail(f"interrupted: the partial result is {where}", 130)
+
+
+@app.command()
+def validate(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
+    logs: Logs,
+    range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
+    max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error.")] = None,
+    columns: Columns = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Hold an identified model against other recordings."""
+    from .identify.card import read_card
+    from .identify.validate import validate as validated
+    from .report.terminal import show_validation, validation_text
+
+    written = read_card(card)
+    made, p = written.model()
+    recordings = _read(logs, made.rig, columns)
+    rows = validated(made, p, recordings, range_ or None)
+    if json:
+        typer.echo(validation_text(written, rows), nl=False)
+    else:
+        show_validation(written, rows)
+    worst = max(score.value for _, _, score in rows)
+    if max_error is not None and not worst <= max_error:
+        print(f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}", file=sys.stderr)  # noqa: T201
+        raise typer.Exit(1)
+
+
+@app.command()
+def simulate(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording whose command is to be followed.")],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to write the motion.")],
+    columns: Columns = None,
+) -> None:
+    """Simulate an identified model under the command of a log."""
+    from .identify.card import read_card
+    from .report.twin import write_motion
+
+    made, p = read_card(card).model()
+    (recording,) = _read([log], made.rig, columns)
+    write_motion(made, p, recording, out)
+    typer.echo(out)
+
+
+@app.command()
+def laws(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+    """List the friction laws, or explain one."""
+    from .report.lists import show_laws
+
+    show_laws(name)
+
+
+@app.command()
+def methods(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+    """List the search methods, or explain one."""
+    from .report.lists import show_methods
+
+    show_methods(name)
+
+
+@app.command()
+def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+    """List the rigs, or show one with its constants."""
+    from .report.lists import show_rigs
+
+    show_rigs(_rig(name) if name else None)
+
+
+@app.command()
+def version() -> None:
+    """Print the version."""
+    from . import __version__
+
+    typer.echo(__version__)
+
+
+def _rig(name: str) -> Rig:
+    from .rig import RIGS
+    from .rig.custom import rig_file
+
+    if name.endswith(".toml"):
+        return rig_file(Path(name))
+    if name not in RIGS:
+        raise InputError(f"no rig {name!r}: there are {', '.join(RIGS)}, or give a .toml file")
+    return RIGS[name]
+
+
+def _law(rig: Rig, law: str | None, directional: bool) -> str:
+    name = law or rig.laws[0]
+    return f"{name}-directional" if directional and not name.endswith("-directional") else name
+
+
+def _set(rig: Rig, law: str | None, directional: bool, given: Sequence[str]) -> tuple[Rig, dict[str, float]]:
+    """Sort `--set` into the rig's constants and parameters to hold."""
+    known = {c.name for c in rig.constants}
+    constants, fixed = {}, {}
+    for name, text in _pairs(given):
+        (constants if name in known else fixed)[name] = _float(text, f"--set {name}")
+    if fixed:
+        from .identify.problem import chosen
+
+        _, about = chosen(rig, _law(rig, law, directional))
+        names = {rig.label(q.name) for q in rig.parameters(about)} | {q.name for q in rig.parameters(about)}
+        if strange := [n for n in fixed if n not in names]:
+            raise InputError(
+                f"--set {strange[0]}: rig {rig.name} has no such constant or parameter: it has "
+                f"{', '.join([*known, *(q.name for q in rig.parameters(about))])}"
+            )
+    return rig.set(**constants), fixed
+
+
+def _paper(method: str | None, target: float | None, budget: int | None, repeats: int | None) -> dict[str, Any]:
+    from .identify.fit import PAPER_TARGET
+
+    asked = {"--method": method, "--target": target, "--budget": budget, "--repeats": repeats}
+    if both := [n for n, v in asked.items() if v is not None]:
+        raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")
+    return {"method": "bts", "target": PAPER_TARGET, "budget": 10**6, "repeats": 1, "polishing": False}
+
+
+def _read(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[Recording]:
+    from .data import read
+
+    mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
+    return [read(log, columns=mapping) for log in logs]
+
+
+def _pairs(given: Sequence[str] | None) -> list[tuple[str, str]]:
+    found = []
+    for text in given or []:
+        name, equals, value = text.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"{text!r}: write NAME=VALUE")
+        found.append((name.strip(), value.strip()))
+    names = [n for n, _ in found]
+    if twice := {n for n in names if names.count(n) > 1}:
+        raise InputError(f"{', '.join(sorted(twice))} is given twice")
+    return found
+
+
+def _interval(text: str, name: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise InputError(f"--bounds {name}={text}: write NAME=LO:HI")
+    return _float(low, f"--bounds {name}"), _float(high, f"--bounds {name}")
+
+
+def _float(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{where}: {text!r} is not a number") from None
+
+
+def _value(text: str) -> int | float | str:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text

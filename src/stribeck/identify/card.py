@@ -1,0 +1,295 @@
+"""The card: an identified model as a file that people and programs can read, and read back."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from .. import __version__
+from ..errors import InputError
+from ..friction import LAWS
+from ..rig import RIGS, Rig
+from ..rig.rig import shown_in
+from ..space import Param
+from ..units import unit
+from .problem import Parameters, parameters
+
+if TYPE_CHECKING:
+    from .fit import Fit
+
+#: A card is a page, not a data set.
+LARGEST = 4 << 20
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ParameterCard(_Part):
+    """One parameter, in the unit given."""
+
+    value: Finite
+    unit: str
+    low: Finite | None
+    high: Finite | None
+    standard_error: Finite | None = None
+    spread: Finite | None = None
+    at_bound: Literal["lower", "upper"] | None
+    verdict: Literal["identified", "weak", "not identifiable", "fixed"]
+
+
+class ObjectiveCard(_Part):
+    """The misfit on the training data."""
+
+    name: Literal["position_rmse", "relative_error"]
+    value: Finite
+    unit: str
+    baselines: dict[str, Finite] = {}
+    samples: int
+
+
+class HoldoutCard(_Part):
+    """The misfit on a range that was not trained on."""
+
+    range: str
+    value: Finite
+    unit: str
+    baselines: dict[str, Finite] = {}
+    samples: int
+
+
+class SearchCard(_Part):
+    """How the answer was searched for."""
+
+    method: str
+    seed: int | None
+    evaluations: int
+    seconds: Finite
+    ended: str
+    repeats: list[Finite] = []
+
+
+class DataCard(_Part):
+    """A log that was used."""
+
+    file: str
+    sha256: str
+    rows: int
+    used: int
+
+
+class ConstantCard(_Part):
+    """A constant of the rig that differs from the shipped one."""
+
+    value: Finite
+    unit: str
+
+
+class Card(_Part):
+    """An identified friction model, version 1 of the schema."""
+
+    schema_: Literal["stribeck-card/1"] = Field("stribeck-card/1", alias="schema")
+    law: str
+    rig: str
+    kind: str
+    constants: dict[str, ConstantCard] = {}
+    columns: dict[str, Any] = {}
+    parameters: dict[str, ParameterCard]
+    objective: ObjectiveCard
+    train: list[str] = []
+    holdout: list[HoldoutCard] = []
+    search: SearchCard
+    balance: dict[str, Finite] = {}
+    data: list[DataCard]
+    warnings: list[str] = []
+    software: dict[str, str]
+
+    def text(self) -> str:
+        """The card as JSON, as it stands in a file."""
+        return json.dumps(self.model_dump(by_alias=True), indent=2, ensure_ascii=False) + "\n"
+
+    def model(self) -> tuple[Parameters, np.ndarray]:
+        """The rig, law and parameter set of the card, ready to be simulated.
+
+        Raises:
+            InputError: it names a rig, law or parameter that is not there, or its values are
+                no friction law.
+        """
+        if self.kind not in RIGS:
+            raise InputError(f"card: no rig {self.kind!r}: there are {', '.join(RIGS)}")
+        if self.law not in LAWS:
+            raise InputError(f"card: no law {self.law!r}: there are {', '.join(LAWS)}")
+        shipped, law = RIGS[self.kind], LAWS[self.law]
+        rig: Rig = replace(
+            shipped.set(**{n: _converted(shipped, n, c) for n, c in self.constants.items()}),
+            name=self.rig,
+            columns=self.columns or shipped.columns,
+        )
+        every = rig.parameters(law)
+        needed = {rig.label(q.name) for q in every if q.fixed is None}
+        known = {rig.label(q.name) for q in every}
+        if strange := sorted((needed - set(self.parameters)) | (set(self.parameters) - known)):
+            raise InputError(f"card: parameter {strange[0]} is missing or does not belong there")
+        p = np.array([self._value(rig, q) for q in every])
+        if not bool(np.all(law.physical(p[None, : len(law.params)]))):
+            raise InputError(f"card: its values are no {law.name} friction (F_S below F_C, or < 0)")
+        values = {q.name: float(shown_in(rig, q, v)) for q, v in zip(every, p, strict=True)}
+        # One parameter is left free, so that the parts which need one can be used; it is not
+        # searched for.
+        last = every[-1].name
+        made = parameters(rig, law, fixed={n: v for n, v in values.items() if n != last})
+        return made, p
+
+
+    def _value(self, rig: Rig, param: Param) -> float:
+        """A parameter's value, SI; what a card leaves out is as its law holds it."""
+        given = self.parameters.get(rig.label(param.name))
+        if given is None:
+            return float(param.fixed or 0.0)
+        if unit(given.unit).dimension != unit(param.unit).dimension:
+            raise InputError(f"card: {param.name} is in {given.unit}, its unit is {param.unit}")
+        return float(unit(given.unit).to_si(given.value))
+
+
+def _converted(rig: Rig, name: str, given: ConstantCard) -> float:
+    shown = next((c.unit for c in rig.constants if c.name == name), None)
+    if shown is None:
+        rig[name]  # says which there are
+    if unit(given.unit).dimension != unit(shown or "").dimension:
+        raise InputError(f"card: constant {name} is in {given.unit}, the rig's is in {shown}")
+    return float(unit(shown or "").from_si(unit(given.unit).to_si(given.value)))
+
+
+def card(fit: Fit) -> Card:
+    """The card of a fit."""
+    rig = fit.rig
+    kind = kind_of(rig)
+    shipped = {c.name: c.value for c in RIGS[kind].constants}
+    return Card(
+        law=fit.law.name,
+        rig=rig.name,
+        kind=kind,
+        constants={
+            c.name: ConstantCard(value=c.shown, unit=c.unit)
+            for c in rig.constants
+            if c.value != shipped[c.name]
+        },
+        columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
+        parameters=_parameters(fit),
+        objective=ObjectiveCard(
+            name=fit.score.name,
+            value=fit.score.value,
+            unit=fit.score.unit,
+            baselines=baselines(fit.score),
+            samples=fit.score.samples,
+        ),
+        train=[r.text for r in fit.train_ranges],
+        holdout=[
+            HoldoutCard(
+                range=h.within.text if h.within else "all",
+                value=h.score.value,
+                unit=h.score.unit,
+                baselines=baselines(h.score),
+                samples=h.score.samples,
+            )
+            for h in fit.holdout
+        ],
+        search=SearchCard(
+            method=fit.method,
+            seed=fit.seed,
+            evaluations=fit.evaluations,
+            seconds=round(fit.seconds, 3),
+            ended=fit.ended,
+            repeats=[d.cost for d in fit.polished],
+        ),
+        balance=fit.balance.figures() if fit.balance is not None else {},
+        data=[
+            DataCard(
+                file=log.source.file,
+                sha256=log.source.sha256,
+                rows=log.source.rows or len(log),
+                used=fit.used(log),
+            )
+            for log in fit.recordings
+        ],
+        warnings=list(fit.warnings),
+        software={"stribeck": __version__},
+    )
+
+
+def baselines(score: Any) -> dict[str, float]:
+    """The baselines of a score that has any."""
+    named = {"still": score.still, "smooth": score.smooth}
+    return {n: v for n, v in named.items() if math.isfinite(v)}
+
+
+def kind_of(rig: Rig) -> str:
+    """The shipped rig that a rig is a variant of."""
+    for name, shipped in RIGS.items():
+        if rig is shipped or rig.name == name:
+            return name
+    return next(name for name, shipped in RIGS.items() if type(shipped) is type(rig))
+
+
+def _parameters(fit: Fit) -> dict[str, ParameterCard]:
+    made, cards = fit.parameters, {}
+    for q, e in zip(made.every, fit.estimates, strict=True):
+        if e.verdict == "fixed" and q.fixed == e.value:
+            continue  # as the law holds it anyway
+        zero = float(shown_in(made.rig, q, 0.0))
+
+        def shown(value: float, *, width: bool = False, q: Any = q, zero: float = zero) -> Any:
+            if not math.isfinite(value):
+                return None
+            return float(shown_in(made.rig, q, value)) - (zero if width else 0.0)
+
+        free = e.verdict != "fixed"
+        cards[e.name] = ParameterCard(
+            value=shown(e.value),
+            unit=e.unit,
+            low=shown(e.low) if free else None,
+            high=shown(e.high) if free else None,
+            standard_error=shown(e.standard_error, width=True),
+            spread=shown(e.spread, width=True),
+            at_bound=e.at_bound,
+            verdict=e.verdict,
+        )
+    return cards
+
+
+def read_card(path: str | Path) -> Card:
+    """Read a card from a file.
+
+    Raises:
+        InputError: no such file, not a card, a newer schema, or values that cannot be.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(f"{path}: too large for a card")
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not a card: it is no JSON") from error
+    if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith("stribeck-card/"):
+        raise InputError(f"{path}: not a card: it has no schema stribeck-card/1")
+    if data["schema"] != "stribeck-card/1":
+        raise InputError(f"{path}: its schema is {data['schema']!s:.40}, this program reads stribeck-card/1")
+    try:
+        return Card.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{path}: {where}: {first['msg']}") from error
+
+

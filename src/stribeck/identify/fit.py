@@ -1,0 +1,402 @@
+"""From recordings to a fitted law: split, search, polish, look back, say what was found."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ..errors import InputError
+from ..friction import Law
+from ..optimize import Run, Search, Target, configure
+from ..rig import Rig
+from ..rig.slide_bed import SlideBed
+from ..space import Array
+from .polish import Polished, polish_run, standard_errors
+from .problem import MotionProblem, Parameters, Stretch, chosen, listed, parameters, ranges
+from .problem import stretches
+from .validate import HeldOut, Score, held_out, scores
+
+if TYPE_CHECKING:
+    from ..data.ranges import Range
+    from ..data.recording import Recording
+
+#: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
+BUDGET, POLISH = 12_000, 1_800
+REPEATS = 3
+#: A repeat whose J is within this factor of the best explains the data as well for all we know.
+RIVAL = 1.1
+#: Stopping rule of the paper (section 4.4): J < 4.5 mm or 1000 rounds.
+PAPER_TARGET = 4.5
+
+Look = Callable[[Sequence[Search]], None]
+Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter as it was found, SI.
+
+    Args:
+        name: As its rig calls it.
+        value: The estimate.
+        standard_error: From the Jacobian at the estimate, for residuals as correlated as they
+            are; nan for a fixed parameter.
+        spread: Standard deviation over the repeats that fit as well; nan with fewer than two.
+        low: Lower end of an interval of two standard errors or spreads, whichever is wider,
+            cut at the search range.
+        high: Upper end.
+        at_bound: Which end of its search range it sits at, if any.
+        verdict: `identified` if the interval is within 10 % of the value, `weak` within 50 %.
+        unit: In which people see it.
+    """
+
+    name: str
+    value: float
+    standard_error: float
+    spread: float
+    low: float
+    high: float
+    at_bound: Literal["lower", "upper"] | None
+    verdict: Verdict
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What an identification found, and what it rests on.
+
+    Args:
+        parameters: Which parameters were free, fixed and tied.
+        p: The complete parameter set found, SI.
+        estimates: The parameters one by one.
+        correlation: Of the free parameters' estimates, (dim, dim).
+        score: Misfit on the training data beside its baselines.
+        holdout: The same for each range held out.
+        runs: The searches, the best first.
+        polished: What polishing made of each run.
+        method: Name of the search method.
+        seed: Seed of the searches.
+        evaluations: Of the cost, in all.
+        seconds: Wall-clock time of the searches.
+        ended: Why the best search ended; "interrupted" if somebody stopped it.
+        train: The stretches it was trained on.
+        recordings: The logs.
+        warnings: What a reader must know, a sentence each.
+        balance: The force balance of a rig on the inverse road, else None.
+    """
+
+    parameters: Parameters
+    p: Array
+    estimates: tuple[Estimate, ...]
+    correlation: Array
+    score: Score
+    holdout: tuple[HeldOut, ...]
+    runs: tuple[Run, ...]
+    polished: tuple[Polished, ...]
+    method: str
+    seed: int | None
+    evaluations: int
+    seconds: float
+    ended: str
+    train: tuple[Stretch, ...]
+    train_ranges: tuple[Range, ...]
+    recordings: tuple[Recording, ...]
+    warnings: tuple[str, ...]
+    balance: Any = field(default=None, repr=False)
+
+    @property
+    def rig(self) -> Rig:
+        """The rig."""
+        return self.parameters.rig
+
+    @property
+    def law(self) -> Law:
+        """The friction law."""
+        return self.parameters.law
+
+    def used(self, recording: Recording) -> int:
+        """How many samples of a recording the fit was trained on."""
+        if self.balance is not None:
+            return int(self.balance.used[self.recordings.index(recording)])
+        return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The complete parameter set by name, SI."""
+        return self.parameters.values(self.p)
+
+
+def identify(
+    recordings: Recording | Sequence[Recording],
+    *,
+    rig: str | Rig = "slide-bed",
+    law: str | Law | None = None,
+    method: str | None = None,
+    train: Sequence[Range | str] | Range | str | None = None,
+    holdout: Sequence[Range | str] | Range | str | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    tied: Mapping[str, str] | None = None,
+    seed: int | None = None,
+    budget: int | None = None,
+    repeats: int | None = None,
+    target: float | None = None,
+    polishing: bool = True,
+    settings: Mapping[str, Any] | None = None,
+    look: Look | None = None,
+) -> Fit:
+    """Identify the friction of an axis.
+
+    On a rig of the simulation road (`slide-bed`) repeats of a search run in lockstep on the
+    output error J (4.5), and bounded least squares polishes each of their answers. On the
+    inverse road (`emps`, `forced`) the force balance is solved by least squares, which leaves
+    nothing to search: `method`, `seed`, `budget`, `repeats` and `target` do not apply there.
+
+    Args:
+        recordings: One or several logs of the axis.
+        rig: A rig or its name.
+        law: A law or its name; by default the rig's first.
+        method: A search method; by default `bts` with the settings of section 4.4.
+        train: Ranges to train on; everything by default.
+        holdout: Ranges to validate on.
+        fixed: Parameters to hold, in the units the rig shows.
+        bounds: Search ranges that replace the rig's, in the units the rig shows.
+        tied: Parameters that equal others.
+        seed: Seed of all repeats; 0 by default.
+        budget: Evaluations of the cost for each repeat, polishing included; 12,000 by default.
+        repeats: Independent searches; 3 by default.
+        target: Stop a search at this J, in the unit in which the rig shows positions.
+        polishing: Whether least squares polishes what a search found.
+        settings: Settings of the search method.
+        look: Called with the searches after every step; a progress bar looks here.
+
+    Raises:
+        InputError: something asked for cannot be done with these recordings.
+    """
+    rig, law = chosen(rig, law)
+    logs = listed(recordings)
+    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+    trained, held = ranges(train, rig), ranges(holdout, rig)
+    if not isinstance(rig, SlideBed):
+        asked = {"method": method, "seed": seed, "budget": budget, "repeats": repeats,
+                 "target": target, "settings": settings or None}  # fmt: skip
+        if idle := [name for name, value in asked.items() if value is not None]:
+            raise InputError(
+                f"rig {rig.name} is solved by least squares, without a search: "
+                f"{', '.join(idle)} does not apply"
+            )
+        from .balance import balanced  # noqa: PLC0415 - scipy.signal, which a search never needs
+
+        return balanced(made, logs, trained, held)
+    train_on = [s for r in trained or [None] for s in stretches(logs, rig, r)]
+    tests = [(r, stretches(logs, rig, r)) for r in held]
+    problem = MotionProblem(made, train_on)
+    plan = _Plan(
+        method or "bts",
+        dict(settings or {}),
+        0 if seed is None else seed,
+        BUDGET if budget is None else budget,
+        REPEATS if repeats is None else repeats,
+        target,
+        polishing,
+    )
+    searches = plan.searches(problem)
+    interrupted = _run(problem, searches, look)
+    return _conclude(problem, plan, searches, tests, trained, logs, interrupted)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """How the searches are run."""
+
+    method: str
+    settings: dict[str, Any]
+    seed: int
+    budget: int
+    repeats: int
+    target: float | None
+    polishing: bool
+
+    def polish_budget(self) -> int:
+        return min(POLISH, self.budget // 5) if self.polishing else 0
+
+    def searches(self, problem: MotionProblem) -> list[Search]:
+        if self.repeats < 1:
+            raise InputError(f"repeats must be at least 1, got {self.repeats}")
+        if self.seed < 0:
+            raise InputError(f"seed must be a whole number >= 0, got {self.seed}")
+        algorithm = configure(self.method, **self.settings)
+        stops = [] if self.target is None else [Target(self.target)]
+        budget = self.budget - self.polish_budget() if self.budget > 0 else self.budget
+        return [
+            Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
+            for s in SeedSequence(self.seed).spawn(self.repeats)
+        ]
+
+
+def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
+    """Advance all searches together until they have ended; True if somebody interrupted them."""
+    try:
+        while live := [s for s in searches if s.ended is None]:
+            asked = [s.ask() for s in live]
+            costs = problem(np.concatenate(asked))
+            cuts = np.cumsum([len(a) for a in asked])[:-1]
+            for search, part in zip(live, np.split(costs, cuts), strict=True):
+                search.tell(part)
+            if look is not None:
+                look(searches)
+    except KeyboardInterrupt:
+        if not all(len(s.trace) for s in searches):
+            raise
+        return True
+    return False
+
+
+def _conclude(
+    problem: MotionProblem,
+    plan: _Plan,
+    searches: Sequence[Search],
+    tests: Sequence[tuple[Range, list[Stretch]]],
+    trained: Sequence[Range],
+    logs: Sequence[Recording],
+    interrupted: bool,
+) -> Fit:
+    runs = [s.run() for s in searches]
+    if not np.isfinite(min(r.cost for r in runs)):
+        raise InputError(
+            f"no parameter set in the search ranges could be simulated with law "
+            f"{problem.parameters.law.name}: check the ranges and the rig's constants"
+        )
+    allowance = 0 if interrupted else plan.polish_budget()
+    done = [polish_run(problem, r, allowance) for r in runs]
+    order = sorted(range(len(runs)), key=lambda k: done[k].cost)
+    runs, done = [runs[k] for k in order], [done[k] for k in order]
+    best = done[0]
+    made = problem.parameters
+    p = made.full(best.x[None])[0]
+    errors, correlation = standard_errors(problem, best.x)
+    rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
+    spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
+    estimates = _estimates(made, p, errors, spread)
+    score = scores(made, p, problem.train)
+    tested = tuple(held_out(made, p, r, s) for r, s in tests)
+    return Fit(
+        parameters=made,
+        p=p,
+        estimates=estimates,
+        correlation=correlation,
+        score=score,
+        holdout=tested,
+        runs=tuple(runs),
+        polished=tuple(done),
+        method=plan.method,
+        seed=plan.seed,
+        evaluations=sum(r.evaluations for r in runs) + sum(d.evaluations for d in done),
+        seconds=max(r.seconds for r in runs),
+        ended="interrupted" if interrupted else runs[0].ended,
+        train=problem.train,
+        train_ranges=tuple(trained),
+        recordings=tuple(logs),
+        warnings=tuple(_warnings(made, estimates, correlation, score, problem.train, tests, logs, interrupted)),
+    )
+
+
+def estimate(
+    made: Parameters, index: int, value: float, error: float, spread: float
+) -> Estimate:
+    """A free or fixed parameter with its interval, its bound and a verdict at a quick look."""
+    param = made.every[index]
+    rig, name = made.rig, param.name
+    written = rig.unit_of(param)
+    if name not in {q.name for q in made.free}:
+        return Estimate(rig.label(name), value, np.nan, np.nan, value, value, None, "fixed", written)
+    width = param.upper - param.lower
+    at: Literal["lower", "upper"] | None = None
+    if value - param.lower < 1e-3 * width:
+        at = "lower"
+    elif param.upper - value < 1e-3 * width:
+        at = "upper"
+    half = max(1.96 * error, 2.0 * np.nan_to_num(spread)) if np.isfinite(error) else np.inf
+    low, high = max(value - half, param.lower), min(value + half, param.upper)
+    verdict: Verdict = "not identifiable"
+    if half <= 0.5 * abs(value):
+        verdict = "identified" if half <= 0.1 * abs(value) and at is None else "weak"
+    return Estimate(rig.label(name), value, error, spread, low, high, at, verdict, written)
+
+
+def _estimates(
+    made: Parameters, p: Array, errors: Array, spread: Array
+) -> tuple[Estimate, ...]:
+    free = {q.name: i for i, q in enumerate(made.free)}
+    found = []
+    for k, param in enumerate(made.every):
+        i = free.get(made.tied.get(param.name, param.name))
+        error, wide = (errors[i], spread[i]) if i is not None else (np.nan, np.nan)
+        found.append(estimate(made, k, float(p[k]), float(error), float(wide)))
+    return tuple(found)
+
+
+def _warnings(
+    made: Parameters,
+    estimates: Sequence[Estimate],
+    correlation: Array,
+    score: Score,
+    train: Sequence[Stretch],
+    tests: Sequence[tuple[Range, list[Stretch]]],
+    logs: Sequence[Recording],
+    interrupted: bool,
+) -> list[str]:
+    said = []
+    if interrupted:
+        said.append("interrupted: the search had not ended, and its answer was not polished")
+    said += bound_warnings(estimates)
+    said += correlation_warnings(made, correlation)
+    if score.value > 0.5 * score.smooth:
+        said.append(
+            f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
+            f"without stick-slip has {score.smooth:.3g} {score.unit}"
+        )
+    seen = {s.direction for s in train}
+    for within, parts in tests:
+        if not made.law.directional and {s.direction for s in parts} - seen:
+            said.append(f"hold-out {within.text} runs in a direction that was not trained on")
+    if not made.law.directional and len(seen) > 1:
+        said.append(
+            "both directions share one parameter set: use the law "
+            f"{made.law.name}-directional, or train on one direction"
+        )
+    said += [f"{log.label}: {note}" for log in logs for note in log.notes]
+    return said
+
+
+def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
+    """A sentence for every parameter that ended at an end of its search range."""
+    return [
+        f"{e.name} ended at the {e.at_bound} end of its range: widen the range or doubt the value"
+        for e in estimates
+        if e.at_bound
+    ]
+
+
+def correlation_warnings(made: Parameters, correlation: Array, limit: float = 0.95) -> list[str]:
+    """A sentence for the parameters that the data cannot tell apart."""
+    names = [made.rig.label(q.name) for q in made.free]
+    pairs = [
+        f"{names[i]} and {names[j]} ({correlation[i, j]:+.3f})"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(correlation[i, j]) > limit
+    ]
+    if not pairs:
+        return []
+    return [f"the data hardly tell apart {', '.join(pairs)}: trust their combination, not each"]
+
+
+def cores() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,310 @@
+"""The identification as a problem for a search: parameters in, misfit of the motion out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from ..data.hold import fresh
+from ..data.ranges import Range, start_of, windows
+from ..data.segment import segment
+from ..errors import InputError
+from ..friction import LAWS, Law
+from ..rig import RIGS, Rig
+from ..rig.kernel import Track, track
+from ..rig.rig import in_si
+from ..rig.slide_bed import SlideBed
+from ..space import Array, Param, Space
+from ..units import unit
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """One stretch of a recording, ready to be simulated.
+
+    Args:
+        recording: Where it comes from.
+        rows: The samples that count.
+        begin: The sample at which the simulation starts, at rest; at or before `rows`.
+        track: Command, samples and measured positions from `begin` to the end of `rows`.
+    """
+
+    recording: Recording
+    rows: slice
+    begin: int
+    track: Track
+
+    @property
+    def direction(self) -> int:
+        """+1 if the axis went rightward over it, else -1."""
+        x = self.recording.position
+        return 1 if x[self.rows.stop - 1] >= x[self.rows.start] else -1
+
+
+def stretches(
+    recordings: Sequence[Recording], rig: SlideBed, within: Range | None
+) -> list[Stretch]:
+    """The stretches of a range in all recordings, each from the last rest before it.
+
+    Raises:
+        InputError: no recording passes the range, or the axis never rests before it.
+    """
+    found: list[Stretch] = []
+    missing: list[InputError] = []
+    for recording in recordings:
+        try:
+            found += _stretches(recording, rig, within)
+        except InputError as error:
+            missing.append(error)
+    if not found:
+        raise missing[0]
+    return found
+
+
+def _stretches(recording: Recording, rig: SlideBed, within: Range | None) -> list[Stretch]:
+    seen = segment(recording)
+    drive, anew = rig.drive(recording), fresh(recording)
+    found = []
+    for window in windows(recording, within, seen):
+        start = start_of(seen, window)
+        if start is None:
+            raise InputError(
+                f"{recording.label}: the axis never rests"
+                f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
+                "simulate from: this rig is for logs with stick-slip"
+            )
+        samples = slice(start.row, start.rows.stop)
+        t = recording.t[samples]
+        score = (anew[samples] & (t >= recording.t[start.rows.start])).astype(float)
+        x0 = float(recording.position[start.rest].mean())
+        on = track(drive, t, x0, recording.position[samples], score)
+        found.append(Stretch(recording, start.rows, start.row, on))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """Which parameters are to be found, and how the others follow.
+
+    Args:
+        rig: The rig.
+        law: The friction law.
+        every: All parameters, the law's and then the rig's, in the order in which they are
+            simulated.
+        free: Those to be found, in the same order.
+        fixed: Values of the others, SI, by name.
+        tied: Name of the parameter that another one equals, by name.
+    """
+
+    rig: Rig
+    law: Law
+    every: tuple[Param, ...]
+    free: tuple[Param, ...]
+    fixed: Mapping[str, float]
+    tied: Mapping[str, str]
+
+    def full(self, x: Array) -> Array:
+        """(n, dim) free values to (n, k) complete parameter sets, SI."""
+        x = np.asarray(x, dtype=float)
+        at = {p.name: i for i, p in enumerate(self.free)}
+        p = np.empty((len(x), len(self.every)))
+        for k, param in enumerate(self.every):
+            name = self.tied.get(param.name, param.name)
+            p[:, k] = x[:, at[name]] if name in at else self.fixed[name]
+        return p
+
+    def values(self, p: Array) -> dict[str, float]:
+        """One complete parameter set by name."""
+        return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}
+
+
+def parameters(
+    rig: Rig,
+    law: Law,
+    *,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    tied: Mapping[str, str] | None = None,
+) -> Parameters:
+    """Sort a rig's parameters under a law into free, fixed and tied ones.
+
+    Args:
+        rig: The rig.
+        law: The law.
+        fixed: Values by name, in the unit the rig shows; these are not searched.
+        bounds: Search ranges by name, in the unit the rig shows; frees a parameter that the
+            law holds fixed, such as an exponent.
+        tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+
+    Raises:
+        InputError: an unknown name, a parameter that is two of these at once, a value or a
+            range outside the law's meaning, or nothing left to find.
+    """
+    fixed, bounds, tied = dict(fixed or {}), dict(bounds or {}), dict(tied or {})
+    every = {p.name: p for p in rig.parameters(law)}
+    labels = {rig.label(name): name for name in every}
+    named = [_named(labels, every, part, rig, law) for part in (fixed, bounds, tied)]
+    fixed, bounds = cast("dict[str, float]", named[0]), cast("dict[str, tuple[float, float]]", named[1])
+    tied = {a: next(iter(_named(labels, every, {b: b}, rig, law))) for a, b in named[2].items()}
+    for name in every:
+        if sum(name in part for part in (fixed, bounds, tied)) > 1:
+            raise InputError(f"{name} can be set, bounded or tied, not two of these at once")
+    values = {n: p.fixed for n, p in every.items() if p.fixed is not None and n not in bounds}
+    values |= {n: in_si(rig, every[n], v) for n, v in fixed.items()}
+    for a, b in tied.items():
+        if b in tied or a == b or every[a].unit != every[b].unit:
+            raise InputError(f"{a} cannot be tied to {b}")
+        values.pop(a, None)
+    for name, (low, high) in bounds.items():
+        p, ends = every[name], (in_si(rig, every[name], low), in_si(rig, every[name], high))
+        every[name] = replace(p, lower=ends[0], upper=ends[1], log=p.log and ends[0] > 0)
+    free = tuple(p for n, p in every.items() if n not in values and n not in tied)
+    if not free:
+        raise InputError(f"law {law.name} on rig {rig.name}: no parameter is left to be found")
+    bad = [n for n, v in values.items() if not np.isfinite(v)]
+    if bad:
+        raise InputError(f"{bad[0]} is set to {values[bad[0]]}: it must be a finite number")
+    made = Parameters(rig, law, tuple(every.values()), free, values, tied)
+    _check_meaning(made)
+    return made
+
+
+def _named(
+    labels: Mapping[str, str], every: Mapping[str, Param], part: Mapping[str, object], rig: Rig, law: Law
+) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for name, value in part.items():
+        key = name if name in every else labels.get(name)
+        if key is None:
+            raise InputError(
+                f"law {law.name} on rig {rig.name} has no parameter {name!r}: "
+                f"it has {', '.join(labels)}"
+            )
+        found[key] = value
+    return found
+
+
+def _check_meaning(made: Parameters) -> None:
+    """Some point of the search box must be a law that means something."""
+    k = len(made.law.params)
+    corners = Space(made.free).sample(np.random.default_rng(0), 256)
+    sample = made.full(np.vstack([Space(made.free).decode(corners)]))
+    if not made.law.physical(sample[:, :k]).any():
+        values = ", ".join(f"{n} = {v:g}" for n, v in made.fixed.items())
+        raise InputError(f"law {made.law.name}: no parameter set in these ranges is physical ({values})")
+
+
+class MotionProblem:
+    """Output error: J (4.5), the RMS of measured minus simulated position, pooled over stretches.
+
+    A problem for any search: `problem(x)` with (n, dim) rows of free parameters, SI, in the
+    order of `problem.space`, returns (n,) costs in the unit in which the rig shows positions
+    (mm for the slide bed, as in the paper). A point that is not physical, or that cannot be
+    simulated, costs nan. Rows are independent bit for bit, however many are asked at once.
+    """
+
+    def __init__(self, made: Parameters, train: Sequence[Stretch]) -> None:
+        if not isinstance(made.rig, SlideBed):
+            raise InputError(
+                f"rig {made.rig.name} is identified by force balance: it poses no search problem"
+            )
+        self.name = f"{made.rig.name}/{made.law.name}"
+        self.parameters, self.train = made, tuple(train)
+        self.space = Space(made.free)
+        self.samples = int(sum(s.track.sums[0, -1] for s in train))
+        self.unit = made.rig.shows.get("position", "m")
+        self._rig = made.rig
+        self._scale = unit(self.unit).factor
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) free parameter sets to (n,) values of J."""
+        p = self.parameters.full(np.atleast_2d(x))
+        law = self.parameters.law
+        good = np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
+        sse = np.full(len(p), np.nan)
+        if good.any():
+            sse[good] = sum(self._rig.misfits(law, p[good], s.track) for s in self.train)
+        cost: Array = np.sqrt(sse / self.samples) / self._scale
+        return cost
+
+    def residuals(self, x: Array) -> Array:
+        """(n, dim) free parameter sets to (n, samples) residuals, in `unit`; J is their RMS."""
+        p = self.parameters.full(np.atleast_2d(x))
+        parts = []
+        for s in self.train:
+            motion = self._rig.move(self.parameters.law, p, s.track)
+            counts = s.track.score > 0
+            parts.append((s.track.measured - motion.position)[:, counts])
+        return np.concatenate(parts, axis=1) / self._scale
+
+
+def problem(
+    recordings: Recording | Sequence[Recording],
+    *,
+    rig: str | Rig = "slide-bed",
+    law: str | Law | None = None,
+    train: Sequence[Range] | Range | str | None = None,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    tied: Mapping[str, str] | None = None,
+) -> MotionProblem:
+    """What `identify` searches on a rig whose law is found by simulation.
+
+    Args:
+        recordings: One or several logs of the axis.
+        rig: A rig or its name in RIGS.
+        law: A law or its name in LAWS; by default the rig's first.
+        train: Ranges to use, as `112:295`; by default everything.
+        fixed: See `parameters`.
+        bounds: See `parameters`.
+        tied: See `parameters`.
+    """
+    rig, law = chosen(rig, law)
+    if not isinstance(rig, SlideBed):
+        raise InputError(f"rig {rig.name} is identified by force balance: it poses no search problem")
+    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+    logs = listed(recordings)
+    within = ranges(train, rig) or [None]
+    return MotionProblem(made, [s for r in within for s in stretches(logs, rig, r)])
+
+
+def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
+    """A rig and a law, looked up where they are names.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if isinstance(rig, str):
+        if rig not in RIGS:
+            raise InputError(f"no rig {rig!r}: there are {', '.join(RIGS)}, or give a .toml file")
+        rig = RIGS[rig]
+    law = law or rig.laws[0]
+    if isinstance(law, str):
+        if law not in LAWS:
+            raise InputError(f"no law {law!r}: there are {', '.join(LAWS)}")
+        law = LAWS[law]
+    return rig, law
+
+
+def listed(recordings: Recording | Sequence[Recording]) -> list[Recording]:
+    """One or several recordings as a list."""
+    logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
+    if not logs:
+        raise InputError("no recording was given")
+    return logs
+
+
+def ranges(given: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:
+    """Ranges as written or ready, as a list."""
+    if given is None:
+        return []
+    if isinstance(given, Range | str):
+        given = [given]
+    shown = rig.shows.get("position", "m")
+    return [g if isinstance(g, Range) else Range.parse(g, shown) for g in given]

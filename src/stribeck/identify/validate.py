@@ -1,0 +1,129 @@
+"""Whether a fitted model holds: its misfit on data, beside what could be had without it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..rig.slide_bed import SlideBed
+from ..space import Array
+from ..units import unit
+from .problem import Parameters, Stretch, ranges, stretches
+
+if TYPE_CHECKING:
+    from ..data.ranges import Range
+    from ..data.recording import Recording
+    from ..rig import Motion
+
+
+@dataclass(frozen=True)
+class Score:
+    """A misfit and its two baselines.
+
+    Args:
+        name: What was measured: `position_rmse`, J (4.5), or `relative_error` of the force.
+        value: The model's.
+        unit: Of the three.
+        still: Of an axis that never moves.
+        smooth: Of the best smooth motion without stick-slip, a line in the command.
+        samples: That count.
+    """
+
+    name: str
+    value: float
+    unit: str
+    still: float
+    smooth: float
+    samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """The score of one range, and the simulated motion behind it.
+
+    Args:
+        within: The range; None for all of a log.
+        score: Its score.
+        stretches: Where in the recordings it lies.
+        motions: What the model did there, a motion a stretch.
+    """
+
+    within: Range | None
+    score: Score
+    stretches: tuple[Stretch, ...]
+    motions: tuple[Motion, ...]
+
+
+def held_out(
+    made: Parameters, p: Array, within: Range | None, parts: Sequence[Stretch]
+) -> HeldOut:
+    """Score a complete parameter set (SI) on the stretches of a range."""
+    motions = tuple(simulated(made, p, parts))
+    return HeldOut(within, scores(made, p, parts), tuple(parts), motions)
+
+
+def simulated(made: Parameters, p: Array, parts: Sequence[Stretch]) -> list[Motion]:
+    """The model's motion over each stretch."""
+    rig = made.rig
+    assert isinstance(rig, SlideBed)  # noqa: S101 - stretches are made for such rigs only
+    return [rig.move(made.law, p[None], s.track) for s in parts]
+
+
+def scores(made: Parameters, p: Array, parts: Sequence[Stretch]) -> Score:
+    """J (4.5) over stretches, and its baselines."""
+    written = made.rig.shows.get("position", "m")
+    motions = simulated(made, p, parts)
+    total = sum(int(s.track.sums[0, -1]) for s in parts)
+    model = still = smooth = 0.0
+    for s, motion in zip(parts, motions, strict=True):
+        counts = s.track.score > 0
+        x = s.track.measured[counts]
+        command = np.interp(s.track.t, s.track.knots_t, s.track.knots_x)[counts]
+        model += float(np.sum((x - motion.position[0][counts]) ** 2))
+        still += float(np.sum((x - s.track.x0) ** 2))
+        smooth += _line_misfit(command, x)
+    rms = [float(unit(written).from_si(np.sqrt(sse / total))) for sse in (model, still, smooth)]
+    return Score("position_rmse", rms[0], written, rms[1], rms[2], total)
+
+
+def _line_misfit(command: Array, x: Array) -> float:
+    """Sum of squares about the best a + b command."""
+    regressors = np.column_stack([np.ones(len(x)), command - command.mean()])
+    weights, *_ = np.linalg.lstsq(regressors, x, rcond=None)
+    return float(np.sum((x - regressors @ weights) ** 2))
+
+
+def validate(
+    made: Parameters,
+    p: Array,
+    recordings: Sequence[Recording],
+    within: Sequence[Range | str] | Range | str | None = None,
+) -> list[tuple[str, str, Score]]:
+    """The misfit of a complete parameter set (SI) on recordings: (log, range, score) a row.
+
+    Args:
+        made: Rig and law, as a card's `model()` gives them.
+        p: (k,) parameters.
+        recordings: Logs to hold the model against.
+        within: Ranges to look at; each log as a whole by default.
+
+    Raises:
+        InputError: a log lacks what the rig needs, or holds no motion in a range.
+    """
+    wanted = ranges(within, made.rig) or [None]
+    if isinstance(made.rig, SlideBed):
+        return [
+            (log.label, r.text if r else "all", scores(made, p, stretches([log], made.rig, r)))
+            for log in recordings
+            for r in wanted
+        ]
+    from .balance import balance_scores  # noqa: PLC0415 - scipy.signal, which others never need
+
+    return [
+        (log.label, r.text if r else "all", balance_scores(made, p, log, r))
+        for log in recordings
+        for r in wanted
+    ]

@@ -1,0 +1,80 @@
+"""The tables of laws, methods and rigs, for the terminal."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import MISSING, fields
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InputError
+from ..friction import LAWS
+from ..optimize import METHODS
+from ..rig import RIGS
+from ..rig.rig import shown_in
+from .terminal import console, grid
+
+if TYPE_CHECKING:
+    from ..rig import Rig
+
+
+def show_laws(name: str | None) -> None:
+    """List the friction laws, or explain one."""
+    out = console()
+    if name is None:
+        out.print(grid("", ["law", "what it says"], [[n, law.doc] for n, law in LAWS.items()], left=2))
+        return
+    if name not in LAWS:
+        raise InputError(f"no law {name!r}: there are {', '.join(LAWS)}")
+    law = LAWS[name]
+    out.print(f"{law.name}: {law.doc}\n\n  {law.formula}\n\n  {law.cite}\n", markup=False)
+    rows = [
+        [q.name, q.doc, q.unit, f"{q.lower:g} to {q.upper:g}" if q.fixed is None else f"{q.fixed:g} (fixed)"]
+        for q in law.params
+    ]
+    out.print(grid("", ["parameter", "meaning", "unit", "range"], rows, left=4))
+
+
+def show_methods(name: str | None) -> None:
+    """List the search methods, or explain one with its settings."""
+    out = console()
+    if name is None:
+        rows = [[n, _head(kind)] for n, kind in METHODS.items()]
+        out.print(grid("", ["method", "what it does"], rows, left=2))
+        return
+    if name not in METHODS:
+        raise InputError(f"no method {name!r}: there are {', '.join(METHODS)}")
+    kind: Any = METHODS[name]
+    out.print(f"{name}: {inspect.getdoc(kind)}\n", markup=False)
+    rows = [[f.name, repr(f.default) if f.default is not MISSING else ""] for f in fields(kind)]
+    out.print(grid("", ["setting", "default"], rows, left=2))
+
+
+def show_rigs(rig: Rig | None) -> None:
+    """List the rigs, or show one with its constants, parameters and log columns."""
+    out = console()
+    if rig is None:
+        rows = [[n, r.road, r.doc] for n, r in RIGS.items()]
+        out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
+        return
+    out.print(f"{rig.name}: {rig.doc}\n  identified by {rig.road}\n  {rig.cite}\n", markup=False)
+    if rig.constants:
+        rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
+        out.print(grid("constants (--set NAME=VALUE)", ["name", "value", "unit", "meaning", "source"], rows, left=5))
+    law = LAWS[rig.laws[0]]
+    rows = [
+        [rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)
+    ]
+    out.print(grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4))
+    if rig.columns:
+        rows = [[channel, str(head)] for channel, head in rig.columns.items()]
+        out.print(grid("\ncolumns of its logs", ["channel", "column"], rows, left=2))
+
+
+def _range(rig: Rig, param: Any) -> str:
+    if param.fixed is not None:
+        return f"{param.fixed:g} (fixed)"
+    return f"{shown_in(rig, param, param.lower):g} to {shown_in(rig, param, param.upper):g}"
+
+
+def _head(kind: Any) -> str:
+    return (inspect.getdoc(kind) or "").split("\n\n")[0].replace("\n", " ")

@@ -1,0 +1,158 @@
+"""What a person reads on the terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ..rig.rig import shown_in
+
+if TYPE_CHECKING:
+    from ..data.quality import Quality
+    from ..identify.card import Card
+    from ..identify.fit import Fit
+    from ..optimize import Search
+
+#: Seconds between lines of progress where there is no terminal.
+PACE = 5.0
+
+
+def console() -> Console:
+    """Standard output, as wide as a table needs where it is no terminal."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 110)
+
+
+def grid(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> Table:
+    """A plain table; the first `left` columns are text, the others numbers."""
+    table = Table(title=title or None, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for k, head in enumerate(heads):
+        table.add_column(head, justify="left" if k < left else "right", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number for a table; a dash where there is none."""
+    return f"{value:.{digits}g}" if math.isfinite(value) else "–"
+
+
+def show_fit(fit: Fit) -> None:
+    """The parameters, the misfit beside its baselines, what was held out, and the warnings."""
+    out = console()
+    rows = []
+    for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
+        if e.verdict == "fixed" and q.fixed == e.value:
+            continue
+        shown = float(shown_in(fit.rig, q, e.value))
+        factor = shown / e.value if e.value else float(shown_in(fit.rig, q, 1.0))
+        rows.append([
+            e.name, number(shown), e.unit, number(e.standard_error * factor, 3),
+            number(e.spread * factor, 3), e.at_bound or "", e.verdict,
+        ])  # fmt: skip
+    heads = ["parameter", "value", "unit", "std. error", "spread", "at bound", "verdict"]
+    table = grid(f"{fit.law.name} on {fit.rig.name}", heads, rows)
+    table.columns[2].justify = table.columns[5].justify = table.columns[6].justify = "left"
+    out.print(table)
+    out.print()
+    out.print(_scores(fit))
+    if fit.balance is not None:
+        figures = fit.balance.figures()
+        out.print()
+        out.print(grid("", ["force balance", ""], [[n.replace("_", " "), number(v)] for n, v in figures.items()]))
+    else:
+        out.print(
+            f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
+            f"repeats, {fit.seconds:.1f} s, ended: {fit.ended}"
+        )
+    for warning in fit.warnings:
+        out.print(f"[yellow]warning:[/] {warning}", markup=True)
+
+
+def _scores(fit: Fit) -> Table:
+    s = fit.score
+    trained = ", ".join(r.text for r in fit.train_ranges) or "all"
+    rows = [[f"training {trained}", *_score_cells(s)]]
+    rows += [[f"held out {h.within.text if h.within else 'all'}", *_score_cells(h.score)] for h in fit.holdout]
+    named = "J" if s.name == "position_rmse" else s.name.replace("_", " ")
+    heads = [f"{named} / {s.unit}", "model", "smooth, no stick-slip", "never moves", "samples"]
+    if not math.isfinite(s.smooth):
+        rows = [[row[0], row[1], row[-1]] for row in rows]
+        heads = [heads[0], heads[1], heads[-1]]
+    return grid("", heads, rows)
+
+
+def _score_cells(score: Any) -> list[str]:
+    return [number(score.value, 4), number(score.smooth, 4), number(score.still, 4), str(score.samples)]
+
+
+def show_validation(card: Card, rows: Sequence[tuple[str, str, Any]]) -> None:
+    """A card's misfit on logs and ranges: (log, range, score) a row."""
+    unit = rows[0][2].unit if rows else ""
+    name = rows[0][2].name.replace("_", " ") if rows else ""
+    cells = [[log, within, *_score_cells(score)] for log, within, score in rows]
+    heads = ["log", "range", f"{name} / {unit}", "smooth", "never moves", "samples"]
+    console().print(grid(f"{card.law} on {card.rig}", heads, cells, left=2))
+
+
+def validation_text(card: Card, rows: Sequence[tuple[str, str, Any]]) -> str:
+    """The same as JSON."""
+    found = [
+        {"log": log, "range": within, "name": s.name, "value": s.value, "unit": s.unit,
+         "samples": s.samples, "baselines": {n: v for n, v in (("still", s.still), ("smooth", s.smooth))
+                                             if math.isfinite(v)}}
+        for log, within, s in rows
+    ]  # fmt: skip
+    said = {"schema": "stribeck-validation/1", "law": card.law, "rig": card.rig, "scores": found}
+    return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+
+
+def show_quality(quality: Quality) -> None:
+    """What is in a log."""
+    out = console()
+    out.print(grid("", ["", ""], quality.lines()))
+    for sentence in (*quality.notes, *quality.verdict):
+        out.print(f"• {sentence}", markup=False)
+
+
+class Watch:
+    """A progress bar on a terminal, plain lines elsewhere; both on standard error."""
+
+    def __init__(self, unit: str) -> None:
+        self._unit, self._began, self._told = unit, time.monotonic(), time.monotonic()
+        self._bar: Progress | None = None
+
+    def __call__(self, searches: Sequence[Search]) -> None:
+        """Say how far the searches are."""
+        done = sum(len(s.trace) for s in searches)
+        total = sum(s.budget if s.ended is None else len(s.trace) for s in searches)
+        best = min(s.trace.cost for s in searches)
+        if sys.stderr.isatty():
+            self._draw(done, total, best)
+        elif time.monotonic() - self._told >= PACE:
+            self._told = time.monotonic()
+            print(f"{done}/{total} evaluations, best J {best:.4g} {self._unit}", file=sys.stderr)  # noqa: T201
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _draw(self, done: int, total: int, best: float) -> None:
+        if self._bar is None:
+            self._bar = Progress(
+                TextColumn("searching"), BarColumn(), TextColumn("{task.completed:,}/{task.total:,} evaluations"),
+                TextColumn("best J {task.fields[best]}"), TimeElapsedColumn(),
+                console=Console(stderr=True), transient=True,
+            )  # fmt: skip
+            self._bar.add_task("", total=total, best="")
+            self._bar.start()
+        self._bar.update(self._bar.task_ids[0], completed=done, total=total, best=f"{best:.4g} {self._unit}")

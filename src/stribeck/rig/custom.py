@@ -1,0 +1,98 @@
+"""A rig of the user's own: a small TOML file over a shipped kind."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..errors import InputError
+from ..friction import LAWS
+from . import RIGS
+from .rig import Rig, in_si
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+LARGEST = 1 << 20
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _RigFile(BaseModel):
+    """What a rig file may say; numbers are in the units that the kind shows."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    kind: str
+    name: str | None = None
+    doc: str | None = None
+    law: str | None = None
+    constants: dict[str, Finite] = {}
+    ranges: dict[str, tuple[Finite, Finite]] = {}
+    columns: dict[str, Any] = {}
+
+
+def rig_file(path: Path) -> Rig:
+    """Read a rig from a TOML file: `kind`, and what differs from that shipped rig.
+
+    ```toml
+    kind = "slide-bed"
+    law = "stribeck"
+    constants = { m = 24.0, F_fm = 12.0 }   # in the units that `stribeck rigs slide-bed` shows
+    ranges = { F_S = [20, 90], F_C = [5, 60] }
+    columns = { position = "actual [mm]", command = "setpoint [mm]" }
+    ```
+
+    Raises:
+        InputError: no such file, broken TOML, or a word or number that the kind does not know.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(f"{path}: too large for a rig file")
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not TOML: {error}") from error
+    try:
+        said = _RigFile.model_validate(data)
+        return _made(said, said.name or path.stem)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"{path}: {where}: {first['msg']}") from error
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _made(said: _RigFile, name: str) -> Rig:
+    if said.kind not in RIGS:
+        raise InputError(f"no kind {said.kind!r}: there are {', '.join(RIGS)}")
+    kind = RIGS[said.kind]
+    laws = kind.laws
+    if said.law is not None:
+        if said.law not in LAWS:
+            raise InputError(f"no law {said.law!r}: there are {', '.join(LAWS)}")
+        laws = (said.law, *(law for law in kind.laws if law != said.law))
+    rig = kind.set(**said.constants)
+    every = {q.name: q for law in laws for q in rig.parameters(LAWS[law])}
+    by_label = {rig.label(q): q for q in every}
+    ranges = {}
+    for label, (low, high) in said.ranges.items():
+        key = by_label.get(label, label)
+        if key not in every:
+            raise InputError(f"ranges: no parameter {label!r}: there are {', '.join(by_label)}")
+        if not low < high:
+            raise InputError(f"ranges: {label}: {low} is not below {high}")
+        ranges[key] = (in_si(rig, every[key], low), in_si(rig, every[key], high))
+    return replace(
+        rig,
+        name=name,
+        doc=said.doc or rig.doc,
+        laws=laws,
+        ranges={**rig.ranges, **ranges},
+        columns={**rig.columns, **said.columns},
+    )
