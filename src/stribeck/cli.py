@@ -27,11 +27,16 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB.")]
-Columns = Annotated[
-    Path | None, typer.Option(metavar="MAP.toml", help="Which column is what, where the heads do not say.")
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB.")
 ]
-RigName = Annotated[str, typer.Option("--rig", metavar="RIG", help="A rig's name (see `rigs`) or a TOML file.")]
+Columns = Annotated[
+    Path | None,
+    typer.Option(metavar="MAP.toml", help="Which column is what, where the heads do not say."),
+]
+RigName = Annotated[
+    str, typer.Option("--rig", metavar="RIG", help="A rig's name (see `rigs`) or a TOML file.")
+]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="A rig's constant, or a parameter to hold."),
@@ -64,7 +69,9 @@ def _fail(message: str, status: int) -> None:
 @app.command()
 def twin(
     out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="The log to write.")],
-    direction: Annotated[str, typer.Option(metavar="up|down|both", help="Ramp up, down, or up and down.")] = "both",
+    direction: Annotated[
+        str, typer.Option(metavar="up|down|both", help="Ramp up, down, or up and down.")
+    ] = "both",
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensor noise.")] = 0,
     speed: Annotated[float, typer.Option(metavar="MM/S", help="Speed of the ramp.")] = 5.0,
     noise: Annotated[float, typer.Option(metavar="MM", help="Noise of an ultrasonic echo.")] = 0.3,
@@ -84,7 +91,9 @@ def twin(
 def check(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.")],
     columns: Columns = None,
-    rig: Annotated[str | None, typer.Option(metavar="RIG", help="Read the log as this rig's.")] = None,
+    rig: Annotated[
+        str | None, typer.Option(metavar="RIG", help="Read the log as this rig's.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
@@ -192,14 +201,19 @@ def validate(
         show_validation(written, rows)
     worst = max(score.value for _, _, score in rows)
     if max_error is not None and not worst <= max_error:
-        print(f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}", file=sys.stderr)  # noqa: T201
+        print(
+            f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}",
+            file=sys.stderr,
+        )  # noqa: T201
         raise typer.Exit(1)
 
 
 @app.command()
 def simulate(
     card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording whose command is to be followed.")],
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", help="A recording whose command is to be followed.")
+    ],
     out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to write the motion.")],
     columns: Columns = None,
 ) -> None:
@@ -261,7 +275,9 @@ def _law(rig: Rig, law: str | None, directional: bool) -> str:
     return f"{name}-directional" if directional and not name.endswith("-directional") else name
 
 
-def _set(rig: Rig, law: str | None, directional: bool, given: Sequence[str]) -> tuple[Rig, dict[str, float]]:
+def _set(
+    rig: Rig, law: str | None, directional: bool, given: Sequence[str]
+) -> tuple[Rig, dict[str, float]]:
     """Sort `--set` into the rig's constants and parameters to hold."""
     known = {c.name for c in rig.constants}
     constants, fixed = {}, {}
@@ -271,7 +287,9 @@ def _set(rig: Rig, law: str | None, directional: bool, given: Sequence[str]) -> 
         from .identify.problem import chosen
 
         _, about = chosen(rig, _law(rig, law, directional))
-        names = {rig.label(q.name) for q in rig.parameters(about)} | {q.name for q in rig.parameters(about)}
+        names = {rig.label(q.name) for q in rig.parameters(about)} | {
+            q.name for q in rig.parameters(about)
+        }
         if strange := [n for n in fixed if n not in names]:
             raise InputError(
                 f"--set {strange[0]}: rig {rig.name} has no such constant or parameter: it has "
@@ -280,13 +298,21 @@ def _set(rig: Rig, law: str | None, directional: bool, given: Sequence[str]) -> 
     return rig.set(**constants), fixed
 
 
-def _paper(method: str | None, target: float | None, budget: int | None, repeats: int | None) -> dict[str, Any]:
+def _paper(
+    method: str | None, target: float | None, budget: int | None, repeats: int | None
+) -> dict[str, Any]:
     from .identify.fit import PAPER_TARGET
 
     asked = {"--method": method, "--target": target, "--budget": budget, "--repeats": repeats}
     if both := [n for n, v in asked.items() if v is not None]:
         raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")
-    return {"method": "bts", "target": PAPER_TARGET, "budget": 10**6, "repeats": 1, "polishing": False}
+    return {
+        "method": "bts",
+        "target": PAPER_TARGET,
+        "budget": 10**6,
+        "repeats": 1,
+        "polishing": False,
+    }
 
 
 def _read(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[Recording]:

@@ -149,7 +149,6 @@ class Card(_Part):
         made = parameters(rig, law, fixed={n: v for n, v in values.items() if n != last})
         return made, p
 
-
     def _value(self, rig: Rig, param: Param) -> float:
         """A parameter's value, SI; what a card leaves out is as its law holds it."""
         given = self.parameters.get(rig.label(param.name))
@@ -281,15 +280,17 @@ def read_card(path: str | Path) -> Card:
         raise InputError(f"{path}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a card: it is no JSON") from error
-    if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith("stribeck-card/"):
+    if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith(
+        "stribeck-card/"
+    ):
         raise InputError(f"{path}: not a card: it has no schema stribeck-card/1")
     if data["schema"] != "stribeck-card/1":
-        raise InputError(f"{path}: its schema is {data['schema']!s:.40}, this program reads stribeck-card/1")
+        raise InputError(
+            f"{path}: its schema is {data['schema']!s:.40}, this program reads stribeck-card/1"
+        )
     try:
         return Card.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise InputError(f"{path}: {where}: {first['msg']}") from error
-
-

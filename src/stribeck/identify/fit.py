@@ -302,19 +302,21 @@ def _conclude(
         train=problem.train,
         train_ranges=tuple(trained),
         recordings=tuple(logs),
-        warnings=tuple(_warnings(made, estimates, correlation, score, problem.train, tests, logs, interrupted)),
+        warnings=tuple(
+            _warnings(made, estimates, correlation, score, problem.train, tests, logs, interrupted)
+        ),
     )
 
 
-def estimate(
-    made: Parameters, index: int, value: float, error: float, spread: float
-) -> Estimate:
+def estimate(made: Parameters, index: int, value: float, error: float, spread: float) -> Estimate:
     """A free or fixed parameter with its interval, its bound and a verdict at a quick look."""
     param = made.every[index]
     rig, name = made.rig, param.name
     written = rig.unit_of(param)
     if name not in {q.name for q in made.free}:
-        return Estimate(rig.label(name), value, np.nan, np.nan, value, value, None, "fixed", written)
+        return Estimate(
+            rig.label(name), value, np.nan, np.nan, value, value, None, "fixed", written
+        )
     width = param.upper - param.lower
     at: Literal["lower", "upper"] | None = None
     if value - param.lower < 1e-3 * width:
@@ -329,9 +331,7 @@ def estimate(
     return Estimate(rig.label(name), value, error, spread, low, high, at, verdict, written)
 
 
-def _estimates(
-    made: Parameters, p: Array, errors: Array, spread: Array
-) -> tuple[Estimate, ...]:
+def _estimates(made: Parameters, p: Array, errors: Array, spread: Array) -> tuple[Estimate, ...]:
     free = {q.name: i for i, q in enumerate(made.free)}
     found = []
     for k, param in enumerate(made.every):

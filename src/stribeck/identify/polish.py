@@ -86,7 +86,14 @@ def polish(problem: MotionProblem, x: Array, allowance: int) -> Polished:
     u = np.clip(space.encode(x[None])[0], 1e-6, 1 - 1e-6)
     try:
         found = least_squares(
-            residuals, u, slopes, bounds=(0.0, 1.0), method="trf", max_nfev=rounds, xtol=1e-7, ftol=1e-9
+            residuals,
+            u,
+            slopes,
+            bounds=(0.0, 1.0),
+            method="trf",
+            max_nfev=rounds,
+            xtol=1e-7,
+            ftol=1e-9,
         )
     except ValueError:  # a neighbour that cannot be simulated: the search's answer stands
         return Polished(x, start, spent)

@@ -150,7 +150,10 @@ def parameters(
     every = {p.name: p for p in rig.parameters(law)}
     labels = {rig.label(name): name for name in every}
     named = [_named(labels, every, part, rig, law) for part in (fixed, bounds, tied)]
-    fixed, bounds = cast("dict[str, float]", named[0]), cast("dict[str, tuple[float, float]]", named[1])
+    fixed, bounds = (
+        cast("dict[str, float]", named[0]),
+        cast("dict[str, tuple[float, float]]", named[1]),
+    )
     tied = {a: next(iter(_named(labels, every, {b: b}, rig, law))) for a, b in named[2].items()}
     for name in every:
         if sum(name in part for part in (fixed, bounds, tied)) > 1:
@@ -176,7 +179,11 @@ def parameters(
 
 
 def _named(
-    labels: Mapping[str, str], every: Mapping[str, Param], part: Mapping[str, object], rig: Rig, law: Law
+    labels: Mapping[str, str],
+    every: Mapping[str, Param],
+    part: Mapping[str, object],
+    rig: Rig,
+    law: Law,
 ) -> dict[str, object]:
     found: dict[str, object] = {}
     for name, value in part.items():
@@ -197,7 +204,9 @@ def _check_meaning(made: Parameters) -> None:
     sample = made.full(np.vstack([Space(made.free).decode(corners)]))
     if not made.law.physical(sample[:, :k]).any():
         values = ", ".join(f"{n} = {v:g}" for n, v in made.fixed.items())
-        raise InputError(f"law {made.law.name}: no parameter set in these ranges is physical ({values})")
+        raise InputError(
+            f"law {made.law.name}: no parameter set in these ranges is physical ({values})"
+        )
 
 
 class MotionProblem:
@@ -267,7 +276,9 @@ def problem(
     """
     rig, law = chosen(rig, law)
     if not isinstance(rig, SlideBed):
-        raise InputError(f"rig {rig.name} is identified by force balance: it poses no search problem")
+        raise InputError(
+            f"rig {rig.name} is identified by force balance: it poses no search problem"
+        )
     made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
     logs = listed(recordings)
     within = ranges(train, rig) or [None]

@@ -57,9 +57,7 @@ class HeldOut:
     motions: tuple[Motion, ...]
 
 
-def held_out(
-    made: Parameters, p: Array, within: Range | None, parts: Sequence[Stretch]
-) -> HeldOut:
+def held_out(made: Parameters, p: Array, within: Range | None, parts: Sequence[Stretch]) -> HeldOut:
     """Score a complete parameter set (SI) on the stretches of a range."""
     motions = tuple(simulated(made, p, parts))
     return HeldOut(within, scores(made, p, parts), tuple(parts), motions)

@@ -21,14 +21,21 @@ def show_laws(name: str | None) -> None:
     """List the friction laws, or explain one."""
     out = console()
     if name is None:
-        out.print(grid("", ["law", "what it says"], [[n, law.doc] for n, law in LAWS.items()], left=2))
+        out.print(
+            grid("", ["law", "what it says"], [[n, law.doc] for n, law in LAWS.items()], left=2)
+        )
         return
     if name not in LAWS:
         raise InputError(f"no law {name!r}: there are {', '.join(LAWS)}")
     law = LAWS[name]
     out.print(f"{law.name}: {law.doc}\n\n  {law.formula}\n\n  {law.cite}\n", markup=False)
     rows = [
-        [q.name, q.doc, q.unit, f"{q.lower:g} to {q.upper:g}" if q.fixed is None else f"{q.fixed:g} (fixed)"]
+        [
+            q.name,
+            q.doc,
+            q.unit,
+            f"{q.lower:g} to {q.upper:g}" if q.fixed is None else f"{q.fixed:g} (fixed)",
+        ]
         for q in law.params
     ]
     out.print(grid("", ["parameter", "meaning", "unit", "range"], rows, left=4))
@@ -59,12 +66,19 @@ def show_rigs(rig: Rig | None) -> None:
     out.print(f"{rig.name}: {rig.doc}\n  identified by {rig.road}\n  {rig.cite}\n", markup=False)
     if rig.constants:
         rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
-        out.print(grid("constants (--set NAME=VALUE)", ["name", "value", "unit", "meaning", "source"], rows, left=5))
+        out.print(
+            grid(
+                "constants (--set NAME=VALUE)",
+                ["name", "value", "unit", "meaning", "source"],
+                rows,
+                left=5,
+            )
+        )
     law = LAWS[rig.laws[0]]
-    rows = [
-        [rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)
-    ]
-    out.print(grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4))
+    rows = [[rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)]
+    out.print(
+        grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4)
+    )
     if rig.columns:
         rows = [[channel, str(head)] for channel, head in rig.columns.items()]
         out.print(grid("\ncolumns of its logs", ["channel", "column"], rows, left=2))

@@ -30,9 +30,13 @@ def console() -> Console:
     return Console(highlight=False, width=None if sys.stdout.isatty() else 110)
 
 
-def grid(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> Table:
+def grid(
+    title: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1
+) -> Table:
     """A plain table; the first `left` columns are text, the others numbers."""
-    table = Table(title=title or None, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    table = Table(
+        title=title or None, title_justify="left", title_style="bold", box=None, pad_edge=False
+    )
     for k, head in enumerate(heads):
         table.add_column(head, justify="left" if k < left else "right", overflow="fold")
     for row in rows:
@@ -67,7 +71,13 @@ def show_fit(fit: Fit) -> None:
     if fit.balance is not None:
         figures = fit.balance.figures()
         out.print()
-        out.print(grid("", ["force balance", ""], [[n.replace("_", " "), number(v)] for n, v in figures.items()]))
+        out.print(
+            grid(
+                "",
+                ["force balance", ""],
+                [[n.replace("_", " "), number(v)] for n, v in figures.items()],
+            )
+        )
     else:
         out.print(
             f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
@@ -81,7 +91,10 @@ def _scores(fit: Fit) -> Table:
     s = fit.score
     trained = ", ".join(r.text for r in fit.train_ranges) or "all"
     rows = [[f"training {trained}", *_score_cells(s)]]
-    rows += [[f"held out {h.within.text if h.within else 'all'}", *_score_cells(h.score)] for h in fit.holdout]
+    rows += [
+        [f"held out {h.within.text if h.within else 'all'}", *_score_cells(h.score)]
+        for h in fit.holdout
+    ]
     named = "J" if s.name == "position_rmse" else s.name.replace("_", " ")
     heads = [f"{named} / {s.unit}", "model", "smooth, no stick-slip", "never moves", "samples"]
     if not math.isfinite(s.smooth):
@@ -91,7 +104,12 @@ def _scores(fit: Fit) -> Table:
 
 
 def _score_cells(score: Any) -> list[str]:
-    return [number(score.value, 4), number(score.smooth, 4), number(score.still, 4), str(score.samples)]
+    return [
+        number(score.value, 4),
+        number(score.smooth, 4),
+        number(score.still, 4),
+        str(score.samples),
+    ]
 
 
 def show_validation(card: Card, rows: Sequence[tuple[str, str, Any]]) -> None:
@@ -155,4 +173,6 @@ class Watch:
             )  # fmt: skip
             self._bar.add_task("", total=total, best="")
             self._bar.start()
-        self._bar.update(self._bar.task_ids[0], completed=done, total=total, best=f"{best:.4g} {self._unit}")
+        self._bar.update(
+            self._bar.task_ids[0], completed=done, total=total, best=f"{best:.4g} {self._unit}"
+        )

@@ -404,9 +404,7 @@ def _piece_end(c: Array, s: float, on: Piece, step: Step) -> tuple[float, int]:
 
 
 @njit(
-    float64(
-        SLIP_TYPE, _F1, _F1, _F1, _F1, _F1, float64, _F1, _F1, _F2, _W1, _W1, boolean, float64
-    ),
+    float64(SLIP_TYPE, _F1, _F1, _F1, _F1, _F1, float64, _F1, _F1, _F2, _W1, _W1, boolean, float64),
     cache=True,
     nogil=True,
     error_model="numpy",

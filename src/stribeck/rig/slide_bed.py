@@ -69,9 +69,7 @@ class SlideBed(Rig):
             return self.params
         (k,) = self.params
         return tuple(
-            Param(
-                f"{k.name}{sign}", k.lower, k.upper, k.unit, f"{k.symbol}^{{{sign}}}", doc=k.doc
-            )
+            Param(f"{k.name}{sign}", k.lower, k.upper, k.unit, f"{k.symbol}^{{{sign}}}", doc=k.doc)
             for sign in "+-"
         )
 
@@ -137,8 +135,7 @@ class SlideBed(Rig):
         elif scheme in ("reference", "paper"):
             inner = "implicit" if scheme == "reference" else "paper"
             pairs = [
-                reference.trajectory(law, a, b, on, dt, inner)
-                for a, b in zip(laws, c, strict=True)
+                reference.trajectory(law, a, b, on, dt, inner) for a, b in zip(laws, c, strict=True)
             ]
             x, v = (np.array(part) for part in zip(*pairs, strict=True))
         else:
