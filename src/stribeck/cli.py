@@ -62,7 +62,7 @@ def main() -> None:
 
 def _fail(message: str, status: int) -> None:
     line = " ".join(message.split())
-    print(f"stribeck: {line}", file=sys.stderr)  # noqa: T201
+    typer.echo(f"stribeck: {line}", err=True)
     sys.exit(status)
 
 
@@ -98,12 +98,12 @@ def check(
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
     from .data import check as looked_at
-    from .report.terminal import show_quality
+    from .report.terminal import quality_text, show_quality
 
     (recording,) = _read([log], _rig(rig) if rig else None, columns)
     quality = looked_at(recording)
     if json:
-        typer.echo(quality.text())
+        typer.echo(quality_text(quality), nl=False)
     else:
         show_quality(quality)
 
@@ -201,10 +201,9 @@ def validate(
         show_validation(written, rows)
     worst = max(score.value for _, _, score in rows)
     if max_error is not None and not worst <= max_error:
-        print(
-            f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}",
-            file=sys.stderr,
-        )  # noqa: T201
+        typer.echo(
+            f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}", err=True
+        )
         raise typer.Exit(1)
 
 
@@ -280,7 +279,8 @@ def _set(
 ) -> tuple[Rig, dict[str, float]]:
     """Sort `--set` into the rig's constants and parameters to hold."""
     known = {c.name for c in rig.constants}
-    constants, fixed = {}, {}
+    constants: dict[str, float] = {}
+    fixed: dict[str, float] = {}
     for name, text in _pairs(given):
         (constants if name in known else fixed)[name] = _float(text, f"--set {name}")
     if fixed:

@@ -1,0 +1,1 @@
+"""Which is better: problems and comparisons of search methods."""

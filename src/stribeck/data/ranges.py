@@ -148,35 +148,39 @@ class Start:
     """Where a simulation of a window starts: at rest.
 
     Args:
-        row: The sample it starts at.
-        rest: The samples whose mean is the position of rest.
+        rest: The samples at rest; it starts at the first, and their mean is its position.
         rows: The samples of the window that can be simulated from there.
     """
 
-    row: int
     rest: slice
     rows: slice
 
 
-def start_of(found: Segments, window: Window, first: int = 50) -> Start | None:
+def start_of(found: Segments, window: Window) -> Start | None:
     """The rest to start from: the last one before the window in its stroke, else the first in it.
 
     Section 4.3, step 1, takes the mean of the first 50 samples as the position of rest. A range
-    may begin in the middle of a slip; the state there is known only by simulating from the rest
-    before it. Samples before the first rest of a stroke cannot be simulated and are left out.
-    Returns None if the axis does not rest in the stroke.
+    may begin in the middle of a slip, though: the state there is known only by simulating from
+    the rest before it. And 50 noisy samples leave an error that shifts every slip in time, so all
+    samples of that rest are used, but for its ends, which may still belong to a slip. Samples
+    before the first rest of a stroke cannot be simulated and are left out. Returns None if the
+    axis does not rest in the stroke.
     """
     rows = window.rows
     rests = [
         r
-        for r in found.rests
+        for r in map(_inner, found.rests)
         if r.stop - r.start >= FEWEST and r.stop > window.since and r.start < rows.stop - FEWEST
     ]
     if not rests:
         return None
     before = [r for r in rests if r.start <= rows.start]
     rest = before[-1] if before else rests[0]
-    row = max(rest.start, min(rows.start, rest.stop - first)) if before else rest.start
-    return Start(
-        row, slice(row, min(rest.stop, row + first)), slice(max(rows.start, row), rows.stop)
-    )
+    return Start(rest, slice(max(rows.start, rest.start), rows.stop))
+
+
+def _inner(rest: slice) -> slice:
+    """A rest without the tail of the slip before it and the onset of the next."""
+    length = rest.stop - rest.start
+    head = length // 4 if rest.start > 0 else 0
+    return slice(rest.start + head, rest.stop - length // 8)

@@ -1,0 +1,1 @@
+"""From data to parameters: search or force balance, validation, cards."""

@@ -97,7 +97,7 @@ class ConstantCard(_Part):
 class Card(_Part):
     """An identified friction model, version 1 of the schema."""
 
-    schema_: Literal["stribeck-card/1"] = Field("stribeck-card/1", alias="schema")
+    schema_: Literal["stribeck-card/1"] = Field(default="stribeck-card/1", alias="schema")
     law: str
     rig: str
     kind: str
@@ -188,7 +188,7 @@ def card(fit: Fit) -> Card:
             name=fit.score.name,
             value=fit.score.value,
             unit=fit.score.unit,
-            baselines=baselines(fit.score),
+            baselines=fit.score.baselines(),
             samples=fit.score.samples,
         ),
         train=[r.text for r in fit.train_ranges],
@@ -197,7 +197,7 @@ def card(fit: Fit) -> Card:
                 range=h.within.text if h.within else "all",
                 value=h.score.value,
                 unit=h.score.unit,
-                baselines=baselines(h.score),
+                baselines=h.score.baselines(),
                 samples=h.score.samples,
             )
             for h in fit.holdout
@@ -223,12 +223,6 @@ def card(fit: Fit) -> Card:
         warnings=list(fit.warnings),
         software={"stribeck": __version__},
     )
-
-
-def baselines(score: Any) -> dict[str, float]:
-    """The baselines of a score that has any."""
-    named = {"still": score.still, "smooth": score.smooth}
-    return {n: v for n, v in named.items() if math.isfinite(v)}
 
 
 def kind_of(rig: Rig) -> str:

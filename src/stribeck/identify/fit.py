@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.random import SeedSequence
@@ -16,9 +15,25 @@ from ..optimize import Run, Search, Target, configure
 from ..rig import Rig
 from ..rig.slide_bed import SlideBed
 from ..space import Array
-from .polish import Polished, polish_run, standard_errors
-from .problem import MotionProblem, Parameters, Stretch, chosen, listed, parameters, ranges
-from .problem import stretches
+from .polish import Polished, polish_run
+from .problem import (
+    MotionProblem,
+    Parameters,
+    Stretch,
+    chosen,
+    listed,
+    parameters,
+    parts,
+    ranges,
+    stretches,
+)
+from .uncertainty import (
+    Estimate,
+    bound_warnings,
+    correlation_warnings,
+    estimates,
+    standard_errors,
+)
 from .validate import HeldOut, Score, held_out, scores
 
 if TYPE_CHECKING:
@@ -26,7 +41,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
 
 #: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
-BUDGET, POLISH = 12_000, 1_800
+BUDGET, POLISH = 10_000, 2_400
 REPEATS = 3
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
@@ -34,36 +49,6 @@ RIVAL = 1.1
 PAPER_TARGET = 4.5
 
 Look = Callable[[Sequence[Search]], None]
-Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """One parameter as it was found, SI.
-
-    Args:
-        name: As its rig calls it.
-        value: The estimate.
-        standard_error: From the Jacobian at the estimate, for residuals as correlated as they
-            are; nan for a fixed parameter.
-        spread: Standard deviation over the repeats that fit as well; nan with fewer than two.
-        low: Lower end of an interval of two standard errors or spreads, whichever is wider,
-            cut at the search range.
-        high: Upper end.
-        at_bound: Which end of its search range it sits at, if any.
-        verdict: `identified` if the interval is within 10 % of the value, `weak` within 50 %.
-        unit: In which people see it.
-    """
-
-    name: str
-    value: float
-    standard_error: float
-    spread: float
-    low: float
-    high: float
-    at_bound: Literal["lower", "upper"] | None
-    verdict: Verdict
-    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +153,7 @@ def identify(
         bounds: Search ranges that replace the rig's, in the units the rig shows.
         tied: Parameters that equal others.
         seed: Seed of all repeats; 0 by default.
-        budget: Evaluations of the cost for each repeat, polishing included; 12,000 by default.
+        budget: Evaluations of the cost for each repeat, polishing included; 10,000 by default.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
         polishing: Whether least squares polishes what a search found.
@@ -193,7 +178,7 @@ def identify(
         from .balance import balanced  # noqa: PLC0415 - scipy.signal, which a search never needs
 
         return balanced(made, logs, trained, held)
-    train_on = [s for r in trained or [None] for s in stretches(logs, rig, r)]
+    train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r)]
     tests = [(r, stretches(logs, rig, r)) for r in held]
     problem = MotionProblem(made, train_on)
     plan = _Plan(
@@ -223,7 +208,7 @@ class _Plan:
     polishing: bool
 
     def polish_budget(self) -> int:
-        return min(POLISH, self.budget // 5) if self.polishing else 0
+        return min(POLISH, self.budget // 4) if self.polishing else 0
 
     def searches(self, problem: MotionProblem) -> list[Search]:
         if self.repeats < 1:
@@ -282,13 +267,13 @@ def _conclude(
     errors, correlation = standard_errors(problem, best.x)
     rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
-    estimates = _estimates(made, p, errors, spread)
+    found = estimates(made, p, errors, spread, correlation)
     score = scores(made, p, problem.train)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
         parameters=made,
         p=p,
-        estimates=estimates,
+        estimates=found,
         correlation=correlation,
         score=score,
         holdout=tested,
@@ -303,47 +288,14 @@ def _conclude(
         train_ranges=tuple(trained),
         recordings=tuple(logs),
         warnings=tuple(
-            _warnings(made, estimates, correlation, score, problem.train, tests, logs, interrupted)
+            _warnings(made, found, correlation, score, problem.train, tests, logs, interrupted)
         ),
     )
 
 
-def estimate(made: Parameters, index: int, value: float, error: float, spread: float) -> Estimate:
-    """A free or fixed parameter with its interval, its bound and a verdict at a quick look."""
-    param = made.every[index]
-    rig, name = made.rig, param.name
-    written = rig.unit_of(param)
-    if name not in {q.name for q in made.free}:
-        return Estimate(
-            rig.label(name), value, np.nan, np.nan, value, value, None, "fixed", written
-        )
-    width = param.upper - param.lower
-    at: Literal["lower", "upper"] | None = None
-    if value - param.lower < 1e-3 * width:
-        at = "lower"
-    elif param.upper - value < 1e-3 * width:
-        at = "upper"
-    half = max(1.96 * error, 2.0 * np.nan_to_num(spread)) if np.isfinite(error) else np.inf
-    low, high = max(value - half, param.lower), min(value + half, param.upper)
-    verdict: Verdict = "not identifiable"
-    if half <= 0.5 * abs(value):
-        verdict = "identified" if half <= 0.1 * abs(value) and at is None else "weak"
-    return Estimate(rig.label(name), value, error, spread, low, high, at, verdict, written)
-
-
-def _estimates(made: Parameters, p: Array, errors: Array, spread: Array) -> tuple[Estimate, ...]:
-    free = {q.name: i for i, q in enumerate(made.free)}
-    found = []
-    for k, param in enumerate(made.every):
-        i = free.get(made.tied.get(param.name, param.name))
-        error, wide = (errors[i], spread[i]) if i is not None else (np.nan, np.nan)
-        found.append(estimate(made, k, float(p[k]), float(error), float(wide)))
-    return tuple(found)
-
-
 def _warnings(
     made: Parameters,
-    estimates: Sequence[Estimate],
+    found: Sequence[Estimate],
     correlation: Array,
     score: Score,
     train: Sequence[Stretch],
@@ -354,7 +306,7 @@ def _warnings(
     said = []
     if interrupted:
         said.append("interrupted: the search had not ended, and its answer was not polished")
-    said += bound_warnings(estimates)
+    said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
     if score.value > 0.5 * score.smooth:
         said.append(
@@ -362,8 +314,8 @@ def _warnings(
             f"without stick-slip has {score.smooth:.3g} {score.unit}"
         )
     seen = {s.direction for s in train}
-    for within, parts in tests:
-        if not made.law.directional and {s.direction for s in parts} - seen:
+    for within, held in tests:
+        if not made.law.directional and {s.direction for s in held} - seen:
             said.append(f"hold-out {within.text} runs in a direction that was not trained on")
     if not made.law.directional and len(seen) > 1:
         said.append(
@@ -372,31 +324,3 @@ def _warnings(
         )
     said += [f"{log.label}: {note}" for log in logs for note in log.notes]
     return said
-
-
-def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
-    """A sentence for every parameter that ended at an end of its search range."""
-    return [
-        f"{e.name} ended at the {e.at_bound} end of its range: widen the range or doubt the value"
-        for e in estimates
-        if e.at_bound
-    ]
-
-
-def correlation_warnings(made: Parameters, correlation: Array, limit: float = 0.95) -> list[str]:
-    """A sentence for the parameters that the data cannot tell apart."""
-    names = [made.rig.label(q.name) for q in made.free]
-    pairs = [
-        f"{names[i]} and {names[j]} ({correlation[i, j]:+.3f})"
-        for i in range(len(names))
-        for j in range(i)
-        if abs(correlation[i, j]) > limit
-    ]
-    if not pairs:
-        return []
-    return [f"the data hardly tell apart {', '.join(pairs)}: trust their combination, not each"]
-
-
-def cores() -> int:
-    """Processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -34,24 +34,25 @@ class Polished:
     evaluations: int
 
 
-def elite(trace: Trace, most: int = 6, apart: float = 0.15) -> Array:
+def elite(trace: Trace, most: int = 8, apart: float = 0.3) -> Array:
     """The best points of a search that lie apart from each other in the unit cube, best first.
 
     A stick-slip misfit has many basins; the best point of a search may sit in a poor one.
     """
-    order = np.argsort(trace.f, kind="stable")[:4000]
-    chosen = [order[0]]
-    for k in order[1:]:
-        if len(chosen) == most or not np.isfinite(trace.f[k]):
-            break
-        if np.linalg.norm(trace.u[chosen] - trace.u[k], axis=1).min() > apart:
-            chosen.append(k)
-    return trace.u[chosen].copy()
+    order = np.argsort(trace.f, kind="stable")
+    u = trace.u[order[np.isfinite(trace.f[order])]]
+    chosen = []
+    while len(u) and len(chosen) < most:
+        chosen.append(u[0])
+        u = u[np.linalg.norm(u - u[0], axis=1) > apart]
+    return np.array(chosen)
 
 
 def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     """Polish the elite of a search, the allowance dealt out evenly, and return the best."""
-    starts = problem.space.decode(elite(run.trace)) if allowance else run.x[None]
+    starts = run.x[None]
+    if allowance and np.isfinite(run.cost):
+        starts = problem.space.decode(elite(run.trace))
     done = [polish(problem, x, allowance // len(starts)) for x in starts]
     best = min(done, key=lambda d: d.cost)
     return Polished(best.x, best.cost, sum(d.evaluations for d in done))
@@ -106,51 +107,9 @@ def polish(problem: MotionProblem, x: Array, allowance: int) -> Polished:
 
 
 def jacobian(problem: MotionProblem, u: Array) -> Array:
-    """d residual / d u at a point of the unit cube, (samples, dim), all differences at once."""
+    """Slopes of the residuals at a point of the unit cube, (samples, dim), in one call."""
     step = np.where(u + STEP <= 1.0, STEP, -STEP)
     points = np.vstack([u, u + np.diag(step)])
     r = problem.residuals(problem.space.decode(points))
     slopes: Array = ((r[1:] - r[0]) / step[:, None]).T
     return slopes
-
-
-def standard_errors(problem: MotionProblem, x: Array) -> tuple[Array, Array]:
-    """Standard errors (SI) and correlations of the free parameters at an estimate.
-
-    The usual covariance of nonlinear least squares, s^2 (J^T J)^-1, widened by the integrated
-    autocorrelation of the residuals: a sensor that is read more often than it measures does not
-    know more. It is a quick look: linear, and blind to what the rig's model leaves out.
-    """
-    space = problem.space
-    u = space.encode(x[None])[0]
-    r = problem.residuals(x[None])[0]
-    J = jacobian(problem, u)
-    dof = max(len(r) - space.dim, 1)
-    variance = float(r @ r) / dof * correlation_time(r)
-    nudge = np.where(u + 1e-6 <= 1.0, 1e-6, -1e-6)
-    width = np.diag(space.decode(u + np.diag(nudge)) - x) / nudge  # dx / du
-    norms = np.linalg.norm(J, axis=0)
-    if not (np.isfinite(J).all() and (norms > 0).all()):
-        return np.full(space.dim, np.inf), np.eye(space.dim)
-    scaled = J / norms
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    if values[0] <= 1e-14 * values[-1]:
-        return np.full(space.dim, np.inf), np.eye(space.dim)
-    inverse = (vectors / values) @ vectors.T
-    spread = np.sqrt(np.diag(inverse))
-    errors = np.sqrt(variance) * spread / norms * np.abs(width)
-    return errors, inverse / np.outer(spread, spread)
-
-
-def correlation_time(r: Array) -> float:
-    """Integrated autocorrelation 1 + 2 sum rho_k, summed while rho_k stays above zero; >= 1."""
-    d = r - r.mean()
-    n = len(d)
-    spectrum = np.abs(np.fft.rfft(d, 2 * n)) ** 2
-    rho = np.fft.irfft(spectrum)[: n // 2]
-    if not rho[0] > 0:
-        return 1.0
-    rho = rho / rho[0]
-    below = np.flatnonzero(rho <= 0)
-    stop = int(below[0]) if len(below) else len(rho)
-    return float(max(1.0 + 2.0 * rho[1:stop].sum(), 1.0))

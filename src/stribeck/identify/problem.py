@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -79,12 +79,12 @@ def _stretches(recording: Recording, rig: SlideBed, within: Range | None) -> lis
                 f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
                 "simulate from: this rig is for logs with stick-slip"
             )
-        samples = slice(start.row, start.rows.stop)
+        samples = slice(start.rest.start, start.rows.stop)
         t = recording.t[samples]
         score = (anew[samples] & (t >= recording.t[start.rows.start])).astype(float)
         x0 = float(recording.position[start.rest].mean())
         on = track(drive, t, x0, recording.position[samples], score)
-        found.append(Stretch(recording, start.rows, start.row, on))
+        found.append(Stretch(recording, start.rows, start.rest.start, on))
     return found
 
 
@@ -149,12 +149,12 @@ def parameters(
     fixed, bounds, tied = dict(fixed or {}), dict(bounds or {}), dict(tied or {})
     every = {p.name: p for p in rig.parameters(law)}
     labels = {rig.label(name): name for name in every}
-    named = [_named(labels, every, part, rig, law) for part in (fixed, bounds, tied)]
-    fixed, bounds = (
-        cast("dict[str, float]", named[0]),
-        cast("dict[str, tuple[float, float]]", named[1]),
-    )
-    tied = {a: next(iter(_named(labels, every, {b: b}, rig, law))) for a, b in named[2].items()}
+    fixed = {_named(labels, every, n, rig, law): v for n, v in fixed.items()}
+    bounds = {_named(labels, every, n, rig, law): v for n, v in bounds.items()}
+    tied = {
+        _named(labels, every, a, rig, law): _named(labels, every, b, rig, law)
+        for a, b in tied.items()
+    }
     for name in every:
         if sum(name in part for part in (fixed, bounds, tied)) > 1:
             raise InputError(f"{name} can be set, bounded or tied, not two of these at once")
@@ -179,22 +179,17 @@ def parameters(
 
 
 def _named(
-    labels: Mapping[str, str],
-    every: Mapping[str, Param],
-    part: Mapping[str, object],
-    rig: Rig,
-    law: Law,
-) -> dict[str, object]:
-    found: dict[str, object] = {}
-    for name, value in part.items():
-        key = name if name in every else labels.get(name)
-        if key is None:
-            raise InputError(
-                f"law {law.name} on rig {rig.name} has no parameter {name!r}: "
-                f"it has {', '.join(labels)}"
-            )
-        found[key] = value
-    return found
+    labels: Mapping[str, str], every: Mapping[str, Param], name: str, rig: Rig, law: Law
+) -> str:
+    """A parameter's own name, given that or what its rig calls it."""
+    if name in every:
+        return name
+    if name not in labels:
+        raise InputError(
+            f"law {law.name} on rig {rig.name} has no parameter {name!r}: "
+            f"it has {', '.join(labels)}"
+        )
+    return labels[name]
 
 
 def _check_meaning(made: Parameters) -> None:
@@ -281,8 +276,7 @@ def problem(
         )
     made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
     logs = listed(recordings)
-    within = ranges(train, rig) or [None]
-    return MotionProblem(made, [s for r in within for s in stretches(logs, rig, r)])
+    return MotionProblem(made, [s for r in parts(train, rig) for s in stretches(logs, rig, r)])
 
 
 def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
@@ -319,3 +313,8 @@ def ranges(given: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[
         given = [given]
     shown = rig.shows.get("position", "m")
     return [g if isinstance(g, Range) else Range.parse(g, shown) for g in given]
+
+
+def parts(given: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range | None]:
+    """The same, with None, which is everything, where no range was given."""
+    return [*ranges(given, rig)] or [None]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from ..rig.slide_bed import SlideBed
 from ..space import Array
 from ..units import unit
-from .problem import Parameters, Stretch, ranges, stretches
+from .problem import Parameters, Stretch, parts, stretches
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -32,12 +33,17 @@ class Score:
         samples: That count.
     """
 
-    name: str
+    name: Literal["position_rmse", "relative_error"]
     value: float
     unit: str
     still: float
     smooth: float
     samples: int
+
+    def baselines(self) -> dict[str, float]:
+        """Those that there are."""
+        named = {"still": self.still, "smooth": self.smooth}
+        return {n: v for n, v in named.items() if math.isfinite(v)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,26 +63,26 @@ class HeldOut:
     motions: tuple[Motion, ...]
 
 
-def held_out(made: Parameters, p: Array, within: Range | None, parts: Sequence[Stretch]) -> HeldOut:
+def held_out(made: Parameters, p: Array, within: Range | None, on: Sequence[Stretch]) -> HeldOut:
     """Score a complete parameter set (SI) on the stretches of a range."""
-    motions = tuple(simulated(made, p, parts))
-    return HeldOut(within, scores(made, p, parts), tuple(parts), motions)
+    motions = tuple(simulated(made, p, on))
+    return HeldOut(within, scores(made, p, on), tuple(on), motions)
 
 
-def simulated(made: Parameters, p: Array, parts: Sequence[Stretch]) -> list[Motion]:
+def simulated(made: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]:
     """The model's motion over each stretch."""
     rig = made.rig
     assert isinstance(rig, SlideBed)  # noqa: S101 - stretches are made for such rigs only
-    return [rig.move(made.law, p[None], s.track) for s in parts]
+    return [rig.move(made.law, p[None], s.track) for s in on]
 
 
-def scores(made: Parameters, p: Array, parts: Sequence[Stretch]) -> Score:
+def scores(made: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
     """J (4.5) over stretches, and its baselines."""
     written = made.rig.shows.get("position", "m")
-    motions = simulated(made, p, parts)
-    total = sum(int(s.track.sums[0, -1]) for s in parts)
+    motions = simulated(made, p, on)
+    total = sum(int(s.track.sums[0, -1]) for s in on)
     model = still = smooth = 0.0
-    for s, motion in zip(parts, motions, strict=True):
+    for s, motion in zip(on, motions, strict=True):
         counts = s.track.score > 0
         x = s.track.measured[counts]
         command = np.interp(s.track.t, s.track.knots_t, s.track.knots_x)[counts]
@@ -111,17 +117,21 @@ def validate(
     Raises:
         InputError: a log lacks what the rig needs, or holds no motion in a range.
     """
-    wanted = ranges(within, made.rig) or [None]
+    wanted = parts(within, made.rig)
     if isinstance(made.rig, SlideBed):
         return [
-            (log.label, r.text if r else "all", scores(made, p, stretches([log], made.rig, r)))
+            (
+                log.label,
+                r.text if r is not None else "all",
+                scores(made, p, stretches([log], made.rig, r)),
+            )
             for log in recordings
             for r in wanted
         ]
     from .balance import balance_scores  # noqa: PLC0415 - scipy.signal, which others never need
 
     return [
-        (log.label, r.text if r else "all", balance_scores(made, p, log, r))
+        (log.label, r.text if r is not None else "all", balance_scores(made, p, log, r))
         for log in recordings
         for r in wanted
     ]

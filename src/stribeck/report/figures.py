@@ -16,8 +16,6 @@ from ..rig.slide_bed import SlideBed
 from ..units import unit
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
 
     from ..identify.fit import Fit
@@ -50,7 +48,7 @@ _STYLE: dict[str, Any] = {
 
 def draw(fit: Fit, folder: Path) -> list[Path]:
     """Draw every figure that a fit has, as PNG and SVG, and return the files."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
         figures = _simulation(fit) if fit.balance is None else _balance(fit)
         figures["stribeck_curve"] = stribeck_curve(fit)
         return [file for name, figure in figures.items() for file in save(figure, folder, name)]
@@ -91,10 +89,11 @@ def convergence(fit: Fit) -> Figure:
                   label=f"repeat {k + 1}: J = {done.cost:.3g} {fit.score.unit}")  # fmt: skip
         axes.plot(run.evaluations + done.evaluations, done.cost, "o", color=colour, ms=4)
     axes.axhline(fit.score.smooth, color=MEASURED, ls="--", lw=1)
-    axes.annotate("best smooth motion, no stick-slip", (1, fit.score.smooth), (4, 4),
-                  textcoords="offset points", color=MEASURED, fontsize=9)  # fmt: skip
-    axes.set(xscale="log", yscale="log", xlabel="Evaluations of J", ylabel=f"Best J / {fit.score.unit}",
-             title=f"Convergence of {fit.method}")  # fmt: skip
+    axes.annotate("best smooth motion, no stick-slip", (1, fit.score.smooth), (0, 4), ha="right",
+                  xycoords=("axes fraction", "data"), textcoords="offset points",
+                  color=MEASURED, fontsize=9)  # fmt: skip
+    axes.set(xscale="log", yscale="log", title=f"Convergence of {fit.method}")
+    axes.set(xlabel="Evaluations of J", ylabel=f"Best J / {fit.score.unit}")
     axes.legend(title="dot: after polishing", title_fontsize=8, fontsize=9)
     return figure
 
@@ -162,17 +161,17 @@ def stribeck_curve(fit: Fit) -> Figure:
     minus, plus = fit.law.levels(p)
     axes.plot([0, 0], [minus, plus], "o", color=MODEL, ms=5, mfc="white")
     for level, sign, drop in ((plus, "+", -10), (minus, "-", 6)):
-        axes.annotate(f"$F_{{S{sign}}}$ = {level:.4g} N" if v_SS else f"breakaway {level:.4g} N",
-                      (0, level), (10, drop), textcoords="offset points", color=MODEL, fontsize=9)  # fmt: skip
-    for sign in (1, -1) if v_SS is not None else ():
-        side = "+" if sign > 0 else "-"
+        text = f"$F_{{S{sign}}}$ = {level:.4g} N" if v_SS else f"breakaway {level:.4g} N"
+        axes.annotate(text, (0, level), (10, drop), textcoords="offset points", color=MODEL, size=9)
+    for way in (1, -1) if v_SS is not None else ():
+        side = "+" if way > 0 else "-"
         F_C = named.get("F_C", named.get(f"F_C{side}", np.nan))
         F_V = named.get("F_V", named.get(f"F_V{side}", np.nan))
-        v = np.array([0.0, sign * reach])
-        axes.plot(v / scale, sign * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
-        axes.annotate(f"$F_C$ = {F_C:.4g} N, slope $F_V$", (v[1] / scale, sign * F_C + F_V * v[1]),
-                      (0, 8 * sign if sign > 0 else -14), textcoords="offset points", color=ACCENT,
-                      fontsize=9, ha="right" if sign > 0 else "left")  # fmt: skip
+        v = np.array([0.0, way * reach])
+        axes.plot(v / scale, way * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
+        axes.annotate(f"$F_C$ = {F_C:.4g} N, slope $F_V$", (v[1] / scale, way * F_C + F_V * v[1]),
+                      (0, 8 * way if way > 0 else -14), textcoords="offset points", color=ACCENT,
+                      fontsize=9, ha="right" if way > 0 else "left")  # fmt: skip
     axes.set(title=f"{fit.law.name}: the identified curve")
     axes.margins(y=0.15)
     return figure
@@ -251,6 +250,6 @@ def _figure(width: float, height: float) -> tuple[Figure, Axes]:
 def _extent(fit: Fit, stretch: Stretch) -> str:
     shown = fit.rig.shows.get("position", "m")
     scale = unit(shown).factor
-    x: Sequence[float] = stretch.recording.position[stretch.rows]
+    x = stretch.recording.position[stretch.rows]
     way = "rightward" if stretch.direction > 0 else "leftward"
     return f"{way}, {x[0] / scale:.0f} to {x[-1] / scale:.0f} {shown}"

@@ -6,7 +6,8 @@ import json
 import math
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -125,8 +126,7 @@ def validation_text(card: Card, rows: Sequence[tuple[str, str, Any]]) -> str:
     """The same as JSON."""
     found = [
         {"log": log, "range": within, "name": s.name, "value": s.value, "unit": s.unit,
-         "samples": s.samples, "baselines": {n: v for n, v in (("still", s.still), ("smooth", s.smooth))
-                                             if math.isfinite(v)}}
+         "samples": s.samples, "baselines": s.baselines()}
         for log, within, s in rows
     ]  # fmt: skip
     said = {"schema": "stribeck-validation/1", "law": card.law, "rig": card.rig, "scores": found}
@@ -135,10 +135,32 @@ def validation_text(card: Card, rows: Sequence[tuple[str, str, Any]]) -> str:
 
 def show_quality(quality: Quality) -> None:
     """What is in a log."""
-    out = console()
-    out.print(grid("", ["", ""], quality.lines()))
-    for sentence in (*quality.notes, *quality.verdict):
-        out.print(f"• {sentence}", markup=False)
+    table = grid("", [quality.file or "recording", ""], quality.lines(), left=2)
+    console().print(table, markup=False)
+
+
+def quality_text(quality: Quality) -> str:
+    """The same as JSON, SI."""
+    said: dict[str, Any] = {"schema": "stribeck-quality/1"}
+    for f in fields(quality):
+        value = getattr(quality, f.name)
+        if f.name in ("strokes", "slips"):
+            value = [{n: _plain(v) for n, v in vars(part).items()} for part in value]
+        said[f.name] = _plain(value)
+    return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON has it: a slice as its two ends, what is not finite as null."""
+    if isinstance(value, slice):
+        return [value.start, value.stop]
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
 
 
 class Watch:
@@ -167,7 +189,8 @@ class Watch:
     def _draw(self, done: int, total: int, best: float) -> None:
         if self._bar is None:
             self._bar = Progress(
-                TextColumn("searching"), BarColumn(), TextColumn("{task.completed:,}/{task.total:,} evaluations"),
+                TextColumn("searching"), BarColumn(),
+                TextColumn("{task.completed:,}/{task.total:,} evaluations"),
                 TextColumn("best J {task.fields[best]}"), TimeElapsedColumn(),
                 console=Console(stderr=True), transient=True,
             )  # fmt: skip

@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.random import SeedSequence
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import bilinear, lfilter
 
 from ..data.recording import Recording
 from ..errors import InputError
@@ -137,21 +137,22 @@ class TestBed:
         """The distance as the last echo said: noisy, and held until the next."""
         echo = np.floor(t * self.echo_rate + 1e-9).astype(int)
         noise = self.echo_noise * rng.standard_normal(echo[-1] + 1)
-        return np.interp(echo / self.echo_rate, t, x) + noise[echo]
+        seen: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
+        return seen
 
     def _differentiate(self, x: Array) -> Array:
         """The analogue differentiator s w^2 / (s^2 + sqrt(2) w s + w^2), sampled (bilinear)."""
         w = 2 * np.pi * self.corner
-        continuous = ([w * w, 0.0], [1.0, np.sqrt(2.0) * w, w * w])
-        b, a, _ = cont2discrete(continuous, 1.0 / self.rate, method="bilinear")
-        return np.asarray(lfilter(np.squeeze(b), a, x - x[0]), dtype=float)
+        b, a = bilinear([w * w, 0.0], [1.0, np.sqrt(2.0) * w, w * w], self.rate)
+        return np.asarray(lfilter(b, a, x - x[0]), dtype=float)
 
     def _convert(self, values: Array, span: tuple[float, float]) -> Array:
         """What the analogue-to-digital converter makes of a signal over its span."""
         low, high = span
         levels = 2**self.bits
         code = np.clip(np.floor((values - low) / (high - low) * levels), 0, levels - 1)
-        return low + (code + 0.5) * (high - low) / levels
+        read: Array = low + (code + 0.5) * (high - low) / levels
+        return read
 
 
 @dataclass(frozen=True, eq=False)
