@@ -17,6 +17,8 @@ from ..errors import InputError
 from ..space import Array
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .recording import Recording
 
 #: Sampling instants may be off their grid by this share of an interval (EMPS: 3e-5).
@@ -26,7 +28,7 @@ GAP = 3.5
 #: The cut-off stays at or below this share of the sampling rate: there a central difference still
 #: sees 94 % of a velocity, and the report's own 100 Hz at 1 kHz is this share.
 CUTOFF_SHARE = 0.1
-#: Decimation filter: Chebyshev, its order, its ripple in dB, its edge as a share of the new Nyquist.
+#: Decimation filter (Chebyshev): order, ripple in dB, edge as a share of the new Nyquist frequency.
 _ORDER, _RIPPLE, _EDGE = 8, 0.05, 0.8
 #: The decimation filter runs both ways, and at rest it lies at the bottom of its ripple each time.
 DECIMATION_GAIN = 10 ** (-2 * _RIPPLE / 20)
@@ -99,8 +101,8 @@ class Even:
     t: Array
     position: Array
     force: Array
-    nearest: Array
-    known: Array
+    nearest: NDArray[np.intp]
+    known: NDArray[np.bool_]
     rate: float
     notes: tuple[str, ...] = ()
 

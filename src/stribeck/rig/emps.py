@@ -227,7 +227,9 @@ def _hold(
         if s * after < 0.0 and v != 0.0:
             step = _stop(slip, p, mass, F, v, s, step, after)
             moved, after = _step(slip, p, mass, F, v, s, step)[0], 0.0
-        elif s * after <= 0.0:  # a breakaway that leads nowhere: the law is steeper than a step
+        elif (
+            v == 0.0 and s * after <= 0.0
+        ):  # a breakaway that leads nowhere: the law is steeper than a step
             moved, after = 0.0, 0.0
         q, v, left = q + moved, after, left - step
     return q, v

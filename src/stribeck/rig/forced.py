@@ -59,9 +59,10 @@ class Forced(Rig):
                 the other way round.
         """
         if recording.rotary != self.rotary:
+            kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
             raise InputError(
-                f"{recording.label}: its position is {'an angle' if recording.rotary else 'a length'}, "
-                f"and rig {self.name} is {'rotary' if self.rotary else 'linear'}"
+                f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
+                "use the rig that fits the axis"
             )
         if recording.force is None:
             raise InputError(
@@ -79,12 +80,16 @@ class Forced(Rig):
             v: Velocity, (N,); at exactly zero the friction is midway between its two levels.
             a: Acceleration, (N,).
         """
-        p = np.ascontiguousarray(p, dtype=float)
         k = len(law.params)
         mass, offset = p[k], (0.0 if law.directional else p[k + 1])
-        friction: Array = slips(law.slip, np.ascontiguousarray(v, dtype=float), p[:k])
-        balance: Array = mass * a + friction + offset
+        balance: Array = mass * a + self.friction(law, p, v) + offset
         return balance
+
+    def friction(self, law: Law, p: Array, v: Array) -> Array:
+        """The friction in it, as for `force`, (N,)."""
+        p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
+        rub: Array = slips(law.slip, np.ascontiguousarray(v, dtype=float), p)
+        return rub
 
     def _ranged(self, param: Param) -> Param:
         ranged = super()._ranged(param)
