@@ -1,3 +1,85 @@
-"""From a motion log to a friction model you can trust."""
+"""From a motion log to a friction model you can trust.
+
+    from stribeck import identify, read
+
+    fit = identify(read("axis.csv"), rig="slide-bed", train="112:295", holdout="44:112")
+
+Names are imported when they are first used: `import stribeck` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .data import Recording, read
+    from .errors import InputError
+    from .friction import LAWS, Law
+    from .identify.card import Card, card, read_card
+    from .identify.fit import Fit, identify
+    from .identify.problem import problem
+    from .identify.validate import validate
+    from .optimize import METHODS, Run, Search, minimize
+    from .rig import RIGS, Rig
+    from .space import Param, Space
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "LAWS",
+    "METHODS",
+    "RIGS",
+    "Card",
+    "Fit",
+    "InputError",
+    "Law",
+    "Param",
+    "Recording",
+    "Rig",
+    "Run",
+    "Search",
+    "Space",
+    "card",
+    "identify",
+    "minimize",
+    "problem",
+    "read",
+    "read_card",
+    "validate",
+]
+
+_HOMES = {
+    "LAWS": "friction",
+    "METHODS": "optimize",
+    "RIGS": "rig",
+    "Card": "identify.card",
+    "Fit": "identify.fit",
+    "InputError": "errors",
+    "Law": "friction",
+    "Param": "space",
+    "Recording": "data",
+    "Rig": "rig",
+    "Run": "optimize",
+    "Search": "optimize",
+    "Space": "space",
+    "card": "identify.card",
+    "identify": "identify.fit",
+    "minimize": "optimize",
+    "problem": "identify.problem",
+    "read": "data",
+    "read_card": "identify.card",
+    "validate": "identify.validate",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -34,55 +34,61 @@ class Polished:
     evaluations: int
 
 
-def elite(trace: Trace, most: int = 8, apart: float = 0.3) -> Array:
+def elite(trace: Trace, most: int = 8, apart: float = 0.3) -> tuple[Array, Array]:
     """The best points of a search that lie apart from each other in the unit cube, best first.
 
     A stick-slip misfit has many basins; the best point of a search may sit in a poor one.
+    Returns the points, (k, dim), and their costs, (k,).
     """
     order = np.argsort(trace.f, kind="stable")
-    u = trace.u[order[np.isfinite(trace.f[order])]]
-    chosen = []
-    while len(u) and len(chosen) < most:
-        chosen.append(u[0])
-        u = u[np.linalg.norm(u - u[0], axis=1) > apart]
-    return np.array(chosen)
+    order = order[np.isfinite(trace.f[order])]
+    chosen: list[int] = []
+    while len(order) and len(chosen) < most:
+        chosen.append(int(order[0]))
+        order = order[np.linalg.norm(trace.u[order] - trace.u[order[0]], axis=1) > apart]
+    return trace.u[chosen].copy(), trace.f[chosen].copy()
 
 
 def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     """Polish the elite of a search, the allowance dealt out evenly, and return the best."""
-    starts = run.x[None]
-    if allowance and np.isfinite(run.cost):
-        starts = problem.space.decode(elite(run.trace))
-    done = [polish(problem, x, allowance // len(starts)) for x in starts]
+    if allowance < 1 or not np.isfinite(run.cost):
+        return Polished(run.x, run.cost, 0)
+    u, costs = elite(run.trace)
+    done = [
+        polish(problem, x, float(J), allowance // len(u))
+        for x, J in zip(problem.space.decode(u), costs, strict=True)
+    ]
     best = min(done, key=lambda d: d.cost)
     return Polished(best.x, best.cost, sum(d.evaluations for d in done))
 
 
-def polish(problem: MotionProblem, x: Array, allowance: int) -> Polished:
+def polish(problem: MotionProblem, x: Array, start: float, allowance: int) -> Polished:
     """Improve a point by trust-region least squares inside the search box.
 
     Args:
         problem: Its residuals are minimised.
         x: Where to start, free parameters, SI.
+        start: J there.
         allowance: Rows of the cost that may be evaluated; with none the point stays.
     """
-    start = float(problem(x[None])[0])
     space, dim = problem.space, problem.space.dim
-    rounds = (allowance - 1) // (dim + 1)
+    rounds = (allowance - 1) // (dim + 1)  # one is for the cost of the answer
     if rounds < 1 or not np.isfinite(start):
         return Polished(x, start, 0)
     spent = 0
+    last = np.empty(0), np.empty(0)  # where the residuals were asked for last, and what they were
 
     def residuals(u: Array) -> Array:
-        nonlocal spent
+        nonlocal spent, last
         spent += 1
-        found: Array = problem.residuals(space.decode(u[None]))[0]
-        return found
+        last = u.copy(), problem.residuals(space.decode(u[None]))[0]
+        return last[1]
 
     def slopes(u: Array) -> Array:
         nonlocal spent
+        known = last[1] if np.array_equal(u, last[0]) else residuals(u)
         spent += dim
-        return jacobian(problem, u)
+        return jacobian(problem, u, known)
 
     u = np.clip(space.encode(x[None])[0], 1e-6, 1 - 1e-6)
     try:
@@ -106,10 +112,9 @@ def polish(problem: MotionProblem, x: Array, allowance: int) -> Polished:
     return Polished(better[0], cost, spent)
 
 
-def jacobian(problem: MotionProblem, u: Array) -> Array:
+def jacobian(problem: MotionProblem, u: Array, residuals: Array) -> Array:
     """Slopes of the residuals at a point of the unit cube, (samples, dim), in one call."""
     step = np.where(u + STEP <= 1.0, STEP, -STEP)
-    points = np.vstack([u, u + np.diag(step)])
-    r = problem.residuals(problem.space.decode(points))
-    slopes: Array = ((r[1:] - r[0]) / step[:, None]).T
+    beside = problem.residuals(problem.space.decode(u + np.diag(step)))
+    slopes: Array = ((beside - residuals) / step[:, None]).T
     return slopes

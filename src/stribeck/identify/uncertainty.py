@@ -106,7 +106,7 @@ def standard_errors(problem: MotionProblem, x: Array) -> tuple[Array, Array]:
     space = problem.space
     u = space.encode(x[None])[0]
     r = problem.residuals(x[None])[0]
-    J = jacobian(problem, u)
+    J = jacobian(problem, u, r)
     dof = max(len(r) - space.dim, 1)
     variance = float(r @ r) / dof * correlation_time(r)
     nudge = np.where(u + 1e-6 <= 1.0, 1e-6, -1e-6)
