@@ -39,6 +39,7 @@ from .validate import HeldOut, Score, held_out, scores
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
+    from .inverse import Balance
 
 #: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
 BUDGET, POLISH = 10_000, 2_400
@@ -92,7 +93,7 @@ class Fit:
     train_ranges: tuple[Range, ...]
     recordings: tuple[Recording, ...]
     warnings: tuple[str, ...]
-    balance: Any = field(default=None, repr=False)
+    balance: Balance | None = field(default=None, repr=False)
 
     @property
     def rig(self) -> Rig:
@@ -107,7 +108,7 @@ class Fit:
     def used(self, recording: Recording) -> int:
         """How many samples of a recording the fit was trained on."""
         if self.balance is not None:
-            return int(self.balance.used[self.recordings.index(recording)])
+            return len(self.balance.signals[self.recordings.index(recording)].t)
         return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
 
     @property

@@ -113,6 +113,16 @@ class Balance(Prediction):
     jacobian: Array = field(repr=False)
     residuals: Array = field(repr=False)
 
+    def figures(self) -> dict[str, float]:
+        """What the literature prints beside a force balance, percent and SI."""
+        return {
+            "relative_error_percent": self.relative_error,
+            "residual_sd": self.residual_sd,
+            "condition": self.condition,
+            "collinearity": self.collinearity,
+            "rows": float(self.rows),
+        }
+
     def __getitem__(self, name: str) -> float:
         """A parameter's value, SI."""
         return float(self.values[self.names.index(name)])

@@ -150,7 +150,8 @@ def search(residuals: Callable[[Array], Array], dim: int) -> Array:
     n = _LEVELS.get(dim, _MORE)
     grid = np.array(list(product((np.arange(n) + 0.5) / n, repeat=dim)))
     costs = np.array([np.sum(residuals(u) ** 2) for u in grid])
-    best, least = grid[np.argmin(costs)], float(costs.min())
+    best: Array = grid[np.argmin(costs)]
+    least = float(costs.min())
     for start in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
         found = least_squares(
             residuals, start, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -56,7 +56,12 @@ class Estimate:
 
 
 def estimates(
-    made: Parameters, p: Array, errors: Array, spread: Array, correlation: Array
+    made: Parameters,
+    p: Array,
+    errors: Array,
+    spread: Array,
+    correlation: Array,
+    ends: Mapping[str, str] | None = None,
 ) -> tuple[Estimate, ...]:
     """Every parameter with its interval, its bound and a verdict, in the order of `made.every`.
 
@@ -66,6 +71,8 @@ def estimates(
         errors: Standard errors of the free parameters, SI, (dim,).
         spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
         correlation: Of the free parameters, (dim, dim).
+        ends: Which end of its range a parameter sits at, by name, if that is known; else what
+            lies within a thousandth of a range of its end counts as sitting there.
     """
     free = {q.name: i for i, q in enumerate(made.free)}
     others = np.abs(correlation - np.eye(len(correlation))).max(axis=1, initial=0.0)
@@ -79,7 +86,7 @@ def estimates(
             continue
         error, wide = float(errors[i]), float(spread[i])
         half = max(1.96 * error, 2.0 * np.nan_to_num(wide)) if np.isfinite(error) else np.inf
-        at = _end(value, param.lower, param.upper)
+        at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
         verdict: Verdict = "not identifiable"
         if half <= WEAK * abs(value):
             sure = half <= IDENTIFIED * abs(value) and at is None and others[i] <= TOGETHER
@@ -87,6 +94,11 @@ def estimates(
         low, high = max(value - half, param.lower), min(value + half, param.upper)
         found.append(Estimate(label, value, error, wide, low, high, at, verdict, written))
     return tuple(found)
+
+
+def _named(ends: Mapping[str, str], name: str) -> Literal["lower", "upper"] | None:
+    at = ends.get(name)
+    return None if at is None else ("lower" if at == "lower" else "upper")
 
 
 def _end(value: float, lower: float, upper: float) -> Literal["lower", "upper"] | None:

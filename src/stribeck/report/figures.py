@@ -220,26 +220,31 @@ def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array]:
 
 def _balance(fit: Fit) -> dict[str, Figure]:
     """The figures of a force balance: force and residual in time, and friction against speed."""
-    b = fit.balance
-    figure = Figure(figsize=(7.2, 5.2), layout="constrained")
-    top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    assert fit.balance is not None  # noqa: S101 - drawn for such fits only
+    figures = {}
     force = "N m" if fit.recordings[0].rotary else "N"
-    top.plot(b.t, b.measured, color=MEASURED, lw=1.2, label="measured")
-    top.plot(b.t, b.predicted, color=MODEL, lw=1.2, label="model")
-    top.set(ylabel=f"Force / {force}", title="Force balance")
-    top.legend()
-    below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, ms=2)
-    below.axhline(0, color=INK, lw=0.8)
-    below.set(xlabel="Time / s", ylabel=f"Residual / {force}",
-              title=f"Relative error {b.relative_error:.4g} %")  # fmt: skip
+    for k, (log, b) in enumerate(zip(fit.recordings, fit.balance.signals, strict=True), 1):
+        figure = Figure(figsize=(7.2, 5.2), layout="constrained")
+        top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+        top.plot(b.t, b.measured, color=MEASURED, lw=1.4, label="measured")
+        top.plot(b.t, b.predicted, color=MODEL, lw=1.0, label="model")
+        top.set(ylabel=f"Force / {force}", title=f"Force balance: {log.label}")
+        top.legend(loc="upper right")
+        below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, ms=2)
+        below.axhline(0, color=INK, lw=0.8)
+        below.set(xlabel="Time / s", ylabel=f"Residual / {force}")
+        below.set_title(f"Relative error {fit.balance.relative_error:.4g} %")
+        figures["force" if len(fit.recordings) == 1 else f"force_{k}"] = figure
     points, axes = _figure(6.4, 4.2)
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
-    axes.plot(b.v / scale, b.friction, ".", color=MEASURED, ms=2, alpha=0.6,
+    v = np.concatenate([b.velocity for b in fit.balance.signals])
+    F = np.concatenate([b.friction for b in fit.balance.signals])
+    axes.plot(v / scale, F, ".", color=MEASURED, ms=2, alpha=0.6,
               label="measured force less inertia and offset")  # fmt: skip
-    _law_curve(fit, axes, float(b.v.min()), float(b.v.max()))
+    _law_curve(fit, axes, float(v.min()), float(v.max()))
     axes.set(title="Friction against velocity")
     axes.legend()
-    return {"force": figure, "friction": points}
+    return {**figures, "friction": points}
 
 
 def _figure(width: float, height: float) -> tuple[Figure, Axes]:

@@ -1,8 +1,10 @@
 """What moves: rigs, each one declaration. A new rig is a file and its name in RIGS."""
 
+from .emps import EMPS
+from .forced import FORCED, FORCED_ROTARY
 from .rig import Constant, Motion, Rig
 from .slide_bed import SLIDE_BED
 
 __all__ = ["RIGS", "Constant", "Motion", "Rig"]
 
-RIGS: dict[str, Rig] = {rig.name: rig for rig in (SLIDE_BED,)}
+RIGS: dict[str, Rig] = {rig.name: rig for rig in (SLIDE_BED, EMPS, FORCED, FORCED_ROTARY)}
