@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SETUP := .venv/.installed
 
-.PHONY: setup demo test lint types unit format clean
+.PHONY: setup demo test lint types unit format docs studies clean
 
 setup: $(SETUP)
 
@@ -27,6 +27,17 @@ types: setup
 
 unit: setup
 	$(BIN)/pytest
+
+# Renews every block of output in the README and the docs, and their figures.
+docs: demo
+	cp demo/left/training.png docs/figures/readme.png
+	$(BIN)/python tools/physics_figures.py
+	$(BIN)/python tools/docs.py
+
+# The slow studies whose results are committed in docs/data.
+studies: setup
+	$(BIN)/python tools/kernel_study.py
+	$(BIN)/python tools/twin_study.py 20
 
 format: setup
 	$(BIN)/ruff check --fix .

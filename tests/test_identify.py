@@ -158,7 +158,7 @@ def test_budget_is_never_exceeded(
 
 def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
     on = problem(
-        log, law="stribeck-directional", train=["112:295", "325:127"],
+        log, law="stribeck-directional", train=list(TRAIN.values()),
         fixed={"F_S+": 144.5, "v_SS-": 3.2}, tied={"F_V-": "F_V+"}, bounds={"exponent": (0.8, 1.2)},
     )  # fmt: skip
     assert on.space.names == (
@@ -210,7 +210,7 @@ def test_unknown_names_of_the_search_are_refused(log: Recording) -> None:
         ({"budget": 0}, "budget"), ({"repeats": 0}, "repeats"), ({"seed": -1}, "seed"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=said):
-            identify(log, train="112:295", **asked)  # type: ignore[arg-type]
+            identify(log, train="112:295", **asked)
 
 
 def test_constants_that_cannot_be_simulated_are_refused(log: Recording) -> None:

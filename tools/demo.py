@@ -48,7 +48,7 @@ def main() -> None:
     for side, sign in (("right", "+"), ("left", "-")):
         card = json.loads((DEMO / side / "card.json").read_text())
         out.print(
-            f"\n[bold]{side}ward[/]: what was published, what the twin was made with, what was found"
+            f"\n[bold]{side}ward[/]: published, what the twin was made with, and what was found"
         )
         out.print(_table(card["parameters"], truth, sign))
         held = ", ".join(f"{h['range']} {h['value']:.3g}" for h in card["holdout"])

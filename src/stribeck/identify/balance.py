@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,9 +17,6 @@ from .fit import Fit
 from .problem import Parameters, listed
 from .uncertainty import bound_warnings, correlation_warnings, estimates
 from .validate import HeldOut, Score
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def balanced(
@@ -99,13 +95,13 @@ def _forced(made: Parameters) -> Forced:
 
 def _rows(
     logs: Sequence[Recording], within: Sequence[Range]
-) -> tuple[list[Recording], list[NDArray[np.bool_] | None]]:
+) -> tuple[list[Recording], list[inverse.Rows | None]]:
     """The logs that pass the ranges, and which of their samples count (None: all)."""
     logs = listed(logs)
     if not within:
         return logs, [None] * len(logs)
     chosen: list[Recording] = []
-    masks: list[NDArray[np.bool_] | None] = []
+    masks: list[inverse.Rows | None] = []
     refused: Exception | None = None
     for log in logs:
         mask = np.zeros(len(log), dtype=bool)

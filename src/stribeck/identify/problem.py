@@ -253,7 +253,7 @@ def problem(
     *,
     rig: str | Rig = "slide-bed",
     law: str | Law | None = None,
-    train: Sequence[Range] | Range | str | None = None,
+    train: Sequence[Range | str] | Range | str | None = None,
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     tied: Mapping[str, str] | None = None,
