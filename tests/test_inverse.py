@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from stribeck.data.filtering import DECIMATION_GAIN, Filtering, decimate, even, kept, smooth
@@ -141,6 +142,46 @@ def test_after_decimation_the_report_s_standard_errors_are_a_tenth_too_small() -
     slow = [names.index(n) for n in ("M", "F_V", "offset")]
     assert (total[slow] > low).all(), total / runs
     assert (total[slow] < high).all(), total / runs
+
+
+def test_robust_errors_hold_where_noise_is_correlated() -> None:
+    # First-order autoregressive noise, correlated over (1 + 0.9) / (1 - 0.9) = 19 samples. Sums
+    # of squares over 200 runs as above, each end at 1e-4; the estimator itself is known to be
+    # small by up to a third in variance at this length (Andrews 1991), hence the factor.
+    runs, rho, clean = 200, 0.9, log(rate=100.0, seconds=60.0)
+    raw = Filtering(decimation=1)
+    exact = balance(clean, COULOMB, FORCED, filtering=raw).values
+    rng = np.random.default_rng(20190412)
+    claimed, robust = np.zeros((2, 4))
+    for _ in range(runs):
+        noise = lfilter([1.0], [1.0, -rho], rng.standard_normal(len(clean)))
+        assert clean.force is not None
+        found = balance(replace(clean, force=clean.force + noise), COULOMB, FORCED, filtering=raw)
+        claimed += ((found.values - exact) / found.standard_errors) ** 2
+        robust += ((found.values - exact) / found.robust_errors) ** 2
+    low, high = (float(chi2.ppf(q, runs)) for q in (1e-4, 1 - 1e-4))
+    assert (claimed > 4 * high).all(), claimed / runs
+    assert (robust > low).all(), robust / runs
+    assert (robust < 1.5 * high).all(), robust / runs
+
+
+def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
+    data = noisy(log(), 2.0, np.random.default_rng(16))
+    found = balance(data, COULOMB, FORCED, filtering=Filtering(decimation=1))
+    ratio = found.robust_errors / found.standard_errors
+    assert (ratio >= 1.0).all()
+    assert (ratio < 1.2).all(), ratio
+
+
+def test_nothing_correlates_across_logs() -> None:
+    rng = np.random.default_rng(17)
+    W, e = rng.standard_normal((200, 2)), np.repeat(rng.standard_normal(20), 10)
+    one = separable.sandwich(W, e, [200])
+    np.testing.assert_allclose(separable.sandwich(W, e, [200, 0]), one, rtol=1e-12)
+    assert not np.allclose(separable.sandwich(W, e, [100, 100]), one)
+    blind = separable.sandwich(np.column_stack([W, np.zeros(200)]), e, [200])
+    assert np.isnan(blind[2]).all()
+    assert np.isfinite(blind[:2, :2]).all()
 
 
 def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
@@ -496,6 +537,12 @@ def test_refusals(call: Any, says: str) -> None:
 
 def fixed_all() -> list[Param]:
     return [replace(q, fixed=1.0) for q in FORCED.parameters(COULOMB)]
+
+
+def test_force_that_motion_does_not_explain_is_said() -> None:
+    found = balance(noisy(log(), 200.0, np.random.default_rng(18)), COULOMB, FORCED)
+    assert found.relative_error > 25
+    assert any("is not explained by this model" in note for note in found.notes)
 
 
 def test_few_rows_are_said() -> None:

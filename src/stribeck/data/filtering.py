@@ -128,7 +128,7 @@ def even(recording: Recording, force: Array) -> Even:
     known = (t[after] - t[after - 1] <= GAP * step) | (np.abs(grid - t[nearest]) < JITTER * step)
     note = f"{recording.label}: sampled irregularly, resampled at {1 / step:.6g} Hz"
     if not known.all():
-        note += f"; {np.mean(~known):.1%} of it lies in gaps and is not used"
+        note += f"; {100 * np.mean(~known):.2g} % of it lies in gaps and is not used"
     return Even(
         grid,
         np.asarray(CubicSpline(t, recording.position)(grid)),

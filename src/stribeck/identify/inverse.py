@@ -33,6 +33,8 @@ Rows = slice | Array
 
 #: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
 COLLINEAR = 30.0
+#: A relative error above this, percent, is told: the report's models leave 3 to 6.
+UNEXPLAINED = 25.0
 #: Rows per parameter below which standard errors are too small.
 _FEW = 10
 #: A row is at rest below this share of the top speed; worth a note if more than that share are.
@@ -92,6 +94,9 @@ class Balance(Prediction):
         standard_errors: (k,), those of the report: residual_sd² (WᵀW)⁻¹, as if residuals were
             white, so too small where the model leaves something out. inf where the data cannot
             see the parameter or a bound has set it, nan where it was fixed or tied.
+        robust_errors: (k,), the same for residuals as correlated as they are (Newey and West
+            1987, doi 10.2307/1913610), never below `standard_errors`. On the EMPS log they are
+            two to seven times those.
         covariance: Of the free parameters; inf and nan in the rows of such parameters.
         condition: Condition number of the regressor W in SI, as the literature prints it.
         collinearity: The same with columns of one length, which no unit can change: above 30,
@@ -106,6 +111,7 @@ class Balance(Prediction):
     values: Array
     free: tuple[str, ...]
     standard_errors: Array
+    robust_errors: Array
     covariance: Array = field(repr=False)
     condition: float
     collinearity: float
@@ -171,24 +177,28 @@ def balance(
     seen = system.judge(p)
     stopped = [i for i, at in enumerate(wanted.free) if wanted.names[at] in at_bound]
     covariance = separable.covariance(W, seen.residual_sd, stopped)
-    errors = np.full(len(p), np.nan)
+    residuals = system.y - system.predicted(p[None])[:, 0]
+    robust = separable.sandwich(W, residuals, [len(log.t) for log in logs])
+    errors, wide = np.full((2, len(p)), np.nan)
     errors[wanted.free] = np.sqrt(np.diag(covariance))
+    wide[wanted.free] = np.fmax(errors[wanted.free], np.sqrt(np.diag(robust)))
     return Balance(
         relative_error=seen.relative_error,
         residual_sd=seen.residual_sd,
         rows=seen.rows,
         signals=seen.signals,
-        notes=(*seen.notes, *_doubts(wanted, W, covariance, at_bound)),
+        notes=(*seen.notes, *_doubts(wanted, W, covariance, at_bound, seen.relative_error)),
         names=wanted.names,
         values=p,
         free=tuple(wanted.names[i] for i in wanted.free),
         standard_errors=errors,
+        robust_errors=wide,
         covariance=covariance,
         condition=separable.condition(W),
         collinearity=separable.collinearity(W),
         at_bound=at_bound,
         jacobian=W,
-        residuals=system.y - system.predicted(p[None])[:, 0],
+        residuals=residuals,
     )
 
 
@@ -447,7 +457,9 @@ class _System:
         )
 
 
-def _doubts(wanted: _Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str]) -> list[str]:
+def _doubts(
+    wanted: _Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
+) -> list[str]:
     """What a reader must know about the estimates, a sentence each."""
     label = wanted.rig.label
     names = [label(wanted.names[i]) for i in wanted.free]
@@ -465,6 +477,8 @@ def _doubts(wanted: _Wanted, W: Array, covariance: Array, at_bound: Mapping[str,
             f"the data hardly tells the parameters apart (scaled condition number {degree:.3g}): "
             "their standard errors say how far each may be off"
         )
+    if error > UNEXPLAINED:
+        doubts.append(f"{error:.0f} % of the force is not explained by this model")
     if len(W) < _FEW * len(names):
         doubts.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
     return doubts

@@ -67,7 +67,10 @@ def bounded(
             stops[i] = resting_on.get(i, "lower")
         elif side > 0:
             stops[i] = "upper"
-    return np.clip(stack @ (found.x / lengths), lower, upper), stops
+    z = found.x / lengths
+    for i, stop in stops.items():
+        z[i] = high[i] if stop == "upper" else low[i]
+    return np.clip(stack @ z, lower, upper), stops
 
 
 def _triangle(A: Array) -> Array:
@@ -177,6 +180,42 @@ def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
     found[blind], found[:, blind] = np.nan, np.nan
     found[blind, blind] = np.inf
     return found
+
+
+def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
+    """Covariance of least squares estimates whose residuals correlate from row to row, (k, k).
+
+    The estimator of Newey and West (1987, doi 10.2307/1913610), with Bartlett weights over twice
+    the lag at which the residuals' autocorrelation first falls below zero. nan where W is blind.
+
+    Args:
+        W: (rows, k).
+        residuals: (rows,).
+        lengths: Rows of each log, in order: nothing correlates across logs.
+    """
+    bread = covariance(W, 1.0)
+    seen = np.isfinite(np.diag(bread))
+    scores = W[:, seen] * residuals[:, None]
+    reach = 2 * _first_below_zero(residuals, lengths)
+    meat = np.zeros((scores.shape[1], scores.shape[1]))
+    for part in np.split(scores, np.cumsum(lengths)[:-1]):
+        for lag in range(min(reach, len(part))):
+            shared = np.einsum("ij,ik->jk", part[lag:], part[: len(part) - lag])
+            meat += (1 - lag / reach) * (shared + shared.T if lag else shared)
+    found: Array = np.full(bread.shape, np.nan)
+    inner = bread[np.ix_(seen, seen)]
+    found[np.ix_(seen, seen)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
+    return found
+
+
+def _first_below_zero(residuals: Array, lengths: Sequence[int]) -> int:
+    """The first lag at which residuals no longer resemble themselves, at most a tenth of them."""
+    parts = [r - r.mean() for r in np.split(residuals, np.cumsum(lengths)[:-1]) if len(r)]
+    most = max(2, len(residuals) // 10)
+    for lag in range(1, most):
+        if sum(float(np.sum(r[lag:] * r[: len(r) - lag])) for r in parts) <= 0:
+            return lag
+    return most
 
 
 def condition(W: Array) -> float:

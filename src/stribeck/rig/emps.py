@@ -331,7 +331,7 @@ EMPS = Emps(
         "stribeck-directional",
     ),
     ranges={"F_S": (0.0, 200.0), "F_C": (0.0, 200.0), "F_V": (0.0, 5000.0), "v_SS": (1e-4, 0.1)},
-    shows={"position": "mm", "velocity": "mm/s"},
+    shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s"},
     labels={"F_C": "F_c", "F_V": "F_v"},
     columns=_COLUMNS,
     filtering=Filtering(edge=(0.049, 0.0)),

@@ -130,7 +130,7 @@ FORCED = Forced(
         "stribeck-directional",
     ),
     ranges=_RANGES,
-    shows={"position": "mm", "velocity": "mm/s"},
+    shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s"},
 )
 
 FORCED_ROTARY = Forced(
@@ -144,7 +144,7 @@ FORCED_ROTARY = Forced(
     ),
     laws=FORCED.laws,
     ranges=_RANGES | {"v_SS": (1e-4, 10.0)},
-    shows={"position": "deg", "velocity": "deg/s"},
+    shows={"position": "deg", "velocity": "deg/s", "v_SS": "deg/s"},
     labels={"M": "J"},
     rotary=True,
 )
