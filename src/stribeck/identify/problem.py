@@ -68,6 +68,11 @@ def stretches(
 
 
 def _stretches(recording: Recording, rig: SlideBed, within: Range | None) -> list[Stretch]:
+    if recording.rotary:
+        raise InputError(
+            f"{recording.label}: its position is an angle, and rig {rig.name} is linear: "
+            "use forced-rotary if the torque was measured"
+        )
     seen = segment(recording)
     drive, anew = rig.drive(recording), fresh(recording)
     found = []

@@ -9,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.ndimage import minimum_filter1d
 from scipy.signal import savgol_filter
 
 from ..identify.validate import simulated
@@ -197,7 +198,7 @@ def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array]:
     """Velocity and friction in slip as the measurement implies them.
 
     Velocity and acceleration by local quadratics (Savitzky-Golay) over a tenth of a second or
-    nine new samples, whichever is longer; rest is left out.
+    nine new samples, whichever is longer.
     """
     rig, on = fit.rig, stretch.track
     assert isinstance(rig, SlideBed)  # noqa: S101 - only such rigs are simulated
@@ -214,7 +215,8 @@ def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array]:
     smooth = savgol_filter(x, width, 2)
     e = np.interp(grid, on.knots_t, on.knots_x) - smooth
     F = rig.friction(fit.law, fit.p, e, v, a)
-    moving = np.abs(v) > 0.15 * np.abs(v).max()
+    # A window that reaches into a rest mixes both; only those wholly inside a slip are drawn.
+    moving = minimum_filter1d(np.abs(v) > 0.05 * np.abs(v).max(), width)
     return v[moving], F[moving]
 
 
@@ -229,7 +231,7 @@ def _balance(fit: Fit) -> dict[str, Figure]:
         top.plot(b.t, b.measured, color=MEASURED, lw=1.4, label="measured")
         top.plot(b.t, b.predicted, color=MODEL, lw=1.0, label="model")
         top.set(ylabel=f"Force / {force}", title=f"Force balance: {log.label}")
-        top.legend(loc="upper right")
+        top.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
         below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, ms=2)
         below.axhline(0, color=INK, lw=0.8)
         below.set(xlabel="Time / s", ylabel=f"Residual / {force}")
