@@ -11,25 +11,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..data.filtering import DECIMATION_GAIN, Filtering, decimate, even, kept, smooth
+from ..data.filtering import DECIMATION_GAIN, Filtering
 from ..errors import InputError
 from ..rig.forced import Forced
-from ..space import Array, Param, Space
+from ..space import Array, Param
 from . import separable
+from .regression import System, Wanted
+from .rows import Log, Rows, logs_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from ..data.recording import Recording
     from ..friction import Law
-
-#: Samples of a log that count: a mask over them or a slice of them.
-Rows = slice | Array
 
 #: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
 COLLINEAR = 30.0
@@ -37,10 +33,6 @@ COLLINEAR = 30.0
 UNEXPLAINED = 25.0
 #: Rows per parameter below which standard errors are too small.
 _FEW = 10
-#: A row is at rest below this share of the top speed; worth a note if more than that share are.
-_REST_SPEED, _REST_SHARE = 0.005, 0.1
-#: Step of a shape parameter for the Jacobian, as a share of its value.
-_STEP = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +156,9 @@ def balance(
     Raises:
         InputError: no measured force, too few rows, or nothing left to find.
     """
-    wanted = _Wanted(law, rig, tuple(params or rig.parameters(law)), dict(tied or {}))
-    logs = _logs(recordings, rig, filtering, rows)
-    system = _System(wanted, logs)
+    wanted = Wanted(law, rig, tuple(params or rig.parameters(law)), dict(tied or {}))
+    logs = logs_of(recordings, rig, filtering, rows)
+    system = System(wanted, logs)
     if len(system.y) <= len(wanted.free):
         raise InputError(
             f"{len(system.y)} rows cannot tell {len(wanted.free)} parameters: "
@@ -174,7 +166,7 @@ def balance(
         )
     p, at_bound = system.solved()
     W = system.jacobian(p)
-    seen = system.judge(p)
+    seen = _judged(system, p)
     stopped = [i for i, at in enumerate(wanted.free) if wanted.names[at] in at_bound]
     covariance = separable.covariance(W, seen.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
@@ -221,244 +213,41 @@ def validate(
         filtering: As for `balance`.
         rows: As for `balance`.
     """
-    wanted = _Wanted(law, rig, rig.parameters(law), {})
-    system = _System(wanted, _logs(recordings, rig, filtering, rows))
-    return system.judge(np.asarray(p, dtype=float))
+    wanted = Wanted(law, rig, rig.parameters(law), {})
+    system = System(wanted, logs_of(recordings, rig, filtering, rows))
+    return _judged(system, np.asarray(p, dtype=float))
 
 
-@dataclass(frozen=True, eq=False)
-class _Log:
-    """A log made ready: v and a at its full rate, t and force at the rows that count."""
-
-    v: Array
-    a: Array
-    factor: int
-    counts: NDArray[np.bool_]
-    t: Array
-    force: Array
-    notes: tuple[str, ...]
-
-    def thin(self, x: Array) -> Array:
-        """Full-rate columns (N, ...) decimated, and only the rows that count."""
-        thinned: Array = decimate(x, self.factor)[self.counts]
-        return thinned
-
-    def pick(self, x: Array) -> Array:
-        """The samples of a full-rate signal at the rows, as they are."""
-        picked: Array = x[kept(len(x), self.factor)][self.counts]
-        return picked
+def _judged(system: System, p: Array) -> Prediction:
+    """How well a complete set explains the logs."""
+    left = system.y - system.predicted(p[None])[:, 0]
+    size = float(np.linalg.norm(system.y))
+    return Prediction(
+        relative_error=100 * float(np.linalg.norm(left)) / size if size > 0 else float("inf"),
+        residual_sd=float(np.std(left, ddof=1)),
+        rows=len(system.y),
+        signals=tuple(_signals(system.wanted, log, p) for log in system.logs),
+        notes=tuple(note for log in system.logs for note in log.notes),
+    )
 
 
-def _logs(
-    recordings: Recording | Sequence[Recording],
-    rig: Forced,
-    filtering: Filtering | None,
-    rows: Sequence[Rows | None] | None,
-) -> list[_Log]:
-    logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
-    if not logs:
-        raise InputError("no recording was given")
-    rows = [None] * len(logs) if rows is None else rows
-    if len(rows) != len(logs):
-        raise InputError(f"rows are given for {len(rows)} of {len(logs)} recordings")
-    filtering = filtering or rig.filtering
-    made = [_log(r, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
-    if sum(len(log.t) for log in made) < 2:  # noqa: PLR2004 - a spread needs two
-        raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
-    return made
-
-
-def _log(recording: Recording, rig: Forced, filtering: Filtering, rows: Rows | None) -> _Log:
-    log = even(recording, rig.measured(recording))
-    first, last = filtering.edges(log.rate)
-    factor = filtering.factor(log.rate)
-    inner = slice(first, len(log.t) - last)
-    if len(log.t[inner]) < _FEW * max(factor, 3):
-        raise InputError(
-            f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
-            "the force balance needs a longer log"
-        )
-    _, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
-    wanted = np.zeros(len(recording), dtype=bool)
-    wanted[slice(None) if rows is None else rows] = True
-    thin = kept(len(v), factor)
-    counts = (wanted[log.nearest] & log.known)[inner][thin]
-    counts &= np.abs(v[thin]) >= filtering.slowest
-    t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
-    notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
-    return _Log(v, a, factor, counts, t, force, notes)
-
-
-def _rests(label: str, speed: Array) -> tuple[str, ...]:
-    share = float(np.mean(speed < _REST_SPEED * speed.max())) if len(speed) else 0.0
-    if share <= _REST_SHARE:
-        return ()
-    said = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
-    return (f"{label}: {said}: drop them with Filtering(slowest=...)",)
-
-
-@dataclass(frozen=True, eq=False)
-class _Wanted:
-    """Which parameters are to be found, and how a complete set follows from them."""
-
-    law: Law
-    rig: Forced
-    params: tuple[Param, ...]
-    tied: Mapping[str, str]
-
-    def __post_init__(self) -> None:
-        for a, b in self.tied.items():
-            if a not in self.names or b not in self.names or a == b or b in self.tied:
-                raise InputError(f"{a} cannot be tied to {b}")
-        if not self.free:
-            raise InputError(f"law {self.law.name}: no parameter is left to be found")
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        return tuple(q.name for q in self.params)
-
-    @cached_property
-    def free(self) -> list[int]:
-        return [i for i, q in enumerate(self.params) if q.fixed is None and q.name not in self.tied]
-
-    @cached_property
-    def linear(self) -> list[int]:
-        own = {q.name for q in self.rig.own(self.law)}
-        return [i for i in self.free if self.names[i] in own or self.names[i] in self.law.linear]
-
-    @cached_property
-    def shape(self) -> list[int]:
-        return [i for i in self.free if i not in self.linear]
-
-    @cached_property
-    def lower(self) -> Array:
-        return np.array([q.lower for q in self.params])
-
-    @cached_property
-    def upper(self) -> Array:
-        return np.array([q.upper for q in self.params])
-
-    def full(self, x: Array, at: list[int]) -> Array:
-        """(n, len(at)) values of some free parameters to (n, k) sets; the other free ones are 0."""
-        p = np.zeros((len(x), len(self.params)))
-        for i, q in enumerate(self.params):
-            p[:, i] = 0.0 if q.fixed is None else q.fixed
-        p[:, at] = x
-        for a, b in self.tied.items():
-            p[:, self.names.index(a)] = p[:, self.names.index(b)]
-        return p
-
-    def limits(self) -> tuple[Array, Array, list[separable.Order]]:
-        """Bounds of the linear parameters and the orders among them, by place in `linear`."""
-        lower, upper = self.lower.copy(), self.upper.copy()
-        among = []
-        for i, j in separable.orders(self.law):
-            if i in self.linear and j in self.linear:
-                among.append((self.linear.index(i), self.linear.index(j)))
-            elif i in self.linear and (fixed := self.params[j].fixed) is not None:
-                lower[i] = max(lower[i], fixed)
-            elif j in self.linear and (fixed := self.params[i].fixed) is not None:
-                upper[j] = min(upper[j], fixed)
-        return lower[self.linear], upper[self.linear], among
-
-
-class _System:
-    """Logs and a model: the stacked balance y = f(p), affine in the linear parameters."""
-
-    def __init__(self, wanted: _Wanted, logs: list[_Log]) -> None:
-        self.wanted, self.logs = wanted, logs
-        self.y = np.concatenate([log.force for log in logs])
-        self._limits = wanted.limits()
-
-    def predicted(self, p: Array) -> Array:
-        """(n, k) complete sets to (rows, n) forces."""
-        w = self.wanted
-        return np.concatenate(
-            [
-                log.thin(np.column_stack([w.rig.force(w.law, row, log.v, log.a) for row in p]))
-                for log in self.logs
-            ]
-        )
-
-    def columns(self, shape: Array) -> tuple[Array, Array]:
-        """The regressor of the linear parameters at given shape ones, and what is without them."""
-        w = self.wanted
-        at = [*w.linear, *w.shape]
-        x = np.vstack([np.zeros(len(w.linear)), np.eye(len(w.linear))])
-        x = np.hstack([x, np.tile(shape, (len(x), 1))])
-        f = self.predicted(w.full(x, at))
-        return f[:, 1:] - f[:, :1], f[:, 0]
-
-    def solved(self) -> tuple[Array, dict[str, str]]:
-        """The best complete set, and what stops each parameter that is stopped."""
-        w = self.wanted
-        ends: dict[str, str] = {}
-        shape = np.empty(0)
-        if w.shape:
-            space = Space(tuple(w.params[i] for i in w.shape))
-            u = separable.search(lambda u: self._left(space.decode(u[None])[0]), space.dim)
-            shape = space.decode(u[None])[0]
-            ends = {n: "lower" for n, s in zip(space.names, u, strict=True) if s < 1e-4}  # noqa: PLR2004
-            ends |= {n: "upper" for n, s in zip(space.names, u, strict=True) if s > 1 - 1e-4}
-        x, stops = self._linear(shape)
-        for i, stop in stops.items():
-            other = stop if isinstance(stop, str) else w.names[w.linear[stop]]
-            ends[w.names[w.linear[i]]] = other
-        return w.full(np.hstack([x, shape])[None], [*w.linear, *w.shape])[0], ends
-
-    def _linear(self, shape: Array) -> tuple[Array, dict[int, Any]]:
-        W, base = self.columns(shape)
-        return separable.bounded(W, self.y - base, *self._limits)
-
-    def _left(self, shape: Array) -> Array:
-        W, base = self.columns(shape)
-        x, _ = separable.bounded(W, self.y - base, *self._limits)
-        left: Array = self.y - base - (W * x).sum(axis=1)
-        return left
-
-    def jacobian(self, p: Array) -> Array:
-        """Slopes of the prediction, (rows, free); those of shape by central differences."""
-        w = self.wanted
-        J = np.empty((len(self.y), len(w.free)))
-        if w.linear:
-            J[:, [w.free.index(i) for i in w.linear]] = self.columns(p[w.shape])[0]
-        for i in w.shape:
-            step = _STEP * (abs(p[i]) or 1.0) * np.array([[1.0], [-1.0]])
-            near = np.repeat(p[None, w.free], 2, axis=0)
-            near[:, [w.free.index(i)]] += step
-            f = self.predicted(w.full(near, w.free))
-            J[:, w.free.index(i)] = (f[:, 0] - f[:, 1]) / (2 * step[0, 0])
-        return J
-
-    def judge(self, p: Array) -> Prediction:
-        """How well a complete set explains the logs."""
-        left = self.y - self.predicted(p[None])[:, 0]
-        size = float(np.linalg.norm(self.y))
-        return Prediction(
-            relative_error=100 * float(np.linalg.norm(left)) / size if size > 0 else float("inf"),
-            residual_sd=float(np.std(left, ddof=1)),
-            rows=len(self.y),
-            signals=tuple(self._signals(log, p) for log in self.logs),
-            notes=tuple(note for log in self.logs for note in log.notes),
-        )
-
-    def _signals(self, log: _Log, p: Array) -> Signals:
-        rig, law = self.wanted.rig, self.wanted.law
-        model, rub = rig.force(law, p, log.v, log.a), rig.friction(law, p, log.v)
-        gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
-        rest, measured = log.thin(model - rub) / gain, log.force / gain
-        return Signals(
-            t=log.t,
-            velocity=log.pick(log.v),
-            acceleration=log.pick(log.a),
-            measured=measured,
-            predicted=log.thin(model) / gain,
-            friction=measured - rest,
-        )
+def _signals(wanted: Wanted, log: Log, p: Array) -> Signals:
+    rig, law = wanted.rig, wanted.law
+    model, rub = rig.force(law, p, log.v, log.a), rig.friction(law, p, log.v)
+    gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
+    rest, measured = log.thin(model - rub) / gain, log.force / gain
+    return Signals(
+        t=log.t,
+        velocity=log.pick(log.v),
+        acceleration=log.pick(log.a),
+        measured=measured,
+        predicted=log.thin(model) / gain,
+        friction=measured - rest,
+    )
 
 
 def _doubts(
-    wanted: _Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
+    wanted: Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
 ) -> list[str]:
     """What a reader must know about the estimates, a sentence each."""
     label = wanted.rig.label
