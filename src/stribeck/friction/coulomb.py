@@ -10,7 +10,7 @@ from .law import Law, by_direction, slip_law
 
 def _slip(v: float, p: Array) -> float:
     F_C, F_V = p[0], p[1]
-    return copysign(F_C, v) + F_V * v
+    return copysign(1.0, v) * F_C + F_V * v  # type: ignore[no-any-return]
 
 
 def _slip_directional(v: float, p: Array) -> float:

@@ -14,7 +14,7 @@ def _slip(v: float, p: Array) -> float:
     r = abs(v) / v_SS
     if exponent != 1.0:
         r = r**exponent
-    return copysign(F_C + (F_S - F_C) * exp(-r), v) + F_V * v
+    return copysign(1.0, v) * (F_C + (F_S - F_C) * exp(-r)) + F_V * v  # type: ignore[no-any-return]
 
 
 def _slip_directional(v: float, p: Array) -> float:
@@ -23,7 +23,7 @@ def _slip_directional(v: float, p: Array) -> float:
     r = abs(v) / v_SS
     if exponent != 1.0:
         r = r**exponent
-    return copysign(F_C + (F_S - F_C) * exp(-r), v) + F_V * v
+    return copysign(1.0, v) * (F_C + (F_S - F_C) * exp(-r)) + F_V * v  # type: ignore[no-any-return]
 
 
 STRIBECK = Law(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import float64, int64, njit, types
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..space import Array
@@ -86,7 +87,7 @@ class Drive:
 
 
 @njit(int64[::1](_F1, _F1, float64), cache=True)
-def _corners(t: Array, x: Array, tolerance: float) -> Array:
+def _corners(t: Array, x: Array, tolerance: float) -> NDArray[np.int64]:
     """Samples to keep so that a line between two kept ones misses none by more than tolerance.
 
     From each kept sample the cone of slopes that passes every later sample narrows as it goes;

@@ -77,6 +77,11 @@ def track(
     return Track(_rows_of(drive.t), _rows_of(drive.x), t, float(x0), measured, score, sums)
 
 
+def from_zero(on: Track) -> Track:
+    """The same track on a clock that starts with it: seconds since 1970 leave no digits."""
+    return on._replace(t=on.t - on.t[0], knots_t=on.knots_t - on.t[0])
+
+
 @njit(float64(float64, _F1), cache=True, error_model="numpy")
 def drive_force(e: float, c: Array) -> float:
     """Spring force plus what the motor's own friction leaves of its force (section 4.3, 1-4)."""
@@ -220,7 +225,8 @@ def _breakaway(
 
     The force must exceed its level until the momentum of section 4.3, step 5, has grown out of
     its dead band: |P| = m dv. The motor's inertia takes part, so that the impulse it takes is
-    (m + K_kt J_m) dv. While the slide is stuck force and impulse are known in closed form.
+    (m + K_kt J_m) dv; P is kept as a velocity here, the impulse over the mass that takes it.
+    While the slide is stuck force and impulse are known in closed form.
     """
     P, side = 0.0, 0.0
     while True:
@@ -247,32 +253,42 @@ def _breakaway(
                 continue
         if c[BAND] <= 0.0:
             return now, side, j
-        # Beyond the edge: the excess force is linear in time until the drive force bends.
-        excess = max(side * (drive_force(e, c) - (level_p if side > 0.0 else level_m)), 0.0)
-        k_hat = c[K_HAT_P] if e > 0.0 else c[K_HAT_M]
-        slope = c[K_SPRING_P] if e > 0.0 else c[K_SPRING_M]
+        # Beyond the edge: the excess force is linear in time until the drive force bends, the
+        # motor's inertia force meets its clamp, or the command has a corner.
+        level = level_p if side > 0.0 else level_m
+        excess = max(side * (drive_force(e, c) - level), 0.0)
+        k_hat = c[K_HAT_P] if side > 0.0 else c[K_HAT_M]
+        slope = c[K_SPRING_P] if side > 0.0 else c[K_SPRING_M]
         bend = c[F_FM] / k_hat if k_hat > 0.0 else np.inf
+        pull = side * rate  # how fast the stretch grows
         span = end - now
-        heavy = c[MASS] + c[INERTIA]
-        if excess * c[INERTIA] > c[CLAMP] * heavy:  # the motor's inertia force is at its clamp
-            heavy, excess = c[MASS], excess - c[CLAMP]
-        if abs(e) >= bend:
+        if abs(e) > bend or (abs(e) == bend and pull > 0.0):
             slope += k_hat
-        elif side * rate > 0.0:
-            span = min(span, (bend - abs(e)) / abs(rate) + 1e-12)
-        growth = side * rate * slope
+            if pull < 0.0:
+                span = min(span, (bend - abs(e)) / pull + 1e-12)
+        elif pull > 0.0:
+            span = min(span, (bend - abs(e)) / pull + 1e-12)
+        growth = pull * slope
+        push, heavy = excess, c[MASS] + c[INERTIA]
+        if c[INERTIA] > 0.0:
+            most = c[CLAMP] * heavy / c[INERTIA]  # beyond it the motor's inertia force is clamped
+            clamped = excess > most or (excess == most and growth > 0.0)
+            if (most - excess) * growth > 0.0:
+                span = min(span, (most - excess) / growth + 1e-12)
+            if clamped:
+                push, heavy = excess - c[CLAMP], c[MASS]
         if growth < 0.0:
             span = min(span, -excess / growth)
-        need = heavy * c[BAND] - P
-        root = excess * excess + 2.0 * growth * need
+        need = heavy * (c[BAND] - P)
+        root = push * push + 2.0 * growth * need
         wait = np.inf
-        if root >= 0.0 and excess + np.sqrt(root) > 0.0:
-            wait = 2.0 * need / (excess + np.sqrt(root))
+        if root >= 0.0 and push + np.sqrt(root) > 0.0:
+            wait = 2.0 * need / (push + np.sqrt(root))
         if wait <= span:
             return now + wait, side, j
         if span == np.inf:
             return np.inf, 0.0, j
-        P += (excess + 0.5 * growth * span) * span
+        P += (push + 0.5 * growth * span) * span / heavy
         now += span
         if growth < 0.0 and excess + growth * span <= 1e-12 * abs(level_p - level_m):
             P, side = 0.0, 0.0  # the force fell back into the stick band
@@ -342,8 +358,9 @@ def _pace(step: Step, theta: float) -> float:
     return slope / step.h
 
 
-#: What can end a piece of a slip: rest, a bend of the drive force, the clamp of the motor.
-_REST, _BEND, _CLAMP = 0, 1, 2
+#: What can end a piece of a slip: rest, a bend of the drive force on either side of it, the clamp
+#: of the motor.
+_REST, _LOW, _HIGH, _CLAMP = 0, 1, 2, 3
 
 
 @njit(cache=True, error_model="numpy")
@@ -352,9 +369,9 @@ def _margin(kind: int, theta: float, c: Array, s: float, on: Piece, step: Step) 
     v = _speed(step, theta)
     if kind == _REST:
         return s * v - c[BAND]  # type: ignore[no-any-return]
-    if kind == _BEND:
+    if kind in (_LOW, _HIGH):
         e = step.e + theta * step.h * step.rate - _travel(step, theta)
-        return min(e - on.e_low, on.e_high - e)
+        return e - on.e_low if kind == _LOW else on.e_high - e  # type: ignore[no-any-return]
     net = on.mass * _pace(step, theta) + on.damping * v + on.clamped * c[CLAMP]
     motor = _motor(net, v, c)
     return c[CLAMP] - abs(motor) if on.clamped == 0.0 else on.clamped * motor - c[CLAMP]  # type: ignore[no-any-return]
@@ -362,12 +379,12 @@ def _margin(kind: int, theta: float, c: Array, s: float, on: Piece, step: Step) 
 
 @njit(cache=True, error_model="numpy")
 def _crossing(
-    kind: int, high: float, f_high: float, c: Array, s: float, on: Piece, step: Step
+    kind: int, low: float, high: float, f_high: float, c: Array, s: float, on: Piece, step: Step
 ) -> float:
-    """Where in (0, high] the margin falls to zero: regula falsi with the Illinois rule."""
-    low, f_low = 0.0, _margin(kind, 0.0, c, s, on, step)
+    """Where in [low, high] the margin falls to zero: regula falsi with the Illinois rule."""
+    f_low = _margin(kind, low, c, s, on, step)
     if f_low <= 0.0:
-        return 0.0
+        return low
     side = 0
     while high - low > 1e-12:
         theta = (low * f_high - high * f_low) / (f_high - f_low)
@@ -390,17 +407,32 @@ def _crossing(
 def _piece_end(c: Array, s: float, on: Piece, step: Step) -> tuple[float, int]:
     """The theta at which a step leaves its piece, and how; (1.0, -1) if it stays inside."""
     theta, how = 1.0, -1
-    for kind in range(3):
+    for kind in range(4):
+        # Each edge of the stretch by itself: a step that starts on one may leave by the other.
+        if (kind == _LOW and on.e_low == -np.inf) or (kind == _HIGH and on.e_high == np.inf):
+            continue
+        before = 0.0
         for probe in (0.25, 0.5, 0.75, 1.0):
-            if probe > theta:
+            if before >= theta:
                 break
             f = _margin(kind, probe, c, s, on, step)
             if f < 0.0:
-                found = _crossing(kind, probe, f, c, s, on, step)
+                found = _crossing(kind, before, probe, f, c, s, on, step)
                 if found < theta or how < 0:
                     theta, how = found, kind
                 break
+            before = probe
     return theta, how
+
+
+@njit(boolean(_F1), cache=True, error_model="numpy")
+def _possible(c: Array) -> bool:
+    """Whether constants can be simulated: a mass, and nothing below zero or undefined."""
+    for k in range(len(c)):
+        unlimited = k in (F_FM, CLAMP)
+        if not (c[k] >= 0.0 and (c[k] < np.inf or unlimited)):
+            return False
+    return c[MASS] > 0.0  # type: ignore[no-any-return]
 
 
 @njit(
@@ -427,7 +459,7 @@ def _walk(
 ) -> float:
     """Simulate one candidate over one track; return its sum of squared misfits, m^2."""
     level_p, level_m = slip(0.0, p), slip(-0.0, p)
-    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0):
+    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0 and _possible(c)):
         return np.nan
     reach_p = stretch_at(level_p, c[K_HAT_P], c[K_SPRING_P], c[F_FM])
     reach_m = -stretch_at(-level_m, c[K_HAT_M], c[K_SPRING_M], c[F_FM])
@@ -449,7 +481,7 @@ def _walk(
         sse += (sums[2, i] - sums[2, first]) - 2.0 * d * (sums[1, i] - sums[1, first])
         sse += d * d * (sums[0, i] - sums[0, first])
         if i == n:
-            return sse
+            return sse  # type: ignore[no-any-return]
         # --- slip, until the slide comes to rest ---
         v, wish = s * band, FIRST_STEP
         xi, rate, end = _command(knots_t, knots_x, j, now)
@@ -548,16 +580,20 @@ def _workers() -> tuple[ThreadPoolExecutor, int]:
 
 def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
+    on = from_zero(on)
     pool, n = _workers()
     chunk = max(4, -(-len(p) // (4 * n)))
     cuts = range(0, len(p), chunk)
     if n == 1 or len(cuts) == 1:
         _rows(law.slip, p, c, *on, *arguments, 0, len(p))
         return
-    for job in [
-        pool.submit(_rows, law.slip, p, c, *on, *arguments, a, min(a + chunk, len(p))) for a in cuts
-    ]:
+    before = (law.slip, p, c, *on, *arguments)
+    for job in [pool.submit(_some, before, a, min(a + chunk, len(p))) for a in cuts]:
         job.result()
+
+
+def _some(before: tuple[Any, ...], begin: int, end: int) -> None:
+    _rows(*before, begin, end)
 
 
 def misfits(law: Law, p: Array, c: Array, on: Track, tolerance: float = 1.0) -> Array:

@@ -19,8 +19,19 @@ import numpy as np
 from numba import njit
 
 from ..space import Array
-from .kernel import BAND, CLAMP, DAMPING, F_FM, INERTIA, K_HAT_M, K_HAT_P, MASS
-from .kernel import K_SPRING_M, K_SPRING_P
+from .kernel import (
+    BAND,
+    CLAMP,
+    DAMPING,
+    F_FM,
+    INERTIA,
+    K_HAT_M,
+    K_HAT_P,
+    K_SPRING_M,
+    K_SPRING_P,
+    MASS,
+    from_zero,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,11 +53,11 @@ def implicit(
         if s == 0.0:  # stuck
             F_now = drive(c, command(knots_t, knots_x, now) - x)
             F_next = drive(c, command(knots_t, knots_x, now + step) - x)
-            P_next = P + 0.5 * step * (
-                push(c, F_now, F_S_minus, F_S_plus) + push(c, F_next, F_S_minus, F_S_plus)
-            )
-            if F_S_minus <= F_next <= F_S_plus:
-                P_next = 0.0
+            rate_now = push(c, F_now, F_S_minus, F_S_plus)
+            rate_next = push(c, F_next, F_S_minus, F_S_plus)
+            P_next = P + 0.5 * step * (rate_now + rate_next)
+            if F_S_minus <= F_next <= F_S_plus or rate_now * rate_next < 0.0:
+                P_next = 0.0  # back inside the stick band, or through it in one step
             leaves = abs(P_next) > c[BAND] or (c[BAND] == 0.0 and P_next != 0.0)
             if leaves:  # out of the dead band: where in this step?
                 s = 1.0 if P_next > 0.0 else -1.0
@@ -150,7 +161,7 @@ def compiled(scheme: str) -> Callable[..., tuple[Array, Array]]:
     scope: dict[str, Any] = dict(globals())
     for name in ("command", "drive", "inertial", "acceleration", "push"):
         scope[name] = njit(_rebound(globals()[name], scope))
-    return njit(_rebound(globals()[scheme], scope))  # type: ignore[no-any-return]
+    return njit(_rebound(globals()[scheme], scope), nogil=True)  # type: ignore[no-any-return]
 
 
 def _rebound(function: Any, scope: dict[str, Any]) -> Any:
@@ -163,4 +174,5 @@ def trajectory(
 ) -> tuple[Array, Array]:
     """Position and velocity, (N,) each, of one parameter set over a track."""
     p, c = np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(c, dtype=float)
+    on = from_zero(on)
     return compiled(scheme)(law.slip, p, c, on.knots_t, on.knots_x, on.t, on.x0, dt)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
@@ -53,6 +54,14 @@ def _constants() -> tuple[Constant, ...]:
     )  # fmt: skip
 
 
+#: The constants that follow from others: name, what it is made of, how.
+_GEAR: tuple[tuple[str, tuple[str, ...], Callable[..., float]], ...] = (
+    ("K_n", ("a", "l"), lambda a, lead: 2 * math.pi * a / lead if lead > 0 else math.nan),
+    ("K_v", ("K_n", "eta_b", "eta_c"), lambda K_n, eta_b, eta_c: K_n * eta_b * eta_c),
+    ("K_kt", ("K_n", "K_v"), lambda K_n, K_v: K_n * K_v),
+)
+
+
 @dataclass(frozen=True, eq=False)
 class SlideBed(Rig):
     """Section 4 of the paper, read as docs/physics.md says: implicit motor inertia, then clamped.
@@ -62,6 +71,18 @@ class SlideBed(Rig):
     k_hat depends on the direction of the pull (3.5 rightward, 2.8 N/mm leftward), so does
     k_spring under a direction-dependent law.
     """
+
+    def set(self, **values: float) -> Self:
+        """The same rig with other constants, in the units it shows.
+
+        K_n, K_v and K_kt follow what they are made of (nomenclature) unless given themselves.
+        """
+        rig = super().set(**values)
+        for name, parts, of in _GEAR:
+            if name not in values and not values.keys().isdisjoint(parts):
+                values[name] = of(*(rig[part] for part in parts))  # SI, as these three are shown
+                rig = super(SlideBed, rig).set(**{name: values[name]})
+        return rig
 
     def own(self, law: Law) -> tuple[Param, ...]:
         """k_spring; one for each direction if the law's parameters are."""
@@ -86,16 +107,20 @@ class SlideBed(Rig):
                 f"rig {self.name}, law {law.name}: parameters are "
                 f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
             )
-        for name in ("m", "J_m", "D_m", "F_fm", "F_m_max", "dv", "k_hat+", "k_hat-"):
-            if not (self[name] > 0 if name == "m" else self[name] >= 0):
-                raise InputError(f"rig {self.name}: {name} = {self[name]} cannot be simulated")
+        for name in ("m", "J_m", "D_m", "K_kt", "F_fm", "F_m_max", "dv", "k_hat+", "k_hat-"):
+            value, unlimited = self[name], name in ("F_fm", "F_m_max")
+            if not (value > 0 if name == "m" else value >= 0) or (
+                value == np.inf and not unlimited
+            ):
+                raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
+        K_kt = self["K_kt"] if self["F_m_max"] > 0 else 0.0  # a clamp at 0 N leaves no motor
         c = np.empty((len(p), 10))
         c[:, :3] = self["m"], self["k_hat+"], self["k_hat-"]
         c[:, 3], c[:, 4] = p[:, k], p[:, -1]
         c[:, 5:] = (
             self["F_fm"],
-            self["K_kt"] * self["J_m"],
-            self["K_kt"] * self["D_m"],
+            K_kt * self["J_m"],
+            K_kt * self["D_m"],
             self["F_m_max"],
             self["dv"],
         )

@@ -1,0 +1,191 @@
+"""The slide bed: the numbers of the published sets, its constants, its two ends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from stribeck.data.recording import Recording
+from stribeck.errors import InputError
+from stribeck.friction import LAWS
+from stribeck.rig.drive import Drive
+from stribeck.rig.kernel import track
+from stribeck.rig.rig import Motion
+from stribeck.rig.slide_bed import (
+    PUBLISHED,
+    SLIDE_BED,
+    SlideBed,
+    published_both,
+    start_position,
+)
+
+LAW = LAWS["stribeck"]
+SIGN = {"right": 1, "left": -1}
+DIRECTIONS = pytest.mark.parametrize("direction", SIGN)
+
+
+def minute(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5) -> Motion:
+    """A minute of ramp at 5 mm/s from rest, as in the digest of the published sets."""
+    t = np.arange(0.0, 60.0005, 1e-3)
+    on = track(Drive.line(0.0, 0.0, 60.0, SIGN[direction] * 5e-3), t, 0.0)
+    return rig.move(LAW, PUBLISHED[direction][None], on, scheme=scheme, dt=dt)  # type: ignore[arg-type]
+
+
+def slips(motion: Motion) -> tuple[int, float, float, float]:
+    """How many slips, the second one's length (mm), greatest speed (mm/s), share of time stuck."""
+    x, v = motion.position[0], motion.velocity[0]
+    moving = v != 0
+    begins = int((moving[1:] & ~moving[:-1]).sum())
+    rests = np.unique(np.round(np.abs(x[~moving]), 9))
+    jump = float(np.diff(rests)[1]) if len(rests) > 2 else math.nan
+    return begins, 1e3 * jump, 1e3 * float(np.abs(v).max()), float((~moving).mean())
+
+
+@pytest.mark.parametrize(
+    ("direction", "clamp", "count", "jump", "v_max"),
+    [
+        ("right", 30.0, 10, 26.62, 67.5),
+        ("left", 30.0, 7, 37.71, 81.6),
+        ("right", math.inf, 10, 26.91, 56.5),
+        ("left", math.inf, 7, 38.11, 68.4),
+        ("right", 1e9, 10, 26.91, 56.5),
+    ],
+)
+def test_stick_slip_of_the_published_sets(
+    direction: str, clamp: float, count: int, jump: float, v_max: float
+) -> None:
+    found = slips(minute(SLIDE_BED.set(F_m_max=clamp), direction))
+    assert found[0] == count
+    assert found[1] == pytest.approx(jump, abs=0.006)
+    assert found[2] == pytest.approx(v_max, abs=0.06)
+
+
+def test_the_rightward_set_is_stuck_for_88_percent_of_the_time() -> None:
+    assert slips(minute(SLIDE_BED, "right"))[3] == pytest.approx(0.88, abs=0.005)
+
+
+def test_without_motor_inertia_the_rightward_set_slips_once_and_then_slides() -> None:
+    motion = minute(SLIDE_BED.set(J_m=0), "right")
+    count, _, v_max, _ = slips(motion)
+    assert count == 1
+    # D_m still acts; without it too the peak is the 90.2 mm/s of a bare mass.
+    assert v_max < 90.2
+    assert slips(minute(SLIDE_BED.set(J_m=0, D_m=0), "right"))[2] == pytest.approx(90.2, abs=0.06)
+    np.testing.assert_allclose(motion.velocity[0, -1000:], 5e-3, rtol=1e-4)
+
+
+def test_without_motor_inertia_the_leftward_set_sticks_and_slips_all_the_same() -> None:
+    _, jump, v_max, _ = slips(minute(SLIDE_BED.set(J_m=0, D_m=0), "left"))
+    assert jump == pytest.approx(33.34, abs=0.01)
+    assert v_max == pytest.approx(104.7, abs=0.06)
+
+
+@DIRECTIONS
+def test_schemes_agree_except_the_printed_one(direction: str) -> None:
+    fast = minute(SLIDE_BED, direction)
+    reference = minute(SLIDE_BED, direction, "reference", 5e-5)
+    paper = minute(SLIDE_BED, direction, "paper", 5e-5)
+    assert np.sqrt(np.mean((fast.position - reference.position) ** 2)) < 1e-6
+    assert np.sqrt(np.mean((fast.position - paper.position) ** 2)) > 1e-3
+
+
+def test_an_unknown_scheme_is_refused() -> None:
+    with pytest.raises(InputError, match="scheme 'euler'"):
+        minute(SLIDE_BED, "right", "euler")
+
+
+#: What multiplies each constant and must change a motion that goes up and down again.
+MATTER = ("m", "k_hat+", "k_hat-", "F_fm", "a", "l", "eta_b", "eta_c", "J_m", "D_m", "K_n", "K_v",
+          "K_kt", "F_m_max", "dv")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MATTER)
+def test_every_constant_changes_the_motion(name: str) -> None:
+    t = np.arange(0.0, 60.0, 0.02)
+    on = track(Drive(np.array([0.0, 30.0, 60.0]), np.array([0.0, 0.15, 0.0])), t, 0.0)
+    law, p = LAWS["stribeck-directional"], published_both()[None]
+    before = SLIDE_BED.move(law, p, on).position
+    constant = next(c for c in SLIDE_BED.constants if c.name == name)
+    after = SLIDE_BED.set(**{name: constant.shown * 1.05}).move(law, p, on).position
+    assert np.abs(after - before).max() > 1e-6
+
+
+def test_constants_that_are_not_of_the_motion_are_the_only_others() -> None:
+    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == {"K_t", "ramp_speed"}
+
+
+def test_derived_constants_have_the_values_of_the_nomenclature() -> None:
+    assert SLIDE_BED["K_n"] == pytest.approx(7414.16, abs=0.01)
+    assert SLIDE_BED["K_v"] == pytest.approx(5555.06, abs=0.01)
+    assert SLIDE_BED["K_kt"] == pytest.approx(4.11861e7, rel=1e-5)
+    assert SLIDE_BED["K_kt"] * SLIDE_BED["J_m"] == pytest.approx(171.75, abs=0.01)
+    assert SLIDE_BED["K_kt"] * SLIDE_BED["D_m"] == pytest.approx(107.08, abs=0.01)
+    assert SLIDE_BED["K_t"] * SLIDE_BED["K_v"] == pytest.approx(101.1, abs=0.01)
+
+
+def test_derived_constants_follow_the_gear_unless_given() -> None:
+    geared = SLIDE_BED.set(a=11.8)
+    assert geared["K_n"] == pytest.approx(2 * SLIDE_BED["K_n"])
+    assert geared["K_v"] == pytest.approx(2 * SLIDE_BED["K_v"])
+    assert geared["K_kt"] == pytest.approx(4 * SLIDE_BED["K_kt"])
+    assert SLIDE_BED.set(eta_b=0.405)["K_kt"] == pytest.approx(SLIDE_BED["K_kt"] / 2)
+    assert SLIDE_BED.set(a=11.8, K_kt=1e7)["K_kt"] == pytest.approx(1e7)
+    assert SLIDE_BED.set(K_v=1000.0)["K_n"] == SLIDE_BED["K_n"]
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [("m", 0.0), ("m", math.nan), ("m", math.inf), ("J_m", -1.0), ("D_m", math.inf),
+     ("F_fm", -1.0), ("F_m_max", math.nan), ("dv", -0.1), ("k_hat+", math.inf), ("l", 0.0)],
+)  # fmt: skip
+def test_a_rig_that_cannot_move_is_refused_by_name(name: str, bad: float) -> None:
+    on = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
+    culprit = "K_kt" if name == "l" else name
+    with pytest.raises(InputError, match=rf"{culprit.replace('+', '.')} = .* cannot be simulated"):
+        SLIDE_BED.set(**{name: bad}).misfits(LAW, PUBLISHED["right"][None], on)
+
+
+def test_columns_that_miss_are_refused_by_name() -> None:
+    on = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
+    with pytest.raises(InputError, match="F_S, F_C, F_V, v_SS, exponent, k_spring; got 5 columns"):
+        SLIDE_BED.misfits(LAW, PUBLISHED["right"][None, :5], on)
+
+
+@DIRECTIONS
+def test_one_set_a_direction_is_both_sets_in_one(direction: str) -> None:
+    on = track(Drive.line(0, 0, 40, SIGN[direction] * 5e-3), np.linspace(0, 40, 2001), 0.0)
+    alone = SLIDE_BED.move(LAW, PUBLISHED[direction][None], on)
+    both = SLIDE_BED.move(LAWS["stribeck-directional"], published_both()[None], on)
+    np.testing.assert_array_equal(both.position, alone.position)
+
+
+def test_a_recording_is_simulated_from_the_mean_of_its_first_fifty_samples() -> None:
+    # Section 4.3, step 1.
+    rng = np.random.default_rng(4)
+    t = np.arange(0.0, 20.0, 0.02)
+    position = 0.112 + 1e-3 * rng.standard_normal(len(t))
+    recording = Recording(t, position)
+    motion = SLIDE_BED.set(ramp_speed=5.0).simulate(LAW, PUBLISHED["right"][None], recording)
+    x0 = float(position[:50].mean())
+    assert start_position(recording) == x0
+    assert motion.position[0, 0] == x0
+    # The motor's force is k_hat times the stretch: a ramp of 17.5 N/s while the slide is stuck.
+    stuck = t < 7.0
+    np.testing.assert_allclose(motion.force[0, stuck], 17.5 * t[stuck], atol=1e-9)
+
+
+@DIRECTIONS
+def test_friction_from_a_motion_is_the_law_again(direction: str) -> None:
+    # The inverse of the equation of motion, with accelerations from a fine difference.
+    t = np.arange(0.0, 12.0, 1e-4)
+    drive = Drive.line(0.0, 0.0, 12.0, SIGN[direction] * 5e-3)
+    p = PUBLISHED[direction]
+    motion = SLIDE_BED.move(LAW, p[None], track(drive, t, 0.0))
+    x, v = motion.position[0], motion.velocity[0]
+    inside = np.flatnonzero(np.abs(v) > 2e-3)[5:-5]
+    a = np.gradient(v, t)
+    F = SLIDE_BED.friction(LAW, p, (drive(t) - x)[inside], v[inside], a[inside])
+    assert np.abs(F - LAW.friction(v[inside], p[:5])).max() < 0.5
+    assert np.median(np.abs(F - LAW.friction(v[inside], p[:5]))) < 1e-3

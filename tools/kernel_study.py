@@ -1,0 +1,131 @@
+"""How far the fast integrator and the plain reference are apart, over the whole search box.
+
+Random parameter sets of the slide bed (uniform in its search ranges), both directions, the ramp
+of 5 mm/s of section 4.5 for 36.6 s sampled at 100 Hz. Writes docs/data/kernel_study.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stribeck.friction import LAWS
+from stribeck.rig import reference
+from stribeck.rig.drive import Drive
+from stribeck.rig.kernel import misfits, track, trajectories
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
+from stribeck.space import Array
+
+LAW = LAWS["stribeck"]
+SECONDS, RATE, SPEED = 36.6, 100, 5e-3
+OUT = Path(__file__).parents[1] / "docs" / "data" / "kernel_study.json"
+
+
+def box(n: int, seed: int) -> Array:
+    """`n` parameter sets, uniform in the ranges that a search sees; the exponent stays 1."""
+    params = SLIDE_BED.parameters(LAW)
+    p = np.empty((n, len(params)))
+    rng = np.random.default_rng(seed)
+    for k, q in enumerate(params):
+        p[:, k] = rng.uniform(q.lower, q.upper, n) if q.fixed is None else q.fixed
+    return p
+
+
+def spread(error: Array) -> dict[str, float]:
+    """Errors in m as mm: their median, 99th percentile and worst."""
+    mm = 1e3 * error
+    return {
+        "median_mm": float(np.median(mm)),
+        "p99_mm": float(np.percentile(mm, 99)),
+        "worst_mm": float(mm.max()),
+    }
+
+
+def study(direction: int, n: int, dt: float, coarse: Array) -> dict[str, Any]:
+    """One direction: agreement over the box, and the order over a part of it."""
+    t = np.arange(round(SECONDS * RATE) + 1) / RATE
+    x0 = 0.112 if direction > 0 else 0.325
+    on = track(Drive.line(0.0, x0, SECONDS, direction * SPEED), t, x0)
+    p, c = SLIDE_BED.split(LAW, box(n, 2012 + direction))
+    misfits(LAW, p, c, on)
+    began = time.perf_counter()
+    misfits(LAW, p, c, on)
+    each = (time.perf_counter() - began) / n
+    x, v = trajectories(LAW, p, c, on)
+    tight, _ = trajectories(LAW, p, c, on, 1e-3)
+
+    def error(k: int, step: float, against: Array) -> float:
+        y, _ = reference.trajectory(LAW, p[k], c[k], on, step)
+        return float(np.sqrt(np.mean((y - against[k]) ** 2)))
+
+    error(0, 1e-3, x)  # compiled once, before the threads
+    with ThreadPoolExecutor() as pool:
+        apart = np.array(list(pool.map(lambda k: error(k, dt, x), range(n))))
+        part = range(0, n, max(1, n // 50))
+        medians = [
+            float(np.median(list(pool.map(lambda k, s=step: error(k, s, tight), part))))
+            for step in coarse
+        ]
+    slips = ((v[:, 1:] != 0) & (v[:, :-1] == 0)).sum(axis=1)
+    return {
+        "sets": n,
+        "reference_step_s": dt,
+        "fast_against_reference_rms": spread(apart),
+        "fast_against_a_thousandth_of_its_tolerance_rms": spread(
+            np.sqrt(np.mean((x - tight) ** 2, axis=1))
+        ),
+        "fast_microseconds_per_set": 1e6 * each,
+        "slips_a_set": {"least": int(slips.min()), "most": int(slips.max())},
+        "reference_order": {
+            "steps_s": coarse.tolist(),
+            "median_rms_mm": [1e3 * m for m in medians],
+            "order": float(np.polyfit(np.log(coarse), np.log(medians), 1)[0]),
+        },
+    }
+
+
+def printed(direction: str, steps: list[float]) -> list[dict[str, float]]:
+    """The printed scheme's distance from the fast motion, for a published set, by step."""
+    sign = 1 if direction == "right" else -1
+    t = np.arange(round(SECONDS * RATE) + 1) / RATE
+    on = track(Drive.line(0.0, 0.0, SECONDS, sign * SPEED), t, 0.0)
+    (p,), (c,) = SLIDE_BED.split(LAW, PUBLISHED[direction])
+    (x,), _ = trajectories(LAW, p[None], c[None], on)
+    rows = []
+    for dt in steps:
+        row = {"step_s": dt}
+        for scheme, name in (("implicit", "reference_rms_mm"), ("paper", "paper_rms_mm")):
+            y, _ = reference.trajectory(LAW, p, c, on, dt, scheme)
+            row[name] = 1e3 * float(np.sqrt(np.mean((x - y) ** 2)))
+        rows.append(row)
+    return rows
+
+
+def main() -> None:
+    """Run the study, print it and write it."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--sets", type=int, default=1000, help="parameter sets a direction (1000)")
+    parser.add_argument("--step", type=float, default=2e-5, help="the reference's step, s (2e-5)")
+    parser.add_argument("--out", type=Path, default=OUT, help="the file to write")
+    asked = parser.parse_args()
+    coarse = np.array([2e-4, 1e-4, 5e-5, 2.5e-5])
+    steps = [1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
+    found = {
+        "ramp": {"speed_mm_s": 1e3 * SPEED, "seconds": SECONDS, "rate_hz": RATE},
+        "right": study(1, asked.sets, asked.step, coarse),
+        "left": study(-1, asked.sets, asked.step, coarse),
+        "published_sets": {name: printed(name, steps) for name in PUBLISHED},
+    }
+    text = json.dumps(found, indent=2)
+    asked.out.write_text(text + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
