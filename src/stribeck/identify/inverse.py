@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
 
+__all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
+
 #: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
 COLLINEAR = 30.0
 #: A relative error above this, percent, is told: the report's models leave 3 to 6.
