@@ -36,7 +36,8 @@ def balanced(
     ends = {n: at for n, at in found.at_bound.items() if at in ("lower", "upper")}
     correlation = _correlation(found.covariance)
     spread = np.full(len(free), np.nan)
-    seen = estimates(made, found.values, errors, spread, correlation, ends)
+    robust = found.robust_errors[free]
+    seen = estimates(made, found.values, errors, spread, correlation, ends, robust)
     warnings = [
         *bound_warnings(seen),
         *(

@@ -13,25 +13,37 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .. import __version__
+from ..data.page import page
 from ..errors import InputError
 from ..friction import LAWS
 from ..rig import RIGS, Rig
 from ..rig.rig import shown_in
 from ..space import Param
-from ..units import unit
+from ..units import convertible, unit
 from .problem import Parameters, parameters
 
 if TYPE_CHECKING:
     from .fit import Fit
 
-#: A card is a page, not a data set.
-LARGEST = 4 << 20
+#: What a person is told instead of the checker's own words.
+_WORDS = {
+    "extra_forbidden": "a card has no such field",
+    "missing": "is missing",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "string_type": "must be text",
+    "dict_type": "must be an object",
+    "model_type": "must be an object",
+    "model_attributes_type": "must be an object",
+    "list_type": "must be a list",
+}
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class ParameterCard(_Part):
@@ -125,9 +137,9 @@ class Card(_Part):
                 no friction law.
         """
         if self.kind not in RIGS:
-            raise InputError(f"card: no rig {self.kind!r}: there are {', '.join(RIGS)}")
+            raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
         if self.law not in LAWS:
-            raise InputError(f"card: no law {self.law!r}: there are {', '.join(LAWS)}")
+            raise InputError(f"no law {self.law!r}: there are {', '.join(LAWS)}")
         shipped, law = RIGS[self.kind], LAWS[self.law]
         rig: Rig = replace(
             shipped.set(**{n: _converted(shipped, n, c) for n, c in self.constants.items()}),
@@ -137,11 +149,19 @@ class Card(_Part):
         every = rig.parameters(law)
         needed = {rig.label(q.name) for q in every if q.fixed is None}
         known = {rig.label(q.name) for q in every}
-        if strange := sorted((needed - set(self.parameters)) | (set(self.parameters) - known)):
-            raise InputError(f"card: parameter {strange[0]} is missing or does not belong there")
+        if missing := sorted(needed - set(self.parameters)):
+            raise InputError(f"parameter {missing[0]} is missing")
+        if strange := sorted(set(self.parameters) - known):
+            raise InputError(
+                f"no parameter {strange[0]!r} in law {law.name} on rig {self.kind}: there are "
+                f"{', '.join(sorted(known))}"
+            )
         p = np.array([self._value(rig, q) for q in every])
         if not bool(np.all(law.physical(p[None, : len(law.params)]))):
-            raise InputError(f"card: its values are no {law.name} friction (F_S below F_C, or < 0)")
+            raise InputError(
+                f"its values make no {law.name} friction: look for F_S below F_C, or a value "
+                "that must be above zero"
+            )
         values = {q.name: float(shown_in(rig, q, v)) for q, v in zip(every, p, strict=True)}
         # One parameter is left free, so that the parts which need one can be used; it is not
         # searched for.
@@ -154,18 +174,28 @@ class Card(_Part):
         given = self.parameters.get(rig.label(param.name))
         if given is None:
             return float(param.fixed or 0.0)
-        if unit(given.unit).dimension != unit(param.unit).dimension:
-            raise InputError(f"card: {param.name} is in {given.unit}, its unit is {param.unit}")
-        return float(unit(given.unit).to_si(given.value))
+        return _si(rig.label(param.name), given, rig.unit_of(param))
 
 
 def _converted(rig: Rig, name: str, given: ConstantCard) -> float:
+    """A constant in the unit that its rig shows."""
     shown = next((c.unit for c in rig.constants if c.name == name), None)
     if shown is None:
         rig[name]  # says which there are
-    if unit(given.unit).dimension != unit(shown or "").dimension:
-        raise InputError(f"card: constant {name} is in {given.unit}, the rig's is in {shown}")
-    return float(unit(shown or "").from_si(unit(given.unit).to_si(given.value)))
+    return float(unit(shown or "").from_si(_si(name, given, shown or "")))
+
+
+def _si(name: str, given: ParameterCard | ConstantCard, written: str) -> float:
+    try:
+        fits = convertible(given.unit, written)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
+    if not fits:
+        raise InputError(f"{name}: its unit is {given.unit!r}, it should be {written!r}")
+    value = float(unit(given.unit).to_si(given.value))
+    if not math.isfinite(value):
+        raise InputError(f"{name}: {given.value:g} {given.unit} is not a finite number in SI")
+    return value
 
 
 def card(fit: Fit) -> Card:
@@ -228,9 +258,12 @@ def card(fit: Fit) -> Card:
 def kind_of(rig: Rig) -> str:
     """The shipped rig that a rig is a variant of."""
     for name, shipped in RIGS.items():
-        if rig is shipped or rig.name == name:
+        if type(shipped) is type(rig) and (shipped.params, shipped.shows) == (
+            rig.params,
+            rig.shows,
+        ):
             return name
-    return next(name for name, shipped in RIGS.items() if type(shipped) is type(rig))
+    raise InputError(f"rig {rig.name} is no variant of a shipped rig: there is no card of it")
 
 
 def _parameters(fit: Fit) -> dict[str, ParameterCard]:
@@ -266,12 +299,9 @@ def read_card(path: str | Path) -> Card:
         InputError: no such file, not a card, a newer schema, or values that cannot be.
     """
     path = Path(path)
+    text = page(path)
     try:
-        if path.stat().st_size > LARGEST:
-            raise InputError(f"{path}: too large for a card")
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from error
+        data = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a card: it is no JSON") from error
     if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith(
@@ -280,11 +310,12 @@ def read_card(path: str | Path) -> Card:
         raise InputError(f"{path}: not a card: it has no schema stribeck-card/1")
     if data["schema"] != "stribeck-card/1":
         raise InputError(
-            f"{path}: its schema is {data['schema']!s:.40}, this program reads stribeck-card/1"
+            f"{path}: its schema is {data['schema']!s:.40}, this program reads stribeck-card/1: "
+            "write it again with `identify`"
         )
     try:
         return Card.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{path}: {where}: {first['msg']}") from error
+        raise InputError(f"{path}: {where}: {_WORDS.get(first['type'], first['msg'])}") from error

@@ -181,6 +181,7 @@ def identify(
         return balanced(made, logs, trained, held)
     train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r)]
     tests = [(r, stretches(logs, rig, r)) for r in held]
+    _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
     problem = MotionProblem(made, train_on)
     plan = _Plan(
         method or "bts",
@@ -194,6 +195,17 @@ def identify(
     searches = plan.searches(problem)
     interrupted = _run(problem, searches, look)
     return _conclude(problem, plan, searches, tests, trained, logs, interrupted)
+
+
+def _check_used(
+    logs: Sequence[Recording], rig: SlideBed, seen: Sequence[Sequence[Stretch]], given: list[Range]
+) -> None:
+    """Every log has a stretch that counts: what is passed over in silence is not missed."""
+    for log in logs:
+        if not any(s.recording is log for part in seen for s in part):
+            wanted: list[Range | None] = [*given] or [None]
+            for within in wanted:
+                stretches([log], rig, within)  # says why not
 
 
 @dataclass(frozen=True)
@@ -259,7 +271,12 @@ def _conclude(
             f"{problem.parameters.law.name}: check the ranges and the rig's constants"
         )
     allowance = 0 if interrupted else plan.polish_budget()
-    done = [polish_run(problem, r, allowance) for r in runs]
+    done: list[Polished] = []
+    try:
+        done += (polish_run(problem, r, allowance) for r in runs)
+    except KeyboardInterrupt:
+        interrupted = True
+        done += (polish_run(problem, r, 0) for r in runs[len(done) :])
     order = sorted(range(len(runs)), key=lambda k: done[k].cost)
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
@@ -306,7 +323,7 @@ def _warnings(
 ) -> list[str]:
     said = []
     if interrupted:
-        said.append("interrupted: the search had not ended, and its answer was not polished")
+        said.append("interrupted: the search or its polishing had not ended")
     said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
     if score.value > 0.5 * score.smooth:
@@ -316,6 +333,11 @@ def _warnings(
         )
     seen = {s.direction for s in train}
     for within, held in tests:
+        if any(_overlap(a, b) for a in held for b in train):
+            said.append(
+                f"hold-out {within.text} overlaps the training data: there its error says "
+                "nothing about new data"
+            )
         if not made.law.directional and {s.direction for s in held} - seen:
             said.append(f"hold-out {within.text} runs in a direction that was not trained on")
     if not made.law.directional and len(seen) > 1:
@@ -325,3 +347,9 @@ def _warnings(
         )
     said += [f"{log.label}: {note}" for log in logs for note in log.notes]
     return said
+
+
+def _overlap(a: Stretch, b: Stretch) -> bool:
+    """Whether two stretches share samples."""
+    shared = min(a.rows.stop, b.rows.stop) - max(a.rows.start, b.rows.start)
+    return a.recording is b.recording and shared > 0

@@ -62,6 +62,7 @@ def estimates(
     spread: Array,
     correlation: Array,
     ends: Mapping[str, str] | None = None,
+    robust: Array | None = None,
 ) -> tuple[Estimate, ...]:
     """Every parameter with its interval, its bound and a verdict, in the order of `made.every`.
 
@@ -73,7 +74,10 @@ def estimates(
         correlation: Of the free parameters, (dim, dim).
         ends: Which end of its range a parameter sits at, by name, if that is known; else what
             lies within a thousandth of a range of its end counts as sitting there.
+        robust: Standard errors for the intervals, where the usual ones are told beside them
+            but known to be too small.
     """
+    within = errors if robust is None else robust
     free = {q.name: i for i, q in enumerate(made.free)}
     others = np.abs(correlation - np.eye(len(correlation))).max(axis=1, initial=0.0)
     found = []
@@ -85,7 +89,7 @@ def estimates(
             found.append(Estimate(label, value, nan, nan, value, value, None, "fixed", written))
             continue
         error, wide = float(errors[i]), float(spread[i])
-        half = max(1.96 * error, 2.0 * np.nan_to_num(wide)) if np.isfinite(error) else np.inf
+        half = max(1.96 * float(within[i]), 2.0 * np.nan_to_num(wide))
         at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
         verdict: Verdict = "not identifiable"
         if half <= WEAK * abs(value):

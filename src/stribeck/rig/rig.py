@@ -76,7 +76,8 @@ class Rig:
         ranges: Search ranges (lower, upper) that replace a law's own, SI, by parameter.
         shows: The unit in which people see a parameter or quantity, by name; SI where silent.
         labels: What the rig's literature calls a parameter, by the law's name for it.
-        columns: Columns of its log format: channel -> "head" or "head [unit]".
+        columns: Columns of its log format: channel -> "head", "head [unit]", or a table as the
+            reader of logs takes it.
     """
 
     name: str
@@ -89,7 +90,7 @@ class Rig:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     shows: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
-    columns: Mapping[str, str] = field(default_factory=dict)
+    columns: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
