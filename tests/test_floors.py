@@ -1,6 +1,8 @@
 """Each package imports only from the floors below it."""
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -72,3 +74,10 @@ def test_public_names_are_sorted_and_there() -> None:
         assert getattr(stribeck, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         stribeck.nonsense  # noqa: B018
+
+
+@pytest.mark.parametrize("first", ["stribeck.identify.problem", "stribeck.rig"])
+def test_identify_can_be_called_whatever_was_imported_first(first: str) -> None:
+    said = f"import {first}; from stribeck import identify; identify([])"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=False)
+    assert "InputError: no recording was given" in done.stderr
