@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from textwrap import shorten
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -14,18 +17,34 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .data import Recording
+    from .identify.card import Card
     from .identify.fit import Fit
+    from .identify.problem import Parameters
     from .rig import Rig
 
 app = typer.Typer(
     name="stribeck",
     help="From a motion log to a friction model you can trust.",
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+#: Options that may be given more than once.
+REPEATABLE = frozenset(
+    {"--train", "--holdout", "--set", "--bounds", "--tie", "--setting", "--range"}
+)
+FORMS = {
+    "--set": "NAME=VALUE",
+    "--setting": "NAME=VALUE",
+    "--bounds": "NAME=LO:HI",
+    "--tie": "NAME=OTHER",
+}
+#: Standard deviation of an echo that can still be called one, mm: a quarter of the stroke.
+NOISIEST = 100.0
+#: A message is a line, not a page.
+LONGEST = 600
 
 Logs = Annotated[
     list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB.")
@@ -46,24 +65,60 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 def main() -> None:
     """Run the command line; whatever the user got wrong is one line and exit status 2."""
+    if hasattr(sys.stdout, "reconfigure"):  # a log's names may not fit the terminal's alphabet
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        status = app(standalone_mode=False)
+        given = _checked(sys.argv[1:]) or ["--help"]
+        with typer.main.get_command(app).make_context("stribeck", given) as context:
+            context.command.invoke(context)
+    except typer.Exit as done:
+        sys.exit(done.exit_code)
     except InputError as error:
         _fail(str(error), 2)
     except typer.TyperException as error:
-        _fail(f"{error.format_message()} (see stribeck --help)", 2)
+        _fail(_misused(error), 2)
     except KeyboardInterrupt:
         _fail("interrupted before there was a result: nothing was written", 130)
     except BrokenPipeError:  # the reader of our output has gone
-        sys.stderr.close()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor complain at the end
         sys.exit(141)
-    sys.exit(status if isinstance(status, int) else 0)
+    except OSError as error:
+        _fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
+    except MemoryError:
+        _fail("out of memory: ask for less at once, or take a shorter log", 2)
 
 
-def _fail(message: str, status: int) -> None:
-    line = " ".join(message.split())
-    typer.echo(f"stribeck: {line}", err=True)
+def _fail(message: str, status: int) -> NoReturn:
+    line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
+    typer.echo(f"stribeck: {shorten(line, LONGEST, placeholder=' ...')}", err=True)
     sys.exit(status)
+
+
+def _misused(error: typer.TyperException) -> str:
+    """What the parser found, with the value that it could not take."""
+    found: Any = getattr(error.__cause__, "errors", list)()
+    options = getattr(getattr(error, "param", None), "opts", ())
+    if not (found and options):
+        return f"{error.format_message().rstrip('.')} (see stribeck --help)"
+    kind = {"int_parsing": "a whole number", "float_parsing": "a number"}.get(found[0]["type"])
+    name, value = options[0], found[0]["input"]
+    return f"{name}: {value!r} is not {kind}" if kind else f"{name} {value!r}: {found[0]['msg']}"
+
+
+def _checked(given: list[str]) -> list[str]:
+    """The arguments, unless one is empty or an option that holds one value has two.
+
+    An empty argument is a shell variable without a value; the last of two options would win
+    silently.
+    """
+    options = [text.partition("=")[0] for text in given if text.startswith("--")]
+    for text in given:
+        if not text.strip() or (text.startswith("--") and text.endswith("=")):
+            raise InputError(f"an argument is empty: {text or repr(text)} needs a value")
+    for name in options:
+        if name not in REPEATABLE and options.count(name) > 1:
+            raise InputError(f"{name} is given twice: give it once")
+    return given
 
 
 @app.command()
@@ -82,6 +137,11 @@ def twin(
     from .report.twin import write_twin
     from .rig.testbed import TestBed
 
+    given = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
+    for option, value in given.items():
+        _above_zero(option, value)
+    if not 0 <= noise <= NOISIEST:
+        raise InputError(f"--noise: give 0 to {NOISIEST:g} mm, got {noise:g}")
     bed = TestBed(speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate)
     for file in write_twin(bed, direction, seed, out):
         typer.echo(file)
@@ -100,7 +160,7 @@ def check(
     from .data import check as looked_at
     from .report.terminal import quality_text, show_quality
 
-    (recording,) = _read([log], _rig(rig) if rig else None, columns)
+    (recording,) = _read([log], _rig(rig) if rig is not None else None, columns)
     quality = looked_at(recording)
     if json:
         typer.echo(quality_text(quality), nl=False)
@@ -132,16 +192,29 @@ def identify(
 ) -> None:  # fmt: skip
     """Identify the friction of an axis from recordings of it."""
     from .identify.fit import identify as identified
-    from .report.folder import check_folder, write_fit
-    from .report.terminal import Watch, show_fit
+    from .report.folder import check_folder
+    from .report.terminal import Watch
 
     if out is not None:
         check_folder(out)
     chosen, fixed = _set(_rig(rig), law, directional, set_ or [])
+    ends = {n: _interval(v, n) for n, v in _pairs("--bounds", bounds)}
+    ties = dict(_pairs("--tie", tie))
+    settings = {n: _value(v) for n, v in _pairs("--setting", setting)}
+    _each_once("--train", train)
+    _each_once("--holdout", holdout)
+    if target is not None:
+        _above_zero("--target", target)
+    asked: dict[str, Any] = {
+        "method": method,
+        "target": target,
+        "budget": budget,
+        "repeats": repeats,
+    }
+    if paper:
+        asked = _paper(chosen, asked | {"setting": setting})
     recordings = _read(logs, chosen, columns)
-    asked = _paper(method, target, budget, repeats) if paper else {}
-    watch = Watch(chosen.shows.get("position", "m"))
-    try:
+    with Watch(chosen.shows.get("position", "m")) as watch:
         fit = identified(
             recordings,
             rig=chosen,
@@ -149,29 +222,39 @@ def identify(
             train=train or None,
             holdout=holdout or None,
             fixed=fixed,
-            bounds={n: _interval(v, n) for n, v in _pairs(bounds)},
-            tied=dict(_pairs(tie)),
+            bounds=ends,
+            tied=ties,
             seed=seed,
-            settings={n: _value(v) for n, v in _pairs(setting)},
+            settings=settings,
             look=watch,
-            **(asked or {"method": method, "target": target, "budget": budget, "repeats": repeats}),
+            **asked,
         )
-    finally:
-        watch.close()
-    _tell(fit, out, json, show_fit, write_fit)
+    _tell(fit, out, json)
 
 
-def _tell(fit: Fit, out: Path | None, json: bool, show: Any, write: Any) -> None:
-    if out is not None:
-        write(fit, out)
-    if json:
-        from .identify.card import card
+def _tell(fit: Fit, out: Path | None, json: bool) -> None:
+    from .identify.card import card
+    from .report.folder import write_figures, write_text
+    from .report.terminal import show_fit
 
-        typer.echo(card(fit).text(), nl=False)
-    else:
-        show(fit)
+    text = card(fit).text()
+    unwritten: InputError | None = None
+    try:
         if out is not None:
-            typer.echo(f"\ncard and figures in {out}")
+            write_text(out / "card.json", text)  # first: whatever happens, the numbers are safe
+            write_figures(fit, out)
+    except InputError as error:  # hours of search are still told
+        unwritten = error
+    except KeyboardInterrupt:
+        _fail(f"interrupted: the result is in {out}, without all of its figures", 130)
+    if json:
+        typer.echo(text, nl=False)
+    else:
+        show_fit(fit)
+    if unwritten is not None:
+        raise unwritten
+    if out is not None and not json:
+        typer.echo(f"\ncard and figures in {out}")
     if fit.ended == "interrupted":
         where = f"in {out / 'card.json'}" if out is not None else "printed above"
         _fail(f"interrupted: the partial result is {where}", 130)
@@ -187,14 +270,18 @@ def validate(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Hold an identified model against other recordings."""
-    from .identify.card import read_card
     from .identify.validate import validate as validated
     from .report.terminal import show_validation, validation_text
 
-    written = read_card(card)
-    made, p = written.model()
+    if max_error is not None:
+        _above_zero("--max-error", max_error)
+    _each_once("--range", range_)
+    written, made, p = _card(card)
     recordings = _read(logs, made.rig, columns)
     rows = validated(made, p, recordings, range_ or None)
+    for log, _, score in rows:
+        if not math.isfinite(score.value):
+            raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")
     if json:
         typer.echo(validation_text(written, rows), nl=False)
     else:
@@ -217,10 +304,10 @@ def simulate(
     columns: Columns = None,
 ) -> None:
     """Simulate an identified model under the command of a log."""
-    from .identify.card import read_card
-    from .report.twin import write_motion
+    from .report.twin import check_motion, write_motion
 
-    made, p = read_card(card).model()
+    check_motion(out, log)
+    _, made, p = _card(card)
     (recording,) = _read([log], made.rig, columns)
     write_motion(made, p, recording, out)
     typer.echo(out)
@@ -247,7 +334,7 @@ def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> 
     """List the rigs, or show one with its constants."""
     from .report.lists import show_rigs
 
-    show_rigs(_rig(name) if name else None)
+    show_rigs(_rig(name) if name is not None else None)
 
 
 @app.command()
@@ -262,7 +349,7 @@ def _rig(name: str) -> Rig:
     from .rig import RIGS
     from .rig.custom import rig_file
 
-    if name.endswith(".toml"):
+    if name.lower().endswith(".toml"):
         return rig_file(Path(name))
     if name not in RIGS:
         raise InputError(f"no rig {name!r}: there are {', '.join(RIGS)}, or give a .toml file")
@@ -270,7 +357,7 @@ def _rig(name: str) -> Rig:
 
 
 def _law(rig: Rig, law: str | None, directional: bool) -> str:
-    name = law or rig.laws[0]
+    name = rig.laws[0] if law is None else law
     return f"{name}-directional" if directional and not name.endswith("-directional") else name
 
 
@@ -278,10 +365,10 @@ def _set(
     rig: Rig, law: str | None, directional: bool, given: Sequence[str]
 ) -> tuple[Rig, dict[str, float]]:
     """Sort `--set` into the rig's constants and parameters to hold."""
-    known = {c.name for c in rig.constants}
+    known = [c.name for c in rig.constants]
     constants: dict[str, float] = {}
     fixed: dict[str, float] = {}
-    for name, text in _pairs(given):
+    for name, text in _pairs("--set", given):
         (constants if name in known else fixed)[name] = _float(text, f"--set {name}")
     if fixed:
         from .identify.problem import chosen
@@ -298,13 +385,12 @@ def _set(
     return rig.set(**constants), fixed
 
 
-def _paper(
-    method: str | None, target: float | None, budget: int | None, repeats: int | None
-) -> dict[str, Any]:
+def _paper(rig: Rig, asked: dict[str, Any]) -> dict[str, Any]:
     from .identify.fit import PAPER_TARGET
 
-    asked = {"--method": method, "--target": target, "--budget": budget, "--repeats": repeats}
-    if both := [n for n, v in asked.items() if v is not None]:
+    if rig.road != "simulation":
+        raise InputError(f"--paper is a search, and rig {rig.name} is solved by least squares")
+    if both := [f"--{n}" for n, v in asked.items() if v]:
         raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")
     return {
         "method": "bts",
@@ -315,24 +401,53 @@ def _paper(
     }
 
 
+def _card(path: Path) -> tuple[Card, Parameters, Any]:
+    """A card, and the rig, law and values that it stands for."""
+    from .identify.card import read_card
+
+    written = read_card(path)
+    try:
+        return (written, *written.model())
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
 def _read(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[Recording]:
     from .data import read
 
     mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
-    return [read(log, columns=mapping) for log in logs]
+    recordings = [read(log, columns=mapping) for log in logs]
+    seen: dict[str, str] = {}
+    for recording in recordings:
+        if recording.source.sha256 in seen:
+            first = seen[recording.source.sha256]
+            raise InputError(f"{recording.label}: the same log as {first}: give it once")
+        seen[recording.source.sha256] = recording.label
+    return recordings
 
 
-def _pairs(given: Sequence[str] | None) -> list[tuple[str, str]]:
+def _pairs(option: str, given: Sequence[str] | None) -> list[tuple[str, str]]:
     found = []
     for text in given or []:
         name, equals, value = text.partition("=")
         if not (name.strip() and equals and value.strip()):
-            raise InputError(f"{text!r}: write NAME=VALUE")
+            raise InputError(f"{option} {text!r}: write {FORMS[option]}")
         found.append((name.strip(), value.strip()))
     names = [n for n, _ in found]
     if twice := {n for n in names if names.count(n) > 1}:
-        raise InputError(f"{', '.join(sorted(twice))} is given twice")
+        raise InputError(f"{option}: {', '.join(sorted(twice))} is given twice: give it once")
     return found
+
+
+def _each_once(option: str, given: Sequence[str] | None) -> None:
+    bare = ["".join(text.split()) for text in given or []]
+    if twice := {text for text in bare if bare.count(text) > 1}:
+        raise InputError(f"{option} {min(twice)} is given twice: give it once")
+
+
+def _above_zero(option: str, value: float) -> None:
+    if not 0 < value < math.inf:
+        raise InputError(f"{option}: give a number above 0, got {value:g}")
 
 
 def _interval(text: str, name: str) -> tuple[float, float]:
@@ -344,9 +459,12 @@ def _interval(text: str, name: str) -> tuple[float, float]:
 
 def _float(text: str, where: str) -> float:
     try:
-        return float(text)
+        value = float(text)
     except ValueError:
         raise InputError(f"{where}: {text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{where}: {text!r} is not a finite number")
+    return value
 
 
 def _value(text: str) -> int | float | str:

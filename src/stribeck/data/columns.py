@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..space import Array
 from ..units import Unit, unit
 from .heads import Head, meanings, take_apart
+from .page import page
 from .recording import CHANNELS
 from .table import Table, listed, printable, shortened
 
@@ -77,14 +78,16 @@ def mapping(columns: Mapping[str, Any] | str | Path | None) -> Mapping[str, Entr
 def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
     name = printable(file.name)
     try:
-        read = tomllib.loads(file.read_bytes().decode())
-    except OSError as error:
-        raise InputError(f"{name}: cannot read the mapping: {error.strerror}") from error
+        read = tomllib.loads(page(file))
+    except InputError as error:
+        raise InputError(f"{name}: cannot read the mapping: {error}") from error
     except (ValueError, RecursionError) as error:  # TOML and UTF-8 errors are ValueErrors
         raise InputError(f"{name}: the mapping is not TOML: {printable(str(error))}") from error
     table = read.get("columns", read)
     if not isinstance(table, dict):
         raise InputError(f'{name}: columns must be a table such as position = "x [mm]"')
+    if not table:
+        raise InputError(f'{name}: the mapping is empty: write position = "x [mm]", say')
     return name, table
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Self
@@ -31,7 +32,7 @@ class Range:
     rightward ones, `325:127` the leftward ones.
 
     Args:
-        text: As it was written.
+        text: As it was written, without blanks.
         start: m, rad or s.
         stop: m, rad or s.
         timed: Whether both ends are times.
@@ -53,15 +54,22 @@ class Range:
         if len(parts) != 2 or not all(parts):  # noqa: PLR2004 - a range has two ends
             raise InputError(f"range {text!r}: write A:B, as 112:295 ({shown}) or 10s:40s")
         (a, unit_a), (b, unit_b) = (part.groups() for part in parts if part)
-        kinds = {unit(u or shown).dimension for u in (unit_a or unit_b, unit_b or unit_a)}
+        try:
+            first, second = unit(unit_a or unit_b or shown), unit(unit_b or unit_a or shown)
+        except InputError as error:
+            raise InputError(f"range {text!r}: {error}") from error
+        kinds = {first.dimension, second.dimension}
         if len(kinds) > 1 or not kinds <= {"s", unit(shown).dimension}:
             raise InputError(f"range {text!r}: give both ends in {shown} or both in s")
-        start = float(unit(unit_a or unit_b or shown).to_si(float(a)))
-        stop = float(unit(unit_b or unit_a or shown).to_si(float(b)))
+        start, stop = float(first.to_si(float(a))), float(second.to_si(float(b)))
         timed = kinds == {"s"}
-        if start == stop or (timed and start > stop):
-            raise InputError(f"range {text!r} is empty: its ends are {a} and {b}")
-        return cls(text.strip(), start, stop, timed)
+        if not (math.isfinite(start) and math.isfinite(stop)):
+            raise InputError(f"range {text!r}: its ends must be finite numbers")
+        if start == stop:
+            raise InputError(f"range {text!r} is empty: give two ends that differ")
+        if timed and start > stop:
+            raise InputError(f"range {text!r} is empty: give the earlier time first")
+        return cls("".join(text.split()), start, stop, timed)
 
     @property
     def direction(self) -> int:
@@ -102,7 +110,13 @@ def windows(
             if direction == within.direction
             and (rows := _between(recording.position, stroke, within)) is not None
         ]
+    touched = sum(w.rows.stop - w.rows.start for w in seen)
     seen = [w for w in seen if w.rows.stop - w.rows.start >= FEWEST]
+    if not seen and touched:
+        raise InputError(
+            f"{recording.label}: range {within.text} holds {touched} samples, {FEWEST} are needed: "
+            "widen it"
+        )
     if not seen:
         raise InputError(
             f"{recording.label}: range {within.text} holds no motion: {_extent(recording, within)}"

@@ -299,9 +299,10 @@ def read_card(path: str | Path) -> Card:
         InputError: no such file, not a card, a newer schema, or values that cannot be.
     """
     path = Path(path)
-    text = page(path)
     try:
-        data = json.loads(text)
+        data = json.loads(page(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a card: it is no JSON") from error
     if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith(

@@ -21,19 +21,36 @@ def check_folder(folder: Path) -> None:
     Raises:
         InputError: the folder is a file, cannot be written to, or lies in one that is not there.
     """
-    place = folder if folder.exists() else folder.parent
-    if not place.exists():
+    try:
+        place = folder if folder.exists() else folder.parent
+        there, usable = place.exists(), os.access(place, os.W_OK | os.X_OK)
+    except OSError as error:  # a name too long, say
+        raise InputError(f"{folder}: {error.strerror or error}: take another folder") from error
+    if not there:
         raise InputError(f"{folder}: the folder {folder.parent} is not there: make it first")
     if not place.is_dir():
-        raise InputError(f"{place}: is a file, not a folder")
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise InputError(f"{place}: no permission to write there")
+        raise InputError(f"{place}: is a file, not a folder: take another name")
+    if not usable:
+        raise InputError(f"{place}: no permission to write there: take another folder")
 
 
-def check_file(file: Path) -> None:
-    """The same for a single file."""
-    if file.is_dir():
-        raise InputError(f"{file}: is a folder: name a file in it")
+def check_file(file: Path, suffix: str = "") -> None:
+    """The same for a single file, which has to end in a suffix.
+
+    Raises:
+        InputError: also if the folder is not there, or something else than a file has its name.
+    """
+    if suffix and file.suffix.lower() != suffix:
+        raise InputError(f"{file}: is written as {suffix[1:].upper()}: name it {file}{suffix}")
+    try:
+        taken = file.exists() and not file.is_file()
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror or error}: take another name") from error
+    if taken:
+        what = "folder: name a file in it" if file.is_dir() else "device: name a file"
+        raise InputError(f"{file}: is a {what}")
+    if not file.parent.exists():
+        raise InputError(f"{file}: the folder {file.parent} is not there: make it first")
     check_folder(file.parent)
 
 
@@ -48,6 +65,7 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
     Raises:
         InputError: the disk refuses.
     """
+    made = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=folder) as name:
@@ -55,14 +73,21 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
             for file in sorted(Path(name).iterdir()):
                 os.replace(file, folder / file.name)  # noqa: PTH105 - atomic, and says so
     except OSError as error:
+        if made and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
-def write_fit(fit: Fit, folder: Path) -> None:
-    """Write a fit's card and figures into a folder."""
-    from ..identify.card import card  # noqa: PLC0415 - pydantic and matplotlib come late on purpose
-    from .figures import draw  # noqa: PLC0415
+def write_figures(fit: Fit, folder: Path) -> None:
+    """Draw a fit's figures into a folder."""
+    from .figures import draw  # noqa: PLC0415 - matplotlib comes late on purpose
 
-    # The card first: whatever happens to a figure, the numbers are safe.
-    write_text(folder / "card.json", card(fit).text())
     write_files(folder, lambda place: draw(fit, place))
+
+
+def write_fit(fit: Fit, folder: Path) -> None:
+    """Write a fit's card and figures into a folder, the card first."""
+    from ..identify.card import card  # noqa: PLC0415 - pydantic comes late on purpose
+
+    write_text(folder / "card.json", card(fit).text())
+    write_figures(fit, folder)

@@ -28,7 +28,7 @@ def show_laws(name: str | None) -> None:
     if name not in LAWS:
         raise InputError(f"no law {name!r}: there are {', '.join(LAWS)}")
     law = LAWS[name]
-    out.print(f"{law.name}: {law.doc}\n\n  {law.formula}\n\n  {law.cite}\n", markup=False)
+    out.print(f"{law.name}: {law.doc}\n\n  {law.formula}\n\n  {law.cite}\n")
     rows = [
         [
             q.name,
@@ -51,7 +51,7 @@ def show_methods(name: str | None) -> None:
     if name not in METHODS:
         raise InputError(f"no method {name!r}: there are {', '.join(METHODS)}")
     kind: Any = METHODS[name]
-    out.print(f"{name}: {inspect.getdoc(kind)}\n", markup=False)
+    out.print(f"{name}: {inspect.getdoc(kind)}\n")
     rows = [[f.name, repr(f.default) if f.default is not MISSING else ""] for f in fields(kind)]
     out.print(grid("", ["setting", "default"], rows, left=2))
 
@@ -63,7 +63,7 @@ def show_rigs(rig: Rig | None) -> None:
         rows = [[n, r.road, r.doc] for n, r in RIGS.items()]
         out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
         return
-    out.print(f"{rig.name}: {rig.doc}\n  identified by {rig.road}\n  {rig.cite}\n", markup=False)
+    out.print(f"{rig.name}: {rig.doc}\n  identified by {rig.road}\n  {rig.cite}\n")
     if rig.constants:
         rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
         out.print(

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import signal
 import sys
+import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from ..rig.rig import shown_in
 
@@ -23,12 +27,15 @@ if TYPE_CHECKING:
     from ..optimize import Search
 
 #: Seconds between lines of progress where there is no terminal.
-PACE = 5.0
+PACE = 2.0
+#: Columns of a line that nobody wraps.
+UNCUT = 1000
 
 
 def console() -> Console:
-    """Standard output, as wide as a table needs where it is no terminal."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 110)
+    """Standard output; where it is no terminal, lines are as long as they need to be."""
+    wide = sys.stdout.isatty() or "COLUMNS" in os.environ
+    return Console(highlight=False, markup=False, emoji=False, width=None if wide else UNCUT)
 
 
 def grid(
@@ -85,7 +92,7 @@ def show_fit(fit: Fit) -> None:
             f"repeats, {fit.seconds:.1f} s, ended: {fit.ended}"
         )
     for warning in fit.warnings:
-        out.print(f"[yellow]warning:[/] {warning}", markup=True)
+        out.print(Text.assemble(("warning:", "yellow"), " ", warning))
 
 
 def _scores(fit: Fit) -> Table:
@@ -136,7 +143,7 @@ def validation_text(card: Card, rows: Sequence[tuple[str, str, Any]]) -> str:
 def show_quality(quality: Quality) -> None:
     """What is in a log."""
     table = grid("", [quality.file or "recording", ""], quality.lines(), left=2)
-    console().print(table, markup=False)
+    console().print(table)
 
 
 def quality_text(quality: Quality) -> str:
@@ -164,38 +171,63 @@ def _plain(value: Any) -> Any:
 
 
 class Watch:
-    """A progress bar on a terminal, plain lines elsewhere; both on standard error."""
+    """A progress bar on a terminal, plain lines elsewhere; both on standard error.
+
+    While it is entered, Ctrl-C ends a search between two steps, where its record is whole; a
+    second one, or one outside the search, interrupts at once.
+    """
 
     def __init__(self, unit: str) -> None:
-        self._unit, self._began, self._told = unit, time.monotonic(), time.monotonic()
+        self._unit, self._told = unit, time.monotonic()
         self._bar: Progress | None = None
+        self._searching = self._asked = False
+        self._before: Any = None
+
+    def __enter__(self) -> Self:
+        usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if usual and threading.current_thread() is threading.main_thread():
+            self._before = signal.signal(signal.SIGINT, self._interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+        if self._bar is not None:
+            self._bar.stop()
 
     def __call__(self, searches: Sequence[Search]) -> None:
-        """Say how far the searches are."""
+        """Say how far the searches are.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed during the step.
+        """
+        self._searching = not self._asked and any(s.ended is None for s in searches)
+        if self._asked:
+            raise KeyboardInterrupt
         done = sum(len(s.trace) for s in searches)
         total = sum(s.budget if s.ended is None else len(s.trace) for s in searches)
-        best = min(s.trace.cost for s in searches)
+        best = f"{number(min(s.trace.cost for s in searches), 4)} {self._unit}"
         if sys.stderr.isatty():
             self._draw(done, total, best)
         elif time.monotonic() - self._told >= PACE:
             self._told = time.monotonic()
-            print(f"{done}/{total} evaluations, best J {best:.4g} {self._unit}", file=sys.stderr)  # noqa: T201
+            print(f"{done:,}/{total:,} evaluations, best J {best}", file=sys.stderr, flush=True)  # noqa: T201
 
-    def close(self) -> None:
-        """Take the bar away."""
-        if self._bar is not None:
-            self._bar.stop()
+    def _interrupt(self, *_: object) -> None:
+        if not self._searching or self._asked:
+            raise KeyboardInterrupt
+        self._asked = True
 
-    def _draw(self, done: int, total: int, best: float) -> None:
+    def _draw(self, done: int, total: int, best: str) -> None:
         if self._bar is None:
             self._bar = Progress(
-                TextColumn("searching"), BarColumn(),
+                TextColumn("{task.description}"), BarColumn(bar_width=24),
                 TextColumn("{task.completed:,}/{task.total:,} evaluations"),
                 TextColumn("best J {task.fields[best]}"), TimeElapsedColumn(),
                 console=Console(stderr=True), transient=True,
             )  # fmt: skip
-            self._bar.add_task("", total=total, best="")
+            self._bar.add_task("searching", total=total, best="")
             self._bar.start()
-        self._bar.update(
-            self._bar.task_ids[0], completed=done, total=total, best=f"{best:.4g} {self._unit}"
-        )
+        (task,) = self._bar.task_ids
+        doing = "searching" if self._searching else "polishing"
+        self._bar.update(task, description=doing, completed=done, total=total, best=best)

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from ..data.table import printable
 from ..errors import InputError
 from ..rig.rig import shown_in
 from ..units import unit
 from .folder import check_file, write_text
+
+#: Samples of a ramp, and of a run, that make a log.
+FEWEST, MOST = 10, 5_000_000
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -27,11 +31,12 @@ def write_twin(bed: TestBed, direction: Any, seed: int, out: Path) -> list[Path]
 
     Returns the two files: OUT.csv and OUT.truth.json.
     """
-    if out.suffix.lower() != ".csv":
-        raise InputError(f"{out}: name the log OUT.csv")
+    beside = out.with_name(f"{out.stem}.truth.json")
+    check_file(out, ".csv")
+    check_file(beside)
     if seed < 0:
         raise InputError(f"seed must be a whole number >= 0, got {seed}")
-    check_file(out)
+    _check_size(bed, direction)
     twin = bed.run(direction, seed=seed)
     log = twin.recording
     assert log.command is not None  # noqa: S101 - the test bed records all of these
@@ -49,7 +54,7 @@ def write_twin(bed: TestBed, direction: Any, seed: int, out: Path) -> list[Path]
     every = bed.rig.parameters(twin.law)
     truth = {
         "schema": "stribeck-truth/1",
-        "log": out.name,
+        "log": printable(out.name),
         "law": twin.law.name,
         "rig": bed.rig.name,
         "seed": seed,
@@ -69,17 +74,49 @@ def write_twin(bed: TestBed, direction: Any, seed: int, out: Path) -> list[Path]
         "constants": {c.name: {"value": c.shown, "unit": c.unit} for c in bed.rig.constants},
         "software": {"stribeck": __version__},
     }
-    beside = out.with_name(f"{out.stem}.truth.json")
-    check_file(beside)
     write_text(out, _csv(columns))
     write_text(beside, json.dumps(truth, indent=2, ensure_ascii=False) + "\n")
     return [out, beside]
 
 
+def _check_size(bed: TestBed, direction: Any) -> None:
+    """A run is neither over before it is sampled nor larger than a file should be."""
+    drive, _ = bed.drive(direction)
+    ramp = (bed.high - bed.low) / bed.speed
+    for name, rate in (("--rate", bed.rate), ("--echo-rate", bed.echo_rate)):
+        if not rate >= FEWEST / ramp:
+            raise InputError(
+                f"a ramp of {ramp:.3g} s has fewer than {FEWEST} samples at {name} "
+                f"{rate:g}: sample faster or move slower"
+            )
+        if not rate <= MOST / float(drive.t[-1]):
+            raise InputError(
+                f"a run of {drive.t[-1]:.3g} s has more than {MOST:,} samples at {name} "
+                f"{rate:g}: sample slower or move faster"
+            )
+
+
+def check_motion(out: Path, log: Path) -> None:
+    """Say before the work starts that a motion could not be written to a file.
+
+    Raises:
+        InputError: it cannot be written there, or it is the log itself.
+    """
+    check_file(out, ".csv")
+    if out.exists() and log.exists() and out.samefile(log):
+        raise InputError(f"{out}: is the log itself: take another name for the motion")
+
+
 def write_motion(made: Parameters, p: Array, recording: Recording, out: Path) -> None:
     """Write what a model does under a recording's command, in the units its rig shows."""
-    check_file(out)
+    if recording.rotary and not getattr(made.rig, "rotary", False):
+        raise InputError(
+            f"{recording.label}: its position is an angle, and rig {made.rig.name} is linear: "
+            "take a log of that rig"
+        )
     motion = made.rig.simulate(made.law, p[None], recording)
+    if not (np.isfinite(motion.position).all() and np.isfinite(motion.force).all()):
+        raise InputError(f"{recording.label}: the model cannot be simulated on it: check the card")
     length = made.rig.shows.get("position", "rad" if recording.rotary else "m")
     speed = made.rig.shows.get("velocity", "rad/s" if recording.rotary else "m/s")
     force = "Nm" if recording.rotary else "N"

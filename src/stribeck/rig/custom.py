@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ..data.columns import mapping
+from ..data.page import page
 from ..errors import InputError
 from ..friction import LAWS
 from . import RIGS
@@ -16,9 +18,21 @@ from .rig import Rig, in_si
 if TYPE_CHECKING:
     from pathlib import Path
 
-LARGEST = 1 << 20
+#: What a person is told instead of the checker's own words.
+_WORDS = {
+    "extra_forbidden": "a rig file has no such word: it has kind, name, doc, law, constants, "
+    "ranges and columns",
+    "missing": "is missing: name the shipped rig that this one is a variant of",
+    "finite_number": "must be a finite number",
+    "float_type": "must be a number",
+    "too_short": "must be a pair [low, high]",
+    "too_long": "must be a pair [low, high]",
+    "tuple_type": "must be a pair [low, high]",
+    "string_type": "must be text in quotes",
+    "dict_type": "must be a table such as { name = value }",
+}
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 
 class _RigFile(BaseModel):
@@ -50,12 +64,10 @@ def rig_file(path: Path) -> Rig:
         InputError: no such file, broken TOML, or a word or number that the kind does not know.
     """
     try:
-        if path.stat().st_size > LARGEST:
-            raise InputError(f"{path}: too large for a rig file")
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        data = tomllib.loads(page(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {error}") from error
     try:
         said = _RigFile.model_validate(data)
@@ -63,7 +75,8 @@ def rig_file(path: Path) -> Rig:
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{path}: {where}: {first['msg']}") from error
+        what = _WORDS.get(first["type"], first["msg"])
+        raise InputError(f"{path}: {where}: {what}") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -72,6 +85,11 @@ def _made(said: _RigFile, name: str) -> Rig:
     if said.kind not in RIGS:
         raise InputError(f"no kind {said.kind!r}: there are {', '.join(RIGS)}")
     kind = RIGS[said.kind]
+    if name in RIGS and name != said.kind:
+        raise InputError(f"name {name!r} is that of a shipped rig: choose another")
+    if not name.strip() or not name.isprintable():
+        raise InputError(f"name {name!r}: give a name of printable characters")
+    mapping(said.columns)  # says which channels there are
     laws = kind.laws
     if said.law is not None:
         if said.law not in LAWS:
@@ -81,13 +99,16 @@ def _made(said: _RigFile, name: str) -> Rig:
     every = {q.name: q for law in laws for q in rig.parameters(LAWS[law])}
     by_label = {rig.label(q): q for q in every}
     ranges = {}
+    # A range may be given for both directions at once, by the name without its sign.
+    stems = {q.name.rstrip("+-"): q for q in every.values()}
     for label, (low, high) in said.ranges.items():
         key = by_label.get(label, label)
-        if key not in every:
+        param = every.get(key) or stems.get(key)
+        if param is None:
             raise InputError(f"ranges: no parameter {label!r}: there are {', '.join(by_label)}")
         if not low < high:
             raise InputError(f"ranges: {label}: {low} is not below {high}")
-        ranges[key] = (in_si(rig, every[key], low), in_si(rig, every[key], high))
+        ranges[key] = (in_si(rig, param, low), in_si(rig, param, high))
     return replace(
         rig,
         name=name,
