@@ -73,11 +73,6 @@ def _stretches(recording: Recording, rig: SlideBed, within: Range | None) -> lis
             f"{recording.label}: its position is an angle, and rig {rig.name} is linear: "
             "use forced-rotary if the torque was measured"
         )
-    if recording.rotary:
-        raise InputError(
-            f"{recording.label}: its position is an angle, and rig {rig.name} is linear: use a rig "
-            "that fits the axis"
-        )
     seen = segment(recording)
     drive, anew = rig.drive(recording), fresh(recording)
     found = []
