@@ -27,7 +27,7 @@ DIRECTIONS = pytest.mark.parametrize("direction", SIGN)
 
 
 def minute(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5) -> Motion:
-    """A minute of ramp at 5 mm/s from rest, as in the digest of the published sets."""
+    """A minute of ramp at 5 mm/s from rest with the published sets."""
     t = np.arange(0.0, 60.0005, 1e-3)
     on = track(Drive.line(0.0, 0.0, 60.0, SIGN[direction] * 5e-3), t, 0.0)
     return rig.move(LAW, PUBLISHED[direction][None], on, scheme=scheme, dt=dt)  # type: ignore[arg-type]

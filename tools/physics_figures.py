@@ -1,6 +1,6 @@
 """Draw how the slide bed's stick-slip depends on the step, by scheme, for both published sets.
 
-A minute of ramp at 5 mm/s from rest (the digest of section 4's schemes): length of the jumps,
+A minute of ramp at 5 mm/s from rest: length of the jumps,
 number of slips and share of the time stuck, with the printed explicit procedure, with the plain
 reference, and with the fast integrator, which has no step. Writes the figure to docs/figures and
 the numbers to docs/data/step_dependence.json.

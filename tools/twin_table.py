@@ -13,9 +13,8 @@ def main() -> None:
     print(f"{study['seeds']} seeds; median (least to greatest)")
     for side in ("right", "left"):
         part = study[side]
-        print(
-            f"\n{side}ward, trained on {part['train']} mm; J at the truth {part['J_at_truth']:.3f} mm"
-        )
+        at_truth = f"J at the truth {part['J_at_truth']:.3f} mm"
+        print(f"\n{side}ward, trained on {part['train']} mm; {at_truth}")
         endings = part["endings"]
         print(f"{'':22}" + "".join(f"{name:>36}" for name in endings))
         columns = [_column(ending) for ending in endings.values()]
