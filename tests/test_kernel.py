@@ -284,6 +284,31 @@ def test_a_clock_that_counts_from_1970_changes_nothing() -> None:
     assert np.abs(z - x).max() < 1e-4
 
 
+@pytest.mark.parametrize("hours", [0, 3, 100])
+@pytest.mark.parametrize("k_spring", [0.0, 968.0])
+@pytest.mark.parametrize("F_S", [0.0, 144.5463])
+def test_a_long_wait_before_the_ramp_changes_nothing(
+    hours: int, k_spring: float, F_S: float
+) -> None:
+    # Late on a clock its last digit is coarse; with k_spring = 0 and no friction the slide breaks
+    # loose exactly where the motor's dead zone ends.
+    wait = 3600.0 * hours
+    p = PUBLISHED["right"].copy()
+    p[0], p[1], p[5] = F_S, min(F_S, p[1]), k_spring
+    after = np.linspace(0, 40, 401)
+    turns = np.array([0.0, 12.0, 24.0, 36.0])
+    command = np.array([0.0, 0.06, -0.06, 0.06])
+    at_once = track(Drive(turns, command), after, 0.0)
+    late = track(
+        Drive(np.append(0.0, wait + 1.0 + turns), np.append(0.0, command)),
+        np.append(0.0, wait + 1.0 + after),
+        0.0,
+    )
+    x, _ = motion(SLIDE_BED, STRIBECK, p, at_once)
+    y, _ = motion(SLIDE_BED, STRIBECK, p, late)
+    np.testing.assert_allclose(y[1:], x, atol=2e-8)
+
+
 # --- what cannot be simulated ---
 
 

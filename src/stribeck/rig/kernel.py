@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
 #: Error allowed in one step: position, m; velocity, m/s, and as a share of the velocity.
 TOLERANCE_X, TOLERANCE_V, TOLERANCE_V_SHARE = 1e-9, 1e-8, 1e-5
-#: Steps after which a candidate is given up (its cost is then not finite).
-MOST_STEPS = 1_000_000
+#: Steps after which a candidate is given up (its cost is then not finite), and what each knot of
+#: the command adds to them: a log's noisy command may have millions.
+MOST_STEPS, MOST_STEPS_A_KNOT = 1_000_000, 20
 #: The first step of a slip, s.
 FIRST_STEP = 1e-4
 
@@ -202,6 +203,12 @@ def _command(knots_t: Array, knots_x: Array, j: int, now: float) -> tuple[float,
     return knots_x[j - 1] + rate * (now - knots_t[j - 1]), rate, knots_t[j]
 
 
+@njit(float64(float64, float64), cache=True, error_model="numpy")
+def _after(now: float, span: float) -> float:
+    """A span from now, and later than now even where the span is lost in its last digit."""
+    return max(now + span, np.nextafter(now, np.inf))  # type: ignore[no-any-return]
+
+
 @njit(
     types.Tuple((float64, float64, int64))(
         _F1, _F1, _F1, int64, float64, float64, float64, float64, float64, float64
@@ -289,10 +296,10 @@ def _breakaway(
         if span == np.inf:
             return np.inf, 0.0, j
         P += (push + 0.5 * growth * span) * span / heavy
-        now += span
+        now = _after(now, span)
         if growth < 0.0 and excess + growth * span <= 1e-12 * abs(level_p - level_m):
             P, side = 0.0, 0.0  # the force fell back into the stick band
-            now += 1e-9
+            now = _after(now, 1e-9)
 
 
 @njit(cache=True, error_model="numpy")
@@ -466,7 +473,7 @@ def _walk(
     n, band = len(t), c[BAND]
     now, x = t[0], x0
     i, j = 0, 0  # samples done, command knots passed
-    sse, steps = 0.0, 0
+    sse, steps, most = 0.0, 0, MOST_STEPS + MOST_STEPS_A_KNOT * len(knots_t)
     while True:
         # --- stuck, until the command has pulled the slide loose ---
         now, s, j = _breakaway(
@@ -503,7 +510,7 @@ def _walk(
                     abs(step.error_v) / (TOLERANCE_V + TOLERANCE_V_SHARE * abs(v)),
                 )
                 error /= tolerance
-                if not np.isfinite(error) or steps > MOST_STEPS:
+                if not np.isfinite(error) or steps > most:
                     return np.nan
                 factor = 5.0 if error < 1e-4 else min(5.0, max(0.2, 0.9 * error**-0.2))
                 if error <= 1.0:
@@ -524,7 +531,7 @@ def _walk(
             if how == _REST:
                 s = 0.0
             if how >= 0:
-                until = max(until, now + 1e-10)  # time goes on whatever happens
+                until = max(until, _after(now, 1e-10))  # time goes on whatever happens
                 xi, rate, end = _command(knots_t, knots_x, j, until)
                 if how == _CLAMP:
                     motor = _motor_force(slip, p, c, xi - x, v, s)
