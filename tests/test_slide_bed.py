@@ -85,6 +85,32 @@ def test_without_motor_inertia_the_leftward_set_sticks_and_slips_all_the_same() 
 
 
 @DIRECTIONS
+@pytest.mark.parametrize("F_fm", [15.0, 35.0])
+def test_motor_friction_shifts_the_stretch_and_nothing_else(direction: str, F_fm: float) -> None:
+    # Later slips by F_fm / (k_hat + k_spring) / u, each the same slip.
+    usual, other = minute(SLIDE_BED, direction), minute(SLIDE_BED.set(F_fm=F_fm), direction)
+    k = SLIDE_BED["k_hat+" if direction == "right" else "k_hat-"] + PUBLISHED[direction][5]
+    later = (F_fm - SLIDE_BED["F_fm"]) / k / 5e-3
+    t = usual.t[(usual.t > 11.0) & (usual.t < 50.0)]
+    moved = np.interp(t, usual.t, usual.position[0])
+    np.testing.assert_allclose(
+        np.interp(t + later, other.t, other.position[0]), moved, atol=5e-5
+    )  # between samples of 1 ms at up to 82 mm/s
+    assert slips(other)[1] == pytest.approx(slips(usual)[1], abs=1e-5)
+
+
+@pytest.mark.parametrize(("direction", "loss"), [("right", 1.1), ("left", 2.9)])
+def test_a_millisecond_before_rest_passes_over_the_band_of_rest(
+    direction: str, loss: float
+) -> None:
+    t = np.arange(0.0, 30.0, 1e-4)
+    on = track(Drive.line(0.0, 0.0, 30.0, SIGN[direction] * 5e-3), t, 0.0)
+    v = np.abs(SLIDE_BED.move(LAW, PUBLISHED[direction][None], on).velocity[0])
+    last = np.flatnonzero((v[1:] == 0) & (v[:-1] > 0))[1]
+    assert 1e3 * (v[last - 10] - v[last]) == pytest.approx(loss, abs=0.06)
+
+
+@DIRECTIONS
 def test_schemes_agree_except_the_printed_one(direction: str) -> None:
     fast = minute(SLIDE_BED, direction)
     reference = minute(SLIDE_BED, direction, "reference", 5e-5)
