@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import sys
@@ -65,8 +66,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 def main() -> None:
     """Run the command line; whatever the user got wrong is one line and exit status 2."""
-    if hasattr(sys.stdout, "reconfigure"):  # a log's names may not fit the terminal's alphabet
-        sys.stdout.reconfigure(errors="backslashreplace")
+    _open_streams()
     try:
         given = _checked(sys.argv[1:]) or ["--help"]
         with typer.main.get_command(app).make_context("stribeck", given) as context:
@@ -86,6 +86,15 @@ def main() -> None:
         _fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
     except MemoryError:
         _fail("out of memory: ask for less at once, or take a shorter log", 2)
+
+
+def _open_streams() -> None:
+    """Somewhere to print to, whatever the one who started us closed or can show."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names in a log may not fit its alphabet
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _fail(message: str, status: int) -> NoReturn:
@@ -467,10 +476,13 @@ def _float(text: str, where: str) -> float:
     return value
 
 
-def _value(text: str) -> int | float | str:
-    for kind in (int, float):
+def _value(text: str) -> Any:
+    """A setting as its method takes it: a number, None, pairs such as [[8, 0.01]], or a word."""
+    from json import loads
+
+    for kind in (int, float, loads):
         try:
             return kind(text)
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
-    return text
+    return None if text == "None" else text

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import re
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,9 @@ from .terminal import console, grid
 
 if TYPE_CHECKING:
     from ..rig import Rig
+
+
+_ROADS = {"simulation": "simulation of its motion", "inverse": "force balance, without a search"}
 
 
 def show_laws(name: str | None) -> None:
@@ -51,9 +56,15 @@ def show_methods(name: str | None) -> None:
     if name not in METHODS:
         raise InputError(f"no method {name!r}: there are {', '.join(METHODS)}")
     kind: Any = METHODS[name]
-    out.print(f"{name}: {inspect.getdoc(kind)}\n")
-    rows = [[f.name, repr(f.default) if f.default is not MISSING else ""] for f in fields(kind)]
-    out.print(grid("", ["setting", "default"], rows, left=2))
+    meanings = _meanings(kind)
+    rows = [
+        [f.name, str(f.default) if f.default is not MISSING else "", meanings.get(f.name, "")]
+        for f in fields(kind)
+    ]
+    out.print(f"{name}: {_head(kind)}\n")
+    out.print(
+        grid("settings (--setting NAME=VALUE)", ["setting", "default", "meaning"], rows, left=3)
+    )
 
 
 def show_rigs(rig: Rig | None) -> None:
@@ -63,7 +74,7 @@ def show_rigs(rig: Rig | None) -> None:
         rows = [[n, r.road, r.doc] for n, r in RIGS.items()]
         out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
         return
-    out.print(f"{rig.name}: {rig.doc}\n  identified by {rig.road}\n  {rig.cite}\n")
+    out.print(f"{rig.name}: {rig.doc}\n  identified by {_ROADS[rig.road]}\n  {rig.cite}\n")
     if rig.constants:
         rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
         out.print(
@@ -80,7 +91,7 @@ def show_rigs(rig: Rig | None) -> None:
         grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4)
     )
     if rig.columns:
-        rows = [[channel, str(head)] for channel, head in rig.columns.items()]
+        rows = [[channel, _column(head)] for channel, head in rig.columns.items()]
         out.print(grid("\ncolumns of its logs", ["channel", "column"], rows, left=2))
 
 
@@ -92,3 +103,23 @@ def _range(rig: Rig, param: Any) -> str:
 
 def _head(kind: Any) -> str:
     return (inspect.getdoc(kind) or "").split("\n\n")[0].replace("\n", " ")
+
+
+def _meanings(kind: Any) -> dict[str, str]:
+    """What the docstrings of a method and of those it is made of say of each setting."""
+    found: dict[str, str] = {}
+    for cls in kind.__mro__:
+        _, _, args = (inspect.cleandoc(cls.__doc__ or "")).partition("Args:\n")
+        for entry in re.split(r"\n(?=    \w)", "\n" + args.split("\n\n")[0]):
+            name, colon, text = entry.strip().partition(":")
+            if colon:
+                found.setdefault(name, " ".join(text.replace("`", "").split()))
+    return found
+
+
+def _column(head: Any) -> str:
+    if not isinstance(head, Mapping):
+        return str(head)
+    factor = f" times {head['factor']}" if "factor" in head else ""
+    written = f" [{head['unit']}]" if "unit" in head else ""
+    return f"{head['column']}{factor}{written}"

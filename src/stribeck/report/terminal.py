@@ -32,10 +32,17 @@ PACE = 2.0
 UNCUT = 1000
 
 
+class _Out(Console):
+    """A console that leaves a broken pipe to the command line."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
 def console() -> Console:
     """Standard output; where it is no terminal, lines are as long as they need to be."""
     wide = sys.stdout.isatty() or "COLUMNS" in os.environ
-    return Console(highlight=False, markup=False, emoji=False, width=None if wide else UNCUT)
+    return _Out(highlight=False, markup=False, emoji=False, width=None if wide else UNCUT)
 
 
 def grid(
@@ -89,7 +96,7 @@ def show_fit(fit: Fit) -> None:
     else:
         out.print(
             f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
-            f"repeats, {fit.seconds:.1f} s, ended: {fit.ended}"
+            f"repeat{'s' * (len(fit.runs) > 1)}, {fit.seconds:.1f} s, ended: {fit.ended}"
         )
     for warning in fit.warnings:
         out.print(Text.assemble(("warning:", "yellow"), " ", warning))

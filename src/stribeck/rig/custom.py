@@ -71,11 +71,12 @@ def rig_file(path: Path) -> Rig:
         raise InputError(f"{path}: not TOML: {error}") from error
     try:
         said = _RigFile.model_validate(data)
-        return _made(said, said.name or path.stem)
+        return _made(said, path.stem if said.name is None else said.name)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        what = _WORDS.get(first["type"], first["msg"])
+        pair = len(first["loc"]) > 1 and first["type"] == "missing"
+        what = _WORDS.get("too_short" if pair else first["type"], first["msg"])
         raise InputError(f"{path}: {where}: {what}") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
