@@ -12,14 +12,14 @@ import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck.friction import LAWS
-from stribeck.report.figures import COMMAND, INK, MEASURED, MODEL, save
+from stribeck.report.figures import COMMAND, INK, MEASURED, MODEL, STYLE, save
 from stribeck.rig import reference
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import Track, track, trajectories
@@ -35,17 +35,6 @@ LAW = LAWS["stribeck"]
 SECONDS, SPEED = 60.0, 5e-3
 REST = 5  # samples
 STEPS = np.geomspace(1e-5, 1e-2, 25)
-STYLE: Any = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "axes.grid": True,
-    "grid.color": "#e5e9ed",
-    "legend.frameon": False,
-    "svg.hashsalt": "stribeck",
-    "svg.fonttype": "none",
-}
 TITLES = {"right": "Rightward", "left": "Leftward"}
 
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 INK, MEASURED, MODEL, COMMAND, ACCENT = "#1b1f24", "#7a8794", "#c2410c", "#b8c0c8", "#1d4ed8"
 _REPEATS = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
-_STYLE: dict[str, Any] = {
+#: How every figure of the project looks.
+STYLE: Any = {
     "font.size": 10,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -49,7 +50,7 @@ _STYLE: dict[str, Any] = {
 
 def draw(fit: Fit, folder: Path) -> list[Path]:
     """Draw every figure that a fit has, as PNG and SVG, and return the files."""
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):
         figures = _simulation(fit) if fit.balance is None else _balance(fit)
         figures["stribeck_curve"] = stribeck_curve(fit)
         return [file for name, figure in figures.items() for file in save(figure, folder, name)]
