@@ -7,7 +7,6 @@ import math
 import os
 import sys
 from pathlib import Path
-from textwrap import shorten
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
@@ -99,7 +98,9 @@ def _open_streams() -> None:
 
 def _fail(message: str, status: int) -> NoReturn:
     line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
-    typer.echo(f"stribeck: {shorten(line, LONGEST, placeholder=' ...')}", err=True)
+    if len(line) > LONGEST:  # what is wrong comes last
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+    typer.echo(f"stribeck: {line}", err=True)
     sys.exit(status)
 
 
