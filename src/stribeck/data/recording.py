@@ -25,6 +25,9 @@ CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
     }
 )
 
+#: No quantity of an axis is larger in SI; the square of one that is could not be computed.
+LARGEST = 1e30
+
 
 @dataclass(frozen=True)
 class Source:
@@ -61,8 +64,8 @@ class Recording:
         notes: What was mended on the way in, a sentence each.
 
     Raises:
-        InputError: fewer than two samples, lengths that differ, a value that is not finite,
-            or time that does not increase.
+        InputError: fewer than two samples, lengths that differ, a value that is not finite or
+            beyond all measure, or time that does not increase.
     """
 
     t: Array
@@ -82,7 +85,13 @@ class Recording:
     def __post_init__(self) -> None:
         for name in ("t", *CHANNELS):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, self._checked(name, getattr(self, name)))
+                values = self._checked(name, getattr(self, name))
+                if np.abs(values).max() > LARGEST:
+                    raise InputError(
+                        f"{self.label}: {name} has values beyond {LARGEST:g}: check its unit, or "
+                        "leave out the rows that mark missing values"
+                    )
+                object.__setattr__(self, name, values)
         extra = {name: self._checked(name, a) for name, a in self.extra.items()}
         object.__setattr__(self, "extra", MappingProxyType(extra))
         if not (np.diff(self.t) > 0).all():

@@ -199,8 +199,18 @@ def _si(name: str, given: ParameterCard | ConstantCard, written: str) -> float:
 
 
 def card(fit: Fit) -> Card:
-    """The card of a fit."""
+    """The card of a fit.
+
+    Raises:
+        InputError: a misfit is not a finite number, so that there is nothing to believe.
+    """
     rig = fit.rig
+    for score in (fit.score, *(h.score for h in fit.holdout)):
+        if not math.isfinite(score.value):
+            raise InputError(
+                "the misfit is not a finite number: the log has no force to explain, or the "
+                "model cannot be simulated on it"
+            )
     kind = kind_of(rig)
     shipped = {c.name: c.value for c in RIGS[kind].constants}
     return Card(
@@ -240,7 +250,7 @@ def card(fit: Fit) -> Card:
             ended=fit.ended,
             repeats=[d.cost for d in fit.polished],
         ),
-        balance=fit.balance.figures() if fit.balance is not None else {},
+        balance=_balance(fit),
         data=[
             DataCard(
                 file=log.source.file,
@@ -253,6 +263,11 @@ def card(fit: Fit) -> Card:
         warnings=list(fit.warnings),
         software={"stribeck": __version__},
     )
+
+
+def _balance(fit: Fit) -> dict[str, float]:
+    figures = {} if fit.balance is None else fit.balance.figures()
+    return {n: v for n, v in figures.items() if math.isfinite(v)}
 
 
 def kind_of(rig: Rig) -> str:
