@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stribeck import RIGS, Card, Fit, InputError, card, identify, problem, read_card
 from stribeck.identify.card import kind_of
 from stribeck.identify.problem import MotionProblem
-from stribeck.identify.validate import scores
+from stribeck.identify.score import scores
 from stribeck.rig.custom import rig_file
 from stribeck.rig.testbed import TestBed
 

@@ -3,9 +3,11 @@
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -223,11 +225,15 @@ def test_lists_name_everything_and_explain_each(stribeck_: Any, command: str, ta
         assert each.out.startswith(f"{name}: ")
 
 
-def test_every_setting_of_every_method_has_a_meaning(stribeck_: Any) -> None:
+def test_every_setting_of_every_method_has_a_meaning(
+    stribeck_: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "400")
     for name in METHODS:
-        rows = stribeck_("methods", name).out.split("meaning")[-1].splitlines()
-        for row in filter(None, map(str.strip, rows[1:])):
-            assert len(row.split()) > 2, f"{name}: {row}"
+        said = stribeck_("methods", name).out
+        for setting in fields(METHODS[name]):  # type: ignore[arg-type]
+            row = rf"^ *{setting.name} +(\S+|\(.*\)|<.*>) +[A-Z]\S* +\w+"
+            assert re.search(row, said, re.MULTILINE), f"{name}: {setting.name}"
 
 
 def test_version_and_help(stribeck_: Any) -> None:

@@ -1,6 +1,7 @@
 """Each package imports only from the floors below it."""
 
 import ast
+import inspect
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -78,6 +79,7 @@ def test_public_names_are_sorted_and_there() -> None:
 
 @pytest.mark.parametrize("first", ["stribeck.identify.problem", "stribeck.rig"])
 def test_identify_can_be_called_whatever_was_imported_first(first: str) -> None:
-    said = f"import {first}; from stribeck import identify; identify([])"
+    said = f"import {first}; import stribeck; stribeck.identify.fit; stribeck.identify([])"
     done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=False)
     assert "InputError: no recording was given" in done.stderr
+    assert "method" in inspect.signature(stribeck.identify).parameters

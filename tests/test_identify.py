@@ -102,15 +102,35 @@ def test_held_sensor_values_do_not_count(log: Recording) -> None:
     assert 0.4 < on.samples / (rows.stop - rows.start) < 0.5
 
 
-@pytest.mark.parametrize(("side", "seed"), [(s, k) for s in TRAIN for k in range(3)])
-def test_paper_settings_reach_its_target(log: Recording, side: str, seed: int) -> None:
+def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
+    """Ten paired seeds, 3000 evaluations each: bts is nearer the noise in at least nine.
+
+    Were both equally good, nine or more of ten would happen once in 93 times.
+    """
     on = problem(log, train=TRAIN[side])
-    search = Search(
-        on.space, configure("bts"), budget=45_000, seed=seed, stops=[Target(PAPER_TARGET)]
-    )
-    (run,) = lockstep(on, [search])
-    assert run.ended == "target"
-    assert run.cost < PAPER_TARGET
+    costs = {
+        method: [
+            run.cost
+            for run in lockstep(
+                on,
+                [Search(on.space, configure(method), budget=3000, seed=k) for k in range(10)],
+            )
+        ]
+        for method in ("bts", "random")
+    }
+    assert max(costs["bts"]) < PAPER_TARGET
+    assert sum(a < b for a, b in zip(costs["bts"], costs["random"], strict=True)) >= 9
+
+
+def test_the_papers_run_ends_at_its_target(log: Recording, side: str) -> None:
+    on = problem(log, train=TRAIN[side])
+    stops = [Target(PAPER_TARGET)]
+    searches = [
+        Search(on.space, configure("bts"), budget=45_000, seed=k, stops=stops) for k in range(3)
+    ]
+    runs = lockstep(on, searches)
+    assert [run.ended for run in runs] == ["target"] * 3
+    assert max(run.cost for run in runs) <= PAPER_TARGET
 
 
 def test_fit_is_near_the_noise_and_holds_where_it_was_not_trained(log: Recording) -> None:
@@ -251,6 +271,19 @@ def test_standard_errors_grow_with_noise(log: Recording, quiet: Recording) -> No
     assert (noisy > 3 * calm).all()
     np.testing.assert_allclose(np.diag(correlation), 1.0)
     assert np.abs(correlation).max() <= 1.0 + 1e-9
+
+
+def test_what_the_data_do_not_see_leaves_the_rest_alone(log: Recording) -> None:
+    """A law for both directions, trained on one: the other direction's set is unknown, no more."""
+    x = PUBLISHED["right"]
+    alone, _ = standard_errors(problem(log, train="112:295"), x[FREE])
+    both = problem(log, law="stribeck-directional", train="112:295")
+    errors, _ = standard_errors(both, np.concatenate([x[:4], x[:4], x[5:], x[5:]]))
+    named = dict(zip(both.space.names, errors, strict=True))
+    assert all(np.isinf(e) for n, e in named.items() if n.endswith("-"))
+    assert [named[f"{n}+"] for n in ("F_S", "F_C", "F_V", "v_SS", "k_spring")] == pytest.approx(
+        alone, rel=0.05
+    )
 
 
 def test_correlation_time_of_an_autoregression() -> None:

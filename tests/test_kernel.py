@@ -11,8 +11,9 @@ import pytest
 from stribeck.friction import LAWS, Law
 from stribeck.rig import kernel, reference
 from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import Track, misfits, track, trajectories
+from stribeck.rig.kernel import misfits, trajectories
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed
+from stribeck.rig.track import Track, track
 from stribeck.space import Array
 
 COULOMB, STRIBECK = LAWS["coulomb-viscous"], LAWS["stribeck"]

@@ -10,9 +10,9 @@ import pytest
 
 from stribeck.errors import InputError
 from stribeck.friction import LAWS
-from stribeck.rig.kernel import track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, published_both
 from stribeck.rig.testbed import CURRENT_SPAN, POSITION_SPAN, VELOCITY_SPAN, TestBed
+from stribeck.rig.track import track
 from stribeck.space import Array
 
 BED = TestBed()

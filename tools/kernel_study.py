@@ -18,8 +18,9 @@ import numpy as np
 from stribeck.friction import LAWS
 from stribeck.rig import reference
 from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import misfits, track, trajectories
+from stribeck.rig.kernel import misfits, trajectories
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
+from stribeck.rig.track import track
 from stribeck.space import Array
 
 LAW = LAWS["stribeck"]

@@ -22,8 +22,9 @@ from stribeck.friction import LAWS
 from stribeck.report.figures import COMMAND, INK, MEASURED, MODEL, STYLE, save
 from stribeck.rig import reference
 from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import Track, track, trajectories
+from stribeck.rig.kernel import trajectories
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
+from stribeck.rig.track import Track, track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

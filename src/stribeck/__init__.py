@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from .errors import InputError
     from .friction import LAWS, Law
     from .identify.card import Card, card, read_card
-    from .identify.fit import Fit, identify
+    from .identify.fit import identify
+    from .identify.found import Fit
     from .identify.problem import problem
     from .identify.validate import validate
     from .optimize import METHODS, Run, Search, minimize
@@ -54,7 +55,7 @@ _HOMES = {
     "METHODS": "optimize",
     "RIGS": "rig",
     "Card": "identify.card",
-    "Fit": "identify.fit",
+    "Fit": "identify.found",
     "InputError": "errors",
     "Law": "friction",
     "Param": "space",
@@ -64,7 +65,6 @@ _HOMES = {
     "Search": "optimize",
     "Space": "space",
     "card": "identify.card",
-    "identify": "identify.fit",
     "minimize": "optimize",
     "problem": "identify.problem",
     "read": "data",
@@ -74,6 +74,8 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "identify":
+        return import_module(".identify", __name__)  # a package that can be called
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f".{_HOMES[name]}", __name__), name)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from .data import Recording
     from .identify.card import Card
-    from .identify.fit import Fit
+    from .identify.found import Fit
     from .identify.problem import Parameters
     from .rig import Rig
 

@@ -13,10 +13,10 @@ from ..data.segment import segment
 from ..rig.forced import Forced
 from ..space import Array
 from . import inverse
-from .fit import Fit
+from .found import Fit
 from .problem import Parameters, listed
+from .score import HeldOut, Score
 from .uncertainty import bound_warnings, correlation_warnings, estimates
-from .validate import HeldOut, Score
 
 
 def balanced(

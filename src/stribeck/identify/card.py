@@ -23,7 +23,7 @@ from ..units import convertible, unit
 from .problem import Parameters, parameters
 
 if TYPE_CHECKING:
-    from .fit import Fit
+    from .found import Fit
 
 #: What a person is told instead of the checker's own words.
 _WORDS = {

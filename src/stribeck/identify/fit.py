@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.random import SeedSequence
 
+from ..data.segment import noise, step
 from ..errors import InputError
 from ..friction import Law
-from ..optimize import Run, Search, Target, configure
+from ..optimize import Search, Target, configure, steps
 from ..rig import Rig
-from ..rig.slide_bed import SlideBed
+from ..rig.rig import Simulated
 from ..space import Array
+from ..units import unit
+from .balance import balanced
+from .found import Fit
 from .polish import Polished, polish_run
 from .problem import (
     MotionProblem,
@@ -27,6 +33,7 @@ from .problem import (
     ranges,
     stretches,
 )
+from .score import Score, held_out, scores
 from .uncertainty import (
     Estimate,
     bound_warnings,
@@ -34,87 +41,24 @@ from .uncertainty import (
     estimates,
     standard_errors,
 )
-from .validate import HeldOut, Score, held_out, scores
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
-    from .inverse import Balance
 
 #: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
 BUDGET, POLISH = 10_000, 2_400
 REPEATS = 3
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
+#: A misfit above this share of the best smooth motion's explains little.
+LITTLE = 0.5
+#: A misfit above this many times the sensor's own noise leaves something unexplained.
+NOISY = 1.5
 #: Stopping rule of the paper (section 4.4): J < 4.5 mm or 1000 rounds.
 PAPER_TARGET = 4.5
 
 Look = Callable[[Sequence[Search]], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """What an identification found, and what it rests on.
-
-    Args:
-        parameters: Which parameters were free, fixed and tied.
-        p: The complete parameter set found, SI.
-        estimates: The parameters one by one.
-        correlation: Of the free parameters' estimates, (dim, dim).
-        score: Misfit on the training data beside its baselines.
-        holdout: The same for each range held out.
-        runs: The searches, the best first.
-        polished: What polishing made of each run.
-        method: Name of the search method.
-        seed: Seed of the searches.
-        evaluations: Of the cost, in all.
-        seconds: Wall-clock time of the searches.
-        ended: Why the best search ended; "interrupted" if somebody stopped it.
-        train: The stretches it was trained on.
-        recordings: The logs.
-        warnings: What a reader must know, a sentence each.
-        balance: The force balance of a rig on the inverse road, else None.
-    """
-
-    parameters: Parameters
-    p: Array
-    estimates: tuple[Estimate, ...]
-    correlation: Array
-    score: Score
-    holdout: tuple[HeldOut, ...]
-    runs: tuple[Run, ...]
-    polished: tuple[Polished, ...]
-    method: str
-    seed: int | None
-    evaluations: int
-    seconds: float
-    ended: str
-    train: tuple[Stretch, ...]
-    train_ranges: tuple[Range, ...]
-    recordings: tuple[Recording, ...]
-    warnings: tuple[str, ...]
-    balance: Balance | None = field(default=None, repr=False)
-
-    @property
-    def rig(self) -> Rig:
-        """The rig."""
-        return self.parameters.rig
-
-    @property
-    def law(self) -> Law:
-        """The friction law."""
-        return self.parameters.law
-
-    def used(self, recording: Recording) -> int:
-        """How many samples of a recording the fit was trained on."""
-        if self.balance is not None:
-            return len(self.balance.signals[self.recordings.index(recording)].t)
-        return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The complete parameter set by name, SI."""
-        return self.parameters.values(self.p)
 
 
 def identify(
@@ -132,7 +76,7 @@ def identify(
     budget: int | None = None,
     repeats: int | None = None,
     target: float | None = None,
-    polishing: bool = True,
+    polishing: bool | None = None,
     settings: Mapping[str, Any] | None = None,
     look: Look | None = None,
 ) -> Fit:
@@ -157,7 +101,7 @@ def identify(
         budget: Evaluations of the cost for each repeat, polishing included; 10,000 by default.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
-        polishing: Whether least squares polishes what a search found.
+        polishing: Whether least squares polishes what a search found; it does by default.
         settings: Settings of the search method.
         look: Called with the searches after every step; a progress bar looks here.
 
@@ -168,16 +112,21 @@ def identify(
     logs = listed(recordings)
     made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
     trained, held = ranges(train, rig), ranges(holdout, rig)
-    if not isinstance(rig, SlideBed):
-        asked = {"method": method, "seed": seed, "budget": budget, "repeats": repeats,
-                 "target": target, "settings": settings or None}  # fmt: skip
+    if not isinstance(rig, Simulated):
+        asked = {
+            "method": method,
+            "seed": seed,
+            "budget": budget,
+            "repeats": repeats,
+            "target": target,
+            "polishing": polishing,
+            "settings": settings or None,
+        }
         if idle := [name for name, value in asked.items() if value is not None]:
             raise InputError(
                 f"rig {rig.name} is solved by least squares, without a search: "
                 f"{', '.join(idle)} does not apply"
             )
-        from .balance import balanced  # noqa: PLC0415 - scipy.signal, which a search never needs
-
         return balanced(made, logs, trained, held)
     train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r)]
     tests = [(r, stretches(logs, rig, r)) for r in held]
@@ -190,15 +139,16 @@ def identify(
         BUDGET if budget is None else budget,
         REPEATS if repeats is None else repeats,
         target,
-        polishing,
+        polishing is not False,
     )
+    began = time.perf_counter()
     searches = plan.searches(problem)
     interrupted = _run(problem, searches, look)
-    return _conclude(problem, plan, searches, tests, trained, logs, interrupted)
+    return _conclude(problem, plan, searches, tests, trained, logs, began, interrupted)
 
 
 def _check_used(
-    logs: Sequence[Recording], rig: SlideBed, seen: Sequence[Sequence[Stretch]], given: list[Range]
+    logs: Sequence[Recording], rig: Simulated, seen: Sequence[Sequence[Stretch]], given: list[Range]
 ) -> None:
     """Every log has a stretch that counts: what is passed over in silence is not missed."""
     for log in logs:
@@ -224,13 +174,13 @@ class _Plan:
         return min(POLISH, self.budget // 4) if self.polishing else 0
 
     def searches(self, problem: MotionProblem) -> list[Search]:
-        if self.repeats < 1:
-            raise InputError(f"repeats must be at least 1, got {self.repeats}")
-        if self.seed < 0:
-            raise InputError(f"seed must be a whole number >= 0, got {self.seed}")
+        for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
+            value = getattr(self, name)
+            if not isinstance(value, Integral) or value < least:
+                raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
         algorithm = configure(self.method, **self.settings)
         stops = [] if self.target is None else [Target(self.target)]
-        budget = self.budget - self.polish_budget() if self.budget > 0 else self.budget
+        budget = self.budget - self.polish_budget()
         return [
             Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
             for s in SeedSequence(self.seed).spawn(self.repeats)
@@ -240,12 +190,7 @@ class _Plan:
 def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
     """Advance all searches together until they have ended; True if somebody interrupted them."""
     try:
-        while live := [s for s in searches if s.ended is None]:
-            asked = [s.ask() for s in live]
-            costs = problem(np.concatenate(asked))
-            cuts = np.cumsum([len(a) for a in asked])[:-1]
-            for search, part in zip(live, np.split(costs, cuts), strict=True):
-                search.tell(part)
+        for _ in steps(problem, searches):
             if look is not None:
                 look(searches)
     except KeyboardInterrupt:
@@ -262,6 +207,7 @@ def _conclude(
     tests: Sequence[tuple[Range, list[Stretch]]],
     trained: Sequence[Range],
     logs: Sequence[Recording],
+    began: float,
     interrupted: bool,
 ) -> Fit:
     runs = [s.run() for s in searches]
@@ -277,6 +223,7 @@ def _conclude(
     except KeyboardInterrupt:
         interrupted = True
         done += (polish_run(problem, r, 0) for r in runs[len(done) :])
+    seconds = time.perf_counter() - began
     order = sorted(range(len(runs)), key=lambda k: done[k].cost)
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
@@ -285,8 +232,9 @@ def _conclude(
     errors, correlation = standard_errors(problem, best.x)
     rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
-    found = estimates(made, p, errors, spread, correlation)
     score = scores(made, p, problem.train)
+    doubtful = score.value > LITTLE * score.smooth
+    found = estimates(made, p, errors, spread, correlation, doubtful=doubtful)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
         parameters=made,
@@ -300,15 +248,32 @@ def _conclude(
         method=plan.method,
         seed=plan.seed,
         evaluations=sum(r.evaluations for r in runs) + sum(d.evaluations for d in done),
-        seconds=max(r.seconds for r in runs),
+        seconds=seconds,
         ended="interrupted" if interrupted else runs[0].ended,
         train=problem.train,
         train_ranges=tuple(trained),
         recordings=tuple(logs),
         warnings=tuple(
-            _warnings(made, found, correlation, score, problem.train, tests, logs, interrupted)
+            _warnings(
+                made,
+                found,
+                correlation,
+                score,
+                problem.train,
+                tests,
+                logs,
+                len(rivals),
+                len(runs),
+                interrupted,
+            )
         ),
     )
+
+
+def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
+    """What the sensors alone leave of J: noise and quantisation, in the unit of J."""
+    floors = [np.hypot(noise(log), step(log.position) / np.sqrt(12)) for log in logs]
+    return float(unit(rig.shows.get("position", "m")).from_si(max(floors)))
 
 
 def _warnings(
@@ -319,6 +284,8 @@ def _warnings(
     train: Sequence[Stretch],
     tests: Sequence[tuple[Range, list[Stretch]]],
     logs: Sequence[Recording],
+    rivals: int,
+    repeats: int,
     interrupted: bool,
 ) -> list[str]:
     said = []
@@ -326,10 +293,22 @@ def _warnings(
         said.append("interrupted: the search or its polishing had not ended")
     said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
-    if score.value > 0.5 * score.smooth:
+    floor = _noise_floor(made.rig, logs)
+    if score.value > LITTLE * score.smooth:
         said.append(
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
-            f"without stick-slip has {score.smooth:.3g} {score.unit}"
+            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats or --budget, "
+            "widen the ranges, or check the rig's constants and the units of the log"
+        )
+    elif score.value > NOISY * floor:
+        said.append(
+            f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
+            f"{score.unit}): the search has not found the best fit, or the rig leaves something out"
+        )
+    if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
+        said.append(
+            f"only 1 of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the answer is "
+            "not confirmed; raise --repeats"
         )
     seen = {s.direction for s in train}
     for within, held in tests:

@@ -14,9 +14,8 @@ from ..data.segment import segment
 from ..errors import InputError
 from ..friction import LAWS, Law
 from ..rig import RIGS, Rig
-from ..rig.kernel import Track, track
-from ..rig.rig import in_si
-from ..rig.slide_bed import SlideBed
+from ..rig.rig import Simulated, in_si
+from ..rig.track import Track, track
 from ..space import Array, Param, Space
 from ..units import unit
 
@@ -48,7 +47,7 @@ class Stretch:
 
 
 def stretches(
-    recordings: Sequence[Recording], rig: SlideBed, within: Range | None
+    recordings: Sequence[Recording], rig: Simulated, within: Range | None
 ) -> list[Stretch]:
     """The stretches of a range in all recordings, each from the last rest before it.
 
@@ -67,7 +66,7 @@ def stretches(
     return found
 
 
-def _stretches(recording: Recording, rig: SlideBed, within: Range | None) -> list[Stretch]:
+def _stretches(recording: Recording, rig: Simulated, within: Range | None) -> list[Stretch]:
     if recording.rotary:
         raise InputError(
             f"{recording.label}: its position is an angle, and rig {rig.name} is linear: "
@@ -219,7 +218,7 @@ class MotionProblem:
     """
 
     def __init__(self, made: Parameters, train: Sequence[Stretch]) -> None:
-        if not isinstance(made.rig, SlideBed):
+        if not isinstance(made.rig, Simulated):
             raise InputError(
                 f"rig {made.rig.name} is identified by force balance: it poses no search problem"
             )
@@ -275,7 +274,7 @@ def problem(
         tied: See `parameters`.
     """
     rig, law = chosen(rig, law)
-    if not isinstance(rig, SlideBed):
+    if not isinstance(rig, Simulated):
         raise InputError(
             f"rig {rig.name} is identified by force balance: it poses no search problem"
         )

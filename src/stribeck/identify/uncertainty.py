@@ -38,9 +38,10 @@ class Estimate:
             cut at the search range.
         high: Upper end.
         at_bound: Which end of its search range it sits at, if any.
-        verdict: `identified` if the interval is within 10 % of the value and the parameter
-            neither sits at a bound nor moves with another (correlation above 0.95); `weak` if
-            it is within 50 %.
+        verdict: `identified` if the interval is within 10 % of the value, the parameter neither
+            sits at a bound nor moves with another (correlation above 0.95), and a second
+            repeat fits as well; `weak` if it is within 50 %; nothing better than `not
+            identifiable` where the model as a whole explains little.
         unit: In which people see it.
     """
 
@@ -63,6 +64,7 @@ def estimates(
     correlation: Array,
     ends: Mapping[str, str] | None = None,
     robust: Array | None = None,
+    doubtful: bool = False,
 ) -> tuple[Estimate, ...]:
     """Every parameter with its interval, its bound and a verdict, in the order of `made.every`.
 
@@ -76,6 +78,7 @@ def estimates(
             lies within a thousandth of a range of its end counts as sitting there.
         robust: Standard errors for the intervals, where the usual ones are told beside them
             but known to be too small.
+        doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
     """
     within = errors if robust is None else robust
     free = {q.name: i for i, q in enumerate(made.free)}
@@ -92,9 +95,10 @@ def estimates(
         half = max(1.96 * float(within[i]), 2.0 * np.nan_to_num(wide))
         at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
         verdict: Verdict = "not identifiable"
-        if half <= WEAK * abs(value):
+        if half <= WEAK * abs(value) and not doubtful:
             sure = half <= IDENTIFIED * abs(value) and at is None and others[i] <= TOGETHER
-            verdict = "identified" if sure else "weak"
+            confirmed = robust is not None or np.isfinite(wide)  # a search has to find it twice
+            verdict = "identified" if sure and confirmed else "weak"
         low, high = max(value - half, param.lower), min(value + half, param.upper)
         found.append(Estimate(label, value, error, wide, low, high, at, verdict, written))
     return tuple(found)
@@ -128,16 +132,19 @@ def standard_errors(problem: MotionProblem, x: Array) -> tuple[Array, Array]:
     nudge = np.where(u + 1e-6 <= 1.0, 1e-6, -1e-6)
     width = np.diag(space.decode(u + np.diag(nudge)) - x) / nudge  # dx / du
     norms = np.linalg.norm(J, axis=0)
-    if not (np.isfinite(J).all() and (norms > 0).all()):
-        return np.full(space.dim, np.inf), np.eye(space.dim)
-    scaled = J / norms
+    errors, correlation = np.full(space.dim, np.inf), np.eye(space.dim)
+    seen = np.flatnonzero(norms > 1e-9 * norms.max())  # the data say nothing of the others
+    if not np.isfinite(J).all() or norms.max() == 0:
+        return errors, correlation
+    scaled = J[:, seen] / norms[seen]
     values, vectors = np.linalg.eigh(scaled.T @ scaled)
     if values[0] <= 1e-14 * values[-1]:
-        return np.full(space.dim, np.inf), np.eye(space.dim)
+        return errors, correlation
     inverse = (vectors / values) @ vectors.T
     spread = np.sqrt(np.diag(inverse))
-    errors = np.sqrt(variance) * spread / norms * np.abs(width)
-    return errors, inverse / np.outer(spread, spread)
+    errors[seen] = np.sqrt(variance) * spread / norms[seen] * np.abs(width[seen])
+    correlation[np.ix_(seen, seen)] = inverse / np.outer(spread, spread)
+    return errors, correlation
 
 
 def correlation_time(r: Array) -> float:

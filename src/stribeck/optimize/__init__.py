@@ -5,7 +5,7 @@ from .genetic import GeneticAlgorithm
 from .hybrid import ForagingTabuSearch
 from .methods import METHODS, configure, minimize
 from .random_search import RandomSearch
-from .search import Algorithm, Moves, Note, Problem, Run, Search, SearchError, Stop, lockstep
+from .search import Algorithm, Moves, Note, Problem, Run, Search, SearchError, Stop, lockstep, steps
 from .stops import Deadline, Stall, Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 from .trace import Trace
@@ -34,4 +34,5 @@ __all__ = [
     "configure",
     "lockstep",
     "minimize",
+    "steps",
 ]

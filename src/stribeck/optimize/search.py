@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -205,6 +205,13 @@ def lockstep(problem: Problem, searches: Iterable[Search]) -> list[Run]:
         InputError: the cost does not return one number for every row.
     """
     searches = list(searches)
+    for _ in steps(problem, searches):
+        pass
+    return [s.run() for s in searches]
+
+
+def steps(problem: Problem, searches: Sequence[Search]) -> Iterator[int]:
+    """The same a step at a time, for whoever wants to look in between: yields rows evaluated."""
     while live := [s for s in searches if not s.ended]:
         asked = [s.ask() for s in live]
         x = np.concatenate(asked)
@@ -212,7 +219,7 @@ def lockstep(problem: Problem, searches: Iterable[Search]) -> list[Run]:
         cuts = np.cumsum([len(a) for a in asked])[:-1]
         for search, part in zip(live, np.split(costs, cuts), strict=True):
             search.tell(part)
-    return [s.run() for s in searches]
+        yield len(x)
 
 
 def checked(costs: Any, rows: int) -> Array:

@@ -182,7 +182,7 @@ class AdaptiveTabuSearch:
             # Step 9: best_neighbor1 and its cost.
             costs = yield near
             best_neighbor1 = int(costs.argmin())
-            S1, J1 = near[best_neighbor1], float(costs[best_neighbor1])
+            S1, J1 = near[best_neighbor1].copy(), float(costs[best_neighbor1])
 
             # Step 10: the better of S0 and S1 stays, the other goes on the tabu list.
             if J1 < J0:

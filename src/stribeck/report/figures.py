@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from scipy.ndimage import minimum_filter1d
 from scipy.signal import savgol_filter
 
-from ..identify.validate import simulated
-from ..rig.slide_bed import SlideBed
+from ..identify.score import simulated
+from ..rig.rig import Simulated
 from ..units import unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..identify.fit import Fit
+    from ..identify.found import Fit
     from ..identify.problem import Stretch
     from ..rig import Motion
     from ..space import Array
@@ -103,7 +103,7 @@ def convergence(fit: Fit) -> Figure:
 def motion(fit: Fit, stretch: Stretch, model: Motion, title: str) -> Figure:
     """Displacement, its residual, and motor force against time (figures 5 to 8, b and c)."""
     rig = fit.rig
-    assert isinstance(rig, SlideBed)  # noqa: S101 - only such rigs are simulated
+    assert isinstance(rig, Simulated)  # noqa: S101 - only such rigs are simulated
     scale = unit(rig.shows.get("position", "m")).factor
     shown = rig.shows.get("position", "m")
     t, x = stretch.track.t, stretch.track.measured / scale
@@ -135,7 +135,8 @@ def motion(fit: Fit, stretch: Stretch, model: Motion, title: str) -> Figure:
 def friction(fit: Fit) -> Figure:
     """Friction against velocity: the law and what the measured motion implies (figure 9)."""
     figure, axes = _figure(6.4, 4.2)
-    points = [_measured_friction(fit, s) for s in fit.train]
+    points = [seen for s in fit.train if (seen := _measured_friction(fit, s)) is not None]
+    points = points or [(np.array([-reach(fit), reach(fit)]), np.full(2, np.nan))]
     v = np.concatenate([a for a, _ in points])
     F = np.concatenate([b for _, b in points])
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
@@ -154,24 +155,24 @@ def stribeck_curve(fit: Fit) -> Figure:
     p = fit.p[: len(fit.law.params)]
     named = dict(zip(fit.law.names, p, strict=True))
     v_SS = max((named[n] for n in named if n.startswith("v_SS")), default=None)
-    if v_SS is not None:
-        reach = 8 * v_SS
-    else:
-        reach = 0.05 if not fit.recordings else float(np.ptp(fit.recordings[0].position)) / 4
-    _law_curve(fit, axes, -reach, reach)
+    far = 8 * v_SS if v_SS is not None else reach(fit)
+    force = _force_unit(fit)
+    _law_curve(fit, axes, -far, far)
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
     minus, plus = fit.law.levels(p)
     axes.plot([0, 0], [minus, plus], "o", color=MODEL, ms=5, mfc="white")
     for level, sign, drop in ((plus, "+", -10), (minus, "-", 6)):
-        text = f"$F_{{S{sign}}}$ = {level:.4g} N" if v_SS else f"breakaway {level:.4g} N"
+        name = "breakaway" if v_SS is None else f"$F_{{S{sign}}}$ ="
+        text = f"{name} {level:.4g} {force}"
         axes.annotate(text, (0, level), (10, drop), textcoords="offset points", color=MODEL, size=9)
     for way in (1, -1) if v_SS is not None else ():
         side = "+" if way > 0 else "-"
         F_C = named.get("F_C", named.get(f"F_C{side}", np.nan))
         F_V = named.get("F_V", named.get(f"F_V{side}", np.nan))
-        v = np.array([0.0, way * reach])
+        v = np.array([0.0, way * far])
         axes.plot(v / scale, way * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
-        axes.annotate(f"$F_C$ = {F_C:.4g} N, slope $F_V$", (v[1] / scale, way * F_C + F_V * v[1]),
+        end = v[1] / scale, way * F_C + F_V * v[1]
+        axes.annotate(f"$F_C$ = {F_C:.4g} {force}, slope $F_V$", end,
                       (0, 8 * way if way > 0 else -14), textcoords="offset points", color=ACCENT,
                       fontsize=9, ha="right" if way > 0 else "left")  # fmt: skip
     axes.set(title=f"{fit.law.name}: the identified curve")
@@ -191,18 +192,30 @@ def _law_curve(fit: Fit, axes: Axes, low: float, high: float) -> None:
             label = None
     axes.axhline(0, color=INK, lw=0.8)
     axes.axvline(0, color=INK, lw=0.8)
-    force = "N m" if fit.recordings and fit.recordings[0].rotary else "N"
-    axes.set(xlabel=f"Velocity / {written.replace('mm/s', 'mm s⁻¹')}", ylabel=f"Friction / {force}")
+    axes.set(xlabel=f"Velocity / {written.replace('mm/s', 'mm s⁻¹')}")
+    axes.set(ylabel=f"Friction / {_force_unit(fit)}")
 
 
-def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array]:
+def reach(fit: Fit) -> float:
+    """The greatest speed of the training data, m/s (rad/s)."""
+    if fit.balance is not None:
+        return max(float(np.abs(b.velocity).max()) for b in fit.balance.signals)
+    motions = simulated(fit.parameters, fit.p, fit.train)
+    return max(float(np.abs(m.velocity).max()) for m in motions)
+
+
+def _force_unit(fit: Fit) -> str:
+    return "N m" if fit.recordings[0].rotary else "N"
+
+
+def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array] | None:
     """Velocity and friction in slip as the measurement implies them.
 
     Velocity and acceleration by local quadratics (Savitzky-Golay) over a tenth of a second or
-    nine new samples, whichever is longer.
+    nine new samples, whichever is longer. None if the rig cannot say or the stretch is too short.
     """
     rig, on = fit.rig, stretch.track
-    assert isinstance(rig, SlideBed)  # noqa: S101 - only such rigs are simulated
+    assert isinstance(rig, Simulated)  # noqa: S101 - only such rigs are simulated
     counts = on.score > 0
     t, x = on.t[counts], on.measured[counts]
     dt = float(np.median(np.diff(t)))
@@ -210,12 +223,14 @@ def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array]:
     x = np.interp(grid, t, x)
     width = max(9, 2 * int(0.05 / dt) + 1)
     if len(grid) <= width:
-        return np.zeros(1), np.zeros(1)
+        return None
     v = savgol_filter(x, width, 2, deriv=1, delta=dt)
     a = savgol_filter(x, width, 2, deriv=2, delta=dt)
     smooth = savgol_filter(x, width, 2)
     e = np.interp(grid, on.knots_t, on.knots_x) - smooth
     F = rig.friction(fit.law, fit.p, e, v, a)
+    if F is None:
+        return None
     # A window that reaches into a rest mixes both; only those wholly inside a slip are drawn.
     moving = minimum_filter1d(np.abs(v) > 0.05 * np.abs(v).max(), width)
     return v[moving], F[moving]
@@ -225,7 +240,7 @@ def _balance(fit: Fit) -> dict[str, Figure]:
     """The figures of a force balance: force and residual in time, and friction against speed."""
     assert fit.balance is not None  # noqa: S101 - drawn for such fits only
     figures = {}
-    force = "N m" if fit.recordings[0].rotary else "N"
+    force = _force_unit(fit)
     for k, (log, b) in enumerate(zip(fit.recordings, fit.balance.signals, strict=True), 1):
         figure = Figure(figsize=(7.2, 5.2), layout="constrained")
         top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])

@@ -12,7 +12,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..identify.fit import Fit
+    from ..identify.found import Fit
 
 
 def check_folder(folder: Path) -> None:

@@ -23,7 +23,7 @@ from ..rig.rig import shown_in
 if TYPE_CHECKING:
     from ..data.quality import Quality
     from ..identify.card import Card
-    from ..identify.fit import Fit
+    from ..identify.found import Fit
     from ..optimize import Search
 
 #: Seconds between lines of progress where there is no terminal.

@@ -86,8 +86,8 @@ class Emps(Forced):
     """
 
     def measured(self, recording: Recording) -> Array:
-        """The force of the drive, N: its column, or gtau times the voltage."""
-        if recording.force is None and recording.voltage is not None:
+        """The force of the drive, N: gtau times the voltage, or else its column."""
+        if recording.voltage is not None:
             return self["gtau"] * recording.voltage
         return super().measured(recording)
 

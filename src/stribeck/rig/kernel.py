@@ -20,10 +20,10 @@ from numba import boolean, float64, int64, njit, types, void
 
 from ..friction import SLIP_TYPE
 from ..space import Array
+from .track import Track
 
 if TYPE_CHECKING:
     from ..friction import Law
-    from .drive import Drive
 
 #: Error allowed in one step: position, m; velocity, m/s, and as a share of the velocity.
 TOLERANCE_X, TOLERANCE_V, TOLERANCE_V_SHARE = 1e-9, 1e-8, 1e-5
@@ -41,41 +41,6 @@ _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
 _W1 = float64[::1]
 _W2 = float64[:, ::1]
-
-
-class Track(NamedTuple):
-    """One stroke to simulate: its command, its samples, and what was measured there.
-
-    Args:
-        knots_t: Command knots, s.
-        knots_x: Command at the knots, m.
-        t: Sample times, s; the motion starts at rest at `t[0]`.
-        x0: Position at the start, m.
-        measured: Measured position at the samples, m.
-        score: 1.0 for a sample that counts in the misfit, 0.0 for one that does not.
-        sums: Prefix sums of score * (1, d, d^2) with d = measured - x0, shape (3, N + 1).
-    """
-
-    knots_t: Array
-    knots_x: Array
-    t: Array
-    x0: float
-    measured: Array
-    score: Array
-    sums: Array
-
-
-def track(
-    drive: Drive, t: Array, x0: float, measured: Array | None = None, score: Array | None = None
-) -> Track:
-    """Prepare a stroke: contiguous arrays and prefix sums."""
-    t = _rows_of(t)
-    measured = np.zeros(len(t)) if measured is None else _rows_of(measured)
-    score = np.ones(len(t)) if score is None else _rows_of(score)
-    d = measured - x0
-    sums = np.zeros((3, len(t) + 1))
-    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
-    return Track(_rows_of(drive.t), _rows_of(drive.x), t, float(x0), measured, score, sums)
 
 
 def from_zero(on: Track) -> Track:
@@ -581,8 +546,12 @@ def _rows(
 
 @cache
 def _workers() -> tuple[ThreadPoolExecutor, int]:
-    n = os.cpu_count() or 1
+    n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return ThreadPoolExecutor(n, thread_name_prefix="stribeck"), n
+
+
+if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads
+    os.register_at_fork(after_in_child=_workers.cache_clear)
 
 
 def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...]) -> None:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ..friction import Law
-    from .kernel import Track
+    from .track import Track
 
 
 def implicit(

@@ -8,10 +8,13 @@ from types import MappingProxyType
 from typing import Any, Literal, Self
 
 from ..data.recording import Recording
+from ..data.segment import rests
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param
 from ..units import convertible, unit
+from .drive import Drive
+from .track import Track, track
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,51 @@ class Rig:
 
     def _constants(self) -> str:
         return ", ".join(c.name for c in self.constants) or "none"
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated(Rig):
+    """A rig on the simulation road: its laws are identified by simulating the motion.
+
+    A new one says how it `move`s. The rest follows from that, and may be done faster.
+    """
+
+    def move(self, law: Law, p: Array, on: Track) -> Motion:
+        """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
+        del law, p, on
+        raise InputError(f"rig {self.name} does not say how it moves")
+
+    def drive(self, recording: Recording) -> Drive:
+        """What a recording's command asks of the axis."""
+        return Drive.of(recording)
+
+    def misfits(self, law: Law, p: Array, on: Track) -> Array:
+        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
+        miss = on.measured - self.move(law, p, on).position
+        total: Array = (on.score * miss * miss).sum(axis=1)
+        return total
+
+    def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array | None:
+        """The friction that a measured motion implies; None if this rig cannot say.
+
+        Args:
+            law: The law, for what else depends on it.
+            p: (k,) parameters.
+            e: Command minus position, m, (N,).
+            v: Velocity, m/s, (N,).
+            a: Acceleration, m/s^2, (N,).
+        """
+        del law, p, e, v, a
+        return None
+
+    def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
+        """The motion under a recording's command, from its first rest.
+
+        Where none is seen, from the mean of the first 50 samples (the paper's section 4.3, step 1).
+        """
+        first = next(iter(rests(recording)), slice(0, 50))
+        x0 = float(recording.position[first].mean())
+        return self.move(law, p, track(self.drive(recording), recording.t, x0))
 
 
 def shown_in(rig: Rig, param: Param, value: Any) -> Any:

@@ -13,8 +13,9 @@ from ..errors import InputError
 from ..space import Array, Param
 from . import reference
 from .drive import Drive
-from .kernel import Track, misfits, track, trajectories
-from .rig import Constant, Motion, Rig, constant
+from .kernel import misfits, trajectories
+from .rig import Constant, Motion, Simulated, constant
+from .track import Track
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -63,7 +64,7 @@ _GEAR: tuple[tuple[str, tuple[str, ...], Callable[..., float]], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class SlideBed(Rig):
+class SlideBed(Simulated):
     """Section 4 of the paper, read as docs/physics.md says: implicit motor inertia, then clamped.
 
     m a = F_motor - F_f_motor + F_sp - F_m - F_f with the stretch e = x_i - x_d, F_motor = k_hat e,
@@ -134,26 +135,18 @@ class SlideBed(Rig):
         """F_motor = k_hat e, the force that the motor current shows, at stretches e (m)."""
         return np.where(e > 0, self["k_hat+"], self["k_hat-"]) * e
 
-    def simulate(
-        self, law: Law, p: Array, recording: Recording, *, scheme: Scheme = "fast", dt: float = 1e-5
+    def move(
+        self, law: Law, p: Array, on: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
     ) -> Motion:
-        """Motion from rest at the mean of the first samples at rest (section 4.3, step 1).
+        """Motion over a prepared track, from rest at its start.
 
         Args:
             law: Any friction law.
             p: (n, k) parameter sets: the law's parameters, then the rig's own.
-            recording: Gives the command and the sample times.
+            on: Command and sample times.
             scheme: `fast`, `reference` (plain fixed steps) or `paper` (the printed procedure).
             dt: Step of the last two, s.
         """
-        drive = self.drive(recording)
-        on = track(drive, recording.t, start_position(recording))
-        return self.move(law, p, on, scheme=scheme, dt=dt)
-
-    def move(
-        self, law: Law, p: Array, on: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
-    ) -> Motion:
-        """Motion over a prepared track."""
         laws, c = self.split(law, p)
         if scheme == "fast":
             x, v = trajectories(law, laws, c, on)
@@ -184,11 +177,6 @@ class SlideBed(Rig):
             self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
         )
         return drive - motor - self["m"] * a
-
-
-def start_position(recording: Recording, first: int = 50) -> float:
-    """Mean of the first 50 positions (section 4.3, step 1)."""
-    return float(recording.position[:first].mean())
 
 
 SLIDE_BED = SlideBed(

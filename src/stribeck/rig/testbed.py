@@ -21,9 +21,9 @@ from ..errors import InputError
 from ..friction import LAWS, Law
 from ..space import Array
 from .drive import Drive
-from .kernel import track
 from .rig import Motion
 from .slide_bed import SLIDE_BED, SlideBed, published_both
+from .track import track
 
 Direction = Literal["up", "down", "both"]
 

@@ -1,0 +1,86 @@
+"""What an identification found, whichever road it took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ..friction import Law
+from ..optimize import Run
+from ..rig import Rig
+from ..space import Array
+from .polish import Polished
+from .problem import Parameters, Stretch
+from .score import HeldOut, Score
+from .uncertainty import Estimate
+
+if TYPE_CHECKING:
+    from ..data.ranges import Range
+    from ..data.recording import Recording
+    from .inverse import Balance
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What an identification found, and what it rests on.
+
+    Args:
+        parameters: Which parameters were free, fixed and tied.
+        p: The complete parameter set found, SI.
+        estimates: The parameters one by one.
+        correlation: Of the free parameters' estimates, (dim, dim).
+        score: Misfit on the training data beside its baselines.
+        holdout: The same for each range held out.
+        runs: The searches, the best first.
+        polished: What polishing made of each run.
+        method: Name of the search method.
+        seed: Seed of the searches.
+        evaluations: Of the cost, in all.
+        seconds: Wall-clock time of searching and polishing.
+        ended: Why the best search ended; "interrupted" if somebody stopped it.
+        train: The stretches it was trained on; none on the inverse road.
+        train_ranges: The ranges that were asked for; none means everything.
+        recordings: The logs.
+        warnings: What a reader must know, a sentence each.
+        balance: The force balance of a rig on the inverse road, else None.
+    """
+
+    parameters: Parameters
+    p: Array
+    estimates: tuple[Estimate, ...]
+    correlation: Array
+    score: Score
+    holdout: tuple[HeldOut, ...]
+    runs: tuple[Run, ...]
+    polished: tuple[Polished, ...]
+    method: str
+    seed: int | None
+    evaluations: int
+    seconds: float
+    ended: str
+    train: tuple[Stretch, ...]
+    train_ranges: tuple[Range, ...]
+    recordings: tuple[Recording, ...]
+    warnings: tuple[str, ...]
+    balance: Balance | None = field(default=None, repr=False)
+
+    @property
+    def rig(self) -> Rig:
+        """The rig."""
+        return self.parameters.rig
+
+    @property
+    def law(self) -> Law:
+        """The friction law."""
+        return self.parameters.law
+
+    def used(self, recording: Recording) -> int:
+        """How many samples of a recording the fit was trained on."""
+        if self.balance is not None:
+            return len(self.balance.signals[self.recordings.index(recording)].t)
+        return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The complete parameter set by name, SI."""
+        return self.parameters.values(self.p)

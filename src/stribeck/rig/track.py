@@ -1,0 +1,51 @@
+"""A stroke made ready to be simulated and compared with what was measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..space import Array
+
+if TYPE_CHECKING:
+    from .drive import Drive
+
+
+class Track(NamedTuple):
+    """One stroke to simulate: its command, its samples, and what was measured there.
+
+    Args:
+        knots_t: Command knots, s.
+        knots_x: Command at the knots, m.
+        t: Sample times, s; the motion starts at rest at `t[0]`.
+        x0: Position at the start, m.
+        measured: Measured position at the samples, m.
+        score: 1.0 for a sample that counts in the misfit, 0.0 for one that does not.
+        sums: Prefix sums of score * (1, d, d^2) with d = measured - x0, shape (3, N + 1).
+    """
+
+    knots_t: Array
+    knots_x: Array
+    t: Array
+    x0: float
+    measured: Array
+    score: Array
+    sums: Array
+
+
+def track(
+    drive: Drive, t: Array, x0: float, measured: Array | None = None, score: Array | None = None
+) -> Track:
+    """Prepare a stroke: contiguous arrays and prefix sums."""
+    t = _ready(t)
+    measured = np.zeros(len(t)) if measured is None else _ready(measured)
+    score = np.ones(len(t)) if score is None else _ready(score)
+    d = measured - x0
+    sums = np.zeros((3, len(t) + 1))
+    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
+    return Track(_ready(drive.t), _ready(drive.x), t, float(x0), measured, score, sums)
+
+
+def _ready(a: Any) -> Array:
+    return np.ascontiguousarray(a, dtype=float)

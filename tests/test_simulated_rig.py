@@ -1,0 +1,96 @@
+"""A rig of one's own: a class that says how it moves goes through everything else."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
+from stribeck.report.figures import draw
+from stribeck.rig.kernel import misfits
+from stribeck.rig.rig import Motion, Simulated, constant
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
+from stribeck.rig.testbed import TestBed
+from stribeck.rig.track import Track
+from stribeck.space import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Dragged(Simulated):
+    """A weightless sledge on a spring: it follows as soon as the spring overcomes friction."""
+
+    def move(self, law: Law, p: Array, on: Track) -> Motion:
+        command = np.interp(on.t, on.knots_t, on.knots_x)
+        x = np.full((len(p), len(on.t)), on.x0)
+        for row, one in enumerate(p):
+            low, high = (level / one[-1] for level in law.levels(one[:-1]))
+            for k in range(1, len(on.t)):
+                x[row, k] = min(max(x[row, k - 1], command[k] - high), command[k] - low)
+        return Motion(on.t, x, np.gradient(x, on.t, axis=1), p[:, -1:] * (command - x))
+
+
+SLEDGE = Dragged(
+    name="sledge",
+    road="simulation",
+    doc="a weightless sledge on a spring",
+    cite="this test",
+    constants=(constant("m", 0.0, "kg", "mass", "weightless"),),
+    params=(Param("k", 100.0, 1000.0, "N/m", doc="spring"),),
+    laws=("coulomb-viscous",),
+    ranges={"F_C": (1.0, 10.0)},
+    shows={"position": "mm", "velocity": "mm/s"},
+)
+
+
+@pytest.fixture
+def log() -> Recording:
+    t = np.arange(0.0, 20.0, 0.05)
+    command = 0.05 * np.sin(2 * np.pi * t / 10.0)
+    on = Track(t, command, t, 0.0, t, t, t[None])
+    x = SLEDGE.move(LAWS["coulomb-viscous"], np.array([[4.0, 0.0, 400.0]]), on).position[0]
+    return Recording(
+        t, x + 1e-5 * np.random.default_rng(0).standard_normal(len(t)), command=command
+    )
+
+
+def test_it_is_identified_and_drawn(log: Recording, tmp_path: Path) -> None:
+    fit = identify(
+        log, rig=SLEDGE, fixed={"F_V": 0.0, "k": 400.0}, method="random", budget=60, repeats=1
+    )
+    assert fit.values["F_C"] == pytest.approx(4.0, rel=0.01)
+    assert fit.score.value < 0.05 * fit.score.smooth
+    drawn = {file.stem for file in draw(fit, tmp_path)}
+    assert drawn == {"convergence", "training", "friction", "stribeck_curve"}
+
+
+def test_its_misfit_follows_from_its_motion(log: Recording) -> None:
+    on = problem(log, rig=SLEDGE)
+    x = on.space.decode(on.space.sample(np.random.default_rng(1), 5))
+    np.testing.assert_allclose(on(x), np.sqrt(np.mean(on.residuals(x) ** 2, axis=1)), rtol=1e-12)
+
+
+def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:
+    still = Simulated(name="still", road="simulation", doc="", cite="", laws=("coulomb-viscous",))
+    with pytest.raises(InputError, match="does not say how it moves"):
+        identify(log, rig=still, budget=10, repeats=1)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+@pytest.mark.filterwarnings("ignore:This process.*is multi-threaded:DeprecationWarning")
+def test_a_forked_child_simulates_too() -> None:
+    """Its parent's worker threads are gone; it must not wait for them."""
+    on = problem(TestBed().run("up", seed=1).recording, train="112:295").train[0].track
+    p, c = SLIDE_BED.split(LAWS["stribeck"], np.tile(PUBLISHED["right"], (64, 1)))
+    expected = misfits(LAWS["stribeck"], p, c, on)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        found = misfits(LAWS["stribeck"], p, c, on)
+        os.write(writer, b"same" if np.array_equal(found, expected) else b"other")
+        os._exit(0)
+    os.close(writer)
+    said = os.read(reader, 10)
+    os.waitpid(child, 0)
+    assert said == b"same"
