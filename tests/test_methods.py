@@ -19,10 +19,11 @@ from stribeck.optimize import (
     lockstep,
     minimize,
 )
+from stribeck.optimize.methods import unit_free
 from stribeck.space import Param, Space, box
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from stribeck.optimize import Run
     from stribeck.space import Array
@@ -374,3 +375,30 @@ def test_a_setting_out_of_range_is_refused_by_name(name: str, wrong: dict[str, A
 def test_stages_from_a_file_are_stages() -> None:
     listed = configure("ats", AR=[[2, 0.1], [1, 0.05]])
     assert listed == configure("ats", AR=((2.0, 0.1), (1.0, 0.05)))
+
+
+@pytest.mark.parametrize("method", ["ats", "abfo", "bts"])
+def test_minimize_does_not_know_the_unit_of_the_cost(method: str) -> None:
+    """The same points whether the cost is in metres or in micrometres."""
+
+    def valley(x: Array) -> Array:
+        return (1 - x[:, 0]) ** 2 + 100 * (x[:, 1] - x[:, 0] ** 2) ** 2
+
+    def scaled(c: float) -> Callable[[Array], Array]:
+        return lambda x: c * valley(x)
+
+    runs = [
+        minimize(scaled(c), [(-5, 5)] * 2, method=method, budget=2000, seed=3)
+        for c in (2.0**-20, 1.0, 2.0**20)
+    ]
+    assert all(np.array_equal(run.trace.u, runs[0].trace.u) for run in runs)
+
+
+def test_a_setting_of_a_group_brings_back_the_papers_others() -> None:
+    assert unit_free("bts", {"AR": ((1.0, 0.1),)}).get("AR_by") is None
+    assert unit_free("bts", {"alpha": 10.0}).keys() == {"alpha", "AR_by"}
+    assert unit_free("ga", {}) == {}
+    assert unit_free("bts", {"coordinates": "raw", "AR": ((1.0, 0.1),)}).keys() == {
+        "coordinates",
+        "AR",
+    }

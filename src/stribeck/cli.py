@@ -286,9 +286,9 @@ def validate(
     if max_error is not None:
         _above_zero("--max-error", max_error)
     _each_once("--range", range_)
-    written, made, p = _card(card)
+    written, made, _ = _card(card)
     recordings = _read(logs, made.rig, columns)
-    rows = validated(made, p, recordings, range_ or None)
+    rows = validated(written, recordings, range_ or None)
     for log, _, score in rows:
         if not math.isfinite(score.value):
             raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")

@@ -44,7 +44,7 @@ class Source:
     rows: int = 0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """One log of one axis, SI units, arrays read-only and of one length.
 
@@ -108,6 +108,10 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __repr__(self) -> str:
+        seconds, names = self.t[-1] - self.t[0], ", ".join(self.channels())
+        return f"<Recording {self.label}: {len(self)} samples in {seconds:.4g} s, {names}>"
 
     @property
     def label(self) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .inverse import Balance
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fit:
     """What an identification found, and what it rests on.
 
@@ -79,6 +79,15 @@ class Fit:
         if self.balance is not None:
             return len(self.balance.signals[self.recordings.index(recording)].t)
         return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
+
+    def model(self) -> tuple[Parameters, Array]:
+        """Rig and law, and the complete parameter set, SI: what `validate` takes."""
+        return self.parameters, self.p
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{n} = {v:.5g}" for n, v in self.values.items())
+        score = f"{self.score.name} = {self.score.value:.4g} {self.score.unit}"
+        return f"<Fit of {self.law.name} on {self.rig.name}: {found} (SI); {score}>"
 
     @property
     def values(self) -> dict[str, float]:

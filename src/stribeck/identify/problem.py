@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..data.segment import segment
 from ..errors import InputError
 from ..friction import LAWS, Law
 from ..rig import RIGS, Rig
+from ..rig.custom import rig_file
 from ..rig.rig import Simulated, in_si
 from ..rig.track import Track, track
 from ..space import Array, Param, Space
@@ -284,12 +286,14 @@ def problem(
 
 
 def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
-    """A rig and a law, looked up where they are names.
+    """A rig and a law, looked up where they are names; a rig may be a .toml file, too.
 
     Raises:
         InputError: there is none of that name.
     """
-    if isinstance(rig, str):
+    if isinstance(rig, str) and rig.endswith(".toml"):
+        rig = rig_file(Path(rig))
+    elif isinstance(rig, str):
         if rig not in RIGS:
             raise InputError(f"no rig {rig!r}: there are {', '.join(RIGS)}, or give a .toml file")
         rig = RIGS[rig]
@@ -316,6 +320,8 @@ def ranges(given: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[
     if isinstance(given, Range | str):
         given = [given]
     shown = rig.shows.get("position", "m")
+    if not all(isinstance(g, Range | str) for g in given):
+        raise InputError(f"range {given!r}: write it as '112:295' ({shown}) or '10s:40s'")
     return [g if isinstance(g, Range) else Range.parse(g, shown) for g in given]
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ..rig.rig import Simulated
 from ..space import Array
 from .balance import balance_scores
-from .problem import Parameters, parts, stretches
+from .problem import Parameters, listed, parts, stretches
 from .score import Score, scores
 
 if TYPE_CHECKING:
@@ -16,36 +16,37 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
 
 
+class Model(Protocol):
+    """What can be held against data: a card, or a fit."""
+
+    def model(self) -> tuple[Parameters, Array]:
+        """Rig and law, and the complete parameter set, SI."""
+
+
 def validate(
-    made: Parameters,
-    p: Array,
-    recordings: Sequence[Recording],
+    model: Model,
+    recordings: Recording | Sequence[Recording],
     within: Sequence[Range | str] | Range | str | None = None,
 ) -> list[tuple[str, str, Score]]:
-    """The misfit of a complete parameter set (SI) on recordings: (log, range, score) a row.
+    """The misfit of an identified model on recordings: (log, range, score) a row.
 
     Args:
-        made: Rig and law, as a card's `model()` gives them.
-        p: (k,) parameters.
+        model: A card or a fit.
         recordings: Logs to hold the model against.
         within: Ranges to look at; each log as a whole by default.
 
     Raises:
         InputError: a log lacks what the rig needs, or holds no motion in a range.
     """
-    wanted = parts(within, made.rig)
-    if isinstance(made.rig, Simulated):
-        return [
-            (
-                log.label,
-                r.text if r is not None else "all",
-                scores(made, p, stretches([log], made.rig, r)),
-            )
-            for log in recordings
-            for r in wanted
-        ]
+    made, p = model.model()
     return [
-        (log.label, r.text if r is not None else "all", balance_scores(made, p, log, r))
-        for log in recordings
-        for r in wanted
+        (log.label, r.text if r is not None else "all", _score(made, p, log, r))
+        for log in listed(recordings)
+        for r in parts(within, made.rig)
     ]
+
+
+def _score(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
+    if isinstance(made.rig, Simulated):
+        return scores(made, p, stretches([log], made.rig, within))
+    return balance_scores(made, p, log, within)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -49,6 +49,30 @@ def configure(method: str, **settings: Any) -> Algorithm:
     return algorithm
 
 
+#: Readings that do not depend on the unit of the cost, and the settings whose place they take:
+#: stages that begin with a deadlock, a swarm whose step is scaled by its own first costs.
+UNIT_FREE: tuple[tuple[dict[str, Any], frozenset[str]], ...] = (
+    ({"AR_by": "deadlock"}, frozenset({"AR", "AR_by", "radius_from"})),
+    (
+        {"alpha": None, "step": 0.1, "d_attract": 0.0, "h_repellant": 0.0},
+        frozenset(
+            {"alpha", "step", "J_target", "coordinates"}
+            | {"d_attract", "w_attract", "h_repellant", "w_repellant"}
+        ),
+    ),
+)
+
+
+def unit_free(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Settings, with the readings of UNIT_FREE for the groups of which nothing was given."""
+    known = {f.name for f in fields(METHODS[method])} if method in METHODS else set()  # type: ignore[arg-type]
+    chosen = dict(settings)
+    for reading, group in UNIT_FREE:
+        if set(reading) <= known and not group & set(settings):
+            chosen |= reading
+    return chosen
+
+
 def minimize(
     cost: Callable[[Array], Array],
     bounds: Space | Array | Sequence[tuple[float, float]],
@@ -62,10 +86,10 @@ def minimize(
 ) -> Run:
     """Search for the least cost over a box.
 
-    The paper's constants are costs of its own problem, in mm: the AR stages of `ats`, and alpha
-    and the signals of `abfo`; `bts` has them all. For a cost in another unit give your own, or
-    take the readings that do not depend on the unit: `AR_by="deadlock"` for the stages, and
-    `alpha=None, step=0.1, d_attract=0, h_repellant=0` for the swarm.
+    Some of the paper's constants are costs of its own problem, in mm: the AR stages of `ats`,
+    alpha and the signals of `abfo`; `bts` has them all. Here, where nobody knows the unit of the
+    cost, the readings in UNIT_FREE take their place, group by group, unless a setting of that
+    group is given; `configure(method)` is the method as the paper has it.
 
     Args:
         cost: (n, dim) values to (n,) costs; rows are independent. What is not finite counts
@@ -82,7 +106,7 @@ def minimize(
         InputError: the method, a setting, the bounds or the cost's answer cannot be used.
     """
     space = box(bounds)  # type: ignore[arg-type]
-    algorithm = configure(method, **settings)
+    algorithm = configure(method, **unit_free(method, settings))
     if target is not None:
         stops = [Target(target), *stops]
     search = Search(space, algorithm, budget=budget, seed=seed, stops=stops)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
     from ..identify.problem import Stretch
     from ..rig import Motion
     from ..space import Array
+
+#: Names of the files that `draw` makes.
+DRAWN = re.compile(
+    r"(convergence|training(_\d+)?|holdout_.+|force(_\d+)?|friction|stribeck_curve)\.(png|svg)"
+)
 
 INK, MEASURED, MODEL, COMMAND, ACCENT = "#1b1f24", "#7a8794", "#c2410c", "#b8c0c8", "#1d4ed8"
 _REPEATS = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
@@ -141,7 +147,7 @@ def friction(fit: Fit) -> Figure:
     F = np.concatenate([b for _, b in points])
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
     axes.plot(v / scale, F, ".", color=MEASURED, ms=2.5, alpha=0.7,
-              label="from the measured motion and force")  # fmt: skip
+              label="what the measured motion implies")  # fmt: skip
     low, high = min(v.min(), 0.0), max(v.max(), 0.0)
     _law_curve(fit, axes, low, high)
     axes.legend()

@@ -79,10 +79,14 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
 
 
 def write_figures(fit: Fit, folder: Path) -> None:
-    """Draw a fit's figures into a folder."""
-    from .figures import draw  # noqa: PLC0415 - matplotlib comes late on purpose
+    """Draw a fit's figures into a folder, in place of those of an earlier fit."""
+    from .figures import DRAWN, draw  # noqa: PLC0415 - matplotlib comes late on purpose
 
-    write_files(folder, lambda place: draw(fit, place))
+    drawn: list[str] = []
+    write_files(folder, lambda place: drawn.extend(file.name for file in draw(fit, place)))
+    for file in folder.iterdir():
+        if DRAWN.fullmatch(file.name) and file.name not in drawn:
+            file.unlink()
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
