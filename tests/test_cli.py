@@ -232,7 +232,7 @@ def test_every_setting_of_every_method_has_a_meaning(
     for name in METHODS:
         said = stribeck_("methods", name).out
         for setting in fields(METHODS[name]):  # type: ignore[arg-type]
-            row = rf"^ *{setting.name} +(\S+|\(.*\)|<.*>) +[A-Z]\S+"
+            row = rf'^ *{setting.name} +(\S+|\(.*\)|<.*>) +[A-Z"]\S+'
             assert re.search(row, said, re.MULTILINE), f"{name}: {setting.name}"
 
 
