@@ -129,7 +129,8 @@ def motion(fit: Fit, stretch: Stretch, model: Motion, title: str) -> Figure:
     middle.set(ylabel=f"Residual / {shown}", title=f"RMS {rms:.3g} {shown}")
     if not counts[0]:
         for axes in (top, middle, bottom):
-            axes.axvspan(t[0], t[counts][0], color="#f1f4f6", zorder=0)
+            axes.axvspan(t[0], t[counts][0], color="#f1f4f6", zorder=0, label="not scored")
+        top.legend(loc="best")
     rows = slice(stretch.begin, stretch.rows.stop)
     if stretch.recording.force is not None:
         bottom.plot(t, stretch.recording.force[rows], ".", color=MEASURED, ms=2.5, label="measured")
