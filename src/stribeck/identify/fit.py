@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
 
 #: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
-BUDGET, POLISH = 10_000, 2_400
+BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
@@ -98,7 +98,7 @@ def identify(
         bounds: Search ranges that replace the rig's, in the units the rig shows.
         tied: Parameters that equal others.
         seed: Seed of all repeats; 0 by default.
-        budget: Evaluations of the cost for each repeat, polishing included; 10,000 by default.
+        budget: Evaluations of the cost for each repeat, polishing included; 8,000 by default.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
         polishing: Whether least squares polishes what a search found; it does by default.

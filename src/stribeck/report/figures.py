@@ -67,6 +67,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     FigureCanvasAgg(figure)
     files = [folder / f"{name}.png", folder / f"{name}.svg"]
     figure.savefig(files[0], dpi=160, metadata={"Software": None})
+    figure.set_layout_engine("none")  # it has done its work: the SVG has the same layout
     figure.savefig(files[1], metadata={"Date": None, "Creator": None})
     return files
 
@@ -118,12 +119,12 @@ def motion(fit: Fit, stretch: Stretch, model: Motion, title: str) -> Figure:
     figure = Figure(figsize=(7.2, 6.2), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=[3, 1, 2])
     top.plot(t, command, color=COMMAND, ls="--", lw=1.2, label="command")
-    top.plot(t, x, ".", color=MEASURED, ms=2.5, label="measured")
+    top.plot(t, x, ".", color=MEASURED, rasterized=True, ms=2.5, label="measured")
     top.plot(t, simulated_x, color=MODEL, label="model")
     top.set(ylabel=f"Displacement / {shown}", title=title)
     top.legend(loc="best")
     counts = stretch.track.score > 0
-    middle.plot(t[counts], (x - simulated_x)[counts], ".", color=MEASURED, ms=2)
+    middle.plot(t[counts], (x - simulated_x)[counts], ".", color=MEASURED, rasterized=True, ms=2)
     middle.axhline(0, color=INK, lw=0.8)
     rms = float(np.sqrt(np.mean((x - simulated_x)[counts] ** 2)))
     middle.set(ylabel=f"Residual / {shown}", title=f"RMS {rms:.3g} {shown}")
@@ -133,7 +134,15 @@ def motion(fit: Fit, stretch: Stretch, model: Motion, title: str) -> Figure:
         top.legend(loc="best")
     rows = slice(stretch.begin, stretch.rows.stop)
     if stretch.recording.force is not None:
-        bottom.plot(t, stretch.recording.force[rows], ".", color=MEASURED, ms=2.5, label="measured")
+        bottom.plot(
+            t,
+            stretch.recording.force[rows],
+            ".",
+            color=MEASURED,
+            rasterized=True,
+            ms=2.5,
+            label="measured",
+        )
     bottom.plot(t, model.force[0], color=MODEL, label="model")
     bottom.set(xlabel="Time / s", ylabel="Motor force / N", title="Force exerted by the motor")
     return figure
@@ -147,7 +156,7 @@ def friction(fit: Fit) -> Figure:
     v = np.concatenate([a for a, _ in points])
     F = np.concatenate([b for _, b in points])
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
-    axes.plot(v / scale, F, ".", color=MEASURED, ms=2.5, alpha=0.7,
+    axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2.5, alpha=0.7,
               label="what the measured motion implies")  # fmt: skip
     low, high = min(v.min(), 0.0), max(v.max(), 0.0)
     _law_curve(fit, axes, low, high)
@@ -255,7 +264,7 @@ def _balance(fit: Fit) -> dict[str, Figure]:
         top.plot(b.t, b.predicted, color=MODEL, lw=1.0, label="model")
         top.set(ylabel=f"Force / {force}", title=f"Force balance: {log.label}")
         top.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
-        below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, ms=2)
+        below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, rasterized=True, ms=2)
         below.axhline(0, color=INK, lw=0.8)
         below.set(xlabel="Time / s", ylabel=f"Residual / {force}")
         below.set_title(f"Relative error {fit.balance.relative_error:.4g} %")
@@ -264,7 +273,7 @@ def _balance(fit: Fit) -> dict[str, Figure]:
     scale = unit(fit.rig.shows.get("velocity", "m/s")).factor
     v = np.concatenate([b.velocity for b in fit.balance.signals])
     F = np.concatenate([b.friction for b in fit.balance.signals])
-    axes.plot(v / scale, F, ".", color=MEASURED, ms=2, alpha=0.6,
+    axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2, alpha=0.6,
               label="measured force less inertia and offset")  # fmt: skip
     _law_curve(fit, axes, float(v.min()), float(v.max()))
     axes.set(title="Friction against velocity")
