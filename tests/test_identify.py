@@ -203,6 +203,7 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
         ({"fixed": {"F_X": 1.0}}, "no parameter 'F_X'"),
         ({"fixed": {"F_S": float("nan")}}, "finite"),
         ({"fixed": {"F_S": 30.0}}, "physical"),
+        ({"fixed": {"k_spring": -1.0}}, "below 0"),
         ({"bounds": {"F_S": (2.0, 1.0)}}, "not below"),
         ({"bounds": {"F_S": (1.0, float("inf"))}}, "finite"),
         ({"tied": {"F_S": "F_V"}}, "cannot be tied"),

@@ -122,7 +122,12 @@ def box(bounds: Space | Array | list[tuple[float, float]]) -> Space:
     """
     if isinstance(bounds, Space):
         return bounds
-    pairs = np.asarray(bounds, dtype=float)
+    try:
+        pairs = np.asarray(bounds, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"bounds must be (lower, upper) pairs of numbers, got {bounds!r}"
+        ) from None
     if pairs.ndim != 2 or pairs.shape[1] != 2:  # noqa: PLR2004 - a pair has two ends
         raise InputError(f"bounds must be (lower, upper) pairs, got shape {pairs.shape}")
     return Space(tuple(Param(f"x{i}", lo, hi) for i, (lo, hi) in enumerate(pairs.tolist(), 1)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -131,8 +130,3 @@ def _signed(param: Param, sign: str) -> Param:
         param.fixed,
         f"{param.doc}, {where}",
     )
-
-
-def same_direction(v: float) -> float:
-    """+1.0 or -1.0: the direction of motion, or of impending motion for a signed zero."""
-    return math.copysign(1.0, v)

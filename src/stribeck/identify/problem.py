@@ -176,9 +176,11 @@ def parameters(
     free = tuple(p for n, p in every.items() if n not in values and n not in tied)
     if not free:
         raise InputError(f"law {law.name} on rig {rig.name}: no parameter is left to be found")
-    bad = [n for n, v in values.items() if not np.isfinite(v)]
-    if bad:
-        raise InputError(f"{bad[0]} is set to {values[bad[0]]}: it must be a finite number")
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise InputError(f"{name} is set to {value}: it must be a finite number")
+        if value < 0 <= every[name].lower:
+            raise InputError(f"{name} is set to {value}: it must not be below 0")
     made = Parameters(rig, law, tuple(every.values()), free, values, tied)
     _check_meaning(made)
     return made

@@ -87,11 +87,3 @@ def write_figures(fit: Fit, folder: Path) -> None:
     for file in folder.iterdir():
         if DRAWN.fullmatch(file.name) and file.name not in drawn:
             file.unlink()
-
-
-def write_fit(fit: Fit, folder: Path) -> None:
-    """Write a fit's card and figures into a folder, the card first."""
-    from ..identify.card import card  # noqa: PLC0415 - pydantic comes late on purpose
-
-    write_text(folder / "card.json", card(fit).text())
-    write_figures(fit, folder)
