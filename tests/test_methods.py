@@ -406,5 +406,5 @@ def test_a_setting_of_a_group_brings_back_the_papers_others() -> None:
 
 @pytest.mark.parametrize("bounds", [[(0, 1), (0,)], [("a", "b")], None, [1, 2], [(1, 0)]])
 def test_bounds_that_are_no_pairs_are_refused(bounds: Any) -> None:
-    with pytest.raises(InputError, match="bounds|below"):
+    with pytest.raises(InputError, match=r"bounds|below"):
         minimize(lambda x: x[:, 0], bounds, budget=5)
