@@ -10,6 +10,7 @@ import numpy as np
 from ..data.ranges import Range, windows
 from ..data.recording import Recording
 from ..data.segment import segment
+from ..errors import InputError
 from ..rig.forced import Forced
 from ..space import Array
 from . import inverse
@@ -29,6 +30,7 @@ def balanced(
     """
     rig = _forced(made)
     chosen, rows = _rows(logs, train)
+    _check_used(logs, chosen, [*train, *holdout])
     fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
     found = inverse.balance(chosen, made.law, rig, params=fixed, tied=made.tied, rows=rows)
     free = [found.names.index(q.name) for q in made.free]
@@ -71,6 +73,15 @@ def balanced(
     )
 
 
+def _check_used(
+    logs: Sequence[Recording], chosen: Sequence[Recording], within: Sequence[Range]
+) -> None:
+    """Every log has samples in some range: what is passed over in silence is not missed."""
+    for log in logs:
+        if not any(log is one for one in chosen):
+            _rows([log], within)  # says why not
+
+
 def balance_scores(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
     """The relative error of the force of a parameter set (SI) on a log or a range of it."""
     return _held_out(made, p, [log], within).score
@@ -103,7 +114,7 @@ def _rows(
         return logs, [None] * len(logs)
     chosen: list[Recording] = []
     masks: list[inverse.Rows | None] = []
-    refused: Exception | None = None
+    refused: InputError | None = None
     for log in logs:
         mask = np.zeros(len(log), dtype=bool)
         found = segment(log)
@@ -111,7 +122,7 @@ def _rows(
             try:
                 for window in windows(log, r, found):
                     mask[window.rows] = True
-            except ValueError as error:
+            except InputError as error:  # told by the caller, unless another log passes
                 refused = refused or error
         if mask.any():
             chosen.append(log)
