@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 #: Step of the finite differences, as a share of a parameter's range: its effect on the motion
 #: is far above the integration error and far below the noise.
 STEP = 1e-4
+#: Places of a search that are polished at most, and rounds each must be able to afford.
+MOST_STARTS, FEWEST_ROUNDS = 8, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +36,7 @@ class Polished:
     evaluations: int
 
 
-def elite(trace: Trace, most: int = 8, apart: float = 0.3) -> tuple[Array, Array]:
+def elite(trace: Trace, most: int, apart: float = 0.3) -> tuple[Array, Array]:
     """The best points of a search that lie apart from each other in the unit cube, best first.
 
     A stick-slip misfit has many basins; the best point of a search may sit in a poor one.
@@ -53,7 +55,8 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     """Polish the elite of a search, the allowance dealt out evenly, and return the best."""
     if allowance < 1 or not np.isfinite(run.cost):
         return Polished(run.x, run.cost, 0)
-    u, costs = elite(run.trace)
+    most = allowance // (FEWEST_ROUNDS * (problem.space.dim + 1))
+    u, costs = elite(run.trace, min(max(most, 1), MOST_STARTS))
     done = [
         polish(problem, x, float(J), allowance // len(u))
         for x, J in zip(problem.space.decode(u), costs, strict=True)
