@@ -1,0 +1,448 @@
+"""A campaign file: which methods on which problems, how often, how far."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from importlib.resources import files
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..data.page import page
+from ..errors import InputError
+from ..optimize import METHODS, configure
+from ..optimize.methods import unit_free
+from ..space import Array
+from .problems import SLIDE_BED, TRAINING, Problem, problem
+from .record import Job
+from .surfaces import SURFACES
+
+#: Runs of a campaign beyond which a file is more likely wrong than ambitious.
+MOST = 1_000_000
+#: The functions of the BBOB suite.
+BBOB = range(1, 25)
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Whole = Annotated[int, Field(strict=True, ge=1)]
+Seed = Annotated[int, Field(strict=True, ge=0)]
+Label = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[\w.+ -]+$")]
+Settings = dict[str, Any]
+
+
+class _Table(BaseModel):
+    """A table that has no other words than these."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class _Budget(_Table):
+    """How many evaluations a run may spend."""
+
+    budget: Whole | None = None
+    budget_per_dim: Whole | None = None
+
+
+class _Problem(_Budget):
+    """`[[problem]]`: one problem, or all that its lists span."""
+
+    name: Label | None = None
+    surface: str | list[str] | None = None
+    bbob: Whole | list[Whole] | None = None
+    dim: Whole | list[Whole] = 2
+    twin: Seed | Literal["each"] | None = None
+    direction: str | list[str] = "right"
+    instance: Whole | Literal["each"] = "each"
+    target: Finite | Literal["none"] | None = None
+
+
+class _Method(_Table):
+    """`[[method]]`: a method with its settings, on all problems or on some."""
+
+    name: Label
+    method: str | None = None
+    like: str | None = None
+    unit_free: bool = False
+    settings: Settings = {}
+    on: dict[str, Settings] = {}
+    problems: list[str] | None = None
+    budget: Whole | None = None
+    budget_per_dim: Whole | None = None
+
+
+class _Precisions(_Table):
+    """`targets = { from = 1e2, to = 1e-8, count = 51 }`: evenly spaced on a log axis."""
+
+    first: Finite = Field(alias="from", gt=0)
+    last: Finite = Field(alias="to", gt=0)
+    count: Whole = 51
+
+
+class _File(_Budget):
+    """The whole file."""
+
+    name: Label
+    doc: str = ""
+    seed: Seed = 0
+    repeats: Whole = 1
+    targets: list[Annotated[Finite, Field(gt=0)]] | _Precisions = _Precisions.model_validate(
+        {"from": 1e2, "to": 1e-8}
+    )
+    problem: Annotated[list[_Problem], Field(min_length=1)]
+    method: Annotated[list[_Method], Field(min_length=1)]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A problem of a campaign.
+
+    Args:
+        label: Its name in tables.
+        spec: What `problem` makes it of; "each" stands for a value that changes with the repeat.
+        budget: Evaluations a run may spend.
+        target: Where a run ends; None takes the problem's own.
+        open_end: A run goes on to its budget whatever it has found.
+    """
+
+    label: str
+    spec: Mapping[str, Any]
+    budget: int
+    target: float | None = None
+    open_end: bool = False
+
+    def surface(self, repeat: int) -> dict[str, Any]:
+        """The problem's table in one of the repeats."""
+        first = {"twin": 0, "instance": 1}  # instances of the suite count from 1
+        return {k: first[k] + repeat if v == "each" else v for k, v in self.spec.items()}
+
+    @property
+    def dim(self) -> int:
+        """Its dimension."""
+        return self.problem(0).space.dim
+
+    def problem(self, repeat: int) -> Problem:
+        """The problem itself."""
+        return problem(self.surface(repeat))
+
+    @property
+    def instanced(self) -> bool:
+        """Whether each repeat is another instance, which all methods share."""
+        return "each" in self.spec.values()
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A method of a campaign.
+
+    Args:
+        label: Its name in tables.
+        method: Its name in METHODS, or among the peers.
+        settings: Its settings on all problems.
+        on: What differs on some of them.
+        unit_free: Whether readings that do not depend on the unit of a cost take the place of
+            the paper's constants, see `optimize.methods.unit_free`.
+        problems: The labels of the problems it is run on; None for all.
+        budget: Evaluations a run may spend; None takes the problem's.
+        budget_per_dim: The same times the dimension.
+    """
+
+    label: str
+    method: str
+    settings: Settings = field(default_factory=dict)
+    on: Mapping[str, Settings] = field(default_factory=dict)
+    unit_free: bool = False
+    problems: tuple[str, ...] | None = None
+    budget: int | None = None
+    budget_per_dim: int | None = None
+
+    def table(self, label: str) -> dict[str, Any]:
+        """What a job carries of it on a problem: name and settings."""
+        said: dict[str, Any] = {"name": self.method}
+        settings = self.settings | self.on.get(label, {})
+        if self.unit_free:
+            settings = unit_free(self.method, settings)
+        return said | {"settings": settings}
+
+    def runs_on(self, label: str) -> bool:
+        """Whether it is run on a problem."""
+        return self.problems is None or label in self.problems
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Methods on problems, each `repeats` times: a table of jobs.
+
+    Args:
+        name: Its name.
+        doc: What it is for.
+        seed: All of its random numbers hang on it.
+        repeats: Runs of a cell.
+        precisions: Distances from the minimum that the ECDF looks at, falling; shape (k,).
+        tasks: The problems.
+        entries: The methods.
+        text: The file it was read from.
+    """
+
+    name: str
+    doc: str
+    seed: int
+    repeats: int
+    precisions: Array = field(repr=False)
+    tasks: tuple[Task, ...]
+    entries: tuple[Entry, ...]
+    text: str = field(default="", repr=False)
+
+    def jobs(self) -> Iterator[Job]:
+        """Every job: repeats outermost, so that a campaign cut short has some of every cell."""
+        for repeat in range(self.repeats):
+            for task in self.tasks:
+                on, spec = task.problem(repeat), task.surface(repeat)
+                target = on.J_min if task.target is None else task.target
+                for entry in self.entries:
+                    if entry.runs_on(task.label):
+                        yield Job(
+                            problem=task.label,
+                            algorithm=entry.label,
+                            repeat=repeat,
+                            seed=self.seed,
+                            budget=self.budget(task, entry),
+                            target=None if task.open_end else target,
+                            minimum=on.minimum,
+                            surface=spec,
+                            method=entry.table(task.label),
+                        )
+
+    def budget(self, task: Task, entry: Entry) -> int:
+        """Evaluations a run of the method on the problem may spend."""
+        if entry.budget_per_dim is not None:
+            return entry.budget_per_dim * task.dim
+        return task.budget if entry.budget is None else entry.budget
+
+    def trials(self, repeats: int) -> Campaign:
+        """The same with another number of repeats.
+
+        Raises:
+            InputError: there is not at least one.
+        """
+        if repeats < 1:
+            raise InputError(f"--trials must be at least 1, got {repeats}")
+        return replace(self, repeats=repeats)
+
+    @property
+    def cells(self) -> list[tuple[str, str]]:
+        """(problem, algorithm) of every cell, in order."""
+        return [(t.label, e.label) for t in self.tasks for e in self.entries if e.runs_on(t.label)]
+
+
+def shipped() -> dict[str, str]:
+    """The campaigns that come with the package: name to text."""
+    folder = files("stribeck.bench").joinpath("campaigns")
+    found = {f.name.removesuffix(".toml"): f for f in folder.iterdir() if f.name.endswith(".toml")}
+    return {name: found[name].read_text(encoding="utf-8") for name in sorted(found)}
+
+
+def campaign(given: str | Path) -> Campaign:
+    """A campaign by its name among `shipped`, or from a TOML file.
+
+    Raises:
+        InputError: no such campaign, or something in the file cannot be used: one line that
+            says what and where.
+    """
+    if isinstance(given, str) and given in (ours := shipped()):
+        text = ours[given]
+    elif str(given).endswith(".toml"):
+        try:
+            text = page(Path(given))
+        except InputError as error:
+            raise InputError(f"{given}: {error}") from error
+    else:
+        raise InputError(
+            f"no campaign {str(given)!r}: there are {', '.join(shipped())}; "
+            "one of your own is a file that ends in .toml"
+        )
+    try:
+        return parsed(text)
+    except InputError as error:
+        raise InputError(f"{given}: {error}") from error
+
+
+def parsed(text: str) -> Campaign:
+    """A campaign from the text of its file.
+
+    Raises:
+        InputError: see `campaign`.
+    """
+    try:
+        said = _File.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise InputError(_first(error)) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"not TOML: {error}") from error
+    tasks = tuple(task for p in said.problem for task in _tasks(p, said))
+    labels = [t.label for t in tasks]
+    _once(labels, "problem")
+    _once([m.name for m in said.method], "method")
+    made = Campaign(
+        name=said.name,
+        doc=" ".join(said.doc.split()),
+        seed=said.seed,
+        repeats=said.repeats,
+        precisions=_precisions(said.targets),
+        tasks=tasks,
+        entries=tuple(_entries(said.method, labels)),
+        text=text,
+    )
+    if (runs := made.repeats * len(made.cells)) > MOST:
+        raise InputError(f"asks for {runs:,} runs: at most {MOST:,} make a campaign")
+    if not made.cells:
+        raise InputError("no method is run on any problem")
+    for task in tasks:
+        task.problem(0)  # says what is wrong with it
+        for entry in made.entries:
+            if entry.runs_on(task.label):
+                _check_method(entry, task)
+    return made
+
+
+def _tasks(said: _Problem, file: _File) -> Iterator[Task]:
+    """All problems that the lists of a table span."""
+    if (said.surface is None) == (said.bbob is None):
+        raise InputError("problem: name a surface or a bbob function, one of them")
+    for spec in _bbob(said) if said.bbob is not None else _surfaces(said):
+        label = said.name or _label(spec)
+        task = Task(label, spec, 1, None if said.target == "none" else said.target)
+        yield replace(task, budget=_budget(task, said, file), open_end=said.target == "none")
+
+
+def _surfaces(said: _Problem) -> Iterator[dict[str, Any]]:
+    for name, dim in product(_listed(said.surface), _listed(said.dim)):
+        if name == SLIDE_BED:
+            for direction in _listed(said.direction):
+                if direction not in TRAINING:
+                    raise InputError(
+                        f"problem: direction: no {direction!r}: there are {', '.join(TRAINING)}"
+                    )
+                yield {"surface": name, "direction": direction, "twin": said.twin}
+        elif name in SURFACES:
+            yield {"surface": name, "dim": dim, "twin": said.twin}
+        else:
+            known = ", ".join([*SURFACES, SLIDE_BED])
+            raise InputError(f"problem: no surface {name!r}: there are {known}")
+
+
+def _bbob(said: _Problem) -> Iterator[dict[str, Any]]:
+    for dim, function in product(_listed(said.dim), _listed(said.bbob)):
+        if function not in BBOB:
+            raise InputError(f"problem: bbob has functions 1 to 24, got {function}")
+        yield {"bbob": function, "dim": dim, "instance": said.instance}
+
+
+def _label(spec: Mapping[str, Any]) -> str:
+    if "bbob" in spec:
+        instance = "" if spec["instance"] == "each" else f"-i{spec['instance']}"
+        return f"f{spec['bbob']:02}-d{spec['dim']}{instance}"
+    if spec["surface"] == SLIDE_BED:
+        stem = f"{SLIDE_BED}-{spec['direction']}"
+    else:
+        stem = spec["surface"] + (f"-d{spec['dim']}" if spec["dim"] != 2 else "")  # noqa: PLR2004
+    twin = spec["twin"]
+    return stem if twin is None else f"{stem}-twin" + ("" if twin == "each" else str(twin))
+
+
+def _budget(task: Task, *levels: _Budget) -> int:
+    """The budget of the first level that has one."""
+    for level in levels:
+        if level.budget is not None and level.budget_per_dim is not None:
+            raise InputError("give budget or budget_per_dim, not both")
+        if level.budget is not None:
+            return level.budget
+        if level.budget_per_dim is not None:
+            return level.budget_per_dim * task.dim
+    raise InputError(f"problem {task.label!r} has no budget: give one for all, budget = 10000")
+
+
+def _entries(methods: list[_Method], labels: list[str]) -> Iterator[Entry]:
+    """The methods in order, each with what it takes over from the one it is like."""
+    made: dict[str, Entry] = {}
+    for said in methods:
+        where = f"method {said.name!r}"
+        if (said.method is None) == (said.like is None):
+            raise InputError(f"{where}: give its method, or the one above that it is like")
+        for label in [*said.on, *(said.problems or [])]:
+            if label not in labels:
+                raise InputError(f"{where}: no problem {label!r}: there are {_few(labels)}")
+        if said.budget is not None and said.budget_per_dim is not None:
+            raise InputError(f"{where}: give budget or budget_per_dim, not both")
+        if said.like is not None and said.like not in made:
+            raise InputError(f"{where}: no method {said.like!r} above it to be like")
+        parent = made[said.like] if said.like is not None else Entry("", str(said.method))
+        own_budget = said.budget is not None or said.budget_per_dim is not None
+        made[said.name] = Entry(
+            label=said.name,
+            method=parent.method,
+            settings=parent.settings | said.settings,
+            on={k: parent.on.get(k, {}) | said.on.get(k, {}) for k in {**parent.on, **said.on}},
+            unit_free=parent.unit_free or said.unit_free,
+            problems=parent.problems if said.problems is None else tuple(said.problems),
+            budget=said.budget if own_budget else parent.budget,
+            budget_per_dim=said.budget_per_dim if own_budget else parent.budget_per_dim,
+        )
+        yield made[said.name]
+
+
+def _check_method(entry: Entry, task: Task) -> None:
+    table = entry.table(task.label)
+    try:
+        if entry.method in METHODS:
+            configure(entry.method, **table["settings"])
+        else:
+            from .peers import check  # noqa: PLC0415 - the peers' libraries are an extra
+
+            check(entry.method, table["settings"])
+    except InputError as error:
+        raise InputError(f"method {entry.label!r} on {task.label}: {error}") from error
+
+
+def _precisions(said: list[float] | _Precisions) -> Array:
+    if isinstance(said, _Precisions):
+        return np.geomspace(said.first, said.last, said.count)
+    if not said:
+        raise InputError("targets: give at least one precision")
+    return np.array(sorted(set(said), reverse=True))
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _once(labels: list[str], kind: str) -> None:
+    if doubled := [label for label in dict.fromkeys(labels) if labels.count(label) > 1]:
+        raise InputError(f"{kind} {doubled[0]!r} is there twice: give one of them another name")
+
+
+def _few(labels: list[str], most: int = 8) -> str:
+    return ", ".join(labels[:most]) + (", ..." if len(labels) > most else "")
+
+
+#: What a person is told instead of the checker's own words.
+_WORDS = {
+    "missing": "is missing",
+    "extra_forbidden": "there is no such word here",
+    "string_pattern_mismatch": "may have letters, digits, space and . + - _ only",
+    "too_short": "needs at least one",
+}
+
+
+def _first(error: ValidationError) -> str:
+    """The first thing wrong, as one line."""
+    first = error.errors()[0]
+    # A union reports each of its members: the path ends where the file's own words end.
+    path = [p for p in first["loc"] if isinstance(p, int) or str(p).isidentifier()]
+    where = "".join(f"[{p + 1}]" if isinstance(p, int) else f".{p}" for p in path).lstrip(".")
+    what = _WORDS.get(first["type"], first["msg"][:1].lower() + first["msg"][1:])
+    got = "" if first["type"] in _WORDS else f", got {first['input']!r}"
+    return f"{where}: {what}{got}"
