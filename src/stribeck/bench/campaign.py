@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..optimize import METHODS, configure
 from ..optimize.methods import unit_free
 from ..space import Array
-from .problems import SLIDE_BED, TRAINING, Problem, problem
+from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
 from .record import Job
 from .surfaces import SURFACES
 
@@ -200,8 +200,9 @@ class Campaign:
         """Every job: repeats outermost, so that a campaign cut short has some of every cell."""
         for repeat in range(self.repeats):
             for task in self.tasks:
-                on, spec = task.problem(repeat), task.surface(repeat)
-                target = on.J_min if task.target is None else task.target
+                spec = task.surface(repeat)
+                minimum, J_min = answer(spec)
+                target = J_min if task.target is None else task.target
                 for entry in self.entries:
                     if entry.runs_on(task.label):
                         yield Job(
@@ -211,7 +212,7 @@ class Campaign:
                             seed=self.seed,
                             budget=self.budget(task, entry),
                             target=None if task.open_end else target,
-                            minimum=on.minimum,
+                            minimum=minimum,
                             surface=spec,
                             method=entry.table(task.label),
                         )
