@@ -1,0 +1,135 @@
+"""The program that runs jobs for others: a job a line goes in, an outcome a line comes out.
+
+    python -m stribeck.bench.worker
+
+Its first line says what it runs with, see `software`. It ends, whatever it is at, when its input
+ends: no worker outlives the program that started it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from importlib.metadata import version
+from queue import SimpleQueue
+from threading import Lock, Thread
+from typing import IO
+
+from .. import __version__
+from ..errors import InputError
+from .record import Failure, Job, Record
+from .runner import run
+
+#: Libraries of others keep state for the whole process: in one process jobs run one by one.
+_ALONE = Lock()
+
+
+def answer(text: str) -> str:
+    """Run a job.
+
+    Args:
+        text: The job's text.
+
+    Returns:
+        One line: its record's text, or that of a failure.
+    """
+    with _ALONE:
+        try:
+            return run(Job.parse(text)).text
+        except InputError as error:
+            return refusal(str(error))
+        except Exception as error:  # noqa: BLE001 - one bad cell does not end a campaign
+            return refusal(f"{type(error).__name__}: {error}")
+
+
+def refusal(message: str) -> str:
+    """The line that says why a job has no record."""
+    return json.dumps({"failure": one_line(message)})
+
+
+def outcome(job: Job, line: str) -> Record | Failure:
+    """What a job's line says.
+
+    Raises:
+        ValueError: it is not the outcome of this job.
+    """
+    try:
+        said = json.loads(line)
+        if set(said) == {"failure"}:
+            return Failure(job, str(said["failure"]))
+        record = Record.parse(line)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"not an outcome: {line[:60]!r}") from error
+    if record.job.key != job.key:
+        raise ValueError(f"the outcome of another job: {record.job.cell}")
+    return record
+
+
+def one_line(text: str) -> str:
+    """A message on one line that a table can hold."""
+    return " ".join(text.split())[:500]
+
+
+def errand(text: str, needs: str) -> str:
+    """Run a job where we may have come from elsewhere.
+
+    Args:
+        text: The job's text.
+        needs: The `software` that its record must be made with.
+
+    Returns:
+        Its `answer`.
+
+    Raises:
+        InputError: the software here is another.
+    """
+    if (have := software()) != needs:
+        raise InputError(f"a worker runs {have}: the campaign runs {needs}")
+    return answer(text)
+
+
+def software() -> str:
+    """What the numbers of a record hang on: where it is equal, so are the records."""
+    libraries = (f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
+    return ", ".join([f"stribeck {__version__}", *libraries])
+
+
+def main() -> None:
+    """Answer jobs until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it reaches us too: the driver decides
+    asked, said = _own(0, "r"), _own(1, "w")
+    jobs = SimpleQueue[str]()
+    Thread(target=_listen, args=(asked, jobs), daemon=True).start()
+    _say(said, software())
+    while True:
+        _say(said, answer(jobs.get()))
+
+
+def _own(fd: int, mode: str) -> IO[str]:
+    """A pipe that is ours alone: what a library reads is empty, what it prints goes to stderr."""
+    pipe = os.fdopen(os.dup(fd), mode, encoding="utf-8", newline="\n")
+    if fd == 0:
+        with open(os.devnull, encoding="utf-8") as nothing:  # noqa: PTH123 - not a file
+            os.dup2(nothing.fileno(), 0)
+    else:
+        os.dup2(2, fd)
+    return pipe
+
+
+def _say(pipe: IO[str], line: str) -> None:
+    try:
+        pipe.write(f"{line}\n")
+        pipe.flush()
+    except OSError:
+        os._exit(1)  # nobody listens any more
+
+
+def _listen(pipe: IO[str], jobs: SimpleQueue[str]) -> None:
+    for line in pipe:
+        jobs.put(line)
+    os._exit(0)  # not sys.exit: the job in progress is of no use to anyone
+
+
+if __name__ == "__main__":
+    main()
