@@ -430,7 +430,8 @@ def _unstaffed(address: str) -> str:
 
 def _cannot(address: str, error: BaseException) -> str:
     return one_line(
-        f"dask://{address}: a worker cannot run our jobs, is stribeck installed there? "
+        f"dask://{address}: a worker or the scheduler cannot import or run our jobs, "
+        f"is the same stribeck installed there? "
         f"{type(error).__name__}: {error}"
     )
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+from collections.abc import Callable
 from importlib.metadata import version
 from queue import SimpleQueue
 from threading import Lock, Thread
@@ -19,7 +20,6 @@ from typing import IO
 from .. import __version__
 from ..errors import InputError
 from .record import Failure, Job, Record
-from .runner import run
 
 #: Libraries of others keep state for the whole process: in one process jobs run one by one.
 _ALONE = Lock()
@@ -34,6 +34,7 @@ def answer(text: str) -> str:
     Returns:
         One line: its record's text, or that of a failure.
     """
+    run = _runner()
     with _ALONE:
         try:
             return run(Job.parse(text)).text
@@ -41,6 +42,16 @@ def answer(text: str) -> str:
             return refusal(str(error))
         except Exception as error:  # noqa: BLE001 - one bad cell does not end a campaign
             return refusal(f"{type(error).__name__}: {error}")
+
+
+def _runner() -> Callable[[Job], Record]:
+    """The function that runs jobs, with all that it needs.
+
+    It is not imported above: a Dask scheduler imports this file and runs nothing.
+    """
+    from .runner import run  # noqa: PLC0415
+
+    return run
 
 
 def refusal(message: str) -> str:
@@ -98,6 +109,7 @@ def software() -> str:
 def main() -> None:
     """Answer jobs until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it reaches us too: the driver decides
+    _runner()
     asked, said = _own(0, "r"), _own(1, "w")
     jobs = SimpleQueue[str]()
     Thread(target=_listen, args=(asked, jobs), daemon=True).start()
