@@ -1,0 +1,497 @@
+"""Other people's optimizers, run under our rules: our counter, our budget, our target, our seed.
+
+Every peer works on the unit cube, as our own methods do, so that it meets the same problem at the
+same scale. A point outside is clipped into the cube before it is evaluated (differences for a
+gradient step over the edge), a coordinate that is not a number to 0. A cost that is not finite is
+handed on as inf. Batches are cut to the budget before they are evaluated; a target is looked for
+after each batch, as `Search` does.
+
+A peer that ends by itself with budget left begins anew with a fresh stream of random numbers, as
+its user would; where that would bring the same points again, the run is "exhausted".
+
+Hyper-parameters are the library's defaults. What a peer may be told is the keyword arguments of
+its function below.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import itertools
+import logging
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ..errors import InputError
+from ..optimize import Problem, Target, Trace
+from ..optimize.search import checked
+from ..space import Array, Rng
+
+
+class _Over(BaseException):
+    """The budget is spent or the target met. No library's `except Exception` may hold it up."""
+
+
+class _Counter:
+    """A problem as a peer sees it: it counts, keeps the trace and says when it is over.
+
+    Args:
+        problem: What is searched.
+        budget: Rows that may be evaluated.
+        target: Cost at or below which the run ends; None to go on.
+    """
+
+    def __init__(self, problem: Problem, budget: int, target: float | None) -> None:
+        self.problem, self.budget = problem, budget
+        self.target = None if target is None else Target(target)
+        self.dim = problem.space.dim
+        self.trace = Trace(self.dim)
+        self.ended: str | None = None
+        self.failure: Exception | None = None
+        self._rounds = 0
+        self._note: dict[str, Any] = {}
+
+    @property
+    def left(self) -> int:
+        """Rows that may still be evaluated."""
+        return self.budget - len(self.trace)
+
+    def note(self, **said: Any) -> None:
+        """Say something of the step that comes next."""
+        self._note |= said
+
+    def round(self) -> None:
+        """The next step opens a round of search."""
+        self._rounds += 1
+        self.note(round=self._rounds)
+
+    def restarted(self) -> None:
+        """The next step begins anew."""
+        self.note(event="restart")
+
+    def generation(self, u: Any) -> Array:
+        """A batch that is a round of search."""
+        self.round()
+        return self.batch(u)
+
+    def batch(self, u: Any) -> Array:
+        """(n, dim) points to (n,) costs.
+
+        Raises:
+            _Over: nothing may be evaluated any more; always raised by the last batch.
+        """
+        if self.ended or self.failure:
+            raise _Over
+        u = np.asarray(u, dtype=float).reshape(-1, self.dim)[: self.left]
+        u = np.clip(np.where(np.isnan(u), 0.0, u), 0.0, 1.0)
+        try:
+            costs = checked(self.problem(self.problem.space.decode(u)), len(u)).copy()
+        except Exception as failure:
+            self.failure = failure  # libraries have a way of renaming what passes through them
+            raise
+        costs[~np.isfinite(costs)] = np.inf
+        self.trace.append(u, costs, dict(self._note))
+        self._note.clear()
+        if self.target and (word := self.target(self.trace)):
+            self.ended = word
+        elif not self.left:
+            self.ended = "budget"
+        if self.ended:
+            raise _Over
+        return costs
+
+    def one(self, u: Any) -> float:
+        """(dim,) point to its cost."""
+        return float(self.batch(u)[0])
+
+
+def _scipy_de(
+    count: _Counter,
+    rng: Rng,
+    *,
+    strategy: str = "best1bin",
+    popsize: int = 15,
+    tol: float = 0.01,
+    mutation: float | tuple[float, float] = (0.5, 1.0),
+    recombination: float = 0.7,
+    polish: bool = True,
+    init: str = "latinhypercube",
+) -> None:
+    """`scipy.optimize.differential_evolution`, one point at a time (`updating="immediate"`).
+
+    Its own end is the spread of its population; the polish that follows (L-BFGS-B) is counted,
+    as a round of its own. scipy speaks after each generation, so the first is not told apart
+    from the start.
+    """
+    optimize = _library("scipy.optimize")
+    optimize.differential_evolution(
+        count.one,
+        [(0.0, 1.0)] * count.dim,
+        strategy=strategy,
+        popsize=popsize,
+        tol=tol,
+        mutation=mutation,
+        recombination=recombination,
+        polish=polish,
+        init=init,
+        maxiter=count.left,
+        callback=lambda *_, **__: count.round(),
+        rng=rng,
+    )
+
+
+def _dual_annealing(
+    count: _Counter,
+    rng: Rng,
+    *,
+    initial_temp: float = 5230.0,
+    restart_temp_ratio: float = 2e-5,
+    visit: float = 2.62,
+    accept: float = -5.0,
+    no_local_search: bool = False,
+) -> None:
+    """`scipy.optimize.dual_annealing`; its iterations are not told apart.
+
+    Where a thousand points in a row have no finite cost it gives up with an error: an end.
+    """
+    optimize = _library("scipy.optimize")
+    before = len(count.trace)
+    try:
+        optimize.dual_annealing(
+            count.one,
+            [(0.0, 1.0)] * count.dim,
+            maxiter=count.left,
+            maxfun=count.left + 1,
+            initial_temp=initial_temp,
+            restart_temp_ratio=restart_temp_ratio,
+            visit=visit,
+            accept=accept,
+            no_local_search=no_local_search,
+            rng=rng,
+        )
+    except ValueError:
+        if np.isfinite(count.trace.f[before:]).any() or len(count.trace) == before:
+            raise
+
+
+def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: int = 100) -> None:
+    """`scipy.optimize.shgo`, refined until the budget is spent; nothing in it is random.
+
+    What it costs itself grows faster than the budget: in five dimensions 0.1 ms an evaluation
+    for 2000 evaluations, 11 ms for 20 000.
+    `n` is sampling points an iteration; scipy reads 100 with "simplicial" as 2**dim + 1.
+    """
+    del rng
+    optimize = _library("scipy.optimize")
+    optimize.shgo(
+        count.one,
+        [(0.0, 1.0)] * count.dim,
+        n=n,
+        sampling_method=sampling_method,
+        options={"maxfev": count.left + 1},
+    )
+
+
+def _direct(count: _Counter, rng: Rng, *, eps: float = 1e-4, locally_biased: bool = True) -> None:
+    """`scipy.optimize.direct`, its tolerances at 0; nothing in it is random."""
+    del rng
+    optimize = _library("scipy.optimize")
+    optimize.direct(
+        count.one,
+        [(0.0, 1.0)] * count.dim,
+        eps=eps,
+        locally_biased=locally_biased,
+        maxfun=count.left + 1,
+        maxiter=count.left + 1,
+        vol_tol=0.0,
+        len_tol=0.0,
+    )
+
+
+def _cma_ipop(
+    count: _Counter,
+    rng: Rng,
+    *,
+    sigma0: float = 0.25,
+    popsize: int | None = None,
+    restarts: int = 9,
+) -> None:
+    """`cma.fmin2`, restarted with twice the population each time (Auger and Hansen, CEC 2005).
+
+    Each start is uniform in the cube, with a step of `sigma0`.
+    """
+    _cma(count, rng, sigma0, popsize, restarts, bipop=False)
+
+
+def _cma_bipop(
+    count: _Counter,
+    rng: Rng,
+    *,
+    sigma0: float = 0.25,
+    popsize: int | None = None,
+    restarts: int = 9,
+) -> None:
+    """`cma.fmin2(bipop=True)`: large and small populations in turn (Hansen, GECCO 2009)."""
+    _cma(count, rng, sigma0, popsize, restarts, bipop=True)
+
+
+def _cma(
+    count: _Counter, rng: Rng, sigma0: float, popsize: int | None, restarts: int, *, bipop: bool
+) -> None:
+    if not sigma0 > 0:  # pycma goes on with it
+        raise InputError(f"sigma0 is a length of the unit cube above 0, got {sigma0!r}")
+    cma = _library("cma")
+    options = {
+        "bounds": [0.0, 1.0],
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "seed": float("nan"),  # of the global generator, which `randn` replaces
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+        "signals_filename": None,
+    }
+    starts = itertools.count()
+    cma.fmin2(
+        count.one,  # the mean that a start ends with
+        lambda: rng.random(count.dim),
+        sigma0,
+        options | ({"popsize": popsize} if popsize else {}),
+        restarts=restarts,
+        bipop=bipop,
+        parallel_objective=lambda points: count.generation(points).tolist(),
+        init_callback=lambda _: count.restarted() if next(starts) else None,
+    )
+
+
+def _pymoo_ga(count: _Counter, rng: Rng, *, pop_size: int = 100) -> None:
+    """The `GA` of pymoo. It goes on until the budget is spent: its default end is before 1e-6."""
+    ga = _library("pymoo.algorithms.soo.nonconvex.ga")
+    # Its default operators are shared between all instances: here are others like them.
+    crossover = _library("pymoo.operators.crossover.sbx").SBX()
+    mutation = _library("pymoo.operators.mutation.pm").PM()
+    _pymoo(count, rng, ga.GA(pop_size=pop_size, crossover=crossover, mutation=mutation))
+
+
+def _pymoo_de(
+    count: _Counter, rng: Rng, *, pop_size: int = 100, variant: str = "DE/best/1/bin"
+) -> None:
+    """The `DE` of pymoo. It goes on until the budget is spent: its default end is before 1e-6."""
+    de = _library("pymoo.algorithms.soo.nonconvex.de")
+    _pymoo(count, rng, de.DE(pop_size=pop_size, variant=variant))
+
+
+def _pymoo(count: _Counter, rng: Rng, algorithm: Any) -> None:
+    problem = _library("pymoo.core.problem").Problem(n_var=count.dim, n_obj=1, xl=0.0, xu=1.0)
+    endless = _library("pymoo.core.termination").NoTermination()
+    algorithm.termination = endless
+    algorithm.setup(problem, seed=_whole(rng))
+    static = _library("pymoo.problems.static").StaticProblem
+    while (asked := algorithm.ask()) is not None and len(asked):
+        costs = count.batch(asked.get("X"))
+        algorithm.evaluator.eval(static(problem, F=costs[:, None]), asked)
+        algorithm.tell(infills=asked)
+        count.round()
+
+
+def _niapy_bfo(
+    count: _Counter,
+    rng: Rng,
+    *,
+    population_size: int = 50,
+    n_chemotactic: int = 100,
+    n_swim: int = 4,
+    n_reproduction: int = 4,
+    prob_elimination: float = 0.25,
+    step_size: float = 0.1,
+    swarming: bool = True,
+    d_attract: float = 0.1,
+    w_attract: float = 0.2,
+    h_repel: float = 0.1,
+    w_repel: float = 10.0,
+) -> None:
+    """NiaPy's `BacterialForagingOptimization`; its step and signals are lengths of the cube.
+
+    It has no end of its own (`n_elimination` is never read there), and its task answers inf
+    once a budget of its own is spent: it is given none.
+    """
+    with _logging_kept():
+        bfo = _library("niapy.algorithms.basic.bfo")
+        core, task = _library("niapy.problems"), _library("niapy.task")
+        callbacks = _library("niapy.callbacks")
+    counted = type("Counted", (core.Problem,), {"_evaluate": lambda _, x: count.one(x)})
+    rounds = callbacks.Callback()
+    rounds.before_iteration = lambda *_, **__: count.round()
+    swarm = bfo.BacterialForagingOptimization(
+        population_size=population_size,
+        n_chemotactic=n_chemotactic,
+        n_swim=n_swim,
+        n_reproduction=n_reproduction,
+        prob_elimination=prob_elimination,
+        step_size=step_size,
+        swarming=swarming,
+        d_attract=d_attract,
+        w_attract=w_attract,
+        h_repel=h_repel,
+        w_repel=w_repel,
+        seed=_whole(rng),
+        callbacks=[rounds],
+    )
+    swarm.run(task.Task(counted(dimension=count.dim, lower=0.0, upper=1.0)))
+    if swarm.bad_run():  # what it swallows off the main thread
+        raise swarm.exception
+
+
+@dataclass(frozen=True)
+class _Peer:
+    """How a peer is run, and whether another run brings other points."""
+
+    run: Callable[..., None]
+    random: bool = True
+
+    @property
+    def settings(self) -> Mapping[str, inspect.Parameter]:
+        """What it may be told: the keyword arguments of its function."""
+        told = inspect.signature(self.run).parameters
+        return {n: p for n, p in told.items() if p.kind is p.KEYWORD_ONLY}
+
+
+#: The peers by the name that a campaign gives them.
+PEERS: dict[str, _Peer] = {
+    "scipy-de": _Peer(_scipy_de),
+    "dual-annealing": _Peer(_dual_annealing),
+    "shgo": _Peer(_shgo, random=False),
+    "direct": _Peer(_direct, random=False),
+    "cma-ipop": _Peer(_cma_ipop),
+    "cma-bipop": _Peer(_cma_bipop),
+    "pymoo-ga": _Peer(_pymoo_ga),
+    "pymoo-de": _Peer(_pymoo_de),
+    "niapy-bfo": _Peer(_niapy_bfo),
+}
+
+
+def search(
+    name: str,
+    problem: Problem,
+    *,
+    budget: int,
+    target: float | None,
+    seed: SeedSequence,
+    **settings: Any,
+) -> tuple[Trace, str]:
+    """Search with a peer.
+
+    Args:
+        name: A name in PEERS.
+        problem: What is searched.
+        budget: Rows of cost that may be evaluated; kept exactly, the last batch is cut.
+        target: End with the batch that brings a cost at or below it; None to go on.
+        seed: The source of everything random; not changed.
+        settings: Hyper-parameters of the peer.
+
+    Returns:
+        The trace, and why it ended: "target", "budget", or "exhausted" where the peer ended
+        by itself and would only do the same again.
+
+    Raises:
+        InputError: there is no such peer or setting, its library is missing, or it refuses
+            the settings.
+    """
+    peer = _peer(name, settings)
+    if budget < 1:
+        raise InputError(f"budget must be a whole number of evaluations >= 1, got {budget!r}")
+    count = _Counter(problem, budget, target)
+    for stream in _streams(seed):
+        before = len(count.trace)
+        _once(name, peer, count, stream, settings)
+        if count.ended:
+            return count.trace, count.ended
+        if not peer.random or len(count.trace) == before:
+            return count.trace, "exhausted"
+        count.restarted()
+    raise AssertionError("streams never end")
+
+
+def _peer(name: str, settings: Mapping[str, Any]) -> _Peer:
+    if name not in PEERS:
+        raise InputError(f"no method {name!r}: other people's are {', '.join(PEERS)}")
+    known = PEERS[name].settings
+    for given in settings:
+        if given not in known:
+            raise InputError(f"{name} has no setting {given!r}: it has {', '.join(known)}")
+    return PEERS[name]
+
+
+def _once(
+    name: str, peer: _Peer, count: _Counter, stream: SeedSequence, settings: Mapping[str, Any]
+) -> None:
+    """One run of a peer, to its end or ours."""
+    try:
+        with _contained(stream):
+            peer.run(count, np.random.default_rng(stream), **settings)
+    except _Over:
+        pass
+    except InputError:
+        raise
+    except Exception as error:
+        if count.failure is None and not len(count.trace):
+            message = " ".join(str(error).split())
+            raise InputError(f"{name} cannot run with these settings: {message}") from error
+        raise count.failure or error from None
+    if count.failure is not None:
+        raise count.failure
+
+
+def _streams(seed: SeedSequence) -> Iterator[SeedSequence]:
+    """A stream a start, without counting in the seed itself."""
+    start = 0
+    while True:
+        yield SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, start))
+        start += 1
+
+
+@contextmanager
+def _contained(stream: SeedSequence) -> Iterator[None]:
+    """Keep a library to itself: no warnings out, and numpy's global generator as it was.
+
+    Whatever a library draws from that generator (pycma's BIPOP its sizes, SLSQP nothing) comes
+    from the run's own seed. The generator belongs to the process: threads must not share it.
+    """
+    state = np.random.get_state()  # noqa: NPY002 - theirs, not ours
+    np.random.seed(stream.generate_state(4))  # noqa: NPY002
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        np.random.set_state(state)  # noqa: NPY002
+
+
+def _whole(rng: Rng) -> int:
+    """A seed for a library that takes a whole number."""
+    return int(rng.integers(2**31))
+
+
+def _library(module: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        library = module.partition(".")[0]
+        raise InputError(f"{library} is not installed: pip install 'stribeck[bench]'") from None
+
+
+@contextmanager
+def _logging_kept() -> Iterator[None]:
+    """NiaPy configures the process's logging as it is imported: put it back."""
+    root = logging.getLogger()
+    handlers, level = root.handlers[:], root.level
+    try:
+        yield
+    finally:
+        root.handlers[:] = handlers
+        root.setLevel(level)
