@@ -38,7 +38,6 @@ docs: demo
 studies: setup
 	$(BIN)/python tools/kernel_study.py
 	$(BIN)/python tools/twin_study.py 20
-	$(BIN)/python tools/surfaces_study.py > docs/data/surfaces_study.txt
 
 format: setup
 	$(BIN)/ruff check --fix .

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from itertools import product
@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..optimize import METHODS, configure
 from ..optimize.methods import unit_free
 from ..space import Array
+from .peers import chosen as peer
 from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
 from .record import Job
 from .surfaces import SURFACES
@@ -89,6 +90,7 @@ class _File(_Budget):
     doc: str = ""
     seed: Seed = 0
     repeats: Whole = 1
+    reference: str | None = None
     targets: list[Annotated[Finite, Field(gt=0)]] | _Precisions = _Precisions.model_validate(
         {"from": 1e2, "to": 1e-8}
     )
@@ -184,6 +186,7 @@ class Campaign:
         precisions: Distances from the minimum that the ECDF looks at, falling; shape (k,).
         tasks: The problems.
         entries: The methods.
+        reference: The method that the others are compared with.
         text: The file it was read from.
     """
 
@@ -194,6 +197,7 @@ class Campaign:
     precisions: Array = field(repr=False)
     tasks: tuple[Task, ...]
     entries: tuple[Entry, ...]
+    reference: str
     text: str = field(default="", repr=False)
 
     def jobs(self) -> Iterator[Job]:
@@ -222,6 +226,18 @@ class Campaign:
         if entry.budget_per_dim is not None:
             return entry.budget_per_dim * task.dim
         return task.budget if entry.budget is None else entry.budget
+
+    def targets(self, jobs: Iterable[Job]) -> dict[str, Array]:
+        """The precisions that the ECDF looks at, by problem.
+
+        A run ends at its target: what lies beyond, nobody tried to reach.
+        """
+        found: dict[str, Array] = {}
+        for job in jobs:
+            if job.problem not in found:
+                last = 0.0 if job.target is None else job.target - (job.minimum or 0.0)
+                found[job.problem] = np.unique(np.maximum(self.precisions, last))[::-1]
+        return found
 
     def trials(self, repeats: int) -> Campaign:
         """The same with another number of repeats.
@@ -295,8 +311,11 @@ def parsed(text: str) -> Campaign:
         precisions=_precisions(said.targets),
         tasks=tasks,
         entries=tuple(_entries(said.method, labels)),
+        reference=said.reference or said.method[0].name,
         text=text,
     )
+    if made.reference not in (names := [e.label for e in made.entries]):
+        raise InputError(f"reference: no method {made.reference!r}: there are {_few(names)}")
     if (runs := made.repeats * len(made.cells)) > MOST:
         raise InputError(f"asks for {runs:,} runs: at most {MOST:,} make a campaign")
     if not made.cells:
@@ -401,9 +420,7 @@ def _check_method(entry: Entry, task: Task) -> None:
         if entry.method in METHODS:
             configure(entry.method, **table["settings"])
         else:
-            from .peers import check  # noqa: PLC0415 - the peers' libraries are an extra
-
-            check(entry.method, table["settings"])
+            peer(entry.method, table["settings"])
     except InputError as error:
         raise InputError(f"method {entry.label!r} on {task.label}: {error}") from error
 

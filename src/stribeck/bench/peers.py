@@ -29,7 +29,7 @@ import numpy as np
 from numpy.random import SeedSequence
 
 from ..errors import InputError
-from ..optimize import Problem, Target, Trace
+from ..optimize import METHODS, Problem, Target, Trace
 from ..optimize.search import checked
 from ..space import Array, Rng
 
@@ -402,7 +402,7 @@ def search(
         InputError: there is no such peer or setting, its library is missing, or it refuses
             the settings.
     """
-    peer = _peer(name, settings)
+    peer = chosen(name, settings)
     if budget < 1:
         raise InputError(f"budget must be a whole number of evaluations >= 1, got {budget!r}")
     count = _Counter(problem, budget, target)
@@ -417,9 +417,15 @@ def search(
     raise AssertionError("streams never end")
 
 
-def _peer(name: str, settings: Mapping[str, Any]) -> _Peer:
+def chosen(name: str, settings: Mapping[str, Any]) -> _Peer:
+    """A peer that can be told these settings.
+
+    Raises:
+        InputError: there is no such peer or setting.
+    """
     if name not in PEERS:
-        raise InputError(f"no method {name!r}: other people's are {', '.join(PEERS)}")
+        ours, theirs = ", ".join(METHODS), ", ".join(PEERS)
+        raise InputError(f"no method {name!r}: there are {ours}, and other people's {theirs}")
     known = PEERS[name].settings
     for given in settings:
         if given not in known:

@@ -1,0 +1,47 @@
+"""Conduct a campaign: hand its open jobs to an engine and keep every record as it comes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING
+
+from .record import Failure, Job, Record
+
+if TYPE_CHECKING:
+    from .engines import Engine
+    from .store import Store
+
+#: Seconds between two looks at jobs that another process is busy with.
+PACE = 0.5
+
+
+def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, None, None]:
+    """Run the jobs that are left, wherever they were left.
+
+    An outcome is in the store before it is yielded, and before its worker gets another job.
+
+    Args:
+        store: Holds the jobs.
+        engine: Where they are run.
+
+    Yields:
+        Each record and failure; and, once nothing else is left, how many jobs other processes on
+        the same store are still busy with.
+    """
+    while True:
+        for outcome in engine.run(_claims(store)):
+            if isinstance(outcome, Record):
+                store.commit(outcome)
+            else:
+                store.fail(outcome)
+            yield outcome
+        if not (busy := store.busy()):
+            return
+        yield busy
+        time.sleep(PACE)  # another process is at work: its jobs come back to us if it dies
+
+
+def _claims(store: Store) -> Iterator[Job]:
+    while (job := store.claim()) is not None:
+        yield job
