@@ -6,17 +6,22 @@ import time
 
 from ..optimize import METHODS, Search, Stop, Target, configure, lockstep
 from ..optimize.methods import unit_free
-from .problems import problem
+from .problems import Problem, problem
 from .record import Job, Record
 
 
-def run(job: Job) -> Record:
+def run(job: Job, on: Problem | None = None) -> Record:
     """Run a job: the same record, whenever, wherever and beside whatever it is run.
+
+    Args:
+        job: What to run.
+        on: The job's problem, where somebody watches it; made from the job if None.
 
     Raises:
         InputError: the problem or the method cannot be made.
     """
-    on = problem(job.surface)
+    if on is None:
+        on = problem(job.surface)
     name, settings = job.method["name"], job.method.get("settings", {})
     if name not in METHODS:
         from .peers import search  # noqa: PLC0415 - the peers' libraries are an extra
