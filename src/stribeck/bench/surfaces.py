@@ -1,171 +1,301 @@
-"""The paper's five test surfaces (Table 1) and its search settings for them (Tables 2 and 3)."""
+"""The paper's five test surfaces (Table 1), in any dimension, and their twins.
+
+A twin is a surface shifted and rotated by a seed. Two of the five have their optimum in the
+middle of the box and three are sums over the coordinates: methods that are drawn to the middle,
+or that walk along the axes, find them by that accident, and do not find their twins.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, reduce
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
+from numpy.random import SeedSequence, default_rng
 
-from ..space import Array, Space, box
+from ..errors import InputError
+from ..space import Array, Rng, Space, box
+
+#: Most variables a surface may have: with some more, Shubert's product overflows.
+MOST_VARIABLES = 256
+#: Most optima that a surface lists.
+MOST_OPTIMA = 5000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
-    """A test function of two variables on a square box; a Problem that knows its answer.
+    """A test function on the cube [-half, half]^dim: a Problem that knows its answer.
 
     Args:
-        name: The paper's abbreviation.
+        name: The paper's abbreviation, with the dimension unless it is 2: "RF", "RF-d5".
         title: Its full name.
-        half: The box is [-half, half] in both coordinates.
+        dim: How many variables it has.
+        half: The box is [-half, half] in every coordinate.
         J_min: The cost at or below which the paper ends a search.
-        minimum: The least value.
-        optima: Where it is taken, shape (k, 2).
-        function: (n,) and (n,) coordinates to (n,) values.
-        settings: The paper's hyper-parameters by method, for `METHODS[method](**settings)`.
+        minimum: The least value in the box.
+        ceiling: A value it does not exceed in the box; a twin's is that of its original.
+        optima: Where it is least, shape (k, dim), read-only. All places, or, where these are more
+            than `MOST_OPTIMA`, those of them nearest the middle.
+        function: (dim, n) coordinates to (n,) values, each from its own column alone.
     """
 
     name: str
     title: str
+    dim: int
     half: float
     J_min: float
     minimum: float
-    optima: tuple[tuple[float, float], ...] = field(repr=False)
-    function: Callable[[Array, Array], Array] = field(repr=False)
-    settings: dict[str, dict[str, Any]] = field(repr=False, hash=False)
+    ceiling: float
+    optima: Array = field(repr=False)
+    function: Callable[[Array], Array] = field(repr=False)
+
+    def __post_init__(self) -> None:
+        self.optima.setflags(write=False)
 
     @property
     def space(self) -> Space:
-        """The search space of Table 1."""
-        return box([(-self.half, self.half)] * 2)
+        """The search space."""
+        return box([(-self.half, self.half)] * self.dim)
 
     def __call__(self, x: Array, /) -> Array:
-        """(n, 2) points to (n,) values; rows are independent, bit for bit."""
-        x1, x2 = np.ascontiguousarray(x.T)
-        return self.function(x1, x2)
+        """(n, dim) points to (n,) values; rows are independent, bit for bit."""
+        return self.function(np.ascontiguousarray(x.T))
 
 
-def bohachevsky(x: Array, y: Array) -> Array:
-    """BF of Table 1."""
-    waves = 0.3 * np.cos(3 * np.pi * x) + 0.4 * np.cos(4 * np.pi * y)
-    cost: Array = x**2 + 2 * y**2 - waves + 0.7
+def surface(name: str, dim: int | None = None, twin: int | None = None) -> Surface:
+    """A surface of Table 1, or a twin of it. Asked for again, it is the same object.
+
+    RF, SchF and ShuF extend to any number of variables; BF and SF are of two by definition.
+    J_min is Table 1's, but for ShuF, whose least value hangs on the dimension: there it is as
+    close to the least value, relative to its size, as Table 1's is in two dimensions.
+
+    Args:
+        name: "BF", "RF", "SF", "SchF" or "ShuF".
+        dim: How many variables; None for Table 1's two.
+        twin: None for the surface itself, or the seed of its shift and rotation (`Moved`).
+
+    Raises:
+        InputError: there is no such surface.
+    """
+    dim = 2 if dim is None else dim
+    if name not in _FAMILIES:
+        raise InputError(f"no surface {name!r}: there are {', '.join(_FAMILIES)}")
+    if not _whole(dim) or not 1 <= dim <= MOST_VARIABLES:
+        raise InputError(f"{name}: dim is a whole number from 1 to {MOST_VARIABLES}, got {dim!r}")
+    if name in _OF_TWO and dim != 2:  # noqa: PLR2004 - of two variables
+        raise InputError(f"{name} is a function of 2 variables, not of {dim}")
+    if twin is not None and (not _whole(twin) or twin < 0):
+        raise InputError(f"{name}: twin is a seed, a whole number from 0, got {twin!r}")
+    return _made(name, dim, twin)
+
+
+def _whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+@lru_cache(maxsize=256)
+def _made(name: str, dim: int, twin: int | None) -> Surface:
+    own = _FAMILIES[name](dim)
+    return own if twin is None else _twin(own, twin)
+
+
+# ---- Table 1 -----------------------------------------------------------------------------------
+# Rows are added and multiplied one by one: NumPy's own sums take another order when there is but
+# one point.
+
+
+def bohachevsky(x: Array) -> Array:
+    """BF of Table 1; 1 - cos 2a is written 2 sin^2 a, so that rounding never gets below 0."""
+    a, b = x
+    waves = 0.6 * np.sin(1.5 * np.pi * a) ** 2 + 0.8 * np.sin(2 * np.pi * b) ** 2
+    cost: Array = a**2 + 2 * b**2 + waves
     return cost
 
 
-def rastrigin(x: Array, y: Array) -> Array:
-    """RF of Table 1."""
-    waves = 10 * np.cos(2 * np.pi * x) + 10 * np.cos(2 * np.pi * y)
-    cost: Array = x**2 + y**2 - waves + 20
-    return cost
+def rastrigin(x: Array) -> Array:
+    """RF of Table 1; 1 - cos 2a is written 2 sin^2 a, so that rounding never gets below 0."""
+    return _total(x**2 + 20 * np.sin(np.pi * x) ** 2)
 
 
 # Table 1's matrix a_ij: the holes of the second row follow one another along the first.
-_HOLES = np.array([(a1, a2) for a2 in range(-32, 33, 16) for a1 in range(-32, 33, 16)], dtype=float)
+_HOLES = np.arange(-32.0, 33.0, 16.0)
 
 
-def foxholes(x: Array, y: Array) -> Array:
+def foxholes(x: Array) -> Array:
     """Shekel's foxholes, SF of Table 1."""
-    j = np.arange(1, 26)
-    sixth = (x[:, None] - _HOLES[:, 0]) ** 6 + (y[:, None] - _HOLES[:, 1]) ** 6
-    holes: Array = (1.0 / (j + sixth)).sum(axis=1)
+    square = (x[:, :, None] - _HOLES) ** 2
+    along, across = square**2 * square
+    sixth = (across[:, :, None] + along[:, None, :]).reshape(-1, 25)
+    holes: Array = (1.0 / (np.arange(1, 26) + sixth)).sum(axis=1)
     return 1.0 / (1.0 / 500.0 + holes)
 
 
-def schwefel(x: Array, y: Array) -> Array:
+def schwefel(x: Array) -> Array:
     """SchF of Table 1, with the |x| that its print lost: sin sqrt|x|."""
-    return 418.9829 * 2 - x * np.sin(np.sqrt(np.abs(x))) - y * np.sin(np.sqrt(np.abs(y)))
+    return _total(418.9829 - x * np.sin(np.sqrt(np.abs(x))))
 
 
-def shubert(x: Array, y: Array) -> Array:
-    """ShuF of Table 1."""
-    return _shubert(x) * _shubert(y)
+def shubert(x: Array) -> Array:
+    """ShuF of Table 1: a product of one and the same sum in each coordinate."""
+    factors: Array = sum((i * np.cos((i + 1) * x + i) for i in range(2, 6)), np.cos(2 * x + 1))
+    return reduce(np.multiply, factors)
 
 
-def _shubert(x: Array) -> Array:
-    return sum((i * np.cos((i + 1) * x + i) for i in range(2, 6)), start=np.cos(2 * x + 1))
+def _total(rows: Iterable[Array]) -> Array:
+    return reduce(np.add, rows)
 
 
-def _paper(
-    N_c: int, alpha: float, w_repellant: float, R: float, *stages: tuple[float, float]
-) -> dict[str, dict[str, Any]]:
-    """A row of Table 3 and a row of Table 2 as settings of the three methods.
+def _bohachevsky(dim: int) -> Surface:
+    return Surface("BF", "Bohachevsky", dim, 2.0, J_min=1e-9, minimum=0.0, ceiling=12.0,
+                   optima=np.zeros((1, dim)), function=bohachevsky)  # fmt: skip
 
-    Their lengths R and C are in the units of the function, hence `coordinates="raw"`: the
-    printed numbers stand as they are, and J_cc's widths need no conversion either.
+
+def _rastrigin(dim: int) -> Surface:
+    return Surface(_label("RF", dim), "Rastrigin", dim, 2.0, J_min=1e-8, minimum=0.0,
+                   ceiling=22.261458884805925 * dim,
+                   optima=np.zeros((1, dim)), function=rastrigin)  # fmt: skip
+
+
+def _foxholes(dim: int) -> Surface:
+    return Surface("SF", "Shekel's foxholes", dim, 40.0, J_min=0.9990,
+                   minimum=0.9980038377944502, ceiling=500.0,
+                   optima=np.array([[-31.97833483565697, -31.978334837300796]]),
+                   function=foxholes)  # fmt: skip
+
+
+def _schwefel(dim: int) -> Surface:
+    # The least of 418.9829 - x sin sqrt|x|: the printed constant is a little too great, and the
+    # rest counts once a coordinate. x sin sqrt|x| is odd, so the greatest value mirrors the least.
+    rest = 1.2727566293696535e-05
+    return Surface(_label("SchF", dim), "Schwefel", dim, 500.0, J_min=1e-1, minimum=rest * dim,
+                   ceiling=(2 * 418.9829 - rest) * dim,
+                   optima=np.full((1, dim), 420.96874635998205), function=schwefel)  # fmt: skip
+
+
+# Greatest and least value of Shubert's sum of one coordinate, and where; it repeats every 2 pi.
+_HIGH, _HIGH_AT = 14.508007927195033, -0.8003211004719731
+_LOW, _LOW_AT = -12.870885497725684, -1.425128428319761
+
+
+def _shubert(dim: int) -> Surface:
+    """ShuF: least where one factor is at its least and all others at their greatest.
+
+    The product is negative with an odd number of negative factors; as |_LOW| < _HIGH, it is the
+    farthest below 0 with one of them. Each coordinate has 3 periods: dim 3^dim places.
     """
-    tabu = {"N": 30, "R": R, "BT": 5, "n_re_back": 5, "AR": stages, "count_max": 10_000}
-    swarm = {"S": 30, "N_s": 4, "alpha": alpha, "w_repellant": w_repellant}
-    swarm |= {"d_attract": 0.1, "h_repellant": 0.1, "w_attract": 0.2}
-    life = {"N_c": N_c, "N_re": 4, "N_ed": 2, "P_ed": 0.25}
-    raw = {"coordinates": "raw"}
-    return {
-        "ats": tabu | raw,
-        "abfo": swarm | life | raw,
-        "bts": swarm | {"N_c": 20} | tabu | raw,  # "with N_c = 20, in particular" (section 3)
-    }
+    least = _LOW * _HIGH ** (dim - 1)
+    return Surface(_label("ShuF", dim), "Shubert", dim, 10.0,
+                   J_min=-186.73 * _HIGH ** (dim - 2), minimum=least, ceiling=_HIGH**dim,
+                   optima=_shubert_optima(dim), function=shubert)  # fmt: skip
 
 
-# The first coordinate takes Shubert's one-dimensional sum to its largest value and the second to
-# its least, or the other way round; both repeat every 2 pi.
-_HIGH = [-0.8003211004719731 + 2 * np.pi * k for k in (-1, 0, 1)]
-_LOW = [-1.425128428319761 + 2 * np.pi * k for k in (-1, 0, 1)]
-_SHUBERT = tuple(p for a in _HIGH for b in _LOW for p in ((a, b), (b, a)))
+def _shubert_optima(dim: int) -> Array:
+    """Those in the middle period first; these alone if all are too many."""
+    at = np.where(np.eye(dim, dtype=bool), _LOW_AT, _HIGH_AT)
+    every = dim * 3**dim <= MOST_OPTIMA
+    periods = islice(product((0, 1, -1), repeat=dim), None if every else 1)
+    shifts = 2 * np.pi * np.array(list(periods))
+    places: Array = (shifts[:, None, :] + at).reshape(-1, dim)
+    return places
 
-SURFACES: dict[str, Surface] = {
-    s.name: s
-    for s in (
-        Surface(
-            "BF",
-            "Bohachevsky",
-            half=2.0,
-            J_min=1e-9,
-            minimum=0.0,
-            optima=((0.0, 0.0),),
-            function=bohachevsky,
-            # Inferred: Table 2's row is lost after count_max. Same box and kind of J_min as RF.
-            settings=_paper(20, 10.0, 1.0, 0.2, (0.1, 2e-3), (1e-3, 2e-4)),
-        ),
-        Surface(
-            "RF",
-            "Rastrigin",
-            half=2.0,
-            J_min=1e-8,
-            minimum=0.0,
-            optima=((0.0, 0.0),),
-            function=rastrigin,
-            # Inferred: Table 2 prints the radii, the costs below which they hold are lost.
-            settings=_paper(200, 100.0, 1.0, 0.2, (0.1, 2e-3), (1e-3, 2e-4)),
-        ),
-        Surface(
-            "SF",
-            "Shekel's foxholes",
-            half=40.0,
-            J_min=0.9990,
-            minimum=0.9980038377944496,
-            optima=((-31.97833, -31.97833),),
-            function=foxholes,
-            settings=_paper(500, 0.01, 10.0, 0.8, (5.0, 0.5), (2.0, 0.1)),
-        ),
-        Surface(
-            "SchF",
-            "Schwefel",
-            half=500.0,
-            J_min=1e-1,
-            minimum=2.5455132458773733e-05,
-            optima=((420.9687463599821, 420.9687463599821),),
-            function=schwefel,
-            settings=_paper(2000, 1.0, 10.0, 50.0, (100.0, 25.0), (10.0, 10.0), (1.0, 1.0)),
-        ),
-        Surface(
-            "ShuF",
-            "Shubert",
-            half=10.0,
-            J_min=-186.73,
-            minimum=-186.7309088310240,
-            optima=_SHUBERT,
-            function=shubert,
-            settings=_paper(1000, 1.0, 10.0, 1.0, (1.0, 1e-2), (-1.0, 1e-3)),
-        ),
+
+def _label(name: str, dim: int) -> str:
+    return name if dim == 2 else f"{name}-d{dim}"  # noqa: PLR2004 - Table 1's own
+
+
+# ---- twins -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """A surface's function, shifted and rotated.
+
+    The twin at x is the surface at y = from_ + turn (x - to). The twin has the surface's box, and
+    where y falls outside it, the twin is the surface at the nearest point of the wall plus a fee:
+    per half width of the box between y and the wall, the whole range of the surface's values.
+    A fee is never below 0, and 0 at the wall: no value is below the surface's least, and the twin
+    is continuous.
+
+    Args:
+        own: The surface.
+        turn: Proper rotation, shape (dim, dim).
+        from_: The surface's optimum that is moved, shape (dim,).
+        to: Where it goes, shape (dim,).
+    """
+
+    own: Surface
+    turn: Array
+    from_: Array
+    to: Array
+
+    def __call__(self, x: Array, /) -> Array:
+        """(dim, n) coordinates to (n,) values, each from its own column alone."""
+        own = self.own
+        # Term by term: a matrix product adds in another order for other numbers of points.
+        terms = (self.turn[:, j, None] * (x[j] - self.to[j]) for j in range(own.dim))
+        y = self.from_[:, None] + _total(terms)
+        wall = np.clip(y, -own.half, own.half)
+        fee = (own.ceiling - own.minimum) / own.half * np.sqrt(_total((y - wall) ** 2))
+        return own.function(wall) + fee
+
+    def images(self, places: Array) -> Array:
+        """Where the twin has what the surface has at places, shape (k, dim)."""
+        moved: Array = self.to + (places - self.from_) @ self.turn
+        return moved
+
+
+def _twin(own: Surface, seed: int) -> Surface:
+    """The surface with its optimum (the one nearest the middle) moved and the box turned.
+
+    The optimum goes to a place uniform in the central 80 % of the box, by a rotation uniform
+    among all. Different surfaces and dimensions draw differently from one seed.
+    """
+    rng = default_rng(SeedSequence(seed, spawn_key=(zlib.crc32(own.name.encode()), own.dim)))
+    turn = rotation(rng, own.dim)
+    to = 0.8 * own.half * (2 * rng.random(own.dim) - 1)
+    nearest = np.argmin((own.optima**2).sum(axis=1))
+    moved = Moved(own, turn, own.optima[nearest], to)
+    images = moved.images(np.delete(own.optima, nearest, axis=0))
+    images = images[(np.abs(images) <= own.half).all(axis=1)]
+    return replace(
+        own,
+        name=f"{own.name}-twin{seed}",
+        title=f"{own.title}, twin {seed}",
+        optima=np.vstack([to, images]),
+        function=moved,
     )
+
+
+def rotation(rng: Rng, dim: int) -> Array:
+    """A rotation (determinant 1) uniform among all, shape (dim, dim).
+
+    The orthogonal factor of a Gaussian matrix whose triangular factor has a positive diagonal
+    (Mezzadri 2007, Notices of the AMS 54:592), by Gram and Schmidt's steps: LAPACK's last bits
+    hang on the machine's kernels and threads, and a twin should be the same everywhere.
+    """
+    rows: list[Array] = []
+    for drawn in rng.standard_normal((dim, dim)):
+        row = drawn
+        for done in rows * 2:  # once leaves what rounding left
+            row = row - (row * done).sum() * done
+        rows.append(row / np.sqrt((row * row).sum()))
+    turn = np.array(rows)
+    turn[0] *= np.linalg.slogdet(turn).sign  # a reflection becomes a rotation
+    return turn
+
+
+_FAMILIES: dict[str, Callable[[int], Surface]] = {
+    "BF": _bohachevsky,
+    "RF": _rastrigin,
+    "SF": _foxholes,
+    "SchF": _schwefel,
+    "ShuF": _shubert,
 }
+_OF_TWO = {"BF", "SF"}
+
+#: The five of Table 1.
+SURFACES: dict[str, Surface] = {name: surface(name) for name in _FAMILIES}
