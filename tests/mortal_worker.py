@@ -1,0 +1,68 @@
+"""A worker whose jobs may harm it: run as a program, or loaded into a Dask worker.
+
+What a job does to its worker hangs on its algorithm's label:
+    killer   kills it in the middle of the search, every time
+    mortal   the same, the first time
+    babbler  has it answer with a line that is no outcome, the first time
+    printer  prints while it runs, from Python and from below
+    caller   says the worker's process id on the pipe $CALLER, which it keeps open
+
+The first time is told by a file of that name in the folder $HARM.
+"""
+
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+from stribeck.bench import runner, worker
+from stribeck.bench.problems import Problem, problem
+from stribeck.bench.record import Job, Record
+from stribeck.space import Array
+
+run, answer = runner.run, worker.answer
+
+
+class Deadly:
+    """A problem that kills who evaluates it for the fifth time."""
+
+    def __init__(self, of: Problem) -> None:
+        self.of, self.calls = of, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.of, name)
+
+    def __call__(self, x: Array, /) -> Array:
+        self.calls += 1
+        if self.calls == 5:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return self.of(x)
+
+
+def first_time(label: str) -> bool:
+    mark = Path(os.environ["HARM"]) / label
+    seen = mark.exists()
+    mark.touch()
+    return not seen
+
+
+def harmful(job: Job, on: Problem | None = None) -> Record:
+    label = job.algorithm
+    kill = label == "killer" or (label == "mortal" and first_time(label))
+    if label == "printer":
+        print('{"failure": "printed"}', flush=True)  # noqa: T201 - that is the point
+        os.write(1, b"\xff printed from below\n")
+    if label == "caller":
+        os.write(os.open(os.environ["CALLER"], os.O_WRONLY), f"{os.getpid()}\n".encode())
+    return run(job, Deadly(problem(job.surface)) if kill else on)
+
+
+def babbling(text: str) -> str:
+    label = Job.parse(text).algorithm
+    return "no outcome" if label == "babbler" and first_time(label) else answer(text)
+
+
+runner.run, worker.answer = harmful, babbling
+
+if __name__ == "__main__":
+    worker.main()
