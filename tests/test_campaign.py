@@ -18,7 +18,7 @@ SMALL = """
 name = "small"
 seed = 7
 repeats = 3
-budget = 1200
+budget = 400
 
 [[problem]]
 surface = "BF"
@@ -81,7 +81,7 @@ def test_budgets_go_from_the_particular_to_the_general() -> None:
         text = text.replace('method = "random"', f'method = "random"\n{of_method}')
         return jobs_of(parsed(text))["RF-d3-twin", "random", 0].budget
 
-    assert budget() == 1200
+    assert budget() == 400
     assert budget("budget = 50") == 50
     assert budget("budget_per_dim = 50") == 150
     assert budget("budget = 50", "budget = 60") == 60
@@ -159,17 +159,18 @@ def test_a_record_comes_back_from_its_line_bit_for_bit() -> None:
 
 
 def test_a_record_is_what_the_search_itself_found() -> None:
-    job = jobs_of(parsed(SMALL))["BF", "bts", 1]
-    on = parsed(SMALL).tasks[0].problem(0)
+    made = parsed(SMALL.replace("budget = 400", "budget = 3000"))
+    job = jobs_of(made)["BF", "bts", 1]
+    on = made.tasks[0].problem(0)
     algorithm = configure("bts", **job.method["settings"])
-    search = Search(on.space, algorithm, budget=1200, seed=job.seeds(), stops=[Target(1e-9)])
+    search = Search(on.space, algorithm, budget=3000, seed=job.seeds(), stops=[Target(1e-9)])
     (direct,) = lockstep(on, [search])
     record = run(job)
     assert record.x == tuple(direct.x)
-    assert (record.cost, record.evaluations, record.ended) == (direct.cost, 1200, "budget")
+    assert (record.cost, record.evaluations, record.ended) == (direct.cost, 3000, "budget")
     assert record.rounds == {stage: direct.trace.rounds(stage) for stage in ("foraging", "tabu")}
     # The improvements are the convergence curve: it can be drawn from them.
-    curve = np.full(1200, math.inf)
+    curve = np.full(3000, math.inf)
     for at, cost in zip(record.steps.evaluations, record.steps.costs, strict=True):
         curve[at - 1 :] = cost
     assert np.array_equal(curve, direct.trace.convergence())
@@ -197,10 +198,10 @@ def test_improvements_know_their_rounds_and_skip_what_cannot_be_run() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line"),
     [
-        ("budget = 1200", "budget = -1", "budget: input should be greater than or equal to 1"),
-        ("budget = 1200", "budget = 1.5", "budget: input should be a valid integer, got 1.5"),
-        ("budget = 1200", "", "problem 'BF' has no budget"),
-        ("budget = 1200", "budget = 4\nbudget_per_dim = 2", "not both"),
+        ("budget = 400", "budget = -1", "budget: input should be greater than or equal to 1"),
+        ("budget = 400", "budget = 1.5", "budget: input should be a valid integer, got 1.5"),
+        ("budget = 400", "", "problem 'BF' has no budget"),
+        ("budget = 400", "budget = 4\nbudget_per_dim = 2", "not both"),
         ("repeats = 3", "repeats = 0", "repeats: input should be greater than or equal to 1"),
         ("repeats = 3", "repeats = 9_999_999", "runs: at most 1,000,000"),
         ("repeats = 3", "repeat = 3", "repeat: there is no such word here"),
