@@ -225,7 +225,7 @@ class TestCampaign:
         assert first["better"] == "quick"
         assert table.rows[0][4].value == table.rows[0][5].value  # a family of the one test made
         assert {second["p"], second["A12"], second["better"]} == {"–"}
-        assert "the 1 tests" in table.note
+        assert "1 in all" in table.note
 
     def test_a_reference(self) -> None:
         assert text(comparisons(RECORDS, JOBS, reference="quick"), 0)["second"] == "slow_er"

@@ -7,6 +7,7 @@ import io
 import itertools
 import math
 import re
+import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -82,7 +83,8 @@ class Table:
             for line in lines
         ]
         rule = "  ".join("-" * w for w in widths)
-        return "\n".join([self.title, "", shown[0], rule, *shown[1:], *self._end]) + "\n"
+        end = [textwrap.fill(line, 100) for line in self._end]
+        return "\n".join([self.title, "", shown[0], rule, *shown[1:], *end]) + "\n"
 
     def markdown(self) -> str:
         """For a page in Markdown, as GitHub reads tables."""
@@ -335,7 +337,7 @@ def comparisons(
         "cost. Paired: signed ranks (Pratt) of runs on the same instance; unpaired: rank sum "
         "(Mann-Whitney), where all repeats are on one function. A12: chance that a run of the "
         f"first is better than one of the second, ties half. {_INTERVALS}. Holm over the "
-        f"{int(np.isfinite(adjusted).sum())} tests of this table; better: Holm's p below "
+        f"tests of this table, {int(np.isfinite(adjusted).sum())} in all; better: Holm's p below "
         f"{1 - LEVEL:.2f}.",
     )
 
