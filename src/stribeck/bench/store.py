@@ -1,0 +1,591 @@
+"""The jobs of a campaign and their records in one SQLite file.
+
+A finished run is in the file before another begins. Kill the process at any moment, start it
+again, and it goes on: what is there is not run again, and the file ends with the same records.
+Several processes may work on one file at once (on one machine: SQLite's log is shared memory).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import sqlite3
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from datetime import UTC, datetime
+from itertools import count
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from .. import __version__
+from ..errors import InputError
+from .owner import Owner, alive
+from .record import Failure, Job, Record, Steps
+from .sheets import write_sheets
+
+#: "strb": marks a SQLite file as ours.
+APPLICATION = 0x73747262
+#: The version of the tables below.
+SCHEMA = 1
+#: Seconds to wait for another process that writes.
+PATIENCE = 5.0
+
+# The tables speak for themselves in a `sqlite3` shell. `cost` has no type on purpose: in a REAL
+# column SQLite keeps -0.0 as 0.
+_TABLES = {
+    "meta": "CREATE TABLE meta (name TEXT PRIMARY KEY, value NOT NULL)",
+    "jobs": """CREATE TABLE jobs (
+  key TEXT NOT NULL PRIMARY KEY,  -- digest of text
+  problem TEXT NOT NULL,
+  algorithm TEXT NOT NULL,
+  repeat INTEGER NOT NULL,
+  position INTEGER NOT NULL,  -- in which order they were added
+  text TEXT NOT NULL,         -- JSON: all that decides the run
+  UNIQUE (problem, algorithm, repeat)
+)""",
+    "records": """CREATE TABLE records (
+  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
+  problem TEXT NOT NULL,
+  algorithm TEXT NOT NULL,
+  repeat INTEGER NOT NULL,
+  cost NOT NULL,                -- the least met; Inf if no point could be run
+  evaluations INTEGER NOT NULL,
+  ended TEXT NOT NULL,          -- target, budget, or the method's own word
+  reached INTEGER NOT NULL,     -- 1 if the target was met
+  failed INTEGER NOT NULL,      -- costs that were not finite
+  x TEXT NOT NULL,              -- JSON: the best point
+  rounds TEXT NOT NULL,         -- JSON: rounds of search by stage
+  events TEXT NOT NULL,         -- JSON: how often the method said what
+  seconds REAL NOT NULL,
+  finished TEXT NOT NULL        -- UTC
+)""",
+    "traces": """CREATE TABLE traces (  -- the improvements of a run, little-endian
+  job TEXT NOT NULL PRIMARY KEY REFERENCES records (job),
+  evaluations BLOB NOT NULL,  -- int64
+  rounds BLOB NOT NULL,       -- int64
+  costs BLOB NOT NULL         -- float64
+)""",
+    "claims": """CREATE TABLE claims (  -- jobs being run
+  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
+  owner TEXT NOT NULL         -- the file that the process holds a lock on
+)""",
+    "failures": """CREATE TABLE failures (  -- jobs given up; the next run tries them again
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  job TEXT NOT NULL UNIQUE REFERENCES jobs (key),
+  message TEXT NOT NULL
+)""",
+}
+
+# What this connection looks at: the jobs it was given, in that order, and those of them that are
+# not known to be done. Both vanish with the connection.
+_WANTED = """
+CREATE TEMP TABLE wanted (key TEXT PRIMARY KEY, position INTEGER NOT NULL);
+CREATE TEMP TABLE waiting (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
+"""
+_ALL = "CREATE TEMP VIEW wanted AS SELECT key, position FROM main.jobs"
+
+_CLAIM = """
+SELECT w.position, w.key, j.text FROM waiting w CROSS JOIN jobs j ON j.key = w.key
+WHERE w.key NOT IN (SELECT job FROM records) AND w.key NOT IN (SELECT job FROM claims)
+  AND w.key NOT IN (SELECT job FROM failures WHERE id > ?)
+ORDER BY w.position LIMIT 1"""
+_BUSY = """
+SELECT count(*) FROM waiting
+WHERE key NOT IN (SELECT job FROM records) AND key NOT IN (SELECT job FROM failures WHERE id > ?)
+  AND key NOT IN (SELECT job FROM claims WHERE owner = ?)"""
+_OTHER = """
+SELECT j.text, g.text FROM given g JOIN jobs j USING (problem, algorithm, repeat)
+WHERE j.key <> g.key ORDER BY g.position LIMIT 1"""
+# Cell by cell in the order of their first job, whatever order the jobs were added in.
+_ORDER = """
+SELECT key FROM (
+  SELECT w.key, j.repeat,
+    min(w.position) OVER (PARTITION BY j.problem) AS problem,
+    min(w.position) OVER (PARTITION BY j.problem, j.algorithm) AS cell
+  FROM wanted w JOIN jobs j ON j.key = w.key
+) ORDER BY problem, cell, repeat"""
+_RECORD = """
+SELECT j.text, r.x, r.cost, r.evaluations, r.ended, r.failed, r.rounds, r.events, r.seconds,
+  t.evaluations, t.rounds, t.costs
+FROM records r JOIN jobs j ON j.key = r.job JOIN traces t ON t.job = r.job WHERE r.job = ?"""
+_PROGRESS = """
+SELECT j.problem, j.algorithm, count(r.job), total(r.reached), total(r.seconds), count(*),
+  count(f.job), total(r.evaluations), min(r.cost)
+FROM wanted w JOIN jobs j ON j.key = w.key
+LEFT JOIN records r ON r.job = w.key LEFT JOIN failures f ON f.job = w.key
+GROUP BY j.problem, j.algorithm ORDER BY min(w.position)"""
+
+
+class Progress(NamedTuple):
+    """How far a cell is.
+
+    Args:
+        problem: The problem's label.
+        algorithm: The method's label.
+        done: Runs finished.
+        reached: Of these, how many met their target.
+        seconds: What they took in all.
+        jobs: Runs there are to be.
+        given_up: Runs that could not be made.
+        evaluations: What the finished ones spent in all.
+        best: Their least cost; None while there is none.
+    """
+
+    problem: str
+    algorithm: str
+    done: int
+    reached: int
+    seconds: float
+    jobs: int
+    given_up: int
+    evaluations: int
+    best: float | None
+
+
+class Store:
+    """The store of one campaign; `open` it to run, `read` it to look.
+
+    Attributes:
+        file: Where it is.
+        campaign: The campaign's name.
+        seed: Its seed.
+        text: The campaign file as it was when the store was last opened to run.
+
+    Raises:
+        InputError: from every method: the file cannot be read or written. One line that says why;
+            what was committed stays.
+    """
+
+    def __init__(self, file: Path, db: sqlite3.Connection) -> None:
+        self.file, self._db = file, db
+        self._owner: Owner | None = None
+        self._next = count()
+        with _said(file):
+            said = dict(db.execute("SELECT name, value FROM meta"))
+            ((self._since,),) = db.execute("SELECT coalesce(max(id), 0) FROM failures")
+        self.campaign, self.seed, self.text = said["campaign"], int(said["seed"]), said["text"]
+
+    @classmethod
+    def open(
+        cls, file: Path, *, campaign: str, seed: int, text: str = "", must_exist: bool = False
+    ) -> Self:
+        """Open the store of a campaign to run it; make it if it is not there.
+
+        Args:
+            file: Its folder is made too if only that is missing.
+            campaign: The campaign's name.
+            seed: Its seed.
+            text: Its file, kept for whoever reads the store.
+            must_exist: Make nothing.
+
+        Raises:
+            InputError: it is not a store, of another campaign, damaged, or cannot be used.
+        """
+        if not _there(file):
+            if must_exist:
+                raise InputError(f"{file}: there is no store to go on with: run the campaign first")
+            _make(file, {"campaign": campaign, "seed": str(seed), "text": text})
+        store = cls(file, _opened(file))
+        try:
+            store._check_same(campaign, seed)
+            with store._writing():
+                store._db.execute("UPDATE meta SET value = ? WHERE name = 'text'", (text,))
+            store._db.executescript(_WANTED)
+            store.text = text
+        except BaseException:
+            store._db.close()
+            raise
+        return store
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """Open a store to look at all it has, also while it is being written.
+
+        Raises:
+            InputError: there is none, or it cannot be read.
+        """
+        if not _there(file):
+            raise InputError(f"{file}: there is no store: run the campaign first")
+        store = cls(file, _opened(file))
+        store._db.execute(_ALL)
+        store._db.execute("PRAGMA query_only = ON")
+        return store
+
+    def close(self) -> None:
+        """Let go of what was claimed, and of the file."""
+        if self._owner:
+            # On a full disk the claims stay: without their owner they are nobody's.
+            with contextlib.suppress(InputError), self._writing():
+                self._db.execute("DELETE FROM claims WHERE owner = ?", (self._owner.name,))
+            self._owner.close()
+        self._db.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self.close()
+
+    def add(self, jobs: Iterable[Job]) -> None:
+        """Say which jobs are wanted; those that are new are added.
+
+        Of a store that holds more, the rest is left alone and not counted.
+
+        Raises:
+            InputError: a run of these labels is there, of another problem, method or budget.
+        """
+        rows = [(next(self._next), j.key, *j.cell, j.repeat, j.text) for j in jobs]
+        db = self._db
+        with self._writing():
+            db.execute(
+                "CREATE TEMP TABLE given "
+                "(position INTEGER PRIMARY KEY, key, problem, algorithm, repeat, text)"
+            )
+            db.executemany("INSERT INTO given VALUES (?, ?, ?, ?, ?, ?)", rows)
+            ((last,),) = db.execute("SELECT coalesce(max(position), -1) FROM jobs")
+            db.execute(
+                "INSERT INTO jobs SELECT key, problem, algorithm, repeat, position + ?, text "
+                "FROM given WHERE true ORDER BY position "
+                "ON CONFLICT DO NOTHING",
+                (last + 1 - (rows[0][0] if rows else 0),),
+            )
+            if other := db.execute(_OTHER).fetchone():
+                raise InputError(f"{self.file}: {_differ(*map(Job.parse, other))}")
+            db.execute("INSERT OR IGNORE INTO wanted SELECT key, position FROM given")
+            db.execute(
+                "INSERT OR IGNORE INTO waiting SELECT position, key FROM given "
+                "WHERE key NOT IN (SELECT job FROM records)"
+            )
+            db.execute("DROP TABLE given")
+
+    def left(self) -> int:
+        """How many of the wanted jobs have no record yet."""
+        return self._count("waiting WHERE key NOT IN (SELECT job FROM records)")
+
+    def claim(self) -> Job | None:
+        """The next job to run, from now on this process's; None if there is none now.
+
+        It has no record, was not given up since this store was opened, and no living process has
+        claimed it.
+        """
+        with self._writing(lasting=False):
+            if not self._owner:
+                self._owner = Owner(self.file)
+            self._free_the_dead()
+            found = self._db.execute(_CLAIM, (self._since,)).fetchone()
+            if not found:
+                return None
+            position, key, text = found
+            # Passed over once is enough: runs that other processes have finished meanwhile.
+            self._db.execute(
+                "DELETE FROM waiting WHERE position < ? AND key IN (SELECT job FROM records)",
+                (position,),
+            )
+            self._db.execute("INSERT INTO claims VALUES (?, ?)", (key, self._owner.name))
+        return Job.parse(text)
+
+    def commit(self, record: Record) -> None:
+        """Keep a record. It is on the disk when this returns; doing it again changes nothing."""
+        job, steps = record.job, record.steps
+        row = (
+            job.key,
+            *job.cell,
+            job.repeat,
+            record.cost,
+            record.evaluations,
+            record.ended,
+            record.reached,
+            record.failed,
+            *(json.dumps(v) for v in (record.x, record.rounds, record.events)),
+            record.seconds,
+            datetime.now(UTC).isoformat(" ", "seconds"),
+        )
+        trace = (job.key, _blob(steps.evaluations), _blob(steps.rounds), _blob(steps.costs))
+        marks = ", ".join("?" * len(row))
+        with self._writing():
+            kept = self._db.execute(f"INSERT OR IGNORE INTO records VALUES ({marks})", row)  # noqa: S608
+            if kept.rowcount:
+                self._db.execute("INSERT INTO traces VALUES (?, ?, ?, ?)", trace)
+            self._db.execute("DELETE FROM waiting WHERE key = ?", (job.key,))
+            self._db.execute("DELETE FROM failures WHERE job = ?", (job.key,))
+            self._db.execute("DELETE FROM claims WHERE job = ?", (job.key,))
+
+    def fail(self, failure: Failure) -> None:
+        """Give a job up. The next `open` tries it again."""
+        with self._writing():
+            self._db.execute(
+                "INSERT OR REPLACE INTO failures (job, message) VALUES (?, ?)",
+                (failure.job.key, failure.message),
+            )
+            self._db.execute("DELETE FROM claims WHERE job = ?", (failure.job.key,))
+
+    def release(self, job: Job) -> None:
+        """Let go of a job that was claimed and not run."""
+        mine = (job.key, self._owner.name if self._owner else "")
+        with self._writing(lasting=False):
+            self._db.execute("DELETE FROM claims WHERE job = ? AND owner = ?", mine)
+
+    def records(self) -> Iterator[Record]:
+        """The records of the wanted jobs, cell by cell, bit for bit as they were committed."""
+        with _said(self.file):
+            keys = self._db.execute(_ORDER).fetchall()
+            for key in keys:
+                if row := self._db.execute(_RECORD, key).fetchone():
+                    yield _record(row)
+
+    def failures(self) -> list[Failure]:
+        """The wanted jobs that were given up, in that order."""
+        with _said(self.file):
+            rows = self._db.execute(
+                "SELECT j.text, f.message FROM failures f JOIN jobs j ON j.key = f.job "
+                "WHERE f.job IN (SELECT key FROM wanted) ORDER BY f.id"
+            ).fetchall()
+        return [Failure(Job.parse(text), message) for text, message in rows]
+
+    def busy(self) -> int:
+        """How many jobs others are at, asked once `claim` has returned None.
+
+        They are the wanted jobs that are not done, not given up and not claimed by this process;
+        0 says that nothing will come back. A job that its process has just let go of counts too:
+        claim it.
+        """
+        with _said(self.file):
+            mine = (self._since, self._owner.name if self._owner else "")
+            ((jobs,),) = self._db.execute(_BUSY, mine)
+        return int(jobs)
+
+    def progress(self) -> list[Progress]:
+        """How far each cell is, in order."""
+        with _said(self.file):
+            rows = self._db.execute(_PROGRESS).fetchall()
+        return [
+            Progress(p, a, done, int(reached), seconds, jobs, given_up, int(spent), best)
+            for p, a, done, reached, seconds, jobs, given_up, spent, best in rows
+        ]
+
+    def export(self, folder: Path) -> list[Path]:
+        """Write the records as CSV and Parquet, see `sheets.write_sheets`.
+
+        Raises:
+            InputError: the folder cannot be written to.
+        """
+        return write_sheets(self.records(), folder)
+
+    def _check_same(self, campaign: str, seed: int) -> None:
+        if (self.campaign, self.seed) != (campaign, seed):
+            raise InputError(
+                f"{self.file}: is the store of campaign {self.campaign!r} with seed {self.seed}, "
+                f"not of {campaign!r} with seed {seed}: take another --out"
+            )
+
+    def _free_the_dead(self) -> None:
+        for (name,) in self._db.execute("SELECT DISTINCT owner FROM claims").fetchall():
+            if not alive(self.file, name):
+                self._db.execute("DELETE FROM claims WHERE owner = ?", (name,))
+
+    def _count(self, what: str) -> int:
+        with _said(self.file):
+            ((n,),) = self._db.execute(f"SELECT count(*) FROM {what}")  # noqa: S608
+        return int(n)
+
+    def _safe(self) -> int | None:
+        with contextlib.suppress(InputError):
+            return self._count("records")
+        return None
+
+    @contextlib.contextmanager
+    def _writing(self, *, lasting: bool = True) -> Iterator[None]:
+        """All or nothing; what need not outlast a power cut (a claim) does not wait for the disk."""
+        with _said(self.file, self._safe):
+            self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._db.execute("COMMIT")
+            except BaseException:
+                if self._db.in_transaction:
+                    self._db.execute("ROLLBACK")
+                raise
+
+
+def _there(file: Path) -> bool:
+    """Whether a file is there; says why if it is no store of ours, from its head alone."""
+    try:
+        if file.is_dir():
+            raise InputError(f"{file}: is a folder, not a store: name a file")
+        if not file.exists():
+            return False
+        with file.open("rb") as opened:
+            head = opened.read(100)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
+    application = int.from_bytes(head[68:72], "big")
+    schema = int.from_bytes(head[60:64], "big")
+    if not head:
+        raise InputError(f"{file}: is empty, not a store: remove it or take another --out")
+    if not head.startswith(b"SQLite format 3\0"):
+        raise InputError(f"{file}: is not a store of a campaign: take another --out")
+    if application != APPLICATION:
+        raise InputError(f"{file}: is a database of another program: take another --out")
+    if schema > SCHEMA:
+        raise InputError(
+            f"{file}: was written by a newer stribeck (schema {schema}; this one reads {SCHEMA}): "
+            "update stribeck or take another --out"
+        )
+    return True
+
+
+def _make(file: Path, meta: dict[str, str]) -> None:
+    """Make a store beside its place and move it there whole: nobody ever meets half of one."""
+    try:
+        file.parent.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=file.parent) as folder:
+            made = Path(folder) / "store"
+            with _said(file), contextlib.closing(sqlite3.connect(made)) as db:
+                db.execute("PRAGMA journal_mode = WAL")
+                db.execute(f"PRAGMA application_id = {APPLICATION}")
+                db.execute(f"PRAGMA user_version = {SCHEMA}")
+                for table in _TABLES.values():
+                    db.execute(table)
+                meta = {**meta, "stribeck": __version__}
+                db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
+                db.commit()
+            _place(made, file)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be made: {error.strerror or error}") from error
+
+
+def _place(made: Path, file: Path) -> None:
+    """Give a finished file its name, unless another process has just made one of that name."""
+    try:
+        os.link(made, file)
+    except FileExistsError:
+        return
+    except OSError:  # a file system without links
+        if not file.exists():
+            made.rename(file)
+
+
+def _opened(file: Path) -> sqlite3.Connection:
+    """A connection to a store that is whole.
+
+    Raises:
+        InputError: it is damaged, or cannot be opened.
+    """
+    with _said(file):
+        db = _connected(file)
+        try:
+            (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
+            tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
+            wrong = [name for name, sql in _TABLES.items() if tables.get(name) != sql]
+            if word != "ok" or wrong:
+                what = f"table {wrong[0]!r} is missing or not as it was" if wrong else str(word)
+                raise InputError(_damaged(file, what))  # noqa: TRY301 - closes the connection
+            db.execute("PRAGMA foreign_keys = ON")
+            db.execute("PRAGMA temp_store = MEMORY")
+        except BaseException:
+            db.close()
+            raise
+    return db
+
+
+def _connected(file: Path) -> sqlite3.Connection:
+    where = file.absolute().as_uri()
+    if not os.access(file.parent, os.W_OK) and not file.with_name(file.name + "-wal").exists():
+        where += "?immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
+    else:
+        where += "?mode=rw"
+    return sqlite3.connect(where, uri=True, timeout=PATIENCE, isolation_level=None)
+
+
+@contextlib.contextmanager
+def _said(file: Path, safe: Callable[[], int | None] = lambda: None) -> Iterator[None]:
+    """Turn what SQLite and the disk refuse into one line for a person."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        raise InputError(_refusal(file, code, error, safe)) from error
+    except OSError as error:
+        if error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}:
+            raise InputError(_full(file, safe)) from error
+        raise InputError(f"{file}: {error.strerror or error}") from error
+
+
+def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int | None]) -> str:
+    match code:
+        case sqlite3.SQLITE_FULL:
+            return _full(file, safe)
+        case sqlite3.SQLITE_IOERR:
+            return _full(file, safe, "the disk is full or failing")
+        case sqlite3.SQLITE_BUSY | sqlite3.SQLITE_LOCKED:
+            return f"{file}: is locked by another program: close it and give the same command again"
+        case sqlite3.SQLITE_READONLY | sqlite3.SQLITE_PERM | sqlite3.SQLITE_CANTOPEN:
+            return f"{file}: cannot be written: make it and its folder writable"
+        case sqlite3.SQLITE_CORRUPT | sqlite3.SQLITE_NOTADB:
+            return _damaged(file, str(error))
+        case _:
+            raise error
+
+
+def _full(file: Path, safe: Callable[[], int | None], what: str = "the disk is full") -> str:
+    runs = safe()
+    kept = "the finished runs are" if runs is None else f"{runs} finished runs are"
+    return f"{what}: {kept} safe in {file}; make room and give the same command again"
+
+
+def _damaged(file: Path, what: str) -> str:
+    line = " ".join(what.split())
+    return f"{file}: is damaged ({line}): restore a copy or take another --out"
+
+
+def _differ(there: Job, now: Job) -> str:
+    """What a run in the store and one of the same name in the campaign differ in."""
+    name, old, new = _difference(json.loads(there.text), json.loads(now.text))
+    return (
+        f"{now.algorithm} on {now.problem}: {name} {_short(old)} in the store, {_short(new)} in "
+        "the campaign: take another --out or give the method another name"
+    )
+
+
+def _difference(there: Any, now: Any, name: str = "") -> tuple[str, Any, Any]:
+    """The innermost first difference of two unequal JSON values, and its name."""
+    if isinstance(there, dict) and isinstance(now, dict):
+        for key in sorted({*there, *now}):
+            old, new = there.get(key), now.get(key)
+            if json.dumps(old, sort_keys=True) != json.dumps(new, sort_keys=True):
+                return _difference(old, new, f"{name}.{key}".lstrip("."))
+    return name, there, now
+
+
+def _short(value: Any, most: int = 60) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def _blob(values: np.ndarray[Any, Any]) -> bytes:
+    return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+
+
+def _record(row: tuple[Any, ...]) -> Record:
+    job, x, cost, evaluations, ended, failed, rounds, events, seconds, *steps = row
+    return Record(
+        job=Job.parse(job),
+        x=tuple(json.loads(x)),
+        cost=cost,
+        evaluations=evaluations,
+        ended=ended,
+        failed=failed,
+        rounds=json.loads(rounds),
+        events=json.loads(events),
+        seconds=seconds,
+        steps=Steps(
+            np.frombuffer(steps[0], "<i8").astype(np.int64),
+            np.frombuffer(steps[1], "<i8").astype(np.int64),
+            np.frombuffer(steps[2], "<f8").astype(np.float64),
+        ),
+    )
