@@ -16,6 +16,8 @@ from .errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from .bench.campaign import Campaign
+    from .bench.engines import Engine
     from .data import Recording
     from .identify.card import Card
     from .identify.found import Fit
@@ -321,6 +323,75 @@ def simulate(
     (recording,) = _read([log], made.rig, columns)
     write_motion(made, p, recording, out)
     typer.echo(out)
+
+
+@app.command()
+def bench(
+    campaign: Annotated[str, typer.Argument(metavar="paper|FILE.toml", help="A shipped campaign (paper, twins, bbob) or a file.")],
+    trials: Annotated[int | None, typer.Option(metavar="N", help="Runs of every cell, in place of the file's.")] = None,
+    engine: Annotated[str, typer.Option(metavar="E", help="here, processes[:N] or dask://HOST:PORT.")] = "processes",
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where the store and the results go; bench-NAME by default.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Insist on a store that is there; without it one is begun or gone on with.")] = False,
+    coco: Annotated[bool, typer.Option("--coco", help="Write BBOB runs as COCO's own data too, and its report.")] = False,
+    show: Annotated[bool, typer.Option("--show", help="Print the campaign's file and stop.")] = False,
+) -> None:  # fmt: skip
+    """Compare search methods: the paper's study, or any campaign."""
+    from .bench.campaign import campaign as found
+    from .bench.engines import engine as chosen
+
+    made = found(campaign)
+    if show:
+        typer.echo(made.text, nl=False)
+        return
+    made = made if trials is None else made.trials(trials)
+    _bench(made, chosen(engine), out or Path(f"bench-{made.name}"), resume, coco)
+
+
+def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:
+    from .bench.conduct import conduct
+    from .bench.record import Failure, Record
+    from .bench.store import Store
+    from .report.folder import check_folder
+    from .report.live import Live
+    from .report.study import Study
+
+    check_folder(folder)
+    folder.mkdir(exist_ok=True)
+    file = folder / "store.sqlite"
+    with Store.open(
+        file, campaign=made.name, seed=made.seed, text=made.text, must_exist=resume
+    ) as store:
+        jobs = list(made.jobs())
+        store.add(jobs)
+        try:
+            with Live(made.name, jobs, store.records(), workers=at.workers) as live:
+                for outcome in conduct(store, at):
+                    if isinstance(outcome, Record):
+                        live.done(outcome)
+                    elif isinstance(outcome, Failure):
+                        live.failed(outcome)
+                    else:
+                        live.waiting(outcome)
+        except KeyboardInterrupt:
+            _fail(
+                f"interrupted: {store.left()} runs are left, the others are safe in {file}; "
+                "the same command goes on",
+                130,
+            )
+        records, failures = list(store.records()), store.failures()
+        store.export(folder)
+    study = Study(made, jobs, records, failures)
+    study.write(folder)
+    typer.echo(study.text(), nl=False)
+    if coco:
+        from .bench.coco import observe, postprocess
+
+        observe([r.job for r in records if "bbob" in r.job.surface], folder)
+        postprocess(folder)
+    typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
+    if failures:
+        typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)
+        raise typer.Exit(1)
 
 
 @app.command()

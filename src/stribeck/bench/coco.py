@@ -18,6 +18,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import groupby
 from operator import index
 from pathlib import Path
@@ -115,7 +116,7 @@ class Bbob:
         """The value at or below which it counts as solved."""
         return self.minimum + PRECISION
 
-    @property
+    @cached_property
     def space(self) -> Space:
         """The suite's region of interest, [-5, 5] in every coordinate."""
         return box([(-5.0, 5.0)] * self.dim)
@@ -223,7 +224,8 @@ def _place(job: Job) -> tuple[int, int, int, int]:
 def postprocess(folder: Path) -> Path:
     """COCO's own pages (tables, ECDF pictures) of everything observed in a folder.
 
-    It takes COCO some seconds for a few functions, minutes for the suite.
+    It takes COCO some seconds for a few functions, minutes for the suite. It asks its archive of
+    published data what there is, once, and goes on without where there is no network.
 
     Args:
         folder: What `observe` wrote to; the pages go to `folder/ppdata`.

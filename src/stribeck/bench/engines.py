@@ -315,15 +315,15 @@ class _Shift:
         self.running: dict[str, tuple[Job, Any]] = {}
         self.suspects = deque[Job]()
         self.done = SimpleQueue[Any]()
-        self.room, self.staffed = 0, time.monotonic()
+        self.room, self.looked, self.staffed = 0, -LOOK, time.monotonic()
 
     def outcomes(self) -> Outcomes:
         """Run all jobs; those that may have killed workers last, and each alone.
 
         A dead worker speaks against every job that it held, the killer and the one at hand.
         """
-        self._look()
         while True:
+            self._look()
             while len(self.running) < self.room and (job := next(self.jobs, None)):
                 self._submit(job)
             if alone := not self.running and bool(self.suspects):
@@ -365,15 +365,18 @@ class _Shift:
             raise InputError(_cannot(self.address, error)) from error
 
     def _look(self) -> None:
-        """See how many jobs the workers can hold now."""
+        """See how many jobs the workers can hold, every now and then: they come and go."""
+        if (now := time.monotonic()) - self.looked < LOOK:
+            return
+        self.looked = now
         try:
             workers = len(self.client.nthreads())
         except (OSError, CancelledError) as error:
             raise InputError(f"dask://{self.address}: the scheduler is gone") from error
         self.room = AT_HAND * workers
         if workers:
-            self.staffed = time.monotonic()
-        elif time.monotonic() - self.staffed > STAFF:
+            self.staffed = now
+        elif now - self.staffed > STAFF:
             raise InputError(_unstaffed(self.address))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .record import Record
 from .statistics import cells
-from .tables import Cell, Table, number
+from .tables import DASH, Cell, Table, number
 
 #: The campaign these tables are of.
 NAME = "paper"
@@ -139,9 +139,9 @@ def table_4(records: Sequence[Record]) -> Table:
         rows.append([
             Cell(surface, surface),
             Cell(algorithm, algorithm),
-            _cell(seconds),
+            _printed(seconds),
             _cell(_mean(runs, lambda r: r.seconds), 3),
-            _cell(rounds),
+            _printed(rounds),
             _cell(_mean(runs, lambda r: r.search_rounds)),
             _cell(_mean(runs, lambda r: r.evaluations)),
             Cell(f"{sum(r.reached for r in runs)}/{len(runs)}", sum(r.reached for r in runs)),
@@ -186,7 +186,8 @@ def percentages(records: Sequence[Record]) -> Table:
         restart = p.measured(records, "bts-restart", OURS[p.than][-1] if p.than == "ATS" else other)
         rows.append([
             Cell(f"{p.what}, BTS less than {p.than}", p.what),
-            *(_cell(v, 4) for v in (p.printed, p.published(), literal, restart)),
+            _printed(p.printed),
+            *(_cell(v) for v in (p.published(), literal, restart)),
         ])  # fmt: skip
     return Table(
         "Section 3: how much less BTS needs, % (plain mean over the five functions)",
@@ -218,5 +219,10 @@ def _mean(runs: Sequence[Record], of: Callable[[Record], float]) -> float:
     return float(np.mean([of(r) for r in runs]))
 
 
-def _cell(value: float | None, digits: int = 5) -> Cell:
-    return Cell("–" if value is None else number(value, digits), value)
+def _cell(value: float, digits: int = 4) -> Cell:
+    return Cell(number(value, digits), value)
+
+
+def _printed(value: float | None) -> Cell:
+    """A published number, with the digits it was published with."""
+    return Cell(DASH, None) if value is None or np.isnan(value) else Cell(f"{value:,}", value)

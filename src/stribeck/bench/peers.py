@@ -48,9 +48,9 @@ class _Counter:
     """
 
     def __init__(self, problem: Problem, budget: int, target: float | None) -> None:
-        self.problem, self.budget = problem, budget
+        self.problem, self.space, self.budget = problem, problem.space, budget
         self.target = None if target is None else Target(target)
-        self.dim = problem.space.dim
+        self.dim = self.space.dim
         self.trace = Trace(self.dim)
         self.ended: str | None = None
         self.failure: Exception | None = None
@@ -89,9 +89,9 @@ class _Counter:
         if self.ended or self.failure:
             raise _Over
         u = np.asarray(u, dtype=float).reshape(-1, self.dim)[: self.left]
-        u = np.clip(np.where(np.isnan(u), 0.0, u), 0.0, 1.0)
+        u = np.fmin(np.fmax(u, 0.0), 1.0)
         try:
-            costs = checked(self.problem(self.problem.space.decode(u)), len(u)).copy()
+            costs = checked(self.problem(self.space.decode(u)), len(u)).copy()
         except Exception as failure:
             self.failure = failure  # libraries have a way of renaming what passes through them
             raise

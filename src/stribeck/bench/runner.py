@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
-from ..optimize import METHODS, Search, Stop, Target, configure, lockstep
-from ..optimize.methods import unit_free
+from ..optimize import METHODS, Run, Search, Stop, Target, configure, lockstep
+from .peers import search
 from .problems import Problem, problem
 from .record import Job, Record
 
@@ -20,27 +20,26 @@ def run(job: Job, on: Problem | None = None) -> Record:
     Raises:
         InputError: the problem or the method cannot be made.
     """
-    if on is None:
-        on = problem(job.surface)
-    name, settings = job.method["name"], job.method.get("settings", {})
-    if name not in METHODS:
-        from .peers import search  # noqa: PLC0415 - the peers' libraries are an extra
-
-        began = time.perf_counter()
-        trace, ended = search(
-            name, on, budget=job.budget, target=job.target, seed=job.seeds(), **settings
-        )
-        x = on.space.decode(trace.u[trace.best : trace.best + 1])[0]
-        return Record.of(job, trace, x, ended, time.perf_counter() - began)
-    if job.method.get("unit_free"):
-        settings = unit_free(name, settings)
-    stops: list[Stop] = [] if job.target is None else [Target(job.target)]
-    one = Search(
-        on.space,
-        configure(name, **settings),
-        budget=job.budget,
-        seed=job.seeds(),
-        stops=stops,
-    )
-    (done,) = lockstep(on, [one])
+    done = trial(job, problem(job.surface) if on is None else on)
     return Record.of(job, done.trace, done.x, done.ended, done.seconds)
+
+
+def trial(job: Job, on: Problem) -> Run:
+    """The run of a job with its whole trace, every point and cost.
+
+    Raises:
+        InputError: the method cannot be made.
+    """
+    name, settings = job.method["name"], job.method["settings"]
+    if name in METHODS:
+        algorithm = configure(name, **settings)
+        stops: list[Stop] = [] if job.target is None else [Target(job.target)]
+        own = Search(on.space, algorithm, budget=job.budget, seed=job.seeds(), stops=stops)
+        return lockstep(on, [own])[0]
+    began = time.perf_counter()
+    trace, ended = search(
+        name, on, budget=job.budget, target=job.target, seed=job.seeds(), **settings
+    )
+    x = on.space.decode(trace.u[trace.best : trace.best + 1])[0]
+    seconds = time.perf_counter() - began
+    return Run(x, trace.cost, len(trace), ended, seconds, trace)

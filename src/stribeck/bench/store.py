@@ -399,7 +399,7 @@ class Store:
 
     @contextlib.contextmanager
     def _writing(self, *, lasting: bool = True) -> Iterator[None]:
-        """All or nothing; what need not outlast a power cut (a claim) does not wait for the disk."""
+        """All or nothing; a claim need not outlast a power cut and does not wait for the disk."""
         with _said(self.file, self._safe):
             self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
             self._db.execute("BEGIN IMMEDIATE")

@@ -1,0 +1,108 @@
+"""All that is written and printed of a campaign: its tables, its figures, its page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..bench import paper
+from ..bench.problems import problem
+from ..bench.record import Failure, Job, Record
+from ..bench.runner import trial
+from ..bench.surfaces import Surface
+from ..bench.tables import Table, comparisons, overall, ranking, solutions, summary
+from .folder import write_files, write_text
+
+if TYPE_CHECKING:
+    from ..bench.campaign import Campaign
+    from .campaign import Drawn
+
+#: Endings a table is written with, and how.
+FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Table.csv}
+#: Tables that fit on a terminal.
+PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "overall")
+#: Cells beyond which a table is left to its file.
+LONGEST = 60
+
+
+@dataclass(frozen=True)
+class Study:
+    """A campaign and what came of it.
+
+    Args:
+        campaign: What was compared.
+        jobs: Every job of it.
+        records: Those that are done.
+        failures: Those that could not be run.
+    """
+
+    campaign: Campaign
+    jobs: Sequence[Job]
+    records: Sequence[Record]
+    failures: Sequence[Failure]
+
+    @cached_property
+    def tables(self) -> dict[str, Table]:
+        """The tables, by the name of their file."""
+        about, jobs, reference = self.records, self.jobs, self.campaign.reference
+        made: dict[str, Table] = {}
+        if self.campaign.name == paper.NAME:
+            made |= {
+                "table_4": paper.table_4(about),
+                "table_5": paper.table_5(about),
+                "percentages": paper.percentages(about),
+            }
+        return made | {
+            "summary": summary(about, jobs),
+            "solutions": solutions(about, jobs),
+            "ranking": ranking(about, jobs, targets=self.campaign.targets(jobs)),
+            "overall": overall(about, jobs, reference=reference),
+            "comparisons": comparisons(about, jobs, reference=reference),
+        }
+
+    def figures(self) -> Iterator[Drawn]:
+        """The figures; for the tracks of bacteria a run is run again."""
+        from .campaign import figures  # noqa: PLC0415 - matplotlib comes late on purpose
+
+        yield from figures(self.records, self.jobs, self.campaign.targets(self.jobs))
+        yield from self._movements()
+
+    def _movements(self) -> Iterator[Drawn]:
+        """The paper's figure 2: the reference's first run on each surface of two variables."""
+        from .campaign import movements  # noqa: PLC0415
+
+        for record in self.records:
+            job = record.job
+            if job.repeat or job.algorithm != self.campaign.reference or len(record.x) != 2:  # noqa: PLR2004
+                continue
+            on = problem(job.surface)
+            if isinstance(on, Surface) and "foraging" in record.rounds:
+                title = f"{job.algorithm} on {job.problem}, {on.title}"
+                drawn = movements(on, trial(job, on).trace, optima=on.optima.tolist(), title=title)
+                yield replace(drawn, name=f"movements_{job.problem}")
+
+    def write(self, folder: Path) -> None:
+        """Write `tables/`, `figures/`, `campaign.toml` and `summary.html` into a folder.
+
+        Raises:
+            InputError: the disk refuses.
+        """
+        from .campaign import draw  # noqa: PLC0415
+
+        write_text(folder / "campaign.toml", self.campaign.text)
+        write_files(folder / "tables", self._write_tables)
+        drawn = list(self.figures())
+        write_files(folder / "figures", lambda place: draw(drawn, place))
+
+    def _write_tables(self, folder: Path) -> None:
+        for name, table in self.tables.items():
+            for ending, form in FORMS.items():
+                (folder / f"{name}.{ending}").write_text(form(table), encoding="utf-8")
+
+    def text(self) -> str:
+        """The tables that a terminal can show."""
+        shown = [self.tables[name] for name in PRINTED if name in self.tables]
+        return "\n".join(t.plain() for t in shown if len(t.rows) <= LONGEST)
