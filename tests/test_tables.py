@@ -243,5 +243,11 @@ class TestCampaign:
         assert [r[1].text for r in table.rows] == ["quick", "slow_er"]
         assert (text(table, 0)["fastest"], text(table, 1)["fastest"]) == ("1.0", "0")
         assert "On 1 of 2 problems" in table.note
+        on_bf_only = [j for j in JOBS if j.cell != ("SF", "slow_er")]
+        meant_for_one = ranking(RECORDS, on_bf_only)
+        assert [(r[0].text, r[1].text) for r in meant_for_one.rows] == [
+            ("1", "quick"), ("–", "slow_er")
+        ]  # fmt: skip
+        assert "On 2 of 2 problems" in meant_for_one.note
         alone = ranking(RECORDS[:10], JOBS)
         assert [r[0].text for r in alone.rows] == ["1", "–"]

@@ -390,8 +390,8 @@ def ranking(
 ) -> Table:
     """The methods by the area under their ECDF, best first.
 
-    They are compared on the problems that each of them has been run on; a method without a run
-    stands last, with dashes.
+    Those meant for every problem are compared, on the problems that each of them has been run
+    on so far; a method meant for some only, or without a run, stands last, with dashes.
 
     Args:
         records: Of one campaign, in any order.
@@ -399,9 +399,10 @@ def ranking(
         targets: Precisions above the minimum (costs, where that is not known).
     """
     found = {cell: runs for cell, runs in cells(records, jobs).items() if runs}
-    names = algorithms_of([job.cell for job in jobs] or found)
-    present = [a for a in names if any(a == algorithm for _, algorithm in found)]
-    of = len(problems_of([job.cell for job in jobs] or found))
+    planned = dict.fromkeys([job.cell for job in jobs] or found)
+    names, problems = algorithms_of(planned), problems_of(planned)
+    some = [a for a in names if any(a == algorithm for _, algorithm in found)]
+    present = [a for a in some if all((p, a) in planned for p in problems)] or some
     shared = [p for p in problems_of(found) if all((p, a) in found for a in present)]
     runs = {a: [r for p in shared for r in found[p, a]] for a in present}
     limits = limits_of(itertools.chain(*runs.values()))
@@ -426,7 +427,7 @@ def ranking(
         "Ranking",
         ("rank", "method", "area", "success", "fastest", "solved"),
         tuple(rows),
-        f"On {len(shared)} of {of} problems, those that every method with runs has been run on. "
+        f"On {len(shared)} of {len(problems)} problems; methods meant for fewer are not ranked. "
         "Area under the ECDF of evaluations per dimension, log axis, from one to the budget; 1 "
         f"is best. {_INTERVALS}: area by bootstrap over runs, success by Wilson. Of the problems "
         f"with a target ({len(times)}), fastest is the share on which its ERT is the least, "
