@@ -103,7 +103,7 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
     asked, search = played(
         swarm,
         [(-2, 2), (-1, 1)],
-        20,
+        21,
         [[(1.0 + 2) / 4, (0.8 + 1) / 2], [(1.8 + 2) / 4, (-0.8 + 1) / 2]],  # Step 2
         drawn([(-0.75, -1.0), (1.0, 0.75)]),  # directions (-0.6, -0.8) and (0.8, 0.6)
         drawn([(1.0, -0.75), (-0.5, 0.0)]),  # (0.8, -0.6) and (-1, 0)
@@ -143,11 +143,13 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
         # Next lifetime, j = 1: a by (-0.3, 0.4), the other by (0.5, 0).
         # J = 0.25 + 0.72 = 0.97 < 2.64; 0.25 + 0.5 = 0.75, not < 0.5.
         [(0.8 - 0.3, -1.0 + 0.4), (0.0 + 0.5, 0.5)],
+        # J = 0.04 + 0.08 = 0.12 < 0.97; the other had started from 0.5, not from a's 2.64.
         [(0.5 - 0.3, -0.6 + 0.4)],
+        [(0.2 - 0.3, -0.2 + 0.4)],
     ]
     check(asked, expected)
     costs = [2.28, 4.52, 0.81, 4.5, 0.16, 4.08, 0.33, 4.02, 4.32, 1.23, 2.57, 1.32, 0.57, 0.32]
-    costs += [2.64, 1.37, 0.5, 0.97, 0.75, 0.04 + 0.08]
+    costs += [2.64, 1.37, 0.5, 0.97, 0.75, 0.12, 0.09]
     # The costs said above.
     assert np.allclose(search.trace.f, costs, rtol=0, atol=1e-11)
 
@@ -344,7 +346,7 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
             N=3, R=1.0, BT=2, n_re_back=2, AR=((3.0, 0.5), (1.0, 0.25)), coordinates="raw"
         ),
         [(-1, 3), (-0.5, 1.5)],
-        31,
+        34,
         [[3 / 4, 1.5 / 2]],
         drawn([(-1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
         drawn([(0.5, 0.0), (0.0, 0.0), (0.0, 0.5)]),
@@ -356,6 +358,7 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
         drawn([(1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
         drawn([(1.0, -1.0), (1.0, 0.0), (1.0, 0.0)]),
         drawn([(1.0, 0.0), (0.0, -1.0), (0.0, -0.5)]),
+        drawn([(0.0, 1.0), (-1.0, 0.0), (1.0, 1.0)]),
     )
     expected: list[Points] = [
         [(2.0, 1.0)],  # S0, J0 = 6
@@ -381,13 +384,14 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
         # Round 9, R = 0.25: 1.28125, 1.03125, 1.03125. n = 2 = BT; TL 0.84375, 1.03125, ...: the
         # 2nd is S0 = (1, -0.125). J0 is above 1 again, the best error is not: R = 0.25.
         [(1.0, -0.375), (1.0, -0.125), (1.0, -0.125)],
-        # Round 10, R = 0.25.
+        # Round 10, R = 0.25: 1.59375, 1.28125, 1.125: not below 1.03125; n = 1, no deadlock yet.
         [(1.25, -0.125), (1.0, -0.375), (1.0, -0.25)],
+        [(1.0, 0.125), (0.75, -0.125), (1.25, 0.125)],  # Round 11, R = 0.25
     ]
     check(asked, expected)
     notes = search.trace.notes
     assert [k for k, n in enumerate(notes) if n.get("event") == "backtrack"] == [4, 10]
-    assert [n["radius"] for n in notes[1:]] == [1, 1, 1, 1, 1, 1, 0.5, 0.25, 0.25, 0.25]
+    assert [n["radius"] for n in notes[1:]] == [1, 1, 1, 1, 1, 1, 0.5, 0.25, 0.25, 0.25, 0.25]
 
 
 # --- the hand-over
