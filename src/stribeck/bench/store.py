@@ -282,7 +282,8 @@ class Store:
             position, key, text = found
             # Passed over once is enough: runs that other processes have finished meanwhile.
             self._db.execute(
-                "DELETE FROM waiting WHERE position < ? AND key IN (SELECT job FROM records)",
+                "DELETE FROM waiting WHERE position < ? "
+                "AND EXISTS (SELECT 1 FROM records WHERE job = key)",
                 (position,),
             )
             self._db.execute("INSERT INTO claims VALUES (?, ?)", (key, self._owner.name))
@@ -533,6 +534,8 @@ def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int
 
 
 def _full(file: Path, safe: Callable[[], int | None], what: str = "the disk is full") -> str:
+    if not file.exists():
+        return f"{what}: {file} cannot be made; make room and give the same command again"
     runs = safe()
     kept = "the finished runs are" if runs is None else f"{runs} finished runs are"
     return f"{what}: {kept} safe in {file}; make room and give the same command again"

@@ -1,0 +1,407 @@
+"""The store: nothing lost, nothing run twice, whatever happens to the processes."""
+
+import csv
+import json
+import math
+import multiprocessing as mp
+import os
+import signal
+import sqlite3
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from itertools import count
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from stribeck.bench.owner import Owner, alive
+from stribeck.bench.record import Failure, Job, Record, Steps
+from stribeck.bench.runner import run
+from stribeck.bench.store import Store
+from stribeck.optimize.methods import unit_free
+
+SPAWN: Any = mp.get_context("forkserver" if sys.platform == "linux" else "spawn")
+if sys.platform == "linux":
+    SPAWN.set_forkserver_preload(["stribeck.bench.runner", "stribeck.bench.store"])
+
+
+def make(problem: str, algorithm: str, repeat: int, budget: int = 90) -> Job:
+    said = {} if algorithm == "random" else unit_free(algorithm, {})
+    return Job(
+        problem=problem,
+        algorithm=algorithm,
+        repeat=repeat,
+        seed=5,
+        budget=budget,
+        target=1e-2,
+        minimum=0.0,
+        surface={"surface": problem, "dim": 2, "twin": None},
+        method={"name": algorithm, "settings": said},
+    )
+
+
+def campaign(
+    repeats: int = 10, algorithms: tuple[str, ...] = ("bts", "ats", "random")
+) -> list[Job]:
+    return [make(p, a, r) for r in range(repeats) for p in ("BF", "RF") for a in algorithms]
+
+
+def opened(file: Path) -> Store:
+    return Store.open(file, campaign="small", seed=5)
+
+
+def work(file: Path, said: Connection) -> None:
+    """A process on a store: says what it is about to do."""
+    with opened(file) as store:
+        store.add(campaign())
+        while (job := store.claim()) is not None:
+            said.send(job.key)
+            record = run(job)
+            said.send("ran")
+            store.commit(record)
+            said.send("committed")
+    said.send("done")
+
+
+def started(target: Any, *given: Any) -> tuple[Any, Connection]:
+    ours, theirs = SPAWN.Pipe()
+    process = SPAWN.Process(target=target, args=(*given, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    return process, ours
+
+
+def heard(said: Connection) -> Iterator[str]:
+    try:
+        while True:
+            yield said.recv()
+    except (EOFError, ConnectionResetError):
+        return
+
+
+def content(file: Path) -> list[str]:
+    """All that a store holds but times and names of processes."""
+    with sqlite3.connect(file) as db:
+        assert db.execute("SELECT count(*) FROM claims").fetchone() == (0,)
+        assert db.execute("SELECT count(*) FROM failures").fetchone() == (0,)
+    db.close()
+    with Store.read(file) as store:
+        return [record.content for record in store.records()]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    file = tmp_path_factory.mktemp("undisturbed") / "store.sqlite"
+    with opened(file) as store:
+        store.add(campaign())
+        while (job := store.claim()) is not None:
+            store.commit(run(job))
+    return content(file)
+
+
+def test_killed_ten_times_and_resumed_ends_with_the_same_records(
+    tmp_path: Path, undisturbed: list[str]
+) -> None:
+    file, rng = tmp_path / "store.sqlite", np.random.default_rng(11)
+    runs: Counter[str] = Counter()
+    for _ in range(10):
+        process, said = started(work, file)
+        for _ in range(rng.integers(1, 12)):
+            runs[said.recv()] += 1
+        process.join(rng.uniform(0, 0.01))  # any moment: also in the middle of a commit
+        process.kill()
+        runs.update(heard(said))
+        process.join()
+        assert "done" not in runs
+    process, said = started(work, file)
+    runs.update(heard(said))
+    process.join()
+    assert runs.pop("done") == 1
+    assert content(file) == undisturbed
+    runs.pop("ran")
+    runs.pop("committed")
+    assert len(runs) == len(undisturbed)
+    assert runs.total() <= len(undisturbed) + 10  # a kill costs the run that was going on
+    assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]  # no log, no lock left
+
+
+def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) -> None:
+    file = tmp_path / "store.sqlite"  # which both of them find missing
+    pair = [started(work, file) for _ in range(2)]
+    runs = Counter(word for _, said in pair for word in heard(said))
+    for process, _ in pair:
+        process.join()
+        assert process.exitcode == 0
+    assert runs.pop("done") == 2
+    assert runs.pop("ran") == runs.pop("committed") == len(undisturbed)
+    assert set(runs.values()) == {1}
+    assert len(runs) == len(undisturbed)
+    assert content(file) == undisturbed
+    assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]
+
+
+def hold(file: Path, said: Connection) -> None:
+    """Claim a job and never come back."""
+    with opened(file) as store:
+        store.add(campaign(1))
+        job = store.claim()
+        assert job is not None
+        said.send(job.key)
+        said.recv()
+
+
+def test_a_claim_holds_as_long_as_its_process_lives(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    process, said = started(hold, file)
+    held = said.recv()
+    with opened(file) as store:
+        store.add(campaign(1))
+        while (job := store.claim()) is not None:
+            assert job.key != held
+            store.commit(run(job))
+        assert (store.left(), store.busy()) == (1, 1)
+        process.kill()
+        process.join()
+        taken = store.claim()
+        assert taken is not None
+        assert taken.key == held
+        assert store.busy() == 0
+        assert len([f for f in tmp_path.iterdir() if "-owner-" in f.name]) == 1  # ours
+
+
+def fork(file: Path, said: Connection) -> None:
+    owner = Owner(file)
+    said.send(owner.name)
+    said.send(os.fork() or os.getpid())
+    signal.pause()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="forks")
+def test_a_forked_child_does_not_keep_its_parent_alive(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    process, said = started(fork, file)
+    name, pids = said.recv(), {said.recv(), said.recv()}
+    (child,) = pids - {process.pid}
+    try:
+        assert alive(file, name)
+        process.kill()
+        process.join()
+        os.kill(child, 0)
+        assert not alive(file, name)
+        assert not (tmp_path / name).exists()
+    finally:
+        os.kill(child, signal.SIGKILL)
+
+
+def test_an_owner_lives_until_it_is_closed(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    with Owner(file) as one, Owner(file) as two:
+        assert one.name != two.name
+        assert alive(file, one.name)
+        assert alive(file, two.name)
+    assert not alive(file, one.name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_name_from_a_file_leads_to_no_other_file(tmp_path: Path) -> None:
+    (tmp_path / "precious").touch()
+    store = tmp_path / "folder" / "store.sqlite"
+    store.parent.mkdir()
+    for name in ("../precious", str(tmp_path / "precious"), "store.sqlite-owner-/../../precious"):
+        assert not alive(store, name)
+    assert (tmp_path / "precious").exists()
+
+
+def test_claims_come_in_order_and_to_one_store_only(tmp_path: Path) -> None:
+    file, jobs = tmp_path / "store.sqlite", campaign(2)
+    with opened(file) as one, opened(file) as two:
+        one.add(jobs)
+        two.add(jobs)
+        got = [store.claim() for store in (one, two) * 6]
+        assert [j and j.key for j in got] == [j.key for j in jobs]
+        assert one.claim() is None
+        assert two.busy() == 6
+        assert got[0] is not None
+        one.release(got[0])
+        again = two.claim()
+        assert again is not None
+        assert again.key == jobs[0].key
+        two.release(jobs[2])  # which is the other's
+        assert two.claim() is None
+
+
+def test_a_job_given_up_is_tried_again_by_the_next_run(tmp_path: Path) -> None:
+    file, jobs = tmp_path / "store.sqlite", [make("BF", "random", r) for r in range(2)]
+    with opened(file) as store:
+        store.add(jobs)
+        first = store.claim()
+        assert first is not None
+        store.fail(Failure(first, "the worker died"))
+        second = store.claim()
+        assert second is not None
+        assert second.key == jobs[1].key
+        store.commit(run(second))
+        assert store.claim() is None
+        assert (store.left(), store.busy()) == (1, 0)
+        assert [(f.job.key, f.message) for f in store.failures()] == [
+            (jobs[0].key, "the worker died")
+        ]
+        assert [(p.done, p.given_up, p.jobs) for p in store.progress()] == [(1, 1, 2)]
+    with opened(file) as store:
+        store.add(jobs)
+        again = store.claim()
+        assert again is not None
+        assert again.key == jobs[0].key
+        store.commit(run(again))
+        assert not store.failures()
+        assert store.left() == 0
+
+
+def test_only_what_the_campaign_names_now_counts(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    few, more = campaign(2, ("random",)), campaign(3, ("ats", "random"))
+    with opened(file) as store:
+        store.add(more)
+        while (job := store.claim()) is not None:
+            store.commit(run(job))
+    with opened(file) as store:
+        store.add(few)
+        store.add(few)
+        assert store.left() == 0
+        assert store.claim() is None
+        assert {r.job.key for r in store.records()} == {j.key for j in few}
+        store.add(campaign(1, ("bts",)))
+        assert store.left() == 2
+        job = store.claim()
+        assert job is not None
+        assert job.algorithm == "bts"
+    with Store.read(file) as store:
+        cells = [r.job.cell for r in store.records()]
+        assert cells == [(p, a) for p in ("BF", "RF") for a in ("ats", "random") for _ in range(3)]
+
+
+def test_a_store_can_be_read_while_it_is_written(tmp_path: Path) -> None:
+    file, jobs = tmp_path / "store.sqlite", campaign(1)
+    with opened(file) as store:
+        store.add(jobs)
+        with Store.read(file) as reader:
+            for done in range(1, 4):
+                job = store.claim()
+                assert job is not None
+                store.commit(run(job))
+                assert len(list(reader.records())) == done
+                assert sum(p.done for p in reader.progress()) == done
+            assert (reader.campaign, reader.seed) == ("small", 5)
+
+
+def test_the_tables_are_plain(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    record = run(make("BF", "random", 0))
+    with opened(file) as store:
+        store.add([record.job])
+        store.commit(record)
+        store.commit(record)  # again: nothing changes
+    db = sqlite3.connect(file)
+    rows = db.execute("SELECT problem, algorithm, repeat, cost, evaluations, ended FROM records")
+    assert rows.fetchall() == [("BF", "random", 0, record.cost, record.evaluations, record.ended)]
+    (blob,) = db.execute("SELECT costs FROM traces").fetchone()
+    assert np.array_equal(np.frombuffer(blob, "<f8"), record.steps.costs)
+    db.close()
+
+
+FLOATS = st.floats(allow_nan=False)
+WHOLE = st.integers(0, 2**63 - 1)
+COUNTS = st.dictionaries(st.text(max_size=5), st.integers(0, 10**9), max_size=3)
+WORDS = st.text(st.characters(exclude_categories=["Cs"]), max_size=9)
+STEPS = st.lists(st.tuples(WHOLE, WHOLE, FLOATS), max_size=5)
+REPEATS = count()
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
+    with opened(tmp_path_factory.mktemp("shelf") / "store.sqlite") as store:
+        yield store
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    x=st.lists(FLOATS, max_size=4),
+    cost=FLOATS,
+    words=st.tuples(WORDS, WORDS, WORDS),
+    counts=st.tuples(COUNTS, COUNTS),
+    whole=st.tuples(WHOLE, WHOLE),
+    steps=STEPS,
+    seconds=st.floats(0, 1e9),
+)
+def test_a_record_comes_back_bit_for_bit(
+    shelf: Store,
+    x: list[float],
+    cost: float,
+    words: tuple[str, str, str],
+    counts: tuple[dict[str, int], dict[str, int]],
+    whole: tuple[int, int],
+    steps: list[tuple[int, int, float]],
+    seconds: float,
+) -> None:
+    problem, algorithm, ended = words
+    repeat = next(REPEATS)
+    job = Job(problem, algorithm, repeat, whole[0], whole[1], cost, None, {"a": x}, {"b": [words]})
+    evaluations, rounds, costs = zip(*steps, strict=True) if steps else ((), (), ())
+    record = Record(
+        job,
+        tuple(x),
+        cost,
+        whole[0],
+        ended,
+        whole[1],
+        *counts,
+        Steps(
+            np.array(evaluations, np.int64), np.array(rounds, np.int64), np.array(costs, np.float64)
+        ),
+        seconds,
+    )
+    shelf.add([job])
+    shelf.commit(record)
+    with Store.read(shelf.file) as store:
+        (back,) = (r for r in store.records() if r.job.repeat == repeat)
+    assert back.text == record.text
+    assert back.job.key == job.key
+    assert math.copysign(1, back.cost) == math.copysign(1, cost)
+    assert back.steps.costs.tobytes() == record.steps.costs.tobytes()
+
+
+def test_export_has_every_run_and_every_improvement(tmp_path: Path) -> None:
+    file = tmp_path / "store.sqlite"
+    with opened(file) as store:
+        store.add(campaign(2))
+        while (job := store.claim()) is not None:
+            store.commit(run(job))
+        files = store.export(tmp_path / "tables")
+        records = list(store.records())
+    assert [f.name for f in files] == ["records.csv", "records.parquet", "traces.parquet"]
+    assert sorted((tmp_path / "tables").iterdir()) == files
+    with files[0].open(newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert [float(row["cost"]) for row in rows] == [r.cost for r in records]
+    assert [tuple(json.loads(row["x"])) for row in rows] == [r.x for r in records]
+    table = pl.read_parquet(files[1])
+    assert table["search_rounds"].to_list() == [r.search_rounds for r in records]
+    assert table.columns == list(rows[0])
+    trace = pl.read_parquet(files[2])
+    assert trace["cost"].to_list() == [c for r in records for c in r.steps.costs.tolist()]
+    last = trace.group_by("problem", "algorithm", "repeat", maintain_order=True).last()
+    assert last["cost"].to_list() == [r.cost for r in records]
+    assert last["algorithm"].to_list() == [r.job.algorithm for r in records]
+
+
+def test_an_empty_store_is_exported_too(tmp_path: Path) -> None:
+    with opened(tmp_path / "store.sqlite") as store:
+        files = store.export(tmp_path)
+    assert [pl.read_parquet(f).height for f in files[1:]] == [0, 0]
