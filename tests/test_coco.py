@@ -139,7 +139,7 @@ def jobs(algorithm: str, *, repeats: int = 1, budget: int = 150) -> Iterator[Job
             target=on.J_min,
             minimum=on.minimum,
             surface={"bbob": function, "dim": dim, "instance": instance},
-            method={"name": algorithm},
+            method={"name": algorithm, "settings": {}},
         )
 
 

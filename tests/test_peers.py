@@ -68,6 +68,22 @@ class Bowl:
         return cost
 
 
+@dataclass
+class Cube:
+    """A plain bowl in any dimension."""
+
+    dim: int
+    name: str = "cube"
+
+    @property
+    def space(self) -> Space:
+        return box([(-1.0, 2.0)] * self.dim)
+
+    def __call__(self, x: Array, /) -> Array:
+        cost: Array = (x**2).sum(axis=1)
+        return cost
+
+
 def run(
     name: str, problem: Bowl, budget: int = 300, target: float | None = None, seed: int = 1
 ) -> tuple[Trace, str]:
@@ -226,7 +242,7 @@ def test_rounds_are_generations() -> None:
 @pytest.mark.parametrize(
     ("name", "settings", "says"),
     [
-        ("simplex", {}, "no method 'simplex': other people's are scipy-de,"),
+        ("simplex", {}, "no method 'simplex': "),
         ("scipy-de", {"pop": 3}, "scipy-de has no setting 'pop': it has strategy, popsize,"),
         ("scipy-de", {"strategy": "worst"}, "scipy-de cannot run with these settings: "),
         ("dual-annealing", {"restart_temp_ratio": 3.0}, "dual-annealing cannot run with these"),
@@ -243,6 +259,25 @@ def test_what_cannot_be_run_is_said_in_one_line(
         search(name, Bowl(), budget=9, target=None, seed=SeedSequence(0), **settings)
     assert str(error.value).startswith(says)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "dim", "says"),
+    [
+        ("shgo", 11, "at most 10 dimensions, this has 11"),
+        ("cma-bipop", 1, "two dimensions or more"),
+    ],
+)
+def test_what_a_peer_has_no_dimensions_for_is_refused(name: str, dim: int, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        search(name, Cube(dim), budget=9, target=None, seed=SeedSequence(0))
+
+
+@every
+@pytest.mark.parametrize("dim", [2, 8])
+def test_other_dimensions_are_searched(name: str, dim: int) -> None:
+    trace, ended = search(name, Cube(dim), budget=257, target=None, seed=SeedSequence(0))
+    assert (len(trace), trace.u.shape[1], ended) == (257, dim, "budget")
 
 
 def test_a_setting_reaches_the_peer() -> None:

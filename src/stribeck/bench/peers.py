@@ -33,6 +33,9 @@ from ..optimize import METHODS, Problem, Target, Trace
 from ..optimize.search import checked
 from ..space import Array, Rng
 
+#: Above this, scipy's `shgo` builds its first cells for minutes before it evaluates anything.
+SHGO_DIMENSIONS = 10
+
 
 class _Over(BaseException):
     """The budget is spent or the target met. No library's `except Exception` may hold it up."""
@@ -183,11 +186,14 @@ def _dual_annealing(
 def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: int = 100) -> None:
     """`scipy.optimize.shgo`, refined until the budget is spent; nothing in it is random.
 
-    What it costs itself grows faster than the budget: in five dimensions 0.1 ms an evaluation
-    for 2000 evaluations, 11 ms for 20 000.
+    Its own time grows faster than the budget: two thousand evaluations take it seconds, three
+    thousand in two dimensions a minute. Before the first it cuts the cube at its 2**dim corners.
+
     `n` is sampling points an iteration; scipy reads 100 with "simplicial" as 2**dim + 1.
     """
     del rng
+    if count.dim > SHGO_DIMENSIONS:
+        raise InputError(f"shgo takes at most {SHGO_DIMENSIONS} dimensions, this has {count.dim}")
     optimize = _library("scipy.optimize")
     optimize.shgo(
         count.one,
@@ -244,6 +250,8 @@ def _cma_bipop(
 def _cma(
     count: _Counter, rng: Rng, sigma0: float, popsize: int | None, restarts: int, *, bipop: bool
 ) -> None:
+    if count.dim < 2:  # noqa: PLR2004 - pycma's own rule, which it finds out too late
+        raise InputError("CMA-ES takes two dimensions or more, this has 1")
     if not sigma0 > 0:  # pycma goes on with it
         raise InputError(f"sigma0 is a length of the unit cube above 0, got {sigma0!r}")
     cma = _library("cma")
@@ -411,6 +419,8 @@ def search(
         _once(name, peer, count, stream, settings)
         if count.ended:
             return count.trace, count.ended
+        if not len(count.trace):
+            raise InputError(f"{name} with these settings evaluates nothing")
         if not peer.random or len(count.trace) == before:
             return count.trace, "exhausted"
         count.restarted()
