@@ -29,7 +29,9 @@ from stribeck.optimize.methods import unit_free
 
 SPAWN: Any = mp.get_context("forkserver" if sys.platform == "linux" else "spawn")
 if sys.platform == "linux":
-    SPAWN.set_forkserver_preload(["stribeck.bench.runner", "stribeck.bench.store"])
+    SPAWN.set_forkserver_preload(
+        ["stribeck.bench.runner", "stribeck.bench.store", "polars", "hypothesis", "pytest"]
+    )
 
 
 def make(problem: str, algorithm: str, repeat: int, budget: int = 90) -> Job:

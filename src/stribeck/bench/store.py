@@ -478,14 +478,12 @@ def _opened(file: Path) -> sqlite3.Connection:
         InputError: it is damaged, or cannot be opened.
     """
     with _said(file):
-        db = _connected(file)
+        if _log(file).exists():  # of a process at work, or killed: not to be merged into a wreck
+            with contextlib.closing(_connected(file, "ro")) as db:
+                _check(file, db)
+        db = _connected(file, "rw")
         try:
-            (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
-            tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
-            wrong = [name for name, sql in _TABLES.items() if tables.get(name) != sql]
-            if word != "ok" or wrong:
-                what = f"table {wrong[0]!r} is missing or not as it was" if wrong else str(word)
-                raise InputError(_damaged(file, what))  # noqa: TRY301 - closes the connection
+            _check(file, db)
             db.execute("PRAGMA foreign_keys = ON")
             db.execute("PRAGMA temp_store = MEMORY")
         except BaseException:
@@ -494,13 +492,27 @@ def _opened(file: Path) -> sqlite3.Connection:
     return db
 
 
-def _connected(file: Path) -> sqlite3.Connection:
-    where = file.absolute().as_uri()
-    if not os.access(file.parent, os.W_OK) and not file.with_name(file.name + "-wal").exists():
-        where += "?immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
-    else:
-        where += "?mode=rw"
+def _connected(file: Path, mode: str) -> sqlite3.Connection:
+    where = f"{file.absolute().as_uri()}?mode={mode}"
+    if not os.access(file.parent, os.W_OK) and not _log(file).exists():
+        where += "&immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
     return sqlite3.connect(where, uri=True, timeout=PATIENCE, isolation_level=None)
+
+
+def _log(file: Path) -> Path:
+    return file.with_name(file.name + "-wal")
+
+
+def _check(file: Path, db: sqlite3.Connection) -> None:
+    (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
+    if word != "ok":
+        raise InputError(_damaged(file, str(word)))
+    tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
+    if wrong := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
+        raise InputError(_damaged(file, f"table {wrong[0]!r} is missing or not as it was"))
+    said = dict(db.execute("SELECT name, value FROM meta"))
+    if not {"campaign", "seed", "text"} <= set(said) or not str(said["seed"]).isdecimal():
+        raise InputError(_damaged(file, "it does not say which campaign it is of"))
 
 
 @contextlib.contextmanager
