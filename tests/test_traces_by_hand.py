@@ -431,3 +431,19 @@ def test_bts_hands_over_the_least_cost_without_signals_and_where_it_was_met() ->
     ]
     check(asked, expected)
     assert search.trace.notes[3]["event"] == "hand-over"
+
+
+def test_health_counts_the_place_a_cell_was_born_at() -> None:
+    # Passino (2002): J_health = sum of J(i, j) for j = 1 to N_c + 1. With N_c = 1 and no signals:
+    # 10 + 2 = 12 against 1 + 3 = 4, so the second cell splits, though the first ended lower.
+    bfo = BacterialForaging(
+        S=2, N_c=1, N_s=0, N_re=2, N_ed=1, C=0.01, d_attract=0.0, h_repellant=0.0
+    )
+    search = Search(box([(0.0, 1.0)] * 2), bfo, budget=6, seed=3)
+    search.ask()
+    search.tell(np.array([10.0, 1.0]))
+    second = search.ask()[1].copy()
+    search.tell(np.array([2.0, 3.0]))
+    # Both tumble from where the second cell ended, each by a step of length C.
+    gap = np.linalg.norm(search.ask() - second, axis=1)
+    assert np.allclose(gap, 0.01, atol=1e-12)

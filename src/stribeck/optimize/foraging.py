@@ -230,7 +230,8 @@ def live(
 ) -> Moves[str | None]:
     """Chemotaxis within reproduction within elimination and dispersal (Passino, 2002).
 
-    Health is a cell's sum of J(i, j), J_cc included, over its lifetime. The healthier half
+    Health is a cell's sum of J(i, j), J_cc included, over its lifetime: where it was born and
+    where each of its N_c steps ended, j = 1 to N_c + 1. The healthier half
     splits in place, the others die. Dispersal takes any cell, with probability P_ed: the
     paper's "the healthy ones are dispersed" departs from its own source.
     """
@@ -240,7 +241,7 @@ def live(
     J_first = J_first.copy()
     for _ in range(N_ed):
         for _ in range(N_re):
-            health = np.zeros(swarm.S)
+            health = J + swarm.J_cc(theta, np.arange(swarm.S), theta, width)
             for _ in range(swarm.N_c):
                 count += 1
                 note(stage="foraging", round=count)
