@@ -20,7 +20,8 @@ from stribeck.bench.problems import Problem, problem
 from stribeck.bench.record import Job, Record
 from stribeck.space import Array
 
-run, answer = runner.run, worker.answer
+if worker.answer.__module__ == worker.__name__:  # Dask loads a file, and reloads it
+    run, answer = runner.run, worker.answer
 
 
 class Deadly:
