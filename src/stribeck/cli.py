@@ -386,8 +386,11 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
     if coco:
         from .bench.coco import observe, postprocess
 
-        observe([r.job for r in records if "bbob" in r.job.surface], folder)
-        postprocess(folder)
+        bbob = [r.job for r in records if "bbob" in r.job.surface]
+        for done, _ in enumerate(observe(bbob, folder), 1):
+            if done % 100 == 0 or done == len(bbob):
+                typer.echo(f"{done:,}/{len(bbob):,} runs in COCO's own form", err=True)
+        typer.echo(f"COCO's report: {postprocess(folder)}")
     typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
     if failures:
         typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)

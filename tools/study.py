@@ -1,0 +1,58 @@
+"""Run a shipped campaign and keep its results as data.
+
+    python tools/study.py paper|twins|bbob [ENGINE]
+
+The store goes to study/NAME (not kept), where the same command goes on after an interruption; the
+tables and the records to docs/data/study/NAME, the figures to docs/figures/study/NAME.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+#: Libraries that the numbers hang on.
+LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
+
+
+def main() -> None:
+    """Run it and copy what is kept."""
+    name, *engine = sys.argv[1:]
+    out = Path("study") / name
+    out.parent.mkdir(exist_ok=True)
+    command = ["stribeck", "bench", name, "--out", str(out)]
+    command += ["--engine", engine[0]] if engine else []
+    began = time.monotonic()
+    subprocess.run([sys.executable, "-m", *command], check=True)  # noqa: S603
+    minutes = (time.monotonic() - began) / 60
+    data, figures = Path("docs/data/study") / name, Path("docs/figures/study") / name
+    for folder in (data, figures):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    for file in [*(out / "tables").iterdir(), out / "records.csv"]:
+        if file.suffix in {".txt", ".csv"} and file.stem != "comparisons":
+            shutil.copy(file, data)
+    shutil.copy(out / "tables" / "comparisons.csv", data)
+    for file in (out / "figures").glob("*.png"):
+        shutil.copy(file, figures)
+    made = {
+        "command": " ".join(command),
+        "minutes": round(minutes, 1),
+        "machine": f"{os.cpu_count()} cores, {platform.machine()}, {platform.system()}",
+        "software": {
+            "python": platform.python_version(),
+            **{library: version(library) for library in LIBRARIES},
+        },
+    }
+    (data / "made.json").write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
