@@ -36,8 +36,8 @@ def main() -> None:
     for folder in (data, figures):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-    for file in [*(out / "tables").iterdir(), out / "records.csv"]:
-        if file.suffix in {".txt", ".csv"} and file.stem != "comparisons":
+    for file in [*(out / "tables").iterdir(), out / "records.parquet"]:
+        if file.suffix in {".txt", ".csv", ".parquet"} and file.stem != "comparisons":
             shutil.copy(file, data)
     shutil.copy(out / "tables" / "comparisons.csv", data)
     for file in (out / "figures").glob("*.png"):
