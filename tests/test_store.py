@@ -59,11 +59,11 @@ def opened(file: Path) -> Store:
     return Store.open(file, campaign="small", seed=5)
 
 
-def work(file: Path, said: Connection) -> None:
-    """A process on a store: says what it is about to do."""
+def work(file: Path, leash: bool, said: Connection) -> None:
+    """A process on a store: says what it does, and on a leash asks before it takes a job."""
     with opened(file) as store:
         store.add(campaign())
-        while (job := store.claim()) is not None:
+        while (not leash or said.recv()) and (job := store.claim()) is not None:
             said.send(job.key)
             record = run(job)
             said.send("ran")
@@ -114,15 +114,18 @@ def test_killed_ten_times_and_resumed_ends_with_the_same_records(
     file, rng = tmp_path / "store.sqlite", np.random.default_rng(11)
     runs: Counter[str] = Counter()
     for _ in range(10):
-        process, said = started(work, file)
-        for _ in range(rng.integers(1, 12)):
+        process, said = started(work, file, True)
+        jobs = int(rng.integers(1, 5))
+        for _ in range(jobs):
+            said.send("go on")
+        for _ in range(rng.integers(0, 3 * jobs)):
             runs[said.recv()] += 1
         process.join(rng.uniform(0, 0.01))  # any moment: also in the middle of a commit
         process.kill()
         runs.update(heard(said))
         process.join()
-        assert "done" not in runs
-    process, said = started(work, file)
+    assert runs["committed"] < len(undisturbed)
+    process, said = started(work, file, False)
     runs.update(heard(said))
     process.join()
     assert runs.pop("done") == 1
@@ -136,7 +139,7 @@ def test_killed_ten_times_and_resumed_ends_with_the_same_records(
 
 def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) -> None:
     file = tmp_path / "store.sqlite"  # which both of them find missing
-    pair = [started(work, file) for _ in range(2)]
+    pair = [started(work, file, False) for _ in range(2)]
     runs = Counter(word for _, said in pair for word in heard(said))
     for process, _ in pair:
         process.join()

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stribeck.bench import store as module
+from stribeck.bench import database
 from stribeck.bench.record import Job, Record, Steps
 from stribeck.bench.store import Store
 from stribeck.errors import InputError
@@ -199,7 +199,7 @@ def test_a_folder_is_no_store(tmp_path: Path) -> None:
 def test_a_store_that_another_program_holds(
     file: Path, hold: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.05)
+    monkeypatch.setattr(database, "PATIENCE", 0.05)
     other = sqlite3.connect(file, isolation_level=None)
     for command in hold:
         other.execute(command)

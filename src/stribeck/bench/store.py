@@ -8,12 +8,9 @@ Several processes may work on one file at once (on one machine: SQLite's log is 
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
-import os
 import sqlite3
-import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from itertools import count
 from pathlib import Path
@@ -21,70 +18,18 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from .. import __version__
 from ..errors import InputError
+from .database import connect, exists, make, plainly
 from .owner import Owner, alive
 from .record import Failure, Job, Record, Steps
 from .sheets import write_sheets
 
-#: "strb": marks a SQLite file as ours.
-APPLICATION = 0x73747262
-#: The version of the tables below.
-SCHEMA = 1
-#: Seconds to wait for another process that writes.
-PATIENCE = 5.0
-
-# The tables speak for themselves in a `sqlite3` shell. `cost` has no type on purpose: in a REAL
-# column SQLite keeps -0.0 as 0.
-_TABLES = {
-    "meta": "CREATE TABLE meta (name TEXT PRIMARY KEY, value NOT NULL)",
-    "jobs": """CREATE TABLE jobs (
-  key TEXT NOT NULL PRIMARY KEY,  -- digest of text
-  problem TEXT NOT NULL,
-  algorithm TEXT NOT NULL,
-  repeat INTEGER NOT NULL,
-  position INTEGER NOT NULL,  -- in which order they were added
-  text TEXT NOT NULL,         -- JSON: all that decides the run
-  UNIQUE (problem, algorithm, repeat)
-)""",
-    "records": """CREATE TABLE records (
-  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
-  problem TEXT NOT NULL,
-  algorithm TEXT NOT NULL,
-  repeat INTEGER NOT NULL,
-  cost NOT NULL,                -- the least met; Inf if no point could be run
-  evaluations INTEGER NOT NULL,
-  ended TEXT NOT NULL,          -- target, budget, or the method's own word
-  reached INTEGER NOT NULL,     -- 1 if the target was met
-  failed INTEGER NOT NULL,      -- costs that were not finite
-  x TEXT NOT NULL,              -- JSON: the best point
-  rounds TEXT NOT NULL,         -- JSON: rounds of search by stage
-  events TEXT NOT NULL,         -- JSON: how often the method said what
-  seconds REAL NOT NULL,
-  finished TEXT NOT NULL        -- UTC
-)""",
-    "traces": """CREATE TABLE traces (  -- the improvements of a run, little-endian
-  job TEXT NOT NULL PRIMARY KEY REFERENCES records (job),
-  evaluations BLOB NOT NULL,  -- int64
-  rounds BLOB NOT NULL,       -- int64
-  costs BLOB NOT NULL         -- float64
-)""",
-    "claims": """CREATE TABLE claims (  -- jobs being run
-  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
-  owner TEXT NOT NULL         -- the file that the process holds a lock on
-)""",
-    "failures": """CREATE TABLE failures (  -- jobs given up; the next run tries them again
-  id INTEGER PRIMARY KEY AUTOINCREMENT,
-  job TEXT NOT NULL UNIQUE REFERENCES jobs (key),
-  message TEXT NOT NULL
-)""",
-}
-
-# What this connection looks at: the jobs it was given, in that order, and those of them that are
-# not known to be done. Both vanish with the connection.
+# What this connection looks at: the jobs it was given, in that order, those of them that are not
+# known to be done, and those of the last `add`. All vanish with the connection.
 _WANTED = """
 CREATE TEMP TABLE wanted (key TEXT PRIMARY KEY, position INTEGER NOT NULL);
 CREATE TEMP TABLE waiting (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
+CREATE TEMP TABLE given (position INTEGER PRIMARY KEY, key, problem, algorithm, repeat, text);
 """
 _ALL = "CREATE TEMP VIEW wanted AS SELECT key, position FROM main.jobs"
 
@@ -164,7 +109,7 @@ class Store:
         self.file, self._db = file, db
         self._owner: Owner | None = None
         self._next = count()
-        with _said(file):
+        with plainly(file):
             said = dict(db.execute("SELECT name, value FROM meta"))
             ((self._since,),) = db.execute("SELECT coalesce(max(id), 0) FROM failures")
         self.campaign, self.seed, self.text = said["campaign"], int(said["seed"]), said["text"]
@@ -185,11 +130,11 @@ class Store:
         Raises:
             InputError: it is not a store, of another campaign, damaged, or cannot be used.
         """
-        if not _there(file):
+        if not exists(file):
             if must_exist:
                 raise InputError(f"{file}: there is no store to go on with: run the campaign first")
-            _make(file, {"campaign": campaign, "seed": str(seed), "text": text})
-        store = cls(file, _opened(file))
+            make(file, {"campaign": campaign, "seed": str(seed), "text": text})
+        store = cls(file, connect(file))
         try:
             store._check_same(campaign, seed)
             with store._writing():
@@ -208,9 +153,9 @@ class Store:
         Raises:
             InputError: there is none, or it cannot be read.
         """
-        if not _there(file):
+        if not exists(file):
             raise InputError(f"{file}: there is no store: run the campaign first")
-        store = cls(file, _opened(file))
+        store = cls(file, connect(file))
         store._db.execute(_ALL)
         store._db.execute("PRAGMA query_only = ON")
         return store
@@ -238,20 +183,17 @@ class Store:
         Raises:
             InputError: a run of these labels is there, of another problem, method or budget.
         """
-        rows = [(next(self._next), j.key, *j.cell, j.repeat, j.text) for j in jobs]
+        rows = ((next(self._next), j.key, *j.cell, j.repeat, j.text) for j in jobs)
         db = self._db
+        with plainly(self.file):
+            db.execute("DELETE FROM given")
+            db.executemany("INSERT INTO given VALUES (?, ?, ?, ?, ?, ?)", rows)
         with self._writing():
             db.execute(
-                "CREATE TEMP TABLE given "
-                "(position INTEGER PRIMARY KEY, key, problem, algorithm, repeat, text)"
-            )
-            db.executemany("INSERT INTO given VALUES (?, ?, ?, ?, ?, ?)", rows)
-            ((last,),) = db.execute("SELECT coalesce(max(position), -1) FROM jobs")
-            db.execute(
-                "INSERT INTO jobs SELECT key, problem, algorithm, repeat, position + ?, text "
-                "FROM given WHERE true ORDER BY position "
-                "ON CONFLICT DO NOTHING",
-                (last + 1 - (rows[0][0] if rows else 0),),
+                "INSERT INTO jobs SELECT key, problem, algorithm, repeat, position + "
+                "(SELECT coalesce(max(position) + 1, 0) FROM jobs) - "
+                "(SELECT min(position) FROM given), text FROM given WHERE true ORDER BY position "
+                "ON CONFLICT DO NOTHING"
             )
             if other := db.execute(_OTHER).fetchone():
                 raise InputError(f"{self.file}: {_differ(*map(Job.parse, other))}")
@@ -260,7 +202,6 @@ class Store:
                 "INSERT OR IGNORE INTO waiting SELECT position, key FROM given "
                 "WHERE key NOT IN (SELECT job FROM records)"
             )
-            db.execute("DROP TABLE given")
 
     def left(self) -> int:
         """How many of the wanted jobs have no record yet."""
@@ -332,7 +273,7 @@ class Store:
 
     def records(self) -> Iterator[Record]:
         """The records of the wanted jobs, cell by cell, bit for bit as they were committed."""
-        with _said(self.file):
+        with plainly(self.file):
             keys = self._db.execute(_ORDER).fetchall()
             for key in keys:
                 if row := self._db.execute(_RECORD, key).fetchone():
@@ -340,7 +281,7 @@ class Store:
 
     def failures(self) -> list[Failure]:
         """The wanted jobs that were given up, in that order."""
-        with _said(self.file):
+        with plainly(self.file):
             rows = self._db.execute(
                 "SELECT j.text, f.message FROM failures f JOIN jobs j ON j.key = f.job "
                 "WHERE f.job IN (SELECT key FROM wanted) ORDER BY f.id"
@@ -354,14 +295,14 @@ class Store:
         0 says that nothing will come back. A job that its process has just let go of counts too:
         claim it.
         """
-        with _said(self.file):
+        with plainly(self.file):
             mine = (self._since, self._owner.name if self._owner else "")
             ((jobs,),) = self._db.execute(_BUSY, mine)
         return int(jobs)
 
     def progress(self) -> list[Progress]:
         """How far each cell is, in order."""
-        with _said(self.file):
+        with plainly(self.file):
             rows = self._db.execute(_PROGRESS).fetchall()
         return [
             Progress(p, a, done, int(reached), seconds, jobs, given_up, int(spent), best)
@@ -389,7 +330,7 @@ class Store:
                 self._db.execute("DELETE FROM claims WHERE owner = ?", (name,))
 
     def _count(self, what: str) -> int:
-        with _said(self.file):
+        with plainly(self.file):
             ((n,),) = self._db.execute(f"SELECT count(*) FROM {what}")  # noqa: S608
         return int(n)
 
@@ -401,7 +342,7 @@ class Store:
     @contextlib.contextmanager
     def _writing(self, *, lasting: bool = True) -> Iterator[None]:
         """All or nothing; a claim need not outlast a power cut and does not wait for the disk."""
-        with _said(self.file, self._safe):
+        with plainly(self.file, self._safe):
             self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
             self._db.execute("BEGIN IMMEDIATE")
             try:
@@ -411,151 +352,6 @@ class Store:
                 if self._db.in_transaction:
                     self._db.execute("ROLLBACK")
                 raise
-
-
-def _there(file: Path) -> bool:
-    """Whether a file is there; says why if it is no store of ours, from its head alone."""
-    try:
-        if file.is_dir():
-            raise InputError(f"{file}: is a folder, not a store: name a file")
-        if not file.exists():
-            return False
-        with file.open("rb") as opened:
-            head = opened.read(100)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
-    application = int.from_bytes(head[68:72], "big")
-    schema = int.from_bytes(head[60:64], "big")
-    if not head:
-        raise InputError(f"{file}: is empty, not a store: remove it or take another --out")
-    if not head.startswith(b"SQLite format 3\0"):
-        raise InputError(f"{file}: is not a store of a campaign: take another --out")
-    if application != APPLICATION:
-        raise InputError(f"{file}: is a database of another program: take another --out")
-    if schema > SCHEMA:
-        raise InputError(
-            f"{file}: was written by a newer stribeck (schema {schema}; this one reads {SCHEMA}): "
-            "update stribeck or take another --out"
-        )
-    return True
-
-
-def _make(file: Path, meta: dict[str, str]) -> None:
-    """Make a store beside its place and move it there whole: nobody ever meets half of one."""
-    try:
-        file.parent.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=file.parent) as folder:
-            made = Path(folder) / "store"
-            with _said(file), contextlib.closing(sqlite3.connect(made)) as db:
-                db.execute("PRAGMA journal_mode = WAL")
-                db.execute(f"PRAGMA application_id = {APPLICATION}")
-                db.execute(f"PRAGMA user_version = {SCHEMA}")
-                for table in _TABLES.values():
-                    db.execute(table)
-                meta = {**meta, "stribeck": __version__}
-                db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
-                db.commit()
-            _place(made, file)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be made: {error.strerror or error}") from error
-
-
-def _place(made: Path, file: Path) -> None:
-    """Give a finished file its name, unless another process has just made one of that name."""
-    try:
-        os.link(made, file)
-    except FileExistsError:
-        return
-    except OSError:  # a file system without links
-        if not file.exists():
-            made.rename(file)
-
-
-def _opened(file: Path) -> sqlite3.Connection:
-    """A connection to a store that is whole.
-
-    Raises:
-        InputError: it is damaged, or cannot be opened.
-    """
-    with _said(file):
-        if _log(file).exists():  # of a process at work, or killed: not to be merged into a wreck
-            with contextlib.closing(_connected(file, "ro")) as db:
-                _check(file, db)
-        db = _connected(file, "rw")
-        try:
-            _check(file, db)
-            db.execute("PRAGMA foreign_keys = ON")
-            db.execute("PRAGMA temp_store = MEMORY")
-        except BaseException:
-            db.close()
-            raise
-    return db
-
-
-def _connected(file: Path, mode: str) -> sqlite3.Connection:
-    where = f"{file.absolute().as_uri()}?mode={mode}"
-    if not os.access(file.parent, os.W_OK) and not _log(file).exists():
-        where += "&immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
-    return sqlite3.connect(where, uri=True, timeout=PATIENCE, isolation_level=None)
-
-
-def _log(file: Path) -> Path:
-    return file.with_name(file.name + "-wal")
-
-
-def _check(file: Path, db: sqlite3.Connection) -> None:
-    (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
-    if word != "ok":
-        raise InputError(_damaged(file, str(word)))
-    tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
-    if wrong := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
-        raise InputError(_damaged(file, f"table {wrong[0]!r} is missing or not as it was"))
-    said = dict(db.execute("SELECT name, value FROM meta"))
-    if not {"campaign", "seed", "text"} <= set(said) or not str(said["seed"]).isdecimal():
-        raise InputError(_damaged(file, "it does not say which campaign it is of"))
-
-
-@contextlib.contextmanager
-def _said(file: Path, safe: Callable[[], int | None] = lambda: None) -> Iterator[None]:
-    """Turn what SQLite and the disk refuse into one line for a person."""
-    try:
-        yield
-    except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
-        raise InputError(_refusal(file, code, error, safe)) from error
-    except OSError as error:
-        if error.errno in {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}:
-            raise InputError(_full(file, safe)) from error
-        raise InputError(f"{file}: {error.strerror or error}") from error
-
-
-def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int | None]) -> str:
-    match code:
-        case sqlite3.SQLITE_FULL:
-            return _full(file, safe)
-        case sqlite3.SQLITE_IOERR:
-            return _full(file, safe, "the disk is full or failing")
-        case sqlite3.SQLITE_BUSY | sqlite3.SQLITE_LOCKED:
-            return f"{file}: is locked by another program: close it and give the same command again"
-        case sqlite3.SQLITE_READONLY | sqlite3.SQLITE_PERM | sqlite3.SQLITE_CANTOPEN:
-            return f"{file}: cannot be written: make it and its folder writable"
-        case sqlite3.SQLITE_CORRUPT | sqlite3.SQLITE_NOTADB:
-            return _damaged(file, str(error))
-        case _:
-            raise error
-
-
-def _full(file: Path, safe: Callable[[], int | None], what: str = "the disk is full") -> str:
-    if not file.exists():
-        return f"{what}: {file} cannot be made; make room and give the same command again"
-    runs = safe()
-    kept = "the finished runs are" if runs is None else f"{runs} finished runs are"
-    return f"{what}: {kept} safe in {file}; make room and give the same command again"
-
-
-def _damaged(file: Path, what: str) -> str:
-    line = " ".join(what.split())
-    return f"{file}: is damaged ({line}): restore a copy or take another --out"
 
 
 def _differ(there: Job, now: Job) -> str:
