@@ -477,3 +477,15 @@ def test_a_piece_entered_at_one_bend_may_be_left_by_the_other() -> None:
     laws, c = rig.split(BOTH, np.array(p))
     y, _ = reference.trajectory(BOTH, laws[0], c[0], on, 2.5e-5)
     assert rms(x, y) < 2e-6
+
+
+@pytest.mark.parametrize(
+    ("told", "taken"), [("1", 1), ("9999", None), ("", None), ("0", None), ("2,1", None)]
+)
+def test_the_kernel_takes_no_more_threads_than_it_is_told(
+    told: str, taken: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    all_of_them = kernel.threads()
+    monkeypatch.setenv("OMP_NUM_THREADS", told)
+    assert kernel.threads() == (taken or all_of_them)

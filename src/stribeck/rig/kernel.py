@@ -544,9 +544,16 @@ def _rows(
         )  # fmt: skip
 
 
+def threads() -> int:
+    """How many threads share the candidates: the cores there are, or OMP_NUM_THREADS if fewer."""
+    n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    told = os.environ.get("OMP_NUM_THREADS", "")  # how one tells a program that it is not alone
+    return min(n, int(told)) if told.isdecimal() and int(told) > 0 else n
+
+
 @cache
 def _workers() -> tuple[ThreadPoolExecutor, int]:
-    n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    n = threads()
     return ThreadPoolExecutor(n, thread_name_prefix="stribeck"), n
 
 
