@@ -243,6 +243,11 @@ class TestCampaign:
         assert [r[1].text for r in table.rows] == ["quick", "slow_er"]
         assert (text(table, 0)["fastest"], text(table, 1)["fastest"]) == ("1.0", "0")
         assert "On 1 of 2 problems" in table.note
+        # Of 51 precisions from 1e2 to 1e-8 a cost of c meets those of at least c: 1e2 is met by
+        # all ten runs, 1e0 by the quick ones only.
+        costs = [r.cost for r in RECORDS if r.job.cell == ("BF", "quick")]
+        met = sum(c <= p for c in costs for p in np.geomspace(1e2, 1e-8, 51)) / (51 * 10)
+        assert math.isclose(float(table.rows[0][3].value or 0), met)
         on_bf_only = [j for j in JOBS if j.cell != ("SF", "slow_er")]
         meant_for_one = ranking(RECORDS, on_bf_only)
         assert [(r[0].text, r[1].text) for r in meant_for_one.rows] == [

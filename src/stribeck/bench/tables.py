@@ -28,6 +28,7 @@ from .statistics import (
     algorithms_of,
     area,
     cells,
+    ecdf,
     ert,
     limits_of,
     problems_of,
@@ -415,6 +416,7 @@ def ranking(
             _number(place),
             _label(a),
             _fixed(areas[a]),
+            _number(_met(runs[a], targets), 3),
             _success([r for r in runs[a] if r.job.target is not None]),
             _number(float(best[present.index(a)]), 2),
             _number(float(solved[present.index(a)]), 2),
@@ -422,15 +424,15 @@ def ranking(
         for place, a in enumerate(order, start=1)
     ]
     none = Cell(DASH)
-    rows += [(none, _label(a), none, none, none, none) for a in names if a not in present]
+    rows += [(none, _label(a), none, none, none, none, none) for a in names if a not in present]
     return Table(
         "Ranking",
-        ("rank", "method", "area", "success", "fastest", "solved"),
+        ("rank", "method", "area", "targets met", "success", "fastest", "solved"),
         tuple(rows),
         f"On {len(shared)} of {len(problems)} problems; methods meant for fewer are not ranked. "
         "Area under the ECDF of evaluations per dimension, log axis, from one to the budget; 1 "
-        f"is best. {_INTERVALS}: area by bootstrap over runs, success by Wilson. Of the problems "
-        f"with a target ({len(times)}), fastest is the share on which its ERT is the least, "
+        f"is best; targets met: where it ends. {_INTERVALS}: area by bootstrap over runs, success "
+        f"by Wilson. Of the problems with a target ({len(times)}), fastest is the share on which its ERT is the least, "
         "solved that on which it is finite.",
     )
 
@@ -462,6 +464,12 @@ def _over(
     if not runs:
         return Cell(DASH)
     return _number(float(of(np.array([value(r) for r in runs], dtype=float))), digits)
+
+
+def _met(runs: Sequence[Record], targets: Targets) -> float:
+    """The share of (problem, precision, repeat) met at the end."""
+    share = ecdf(runs, targets).share
+    return float(share[-1]) if len(share) else 0.0
 
 
 def _deviation(costs: Array) -> float:
