@@ -432,8 +432,8 @@ def ranking(
         f"On {len(shared)} of {len(problems)} problems; methods meant for fewer are not ranked. "
         "Area under the ECDF of evaluations per dimension, log axis, from one to the budget; 1 "
         f"is best; targets met: where it ends. {_INTERVALS}: area by bootstrap over runs, success "
-        f"by Wilson. Of the problems with a target ({len(times)}), fastest is the share on which its ERT is the least, "
-        "solved that on which it is finite.",
+        f"by Wilson. Of the problems with a target ({len(times)}), fastest is the share on which "
+        "its ERT is the least, solved that on which it is finite.",
     )
 
 
