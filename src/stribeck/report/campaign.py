@@ -421,12 +421,13 @@ def _dots(
     """Estimates as dots with bars: a panel a problem, a row a method."""
     methods, style = algorithms_of(estimates), looks(algorithms_of(estimates))
     for suffix, problems in _pages(estimates):
+        columns = len(problems) if len(problems) <= 5 else 4  # noqa: PLR2004 - the paper's five
         figure, panels = _panels(
             len(problems),
             2.2,
             0.75 + 0.19 * len(methods),
             share=True,
-            columns=5 if len(problems) == 5 else 4,
+            columns=columns,
         )
         for axes, problem in zip(panels, problems, strict=True):
             scale(axes)
@@ -484,19 +485,20 @@ def movements(
         corners = space.decode(np.array([[0.0, 0.0], [1.0, 1.0]]))
         whole = (corners[0], corners[1])
         _contours(panels[0], problem, *whole)
+        steps = int(np.isfinite(tracks[1:, 0, 0]).sum())
         for k in range(tracks.shape[1]):
-            panels[0].plot(*tracks[:, k].T, color=MODEL, lw=0.8, alpha=0.8)
+            panels[0].plot(*tracks[:, k].T, color=MODEL, lw=0.8, alpha=0.8 if steps < 60 else 0.3)  # noqa: PLR2004
         if len(tracks):
             panels[0].plot(*tracks[0].T, "o", color=INK, ms=3.5, mfc="white", label="start")
             panels[0].plot(*tracks[-1].T, "o", color=MODEL, ms=3.5, label="last step")
-        panels[0].set_title(f"Bacteria: {tracks.shape[1]} tracks, {max(0, len(tracks) - 1)} steps")
+        panels[0].set_title(f"{tracks.shape[1]} bacteria, {_counted(steps, 'chemotactic step')}")
         if len(path):
             _path(panels, problem, path, whole)
         for axes in panels:
             _optima(axes, optima)
         figure.legend(*_unique(panels), loc="outside lower center", ncols=5, fontsize=9)
         if title:
-            figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
+            figure.suptitle(f"{title}\n", x=0.01, ha="left", fontweight="bold", fontsize=12)
     return Drawn(
         "movements",
         title or "Movements on the surface",
@@ -559,7 +561,7 @@ def _foraging_from(trace: Trace) -> int:
 
 def _path(panels: Any, problem: Problem, path: Array, whole: tuple[Array, Array]) -> None:
     left, right = panels
-    reach = 1.15 * np.abs(path - path[0]).max(axis=0).max() or 0.01 * float(np.ptp(whole))
+    reach = 1.3 * np.abs(path - path[0]).max(axis=0).max() or 0.01 * float(np.ptp(whole))
     low = np.maximum(path[0] - reach, whole[0])
     high = np.minimum(path[0] + reach, whole[1])
     _contours(right, problem, low, high)
@@ -569,7 +571,11 @@ def _path(panels: Any, problem: Problem, path: Array, whole: tuple[Array, Array]
         axes.plot(*path[0], "D", color=ACCENT, ms=6, mec="white", label="hand-over")
     box = np.array([low, [high[0], low[1]], high, [low[0], high[1]], low])
     left.plot(*box.T, color=INK, lw=0.8)
-    right.set_title(f"Tabu search: {len(path) - 1} improving steps, enlarged")
+    right.set_title(f"Enlarged: tabu search, {_counted(len(path) - 1, 'improving step')}")
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}{'s' * (n != 1)}"
 
 
 def _contours(axes: Axes, problem: Problem, low: Array, high: Array) -> None:
