@@ -1,0 +1,215 @@
+"""`stribeck bench`, as its user meets it: results, resuming, and refusals in one line."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import polars as pl
+import pytest
+
+SMALL = """
+name = "small"
+seed = 3
+repeats = 4
+budget = 500
+
+[[problem]]
+surface = ["BF", "RF"]
+target = 0.05
+
+[[method]]
+name = "bts"
+method = "bts"
+unit_free = true
+
+[[method]]
+name = "random"
+method = "random"
+"""
+#: Long enough to be interrupted.
+LONG = SMALL.replace("budget = 500", "budget = 20_000_000").replace("repeats = 4", "repeats = 40")
+
+
+class Said(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+
+def start(place: Path, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "stribeck", "bench", *arguments],
+        cwd=place, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"MPLBACKEND": "agg"},
+    )  # fmt: skip
+
+
+def bench(place: Path, *arguments: str) -> Said:
+    process = start(place, *arguments)
+    out, err = process.communicate(timeout=120)
+    assert "Traceback" not in err
+    return Said(process.returncode, out, err)
+
+
+def content(file: Path) -> list[tuple[object, ...]]:
+    """All of the records and traces but the seconds."""
+    with sqlite3.connect(file) as db:
+        return db.execute(
+            "SELECT r.problem, r.algorithm, r.repeat, r.cost, r.evaluations, r.ended, r.x, "
+            "r.rounds, r.events, t.evaluations, t.rounds, t.costs FROM records r JOIN traces t "
+            "USING (job) ORDER BY r.problem, r.algorithm, r.repeat"
+        ).fetchall()
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the small campaign, run."""
+    place = tmp_path_factory.mktemp("bench")
+    (place / "small.toml").write_text(SMALL)
+    said = bench(place, "small.toml", "--engine", "here", "--out", "out")
+    assert said.status == 0, said.err
+    (place / "said.txt").write_text(said.out)
+    return place
+
+
+def test_a_campaign_leaves_store_tables_figures_and_a_page(done: Path) -> None:
+    out = done / "out"
+    assert len(content(out / "store.sqlite")) == 16
+    assert (out / "campaign.toml").read_text() == SMALL
+    for ending in ("txt", "md", "tex", "csv"):
+        assert (out / "tables" / f"summary.{ending}").stat().st_size > 0
+    for name in ("ecdf", "success", "convergence_rounds", "movements_BF"):
+        assert (out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        assert "<svg" in (out / "figures" / f"{name}.svg").read_text()
+    assert "<table" in (out / "summary.html").read_text()
+    records = pl.read_parquet(out / "records.parquet")
+    assert records.equals(pl.read_csv(out / "records.csv", schema=records.schema))
+    assert records.height == 16
+
+
+def test_what_is_printed_is_what_was_written(done: Path) -> None:
+    printed = (done / "said.txt").read_text()
+    summary = (done / "out" / "tables" / "summary.txt").read_text()
+    assert summary in printed
+    # `random` needs about 4 / (pi 0.05 / ...) evaluations: whatever it is, the table counts it.
+    rows = content(done / "out" / "store.sqlite")
+    reached = sum(r[:2] == ("BF", "bts") and r[5] == "target" for r in rows)
+    (line,) = [k for k in summary.splitlines() if k.startswith("BF") and " bts " in k]
+    assert f"{reached}/4" in line
+
+
+def test_the_store_has_the_records_table_that_scripts_rely_on(done: Path) -> None:
+    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+        rows = db.execute(
+            "SELECT problem, algorithm, repeat, cost, evaluations, ended FROM records"
+        ).fetchall()
+    assert {r[:3] for r in rows} == {
+        (p, a, k) for p in ("BF", "RF") for a in ("bts", "random") for k in range(4)
+    }
+    for _, _, _, cost, evaluations, ended in rows:
+        assert (cost <= 0.05) == (ended == "target")
+        assert evaluations <= 500
+
+
+def test_the_same_command_again_runs_nothing_and_says_the_same(done: Path) -> None:
+    before = content(done / "out" / "store.sqlite")
+    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+        seconds = db.execute("SELECT job, seconds FROM records").fetchall()
+    again = bench(done, "small.toml", "--engine", "here", "--out", "out", "--resume")
+    assert again.status == 0
+    assert again.out == (done / "said.txt").read_text()
+    assert content(done / "out" / "store.sqlite") == before
+    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+        assert db.execute("SELECT job, seconds FROM records").fetchall() == seconds
+
+
+def test_more_trials_add_to_what_is_there(done: Path, tmp_path: Path) -> None:
+    (tmp_path / "small.toml").write_text(SMALL)
+    few = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
+    assert few.status == 0
+    assert len(content(tmp_path / "out" / "store.sqlite")) == 8
+    assert bench(tmp_path, "small.toml", "--engine", "here", "--out", "out").status == 0
+    assert content(tmp_path / "out" / "store.sqlite") == content(done / "out" / "store.sqlite")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+@pytest.mark.parametrize("engine", ["here", "processes:2"])
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, engine: str) -> None:
+    (tmp_path / "long.toml").write_text(LONG)
+    process = start(tmp_path, "long.toml", "--engine", engine, "--out", "out")
+    assert process.stderr is not None
+    line = process.stderr.readline()  # the first line of progress: work has begun
+    assert "runs" in line
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    last = err.splitlines()[-1]
+    assert last.startswith("stribeck: interrupted: ")
+    assert last.endswith("the others are safe in out/store.sqlite; the same command goes on")
+    assert "Traceback" not in err
+    assert not (tmp_path / "out" / "tables").exists()
+
+
+def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
+    shown = bench(tmp_path, "paper", "--show")
+    assert shown.status == 0
+    assert 'name = "paper"' in shown.out
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["papers"], "no campaign 'papers': there are bbob, paper, twins"),
+        (["none.toml"], "none.toml: no such file"),
+        (["bad.toml"], "bad.toml: not TOML"),
+        (["unknown.toml"], "unknown.toml: method 'bts' on BF: no method 'bfs'"),
+        (["negative.toml"], "negative.toml: budget: input should be greater than or equal to 1"),
+        (["twice.toml"], "twice.toml: problem 'BF' is there twice"),
+        (["small.toml", "--trials", "0"], "--trials must be at least 1, got 0"),
+        (["small.toml", "--trials", "x"], "--trials: 'x' is not a whole number"),
+        (["small.toml", "--engine", "gpu"], "gpu"),
+        (["small.toml", "--engine", "processes:0"], "processes:0"),
+        (["small.toml", "--engine", "dask://nowhere"], "dask://nowhere"),
+        (["small.toml", "--resume"], "there is no store to go on with"),
+        (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),
+        (["small.toml", "--out", "no/such/folder"], "no/such: "),
+        (["small.toml", "--out", "foreign"], "foreign/store.sqlite"),
+        (["small.toml", "--out", "other"], "other/store.sqlite"),
+        ([], "Missing argument"),
+    ],
+    ids=lambda v: " ".join(v) if isinstance(v, list) else "",
+)  # fmt: skip
+def test_what_cannot_be_done_is_one_line(
+    done: Path, tmp_path: Path, arguments: list[str], line: str
+) -> None:
+    files = {
+        "small.toml": SMALL,
+        "bad.toml": "name = ",
+        "unknown.toml": SMALL.replace('method = "bts"', 'method = "bfs"'),
+        "negative.toml": SMALL.replace("budget = 500", "budget = -500"),
+        "twice.toml": SMALL.replace('"RF"', '"BF"'),
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "foreign").mkdir()
+    (tmp_path / "foreign" / "store.sqlite").write_text("this is a diary, not a data base")
+    (tmp_path / "other").mkdir()
+    theirs = (done / "out" / "store.sqlite").read_bytes()
+    (tmp_path / "other" / "store.sqlite").write_bytes(theirs)
+    if "other" in arguments:
+        (tmp_path / "small.toml").write_text(SMALL.replace("seed = 3", "seed = 4"))
+    before = {p: p.read_bytes() for p in sorted(tmp_path.rglob("*")) if p.is_file()}
+    said = bench(tmp_path, *arguments)
+    assert said.status == 2
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert said.err.startswith("stribeck: ")
+    assert line in said.err
+    assert {p: p.read_bytes() for p in sorted(tmp_path.rglob("*")) if p.is_file()} == before
