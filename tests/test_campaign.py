@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -356,3 +357,14 @@ def test_shipped_campaigns_say_what_they_are(name: str) -> None:
     assert made.name == name
     assert made.doc
     assert len(made.cells) == len(set(made.cells))
+
+
+def test_every_deadlock_is_counted_as_an_entrapment() -> None:
+    # BT = 5 rounds without improvement: a run whose stages begin by cost and that never meets
+    # its target is caught about every five rounds, whichever way it gets out.
+    made = campaign("paper").trials(1)
+    for algorithm, event in (("bts", "backtrack"), ("bts-restart", "restart")):
+        (job,) = [j for j in made.jobs() if j.cell == ("SF", algorithm)]
+        record = run(replace(job, target=None, budget=30_000))
+        assert record.entrapments == record.events[event] > 5
+        assert record.entrapments <= record.search_rounds / 5

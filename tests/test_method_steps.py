@@ -472,7 +472,7 @@ def test_the_first_of_equally_good_places_is_handed_over() -> None:
 def test_bts_forages_again_where_a_restart_is_wanted() -> None:
     result = run("bts", budget=5000, S=10, N_c=3, N=4, deadlock="restart")
     notes = result.trace.notes
-    again = [i for i, n in enumerate(notes) if n.get("event") == "start"]
+    again = [i for i, n in enumerate(notes) if "start" in n]
     handed = [i for i, n in enumerate(notes) if n.get("event") == "hand-over"]
     assert len(again) > 2
     assert all(a < b for a, b in zip(again, handed, strict=False))

@@ -69,7 +69,7 @@ class ForagingTabuSearch(AdaptiveChemotaxis, AdaptiveTabuSearch):
         width = widths(space, self.coordinates)
 
         # Step 2: S solutions at random.
-        note(stage="foraging", event="start")
+        note(stage="foraging", start=True)
         theta = space.sample(rng, self.S)
         J = yield theta
         J_first = J.copy()
