@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -368,3 +369,10 @@ def test_every_deadlock_is_counted_as_an_entrapment() -> None:
         record = run(replace(job, target=None, budget=30_000))
         assert record.entrapments == record.events[event] > 5
         assert record.entrapments <= record.search_rounds / 5
+
+
+def test_the_file_in_the_documentation_is_a_campaign() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "campaigns.md").read_text(encoding="utf-8")
+    made = parsed(page.partition("```toml\n")[2].partition("```")[0])
+    assert len(made.cells) == 18  # 6 twins and 2 slide beds by 2 methods; `de` on 2 twins
+    assert made.reference == "bts"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from .bench.campaign import Campaign
     from .bench.engines import Engine
+    from .bench.record import Job
     from .data import Recording
     from .identify.card import Card
     from .identify.found import Fit
@@ -384,17 +385,23 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
     study.write(folder)
     typer.echo(study.text(), nl=False)
     if coco:
-        from .bench.coco import observe, postprocess
-
-        bbob = [r.job for r in records if "bbob" in r.job.surface]
-        for done, _ in enumerate(observe(bbob, folder), 1):
-            if done % 100 == 0 or done == len(bbob):
-                typer.echo(f"{done:,}/{len(bbob):,} runs in COCO's own form", err=True)
-        typer.echo(f"COCO's report: {postprocess(folder)}")
+        _coco([r.job for r in records if "bbob" in r.job.surface], folder)
     typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
     if failures:
         typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)
         raise typer.Exit(1)
+
+
+def _coco(jobs: list[Job], folder: Path) -> None:
+    from shutil import rmtree
+
+    from .bench.coco import observe, postprocess
+
+    rmtree(folder / "exdata", ignore_errors=True)  # the same again, or what a kill cut short
+    for done, _ in enumerate(observe(jobs, folder), 1):
+        if done % 100 == 0 or done == len(jobs):
+            typer.echo(f"{done:,}/{len(jobs):,} runs in COCO's own form", err=True)
+    typer.echo(f"COCO's report: {postprocess(folder)}")
 
 
 @app.command()

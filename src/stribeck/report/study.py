@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Table.csv}
 #: Tables that fit on a terminal.
 PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "overall")
-#: Cells beyond which a table is left to its file.
-LONGEST = 60
+#: Rows beyond which a table is left to its file.
+LONGEST = 100
 
 
 @dataclass(frozen=True)

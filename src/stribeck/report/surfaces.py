@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.colors import LightSource, LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
 
 from ..bench.surfaces import SURFACES, Moved, Surface, surface
 from .figures import ACCENT, INK, MEASURED, MODEL, STYLE, save
@@ -21,20 +22,26 @@ if TYPE_CHECKING:
 
 #: Low is dark; what is marked in MODEL's colour stands out on all of it.
 _DEPTH = LinearSegmentedColormap.from_list("depth", ["#0b1f4b", ACCENT, "#8fb4f0", "#f3f6fa"])
-_POINTS = 201  # along an edge: ten a wave of Shubert's fastest
+_PALE = LinearSegmentedColormap.from_list("pale", ["#6f7fa6", "#86a5ee", "#c3d6f7", "#f8fafc"])
+_BEYOND = "#e6ddd1"  # above all values that the surface itself has
+_POINTS = 161  # along an edge: eight a wave of Shubert's fastest
 _LIGHT = LightSource(azdeg=315, altdeg=50)
 
 
-def draw_surfaces(folder: Path) -> list[Path]:
+def draw_surfaces(folder: Path, points: int = _POINTS) -> list[Path]:
     """Draw the five surfaces of Table 1, each and all on a sheet, as PNG and SVG.
+
+    Args:
+        folder: Where to; made if it is not there.
+        points: How finely, along an edge of the box.
 
     Returns:
         The files: `surface_NAME` for each and `surfaces`, the sheet.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(STYLE):
-        figures = {f"surface_{name}": relief(s) for name, s in SURFACES.items()}
-        figures["surfaces"] = sheet()
+        figures = {f"surface_{name}": relief(s, points) for name, s in SURFACES.items()}
+        figures["surfaces"] = sheet(points)
         return [file for name, figure in figures.items() for file in save(figure, folder, name)]
 
 
@@ -49,24 +56,24 @@ def draw_twins(seed: int, folder: Path) -> list[Path]:
         return save(twins(seed), folder, f"twins_{seed}")
 
 
-def relief(s: Surface) -> Figure:
+def relief(s: Surface, points: int = _POINTS) -> Figure:
     """A surface of two variables in 3-D, over its map."""
     figure = Figure(figsize=(7.2, 6.0), dpi=160)
-    axes: Any = figure.add_axes((0.0, 0.02, 0.94, 0.86), projection="3d")
-    _relief(s, axes)
+    axes: Any = figure.add_axes((-0.02, 0.0, 0.98, 0.94), projection="3d")
+    _relief(s, axes, points)
     axes.set_zlabel("Cost", labelpad=8)
     figure.text(0.04, 0.955, f"{s.title} surface ({s.name})", size=14, weight="bold", color=INK)
     figure.text(0.04, 0.915, _answer(s), size=10, color=MODEL)
     return figure
 
 
-def sheet() -> Figure:
+def sheet(points: int = _POINTS) -> Figure:
     """The five surfaces on one sheet, with what Table 1 says of them."""
     figure = Figure(figsize=(13.0, 8.6), dpi=160)
     for k, s in enumerate(SURFACES.values()):
         left, bottom = 0.005 + k % 3 / 3, 0.50 - k // 3 * 0.49
-        axes: Any = figure.add_axes((left, bottom, 0.305, 0.41), projection="3d")
-        _relief(s, axes, ticks=3)
+        axes: Any = figure.add_axes((left, bottom - 0.015, 0.305, 0.445), projection="3d")
+        _relief(s, axes, points, ticks=3)
         figure.text(left + 0.02, bottom + 0.44, f"{s.title} ({s.name})", size=13, weight="bold")
         figure.text(left + 0.02, bottom + 0.415, _answer(s), size=9, color=MODEL)
     _facts(figure)
@@ -90,30 +97,31 @@ def twins(seed: int) -> Figure:
         bar.set_ticks(_few(own))
         bar.set_label("Cost")
     figure.text(
-        0.992, 0.985, "orange: where it is least   ·   dashed: wall of the surface's own box",
+        0.992, 0.985, "orange: where it is least   ·   dashed: wall of the surface's own box"
+        "   ·   sand: above all values of the surface",
         ha="right", va="top", size=10, color=MODEL,
     )  # fmt: skip
     return figure
 
 
-def _relief(s: Surface, axes: Any, ticks: int = 5) -> None:
-    x, y, cost = _grid(s)
+def _relief(s: Surface, axes: Any, points: int, ticks: int = 5) -> None:
+    x, y, cost = _grid(s, points)
     low, high = float(cost.min()), float(cost.max())
     floor = low - 0.6 * (high - low)
     lit = _LIGHT.shade(cost, _DEPTH, vert_exag=0.6 * s.half / (high - low), blend_mode="soft")
     axes.computed_zorder = False  # the map lies under the relief, and its marks on the map
-    filled = axes.contourf(x, y, cost, 14, zdir="z", offset=floor, cmap=_DEPTH, alpha=0.55)
+    filled = axes.contourf(x, y, cost, 14, zdir="z", offset=floor, cmap=_PALE, antialiased=False)
     filled.set(rasterized=True, zorder=1)
     axes.plot(*s.optima.T, np.full(len(s.optima), floor), "o", color=MODEL, ms=4.5, mec="white",
               mew=0.6, zorder=2)  # fmt: skip
-    axes.plot_surface(x, y, cost, facecolors=lit, rcount=_POINTS, ccount=_POINTS, linewidth=0,
+    axes.plot_surface(x, y, cost, facecolors=lit, rcount=points, ccount=points, linewidth=0,
                       antialiased=False, rasterized=True, zorder=3)  # fmt: skip
     axes.set(xlabel="$x_1$", ylabel="$x_2$", zlim=(floor, high))
     axes.set_xticks(np.linspace(-s.half, s.half, ticks))
     axes.set_yticks(np.linspace(-s.half, s.half, ticks))
     axes.set_zticks([t for t in _few(s) if t <= high])
     axes.view_init(elev=24, azim=-58)
-    axes.set_box_aspect((1, 1, 0.85), zoom=1.0)
+    axes.set_box_aspect((1, 1, 0.85), zoom=1.08)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1, 1, 1, 0))
         axis.line.set_color(MEASURED)
@@ -122,11 +130,13 @@ def _relief(s: Surface, axes: Any, ticks: int = 5) -> None:
 
 def _map(s: Surface, own: Surface, axes: Axes) -> Any:
     """A surface or a twin as a contour map, in the colours of the surface's own values."""
-    x, y, cost = _grid(s)
+    x, y, cost = _grid(s, 241)
     shades = Normalize(own.minimum, own.ceiling)
     levels = np.linspace(own.minimum, own.ceiling, 15)
     levels[0] -= 1e-9 * own.ceiling  # rounding must not leave a hole where it is least
-    filled = axes.contourf(x, y, cost, levels, cmap=_DEPTH, norm=shades, extend="max")
+    filled = axes.contourf(
+        x, y, cost, levels, cmap=_DEPTH.with_extremes(over=_BEYOND), norm=shades, extend="max"
+    )
     filled.set(rasterized=True)
     if isinstance(s.function, Moved):
         corners = own.half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -143,7 +153,7 @@ def _map(s: Surface, own: Surface, axes: Axes) -> Any:
 
 def _facts(figure: Figure) -> None:
     """Table 1 in the sixth place of the sheet."""
-    left, top, line = 0.70, 0.40, 0.042
+    left, top, line = 0.69, 0.40, 0.042
     figure.text(left, top, "Table 1", size=13, weight="bold", color=INK)
     columns = (0.0, 0.062, 0.125, 0.205)
     for k, row in enumerate([("", "Box", "J_min", "Least value"), *map(_row, SURFACES.values())]):
@@ -182,12 +192,12 @@ def _small(value: float) -> str:
 
 def _few(s: Surface) -> list[float]:
     """Round numbers on the way from the least to the greatest value."""
-    ticks = mpl.ticker.MaxNLocator(4).tick_values(s.minimum, s.ceiling)
+    ticks = MaxNLocator(4).tick_values(s.minimum, s.ceiling)
     return [float(t) for t in ticks if s.minimum - 0.02 * s.ceiling <= t <= s.ceiling]
 
 
-def _grid(s: Surface) -> tuple[Array, Array, Array]:
-    edge = np.linspace(-s.half, s.half, _POINTS)
+def _grid(s: Surface, points: int) -> tuple[Array, Array, Array]:
+    edge = np.linspace(-s.half, s.half, points)
     x, y = np.meshgrid(edge, edge)
     cost = s(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(x.shape)
     return x, y, cost
