@@ -47,7 +47,7 @@ COLOURS = (
     "#56b4e9", "#1b1f24", "#882255", "#999933", "#332288",
 )  # fmt: skip
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.3)), (0, (6, 1.5, 1, 1.5)))
-MARKERS = "osD^vPX<>p*hd"
+MARKERS = "osD^vPX<>phd8H"
 #: Problems on one figure; more of them are split by dimension, and then by number.
 PANELS = 24
 #: Points of a line, resamples of a band, and its level.
@@ -96,7 +96,7 @@ def looks(methods: Sequence[str]) -> dict[str, Look]:
     made: dict[str, Look] = {}
     for k, members in enumerate(families.values()):
         for j, method in enumerate(members):
-            dash = DASHES[(j + 2 * (k // 5)) % len(DASHES)]
+            dash = DASHES[(j + 2 * (k // 5 + k // 10)) % len(DASHES)]  # twice the colours, no twins
             marker = MARKERS[len(made) % len(MARKERS)]
             made[method] = Look(COLOURS[k % len(COLOURS)], dash, marker)
     return {method: made[method] for method in methods}
@@ -112,15 +112,16 @@ def figures(
         jobs: The campaign's jobs: they set the order of problems and methods.
         targets: Precisions above the minimum that the ECDF looks at.
     """
-    found = {cell: runs for cell, runs in cells(records, jobs).items() if runs}
+    planned = cells(records, jobs)
+    found = {cell: runs for cell, runs in planned.items() if runs}
     if not found:
         return []
     with mpl.rc_context(STYLE):
         return [
-            *ecdfs(found, targets),
+            *ecdfs(planned, targets),
             *success(found),
             *evaluations(found),
-            *profiles(found),
+            *profiles(planned),
             *convergence(found, over="evaluations"),
             *convergence(found, over="rounds"),
         ]
@@ -238,10 +239,11 @@ def _middle(runs: Sequence[Record]) -> tuple[float]:
 
 def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
     """Share of (problem, target, repeat) solved against evaluations per dimension."""
-    methods, style = algorithms_of(found), looks(algorithms_of(found))
-    by = {m: [r for (_, a), runs in found.items() if a == m for r in runs] for m in methods}
-    everywhere = _everywhere(found)
-    by = {m: runs for m, runs in by.items() if m in everywhere}
+    style = looks(algorithms_of(found))
+    compared, problems = _compared(found)
+    if not problems:
+        return
+    by = {m: [r for p in problems for r in found[p, m]] for m in compared}
     limits = limits_of(r for runs in by.values() for r in runs)
     areas = {m: area(runs, targets, limits).value for m, runs in by.items()}
     order = sorted(by, key=lambda m: -areas[m] if math.isfinite(areas[m]) else 0.0)
@@ -260,7 +262,6 @@ def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
     else:
         _legend(figure, order, style)
     _common(figure, "Evaluations / dimension", "Share of targets met")
-    left_out = [m for m in methods if m not in order]
     yield Drawn(
         "ecdf",
         "Share of targets met",
@@ -268,7 +269,7 @@ def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
         "dimension; higher and further left is better. Shaded: 95 % bootstrap interval over runs. "
         "The dotted line is the least budget that all methods had. The number beside a name is the "
         "area under its curve up to there, between 0 and 1, and sets the order."
-        + _not_drawn(left_out),
+        + _not_drawn(found, compared, problems),
         figure,
     )
 
@@ -317,13 +318,14 @@ def share_band(runs: Sequence[Record], grid: Array, targets: Targets = TARGETS) 
 
 def profiles(found: Cells) -> Iterator[Drawn]:
     """Dolan and More's performance profiles of the expected running times."""
-    problems, methods = problems_of(found), algorithms_of(found)
-    everywhere = _everywhere(found)
-    chosen = [m for m in methods if m in everywhere]
+    chosen, problems = _compared(found)
     times = np.array([[ert(found[p, m]).value for m in chosen] for p in problems])
-    if len(problems) < 2 or len(chosen) < 2 or np.isnan(times).all(axis=1).any():  # noqa: PLR2004
+    times = times.reshape(len(problems), len(chosen))
+    aimed = int((~np.isnan(times).any(axis=1)).sum())
+    if aimed < 2 or len(chosen) < 2:  # noqa: PLR2004 - nothing to compare
         return
-    curves, style = dict(zip(chosen, profile(times), strict=True)), looks(methods)
+    curves = dict(zip(chosen, profile(times), strict=True))
+    style = looks(algorithms_of(found))
     far = 1.3 * max((float(c.at[-1]) for c in curves.values() if len(c.at)), default=10.0)
     order = sorted(chosen, key=lambda m: -_log_area(curves[m], far))
     figure, (axes,) = _panels(1, 6.6, 3.3)
@@ -346,7 +348,7 @@ def profiles(found: Cells) -> Iterator[Drawn]:
         "Share of problems on which a method's expected evaluations to the target are within so "
         "many times those of the best method there; the left end says how often it is itself the "
         "best, the right end how many problems it solves at all."
-        + _not_drawn([m for m in methods if m not in chosen]),
+        + _not_drawn(found, chosen, problems),
         figure,
     )
 
@@ -429,10 +431,10 @@ def _dots(
             share=True,
             columns=columns,
         )
+        edge = _edge(e for (p, _), e in estimates.items() if p in problems)
         for axes, problem in zip(panels, problems, strict=True):
             scale(axes)
             own = {m: e for m in methods if (e := estimates.get((problem, m))) is not None}
-            edge = _edge(own.values())
             for method, e in own.items():
                 _dot(axes, methods.index(method), e, style[method], edge)
             axes.set_title(problem)
@@ -481,6 +483,7 @@ def movements(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6 if len(path) else 5.6, 5.0), layout="constrained")
         panels = figure.subplots(1, 2 if len(path) else 1, squeeze=False)[0]
+        figure.get_layout_engine().set(h_pad=0.1)  # type: ignore[union-attr, call-arg]
         space = problem.space
         corners = space.decode(np.array([[0.0, 0.0], [1.0, 1.0]]))
         whole = (corners[0], corners[1])
@@ -498,7 +501,7 @@ def movements(
             _optima(axes, optima)
         figure.legend(*_unique(panels), loc="outside lower center", ncols=5, fontsize=9)
         if title:
-            figure.suptitle(f"{title}\n", x=0.01, ha="left", fontweight="bold", fontsize=12)
+            figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
     return Drawn(
         "movements",
         title or "Movements on the surface",
@@ -553,7 +556,7 @@ def tabu_path(problem: Problem, trace: Trace) -> Array:
 
 def _foraging_from(trace: Trace) -> int:
     """The step at which the last foraging stage began that tabu search followed, or the first."""
-    begun = [k for k, n in enumerate(trace.notes) if n.get("event") == "start"]
+    begun = [k for k, n in enumerate(trace.notes) if "start" in n]
     tabu = [k for k, n in enumerate(trace.notes) if n.get("stage") == "tabu"]
     followed = [k for k in begun if tabu and k < tabu[-1]]
     return (followed or begun or [0])[-1]
@@ -609,14 +612,24 @@ def _unique(panels: Iterable[Axes]) -> tuple[list[Any], list[str]]:
 # --- Sheets ----------------------------------------------------------------------------------
 
 
-def _everywhere(found: Cells) -> set[str]:
-    """Methods that were run on all problems; all of them if none was."""
-    problems, methods = problems_of(found), algorithms_of(found)
-    return {m for m in methods if all((p, m) in found for p in problems)} or set(methods)
+def _compared(found: Cells) -> tuple[list[str], list[str]]:
+    """The methods meant for all problems, and the problems that each of them has runs on.
+
+    The same that `bench.tables.ranking` compares.
+    """
+    begun = {m for (_, m), runs in found.items() if runs}
+    some = [m for m in algorithms_of(found) if m in begun]
+    problems = problems_of(found)
+    methods = [m for m in some if all((p, m) in found for p in problems)] or some
+    return methods, [p for p in problems if all(found.get((p, m)) for m in methods)]
 
 
-def _not_drawn(methods: Sequence[str]) -> str:
-    return f" Not drawn, for not run on every problem: {', '.join(methods)}." if methods else ""
+def _not_drawn(found: Cells, methods: Sequence[str], problems: Sequence[str]) -> str:
+    out = [m for m in algorithms_of(found) if m not in methods]
+    said = f" Not meant for every problem, hence not drawn: {', '.join(out)}." if out else ""
+    if len(problems) < len(every := problems_of(found)):
+        said += f" Drawn for {len(problems)} of {len(every)} problems: the others lack runs so far."
+    return said
 
 
 def _pages(found: Iterable[tuple[str, str]]) -> Iterator[tuple[str, list[str]]]:
@@ -641,10 +654,12 @@ def _panels(
         columns += 1
     columns = min(n, columns)
     rows = math.ceil(n / columns)
+    if share:
+        height -= 0.2  # one axis of numbers for a whole column
     width = max(width * columns + 0.6, 5.2)
     figure = Figure(figsize=(width, height * rows + 0.9), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.06, h_pad=0.08)  # type: ignore[union-attr, call-arg]
-    grid = figure.subplots(rows, columns, squeeze=False, sharey=share)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=share, sharey=share)
     for axes in grid.flat[:n]:
         axes.set_axisbelow(True)
     for axes in grid.flat[n:]:
