@@ -421,3 +421,9 @@ class TestEffect:
             said = a12(rng.exponential(1, 20), rng.exponential(ratio, 20))
             covered += said.low <= chance <= said.high
         assert 366 <= covered <= 398
+
+
+def test_a_single_run_is_no_sample() -> None:
+    assert math.isnan(rank_sum([1.0], [2.0]))
+    assert math.isnan(rank_sum([1.0, 2.0, 3.0], [0.5]))
+    assert rank_sum([1.0, 2.0], [3.0, 4.0]) == pytest.approx(1 / 3)  # 2 of 6 arrangements

@@ -134,10 +134,10 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> float:
     """The Mann-Whitney rank sum test: the two-sided p-value.
 
     Where the arrangements are few they are all counted, which is exact with ties too; else the
-    normal approximation, corrected for ties.
+    normal approximation, corrected for ties. With a single run there is nothing to test: nan.
     """
     x, y = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    if not (x.size and y.size):
+    if min(x.size, y.size) < 2:  # noqa: PLR2004 - a single run is no sample
         return math.nan
     if np.ptp(np.concatenate([x, y])) == 0:
         return 1.0

@@ -28,20 +28,16 @@ _POINTS = 161  # along an edge: eight a wave of Shubert's fastest
 _LIGHT = LightSource(azdeg=315, altdeg=50)
 
 
-def draw_surfaces(folder: Path, points: int = _POINTS) -> list[Path]:
+def draw_surfaces(folder: Path) -> list[Path]:
     """Draw the five surfaces of Table 1, each and all on a sheet, as PNG and SVG.
-
-    Args:
-        folder: Where to; made if it is not there.
-        points: How finely, along an edge of the box.
 
     Returns:
         The files: `surface_NAME` for each and `surfaces`, the sheet.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(STYLE):
-        figures = {f"surface_{name}": relief(s, points) for name, s in SURFACES.items()}
-        figures["surfaces"] = sheet(points)
+        figures = {f"surface_{name}": relief(s) for name, s in SURFACES.items()}
+        figures["surfaces"] = sheet()
         return [file for name, figure in figures.items() for file in save(figure, folder, name)]
 
 
@@ -56,24 +52,24 @@ def draw_twins(seed: int, folder: Path) -> list[Path]:
         return save(twins(seed), folder, f"twins_{seed}")
 
 
-def relief(s: Surface, points: int = _POINTS) -> Figure:
+def relief(s: Surface) -> Figure:
     """A surface of two variables in 3-D, over its map."""
     figure = Figure(figsize=(7.2, 6.0), dpi=160)
-    axes: Any = figure.add_axes((-0.02, 0.0, 0.98, 0.94), projection="3d")
-    _relief(s, axes, points)
+    axes: Any = figure.add_axes((-0.02, 0.03, 0.98, 0.91), projection="3d")
+    _relief(s, axes)
     axes.set_zlabel("Cost", labelpad=8)
     figure.text(0.04, 0.955, f"{s.title} surface ({s.name})", size=14, weight="bold", color=INK)
     figure.text(0.04, 0.915, _answer(s), size=10, color=MODEL)
     return figure
 
 
-def sheet(points: int = _POINTS) -> Figure:
+def sheet() -> Figure:
     """The five surfaces on one sheet, with what Table 1 says of them."""
     figure = Figure(figsize=(13.0, 8.6), dpi=160)
     for k, s in enumerate(SURFACES.values()):
-        left, bottom = 0.005 + k % 3 / 3, 0.50 - k // 3 * 0.49
-        axes: Any = figure.add_axes((left, bottom - 0.015, 0.305, 0.445), projection="3d")
-        _relief(s, axes, points, ticks=3)
+        left, bottom = 0.005 + k % 3 / 3, 0.51 - k // 3 * 0.49
+        axes: Any = figure.add_axes((left, bottom, 0.305, 0.42), projection="3d")
+        _relief(s, axes, ticks=3)
         figure.text(left + 0.02, bottom + 0.44, f"{s.title} ({s.name})", size=13, weight="bold")
         figure.text(left + 0.02, bottom + 0.415, _answer(s), size=9, color=MODEL)
     _facts(figure)
@@ -82,10 +78,10 @@ def sheet(points: int = _POINTS) -> Figure:
 
 def twins(seed: int) -> Figure:
     """The five surfaces as maps, above their twins of a seed."""
-    figure = Figure(figsize=(16.0, 7.6), dpi=160, layout="constrained")
+    figure = Figure(figsize=(16.0, 7.8), dpi=160, layout="constrained")
     figure.suptitle(
         f"The five surfaces and, below, their twins of seed {seed}: shifted and rotated",
-        x=0.008, ha="left", size=14, weight="bold", color=INK,
+        x=0.008, y=0.99, ha="left", size=14, weight="bold", color=INK,
     )  # fmt: skip
     grid = figure.subplots(2, len(SURFACES))
     for (above, below), own in zip(grid.T, SURFACES.values(), strict=True):
@@ -104,8 +100,8 @@ def twins(seed: int) -> Figure:
     return figure
 
 
-def _relief(s: Surface, axes: Any, points: int, ticks: int = 5) -> None:
-    x, y, cost = _grid(s, points)
+def _relief(s: Surface, axes: Any, ticks: int = 5) -> None:
+    x, y, cost = _grid(s)
     low, high = float(cost.min()), float(cost.max())
     floor = low - 0.6 * (high - low)
     lit = _LIGHT.shade(cost, _DEPTH, vert_exag=0.6 * s.half / (high - low), blend_mode="soft")
@@ -114,14 +110,14 @@ def _relief(s: Surface, axes: Any, points: int, ticks: int = 5) -> None:
     filled.set(rasterized=True, zorder=1)
     axes.plot(*s.optima.T, np.full(len(s.optima), floor), "o", color=MODEL, ms=4.5, mec="white",
               mew=0.6, zorder=2)  # fmt: skip
-    axes.plot_surface(x, y, cost, facecolors=lit, rcount=points, ccount=points, linewidth=0,
+    axes.plot_surface(x, y, cost, facecolors=lit, rcount=_POINTS, ccount=_POINTS, linewidth=0,
                       antialiased=False, rasterized=True, zorder=3)  # fmt: skip
     axes.set(xlabel="$x_1$", ylabel="$x_2$", zlim=(floor, high))
     axes.set_xticks(np.linspace(-s.half, s.half, ticks))
     axes.set_yticks(np.linspace(-s.half, s.half, ticks))
     axes.set_zticks([t for t in _few(s) if t <= high])
     axes.view_init(elev=24, azim=-58)
-    axes.set_box_aspect((1, 1, 0.85), zoom=1.08)
+    axes.set_box_aspect((1, 1, 0.85), zoom=1.02)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((1, 1, 1, 0))
         axis.line.set_color(MEASURED)
@@ -130,7 +126,7 @@ def _relief(s: Surface, axes: Any, points: int, ticks: int = 5) -> None:
 
 def _map(s: Surface, own: Surface, axes: Axes) -> Any:
     """A surface or a twin as a contour map, in the colours of the surface's own values."""
-    x, y, cost = _grid(s, 241)
+    x, y, cost = _grid(s)
     shades = Normalize(own.minimum, own.ceiling)
     levels = np.linspace(own.minimum, own.ceiling, 15)
     levels[0] -= 1e-9 * own.ceiling  # rounding must not leave a hole where it is least
@@ -196,8 +192,8 @@ def _few(s: Surface) -> list[float]:
     return [float(t) for t in ticks if s.minimum - 0.02 * s.ceiling <= t <= s.ceiling]
 
 
-def _grid(s: Surface, points: int) -> tuple[Array, Array, Array]:
-    edge = np.linspace(-s.half, s.half, points)
+def _grid(s: Surface) -> tuple[Array, Array, Array]:
+    edge = np.linspace(-s.half, s.half, _POINTS)
     x, y = np.meshgrid(edge, edge)
     cost = s(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(x.shape)
     return x, y, cost
