@@ -97,7 +97,6 @@ def test_what_is_printed_is_what_was_written(done: Path) -> None:
     printed = (done / "said.txt").read_text()
     summary = (done / "out" / "tables" / "summary.txt").read_text()
     assert summary in printed
-    # `random` needs about 4 / (pi 0.05 / ...) evaluations: whatever it is, the table counts it.
     rows = content(done / "out" / "store.sqlite")
     reached = sum(r[:2] == ("BF", "bts") and r[5] == "target" for r in rows)
     (line,) = [k for k in summary.splitlines() if k.startswith("BF") and " bts " in k]
@@ -177,6 +176,7 @@ def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
         (["small.toml", "--engine", "gpu"], "gpu"),
         (["small.toml", "--engine", "processes:0"], "processes:0"),
         (["small.toml", "--engine", "dask://nowhere"], "dask://nowhere"),
+        (["small.toml", "--coco"], "--coco: campaign small has no problem of BBOB"),
         (["small.toml", "--resume"], "there is no store to go on with"),
         (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),
         (["small.toml", "--out", "no/such/folder"], "no/such: "),

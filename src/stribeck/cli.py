@@ -344,6 +344,8 @@ def bench(
     if show:
         typer.echo(made.text, nl=False)
         return
+    if coco and not any("bbob" in task.spec for task in made.tasks):
+        raise InputError(f"--coco: campaign {made.name} has no problem of BBOB")
     made = made if trials is None else made.trials(trials)
     _bench(made, chosen(engine), out or Path(f"bench-{made.name}"), resume, coco)
 
