@@ -13,6 +13,8 @@ from typing import NamedTuple
 import polars as pl
 import pytest
 
+from stribeck import cli
+
 SMALL = """
 name = "small"
 seed = 3
@@ -179,7 +181,7 @@ def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
         (["small.toml", "--coco"], "--coco: campaign small has no problem of BBOB"),
         (["small.toml", "--resume"], "there is no store to go on with"),
         (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),
-        (["small.toml", "--out", "no/such/folder"], "no/such: "),
+        (["small.toml", "--out", "no/such/folder"], "the folder no/such is not there"),
         (["small.toml", "--out", "foreign"], "foreign/store.sqlite"),
         (["small.toml", "--out", "other"], "other/store.sqlite"),
         ([], "Missing argument"),
@@ -187,7 +189,12 @@ def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
     ids=lambda v: " ".join(v) if isinstance(v, list) else "",
 )  # fmt: skip
 def test_what_cannot_be_done_is_one_line(
-    done: Path, tmp_path: Path, arguments: list[str], line: str
+    done: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    arguments: list[str],
+    line: str,
 ) -> None:
     files = {
         "small.toml": SMALL,
@@ -206,10 +213,14 @@ def test_what_cannot_be_done_is_one_line(
     if "other" in arguments:
         (tmp_path / "small.toml").write_text(SMALL.replace("seed = 3", "seed = 4"))
     before = {p: p.read_bytes() for p in sorted(tmp_path.rglob("*")) if p.is_file()}
-    said = bench(tmp_path, *arguments)
-    assert said.status == 2
-    assert said.out == ""
-    assert said.err.count("\n") == 1
-    assert said.err.startswith("stribeck: ")
-    assert line in said.err
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["stribeck", "bench", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    out, err = capfd.readouterr()
+    assert ended.value.code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("stribeck: ")
+    assert line in err
     assert {p: p.read_bytes() for p in sorted(tmp_path.rglob("*")) if p.is_file()} == before
