@@ -635,11 +635,9 @@ def _not_drawn(found: Cells, methods: Sequence[str], problems: Sequence[str]) ->
 def _pages(found: Iterable[tuple[str, str]]) -> Iterator[tuple[str, list[str]]]:
     """Problems by the sheet: (suffix of the file's name, labels)."""
     problems = problems_of(found)
-    if len(problems) <= PANELS:
-        yield "", problems
-        return
     for k in range(0, len(problems), PANELS):
-        yield f"_{k // PANELS + 1}", problems[k : k + PANELS]
+        suffix = f"_{k // PANELS + 1}" if len(problems) > PANELS else ""
+        yield suffix, problems[k : k + PANELS]
 
 
 def _of(suffix: str) -> str:
@@ -664,6 +662,8 @@ def _panels(
         axes.set_axisbelow(True)
     for axes in grid.flat[n:]:
         axes.set_axis_off()
+    for axes in grid.flat[max(0, n - columns) : n]:  # the lowest of each column
+        axes.tick_params(labelbottom=True)
     return figure, list(grid.flat[:n])
 
 
@@ -724,5 +724,5 @@ def _label_ends(
         axes.annotate(text, (1.095, place), xycoords=("axes fraction", "data"), va="center",
                       color=INK, fontsize=9)  # fmt: skip
     if values is not None:
-        axes.annotate("area", (1.095, high), xycoords=("axes fraction", "data"), fontsize=9,
+        axes.annotate("area", (1.095, 1.03), xycoords="axes fraction", fontsize=9,
                       color=MEASURED, va="bottom")  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import platform
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -95,7 +96,10 @@ def write_summary(
         facts=_facts(campaign, records, command),
         methods=[_method(entry) for entry in campaign.entries],
         problems=[_problem(task) for task in campaign.tasks],
-        tables=[(name, table, len(table.rows) <= OPEN) for name, table in tables.items()],
+        tables=[
+            (name, tables[name], len(tables[name].rows) <= OPEN, _right(tables[name]))
+            for name in sorted(tables, key=lambda name: name != "ranking")  # the result first
+        ],
         pictures=pictures(figures, folder / "figures"),
         file=campaign.text,
     )
@@ -145,6 +149,13 @@ def _missing(jobs: Sequence[Job]) -> list[tuple[str, str, int]]:
     return [(*cell, runs) for cell, runs in Counter(job.cell for job in jobs).items()]
 
 
+def _right(table: Table) -> list[bool]:
+    """Which columns are of numbers, and stand to the right."""
+    columns = zip(*([cell.value for cell in row] for row in table.rows), strict=True)
+    kinds = [{type(value) for value in column} - {type(None)} for column in columns]
+    return [bool(kind) and str not in kind for kind in kinds] or [False] * len(table.heads)
+
+
 def _unrunnable(records: Sequence[Record]) -> tuple[int, int]:
     """Evaluations whose cost was not a finite number, and the runs that met any."""
     return sum(r.failed for r in records), sum(r.failed > 0 for r in records)
@@ -157,7 +168,7 @@ def _facts(campaign: Campaign, records: Sequence[Record], command: str) -> list[
         ("Runs of a cell", f"{campaign.repeats:,}"),
         ("Seed", f"{campaign.seed}, and from it one for each run, by its labels and its number"),
         ("Target precisions", _span(campaign.precisions)),
-        ("Compared with", campaign.reference),
+        ("Reference", f"{campaign.reference}, with which the others are compared"),
         ("Work", f"{evaluations:,} evaluations, {spoken(sum(r.seconds for r in records))} of runs"),
         ("Made with", _made()),
     ]
@@ -165,9 +176,9 @@ def _facts(campaign: Campaign, records: Sequence[Record], command: str) -> list[
 
 
 def _span(values: Any) -> str:
-    if len(values) == 1:
-        return f"{values[0]:g}"
-    return f"{len(values)}, from {values[0]:g} to {values[-1]:g} above the minimum"
+    first, last = _number(values[0]), _number(values[-1])
+    several = f"{len(values)}, from {first} to {last}"
+    return f"{several if len(values) > 1 else first} above the minimum, where that is known"
 
 
 def _made() -> str:
@@ -207,8 +218,13 @@ def _value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_value, value)) + "]"
     if isinstance(value, float):
-        return f"{value:.6g}"
+        return _number(value)
     return str(value)
+
+
+def _number(value: float) -> str:
+    """A number as it was given, in short: "1e-8", "0.9980038"."""
+    return re.sub(r"e([+-])0*", r"e\1", f"{value:.7g}").replace("e+", "e")
 
 
 def _problem(task: Task) -> dict[str, Any]:
@@ -220,8 +236,8 @@ def _problem(task: Task) -> dict[str, Any]:
         "label": task.label,
         "what": spec.removeprefix("surface "),
         "box": _box(on.space),
-        "minimum": "not known" if on.minimum is None else f"{on.minimum:.7g}",
-        "target": "none" if task.open_end or target is None else f"{target:.7g}",
+        "minimum": "not known" if on.minimum is None else _number(on.minimum),
+        "target": "none" if task.open_end or target is None else _number(target),
         "budget": f"{task.budget:,}",
     }
 
