@@ -34,10 +34,14 @@ docs: demo
 	$(BIN)/python tools/physics_figures.py
 	$(BIN)/python tools/docs.py
 
-# The slow studies whose results are committed in docs/data.
+# The slow studies whose results are committed in docs/data: an hour and more.
 studies: setup
 	$(BIN)/python tools/kernel_study.py
 	$(BIN)/python tools/twin_study.py 20
+	$(BIN)/python tools/study.py paper
+	$(BIN)/python tools/study.py twins
+	$(BIN)/python tools/study.py bbob
+	$(BIN)/python tools/engines_study.py
 
 format: setup
 	$(BIN)/ruff check --fix .

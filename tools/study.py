@@ -17,6 +17,9 @@ import sys
 import time
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from stribeck.report.surfaces import draw_surfaces, draw_twins
 
 #: Libraries that the numbers hang on.
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
@@ -51,7 +54,17 @@ def main() -> None:
             **{library: version(library) for library in LIBRARIES},
         },
     }
+    if name == "paper":
+        surfaces(figures.parent)
     (data / "made.json").write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+
+
+def surfaces(folder: Path) -> None:
+    """The pictures of the problems: Table 1, and a twin of each."""
+    with TemporaryDirectory() as place:
+        for file in [*draw_surfaces(Path(place)), *draw_twins(7, Path(place))]:
+            if file.suffix == ".png":
+                shutil.copy(file, folder)
 
 
 if __name__ == "__main__":
