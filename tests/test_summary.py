@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import base64
+import io
 import re
 from collections import Counter
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
-from stribeck.bench.campaign import Campaign, parsed
+from stribeck.bench.campaign import Campaign, parsed, shipped
 from stribeck.bench.record import Failure, Job, Record
 from stribeck.bench.runner import run
 from stribeck.bench.tables import Cell, Table, ranking, summary
 from stribeck.report.campaign import Drawn, draw, figures
-from stribeck.report.summary import pictures, write_summary
+from stribeck.report.study import Study
+from stribeck.report.summary import command, pictures, write_summary
 
 EVIL = "<script>alert('x')</script>"
 FILE = """
@@ -271,8 +276,45 @@ def test_large_pictures_are_made_to_fit(tmp_path: Path) -> None:
     assert (small.width, small.height) == (full.width, full.height) == (576, 576)
 
 
+def test_a_rare_colour_of_a_picture_stays(tmp_path: Path) -> None:
+    figure = Figure(figsize=(6, 6))
+    axes = figure.subplots()
+    axes.imshow([[i * j for i in range(200)] for j in range(200)], cmap="Greys")
+    axes.plot([100], [100], "*", color="#ffd92f", ms=9)
+    one = Drawn("star", "Star", "A star on a hill.", figure)
+    draw([one], tmp_path)
+    (made,) = pictures([one], tmp_path)
+    with Image.open(io.BytesIO(base64.b64decode(made.source.split(",")[1]))) as image:
+        shown = np.asarray(image.convert("RGB")).astype(int)
+    with Image.open(tmp_path / "star.png") as image:
+        drawn = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(shown - drawn).max() <= 32
+    assert (np.abs(shown - [0xFF, 0xD9, 0x2F]).max(axis=2) <= 8).sum() > 100
+
+
 def test_the_same_campaign_has_the_same_page(
     campaign: Campaign, jobs: list[Job], records: list[Record], tmp_path: Path
 ) -> None:
     first = write(tmp_path, campaign, jobs, records)
     assert write(tmp_path, campaign, jobs, records) == first
+
+
+def test_the_page_says_how_to_make_the_campaign_again(campaign: Campaign) -> None:
+    assert command(campaign) == "stribeck bench campaign.toml"
+    assert command(campaign.trials(7)) == "stribeck bench campaign.toml --trials 7"
+    (name, text), *_ = shipped().items()
+    assert command(parsed(text)) == f"stribeck bench {name}"
+    assert command(replace(campaign, text="")) == ""  # made in Python
+
+
+def test_a_study_writes_the_page_beside_its_files(tmp_path: Path) -> None:
+    tiny = parsed(FILE.replace("repeats = 3", "repeats = 1").replace('"BF", "SF"', '"BF"'))
+    jobs = list(tiny.jobs())
+    Study(tiny, jobs, [run(jobs[0])], [Failure(jobs[1], "gone")]).write(tmp_path)
+    page = Page((tmp_path / "summary.html").read_text(encoding="utf-8"))
+    assert "Not complete: 1 of 2 runs are done. 1 could not be run." in page.text
+    assert "stribeck bench campaign.toml" in page.text
+    assert page.count["figure"] == len(list((tmp_path / "figures").glob("*.png")))
+    files = [v for tag, name, v in page.attributes if (tag, name) == ("a", "href")]
+    assert all((tmp_path / f).is_file() for f in files if not f.startswith("#"))
+    assert (tmp_path / "summary.html").stat().st_size < 6_000_000

@@ -91,11 +91,22 @@ class Study:
             InputError: the disk refuses.
         """
         from .campaign import draw  # noqa: PLC0415
+        from .summary import command, write_summary  # noqa: PLC0415
 
         write_text(folder / "campaign.toml", self.campaign.text)
         write_files(folder / "tables", self._write_tables)
         drawn = list(self.figures())
         write_files(folder / "figures", lambda place: draw(drawn, place))
+        write_summary(
+            folder,
+            self.campaign,
+            self.jobs,
+            self.records,
+            self.failures,
+            tables=self.tables,
+            figures=drawn,
+            command=command(self.campaign),
+        )
 
     def _write_tables(self, folder: Path) -> None:
         for name, table in self.tables.items():

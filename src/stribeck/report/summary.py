@@ -20,6 +20,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from PIL import Image
 
 from .. import __version__
+from ..bench.campaign import parsed, shipped
 from ..bench.record import Failure, Job, Record
 from .folder import write_text
 from .live import spoken
@@ -37,7 +38,7 @@ PICTURES = 4_800_000
 #: Scales at which pictures are tried, until they fit.
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
 #: Colours kept of a picture; rows of a table that stand open; failures listed.
-COLOURS, OPEN, LISTED = 128, 60, 50
+COLOURS, OPEN, LISTED = 256, 60, 50
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,16 @@ def write_summary(
     return folder / PAGE
 
 
+def command(campaign: Campaign) -> str:
+    """What makes the campaign again; one that is not shipped from its copy beside the page."""
+    name, text = campaign.name, campaign.text
+    if not text:  # made in Python: there is no file to run
+        return ""
+    given = name if shipped().get(name) == text else "campaign.toml"
+    cut = campaign.repeats != parsed(text).repeats
+    return f"stribeck bench {given}" + f" --trials {campaign.repeats}" * cut
+
+
 def pictures(figures: Sequence[Drawn], folder: Path, limit: int = PICTURES) -> list[Picture]:
     """The figures as PNGs in text, smaller where they would make the page too large."""
     made: list[Picture] = []
@@ -125,7 +136,8 @@ def _picture(drawn: Drawn, file: Path, scale: float) -> Picture:
     if size != plain.size:
         plain = plain.resize(size, Image.Resampling.LANCZOS)
     out = io.BytesIO()
-    plain.quantize(COLOURS, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    few = plain.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(out, "PNG", optimize=True)  # coverage: a rare colour is a mark, and must stay
     source = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
     shown = drawn.figure.get_size_inches() * 96  # CSS pixels
     return Picture(drawn.name, drawn.title, drawn.caption, source, round(shown[0]), round(shown[1]))
@@ -161,7 +173,7 @@ def _unrunnable(records: Sequence[Record]) -> tuple[int, int]:
     return sum(r.failed for r in records), sum(r.failed > 0 for r in records)
 
 
-def _facts(campaign: Campaign, records: Sequence[Record], command: str) -> list[tuple[str, str]]:
+def _facts(campaign: Campaign, records: Sequence[Record], typed: str) -> list[tuple[str, str]]:
     """What the numbers hang on."""
     evaluations = sum(r.evaluations for r in records)
     facts = [
@@ -172,7 +184,7 @@ def _facts(campaign: Campaign, records: Sequence[Record], command: str) -> list[
         ("Work", f"{evaluations:,} evaluations, {spoken(sum(r.seconds for r in records))} of runs"),
         ("Made with", _made()),
     ]
-    return [*facts, ("Command", command)] if command else facts
+    return [*facts, ("To make it again", typed)] if typed else facts
 
 
 def _span(values: Any) -> str:
