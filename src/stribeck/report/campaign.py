@@ -260,7 +260,7 @@ def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
     if len(parts) == 1 and len(order) <= LABELLED:
         _label_ends(panels[0], order, style, areas)
     else:
-        _legend(figure, order, style)
+        _legend(figure, order, style, areas)
     _common(figure, "Evaluations / dimension", "Share of targets met")
     yield Drawn(
         "ecdf",
@@ -672,10 +672,17 @@ def _common(figure: Figure, x: str, y: str) -> None:
     figure.supylabel(y, fontsize=10)
 
 
-def _legend(figure: Figure, methods: Sequence[str], style: Mapping[str, Look]) -> None:
+def _legend(
+    figure: Figure,
+    methods: Sequence[str],
+    style: Mapping[str, Look],
+    values: Mapping[str, float] | None = None,
+) -> None:
     handles = [
-        Line2D([], [], **style[m].line(), marker=style[m].marker, ms=4, label=m) for m in methods
-    ]
+        Line2D([], [], **style[m].line(), marker=style[m].marker, ms=4,
+               label=m if values is None else f"{m}  {values[m]:.2f}")
+        for m in methods
+    ]  # fmt: skip
     free = [axes for axes in figure.axes if not axes.axison]
     if free:
         columns = math.ceil(len(handles) / 12)
