@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -239,6 +240,33 @@ def test_files_are_png_and_svg_and_the_same_each_time(
         ]  # fmt: skip
         bytes_of.append([f.read_bytes() for f in files])
     assert bytes_of[0] == bytes_of[1]
+
+
+def test_one_run_alone_has_figures() -> None:
+    alone = record("A", "x", 0, np.random.default_rng(4))
+    drawn = {one.name: one for one in figures([alone])}
+    assert set(drawn) == {
+        "ecdf", "success", "evaluations", "convergence_evaluations", "convergence_rounds",
+    }  # fmt: skip
+    x, y = line(drawn["convergence_evaluations"].figure, "A", "median:x")
+    at = np.searchsorted(alone.steps.evaluations, x, side="right") - 1
+    np.testing.assert_array_equal(y, alone.steps.costs[at])
+
+
+def test_runs_without_a_finite_cost_are_no_line_and_no_success(records: list[Record]) -> None:
+    none = Steps(np.array([], dtype=np.int64), np.array([], dtype=np.int64), np.array([]))
+    lost = [
+        replace(r, job=replace(r.job, algorithm="lost"), cost=math.inf, failed=1000, steps=none)
+        for r in records
+        if r.job.algorithm == "y" and r.job.problem == "A"
+    ]
+    beside = [r for r in records if r.job.problem == "A"]
+    for own in (lost, [*beside, *lost]):  # alone, and with others
+        drawn = {one.name: one for one in figures(own)}
+        _, y = line(drawn["convergence_evaluations"].figure, "A", "median:lost")
+        assert np.isnan(y).all()
+        panels = [a for a in drawn["evaluations"].figure.axes if a.axison]
+        assert [k for a in panels for k in a.lines if k.get_gid() == "never"]
 
 
 # --- movements -------------------------------------------------------------------------------
