@@ -19,6 +19,8 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import polars as pl
+
 from stribeck.report.surfaces import draw_surfaces, draw_twins
 
 #: Libraries that the numbers hang on.
@@ -32,6 +34,7 @@ def main() -> None:
     out.parent.mkdir(exist_ok=True)
     command = ["stribeck", "bench", name, "--out", str(out)]
     command += ["--engine", engine[0]] if engine else []
+    whole = not (out / "store.sqlite").exists()
     began = time.monotonic()
     subprocess.run([sys.executable, "-m", *command], check=True)  # noqa: S603
     minutes = (time.monotonic() - began) / 60
@@ -47,7 +50,8 @@ def main() -> None:
         shutil.copy(file, figures)
     made = {
         "command": " ".join(command),
-        "minutes": round(minutes, 1),
+        **({"minutes": round(minutes, 1)} if whole else {}),
+        "minutes_of_runs": round(pl.read_parquet(out / "records.parquet")["seconds"].sum() / 60, 1),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}, {platform.system()}",
         "software": {
             "python": platform.python_version(),
