@@ -97,6 +97,20 @@ def test_table_5_has_the_published_row_above_ours() -> None:
     assert rows[2][1] == "BTS (published)"
 
 
+def test_published_numbers_keep_their_digits() -> None:
+    rows = {(r[0].text, r[1].text): [c.text for c in r[2:]] for r in table_5(study()).rows}
+    assert rows["SF", "ATS (published)"] == ["0.9982", "0.998", "0.9989", "0.0002"]
+    assert rows["BF", "BTS (published)"][0] == "5.30112e-10"
+    assert rows["RF", "BTS (published)"][1:3] == ["5.9587e-10", "9.662e-9"]
+    assert rows["ShuF", "ATS (published)"][0] == "-186.7305"
+
+
+def test_only_tabu_search_has_entrapments() -> None:
+    ga = [record(s, "ga", 0, cost=1.0, rounds=50, seconds=1.0) for s in SURFACES]
+    shown = {row[1].text: row[8].text for row in table_4([*study(), *ga]).rows}
+    assert shown == {"ats": "15.0", "bts": "3.00", "ga": "–"}
+
+
 def test_the_published_tables_are_consistent_with_their_own_criterion() -> None:
     # Table 5: every published maximum but GA's on BF meets J_min of Table 1.
     J_min = {"BF": 1e-9, "RF": 1e-8, "SF": 0.9990, "SchF": 1e-1, "ShuF": -186.73}
