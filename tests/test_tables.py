@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,8 +40,11 @@ def run(
     evaluations: int,
     cost: float,
     target: float | None = 1.0,
+    minimum: float = 0.0,
+    budget: int = 1000,
 ) -> Record:
-    job = Job(problem, algorithm, repeat, 1, 1000, target, 0.0, {"surface": problem}, {})
+    spec, method = {"surface": problem}, {"name": "bts", "settings": {}}
+    job = Job(problem, algorithm, repeat, 1, budget, target, minimum, spec, method)
     return Record(
         job=job,
         x=(0.5, 0.5),
@@ -62,7 +66,7 @@ RECORDS = [
     *(run("SF", "quick", k, 900, -1e-9 * (k + 1), target=None) for k in range(10)),
 ]
 JOBS = [
-    Job(p, a, k, 1, 1000, 1.0 if p == "BF" else None, 0.0, {"surface": p}, {})
+    run(p, a, k, 1, 0.0, 1.0 if p == "BF" else None).job
     for p in ("BF", "SF")
     for a in ("slow_er", "quick")
     for k in range(10)
@@ -211,6 +215,38 @@ class TestCampaign:
         values = [c.value for c in table.rows[1][3:]]
         assert values == pytest.approx([0.55, 0.1, 1.0, np.std(costs, ddof=1)])
         assert text(table, 3)["min"] == "-1.000e-8"
+
+    def test_costs_of_a_minimum_that_moves_are_those_above_it(self) -> None:
+        runs = [run("f01", "a", k, 5, 100.0 * k + 2.0**-k, minimum=100.0 * k) for k in range(3)]
+        table = solutions([*runs, *RECORDS])
+        assert [c.value for c in table.rows[3][3:6]] == pytest.approx([1.75 / 3, 0.25, 1.0])
+        assert table.note.endswith("differs from run to run: f01.")
+        assert solutions(RECORDS).rows == table.rows[:3]
+
+    def test_only_tabu_search_can_meet_a_deadlock(self) -> None:
+        ga = run("BF", "ga", 0, 5, 2.0)
+        ga = replace(ga, job=replace(ga.job, method={"name": "ga", "settings": {}}))
+        assert text(summary([ga]), 0)["entrapments"] == "–"
+
+    def test_budgets_that_differ_are_named(self) -> None:
+        more = [run("BF", "long", k, 9, 5.0 + k, budget=9000) for k in range(2)]
+        less = [run("BF", "short", k, 9, 5.0 + k, budget=10) for k in range(2)]
+        word = "Allowed other budgets than most: short fewer evaluations; long more evaluations."
+        for make in (summary, comparisons, overall, ranking):
+            assert "other budgets" not in make(RECORDS).note
+            assert make([*RECORDS, *more, *less]).note.endswith(word)
+
+    def test_targets_met_count_to_the_budget_that_all_had(self) -> None:
+        late = [run("BF", "long", k, 1002 + k, 1e-9, budget=9000) for k in range(2)]
+        soon = [run("BF", m, k, 10 + k, 1e-9) for k in range(2) for m in ("a", "b")]
+        met = {r[1].text: r[3].value for r in ranking([*late, *soon]).rows}
+        assert met == {"a": 1.0, "b": 1.0, "long": 0.0}
+
+    def test_one_run_repeated_is_no_sample(self) -> None:
+        same = [run("BF", "direct", k, 16, 0.5) for k in range(3)]
+        for make in (summary, comparisons, ranking):
+            assert "Nothing in direct is random" in make([*RECORDS, *same]).note
+            assert "random" not in make([*RECORDS, same[0]]).note
 
     def test_a_cost_that_was_never_finite(self) -> None:
         table = solutions([run("BF", "a", 0, 5, math.inf), run("BF", "a", 1, 5, 2.0)])

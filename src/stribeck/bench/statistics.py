@@ -209,7 +209,12 @@ def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> Curve:
 def limits_of(records: Iterable[Record]) -> dict[str, float]:
     """For each problem, evaluations per dimension that every run on it was allowed."""
     by = _by_problem(records)
-    return {name: min(r.job.budget / len(r.x) for r in runs) for name, runs in by.items()}
+    return {name: min(map(allowed, runs)) for name, runs in by.items()}
+
+
+def allowed(record: Record) -> float:
+    """Evaluations per dimension that a run might have spent."""
+    return record.job.budget / len(record.x)
 
 
 def area(

@@ -6,11 +6,13 @@ import csv
 import io
 import itertools
 import math
+import operator
 import re
 import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import median_low
 from typing import TypeAlias
 
 import numpy as np
@@ -26,11 +28,13 @@ from .statistics import (
     Estimate,
     Targets,
     algorithms_of,
+    allowed,
     area,
     cells,
     ecdf,
     ert,
     limits_of,
+    precision,
     problems_of,
     ratios,
     success_rate,
@@ -39,6 +43,8 @@ from .statistics import (
 DASH = "–"
 #: Powers of ten for which a number is written out, and not as 1.2e-9.
 WRITTEN_OUT = range(-3, 6)
+#: The methods that can meet a deadlock, and go back or begin anew.
+TABU = ("ats", "bts")
 Value: TypeAlias = float | str | None
 
 
@@ -252,7 +258,11 @@ def summary(records: Iterable[Record], jobs: Sequence[Job] = ()) -> Table:
             _estimate(ert(runs)),
             _over(runs, lambda r: r.evaluations, np.median),
             _over(runs, lambda r: r.search_rounds, np.mean),
-            _over(runs, lambda r: r.entrapments, np.mean),
+            _over(
+                [r for r in runs if r.job.method.get("name") in TABU],
+                lambda r: r.entrapments,
+                np.mean,
+            ),
             _over(runs, lambda r: r.seconds, np.mean, digits=3),
         )
         for (problem, algorithm), runs in found.items()
@@ -267,7 +277,9 @@ def summary(records: Iterable[Record], jobs: Sequence[Job] = ()) -> Table:
         f"{_INTERVALS}: success by Wilson, ERT by bootstrap over runs. ERT: evaluations of all "
         "runs, up to the target where it was met, divided by the successes; a run that failed "
         "counts with what it spent, whether its budget or its method ended it. Evaluations: "
-        "median spent by a run. Rounds, entrapments and seconds: mean of a run.",
+        "median spent by a run. Rounds, entrapments and seconds: mean of a run. Entrapments: how "
+        "often tabu search went back or began anew; a deadlock that only narrows the radius is "
+        f"none.{_repeating(found)}{_budgets(found)}",
     )
 
 
@@ -278,22 +290,30 @@ def solutions(records: Iterable[Record], jobs: Sequence[Job] = ()) -> Table:
         records: Of one campaign, in any order.
         jobs: The campaign's jobs: the order of the rows, and how many runs there will be.
     """
-    planned = Counter(job.cell for job in jobs)
-    rows = [
-        (
-            _label(problem),
-            _label(algorithm),
-            _runs(len(runs), planned[problem, algorithm]),
-            *(_over(runs, lambda r: r.cost, of, digits=7) for of in (np.mean, np.min, np.max)),
-            _over(runs, lambda r: r.cost, _deviation),
+    planned, found = Counter(job.cell for job in jobs), cells(records, jobs)
+    minima: dict[str, set[float | None]] = {}
+    for job in (*jobs, *(r.job for runs in found.values() for r in runs)):
+        minima.setdefault(job.problem, set()).add(job.minimum)
+    moving = {problem for problem, known in minima.items() if len(known) > 1}
+    rows = []
+    for (problem, algorithm), runs in found.items():
+        value = precision if problem in moving else _cost
+        rows.append(
+            (
+                _label(problem),
+                _label(algorithm),
+                _runs(len(runs), planned[problem, algorithm]),
+                *(_over(runs, value, of, digits=7) for of in (np.mean, np.min, np.max)),
+                _over(runs, value, _deviation),
+            )
         )
-        for (problem, algorithm), runs in cells(records, jobs).items()
-    ]
+    above = f" Above the minimum, which differs from run to run: {_few(moving)}." if moving else ""
     return Table(
         "Final cost",
         ("problem", "method", "runs", "average", "min", "max", "std"),
         tuple(rows),
-        "Std is the sample's, with n - 1.",
+        "Std is the sample's, with n - 1. A run ends at its target: how far below it a success "
+        f"came to lie says little.{above}",
     )
 
 
@@ -334,12 +354,14 @@ def comparisons(
         "Comparisons on each problem",
         ("problem", "first", "second", "test", "p", "p (Holm)", "A12", "better"),
         tuple(rows),
-        f"A success is better than a failure; successes rank by evaluations, failures by final "
-        "cost. Paired: signed ranks (Pratt) of runs on the same instance; unpaired: rank sum "
-        "(Mann-Whitney), where all repeats are on one function. A12: chance that a run of the "
-        f"first is better than one of the second, ties half. {_INTERVALS}. Holm over the "
+        "A success is better than a failure; successes rank by evaluations, failures by final "
+        "cost (above the minimum, where it is known). Paired: signed ranks (Pratt) of runs on the "
+        "same instance; unpaired: rank sum (Mann-Whitney), where all repeats are on one function. "
+        "A12: chance that a run of the first is better than one of the second, ties half. "
+        f"{_INTERVALS}. Holm over the "
         f"tests of this table, {int(np.isfinite(adjusted).sum())} in all; better: Holm's p below "
-        f"{1 - LEVEL:.2f}.",
+        f"{1 - LEVEL:.2f}; a dash there says that no difference is shown, not that there is none."
+        f"{_repeating(found)}{_budgets(found)}",
     )
 
 
@@ -382,7 +404,9 @@ def overall(
         ("first", "second", "problems", "won", "lost", "p", "p (Holm)", "median A12", "better"),
         tuple(rows),
         "Signed ranks (Pratt) of A12 - 1/2, each problem one pair; with k problems p cannot fall "
-        f"below 2^(1-k). Holm over this table; better: Holm's p below {1 - LEVEL:.2f}.",
+        f"below 2^(1-k). Holm over this table; better: Holm's p below {1 - LEVEL:.2f}. The "
+        "problems are taken as independent: where a function counts several times, in several "
+        f"dimensions or beside its twin, p is too small.{_budgets(found)}",
     )
 
 
@@ -416,7 +440,7 @@ def ranking(
             _number(place),
             _label(a),
             _fixed(areas[a]),
-            _number(_met(runs[a], targets), 3),
+            _number(_met(runs[a], targets, limits), 3),
             _success([r for r in runs[a] if r.job.target is not None]),
             _number(float(best[present.index(a)]), 2),
             _number(float(solved[present.index(a)]), 2),
@@ -430,10 +454,12 @@ def ranking(
         ("rank", "method", "area", "targets met", "success", "fastest", "solved"),
         tuple(rows),
         f"On {len(shared)} of {len(problems)} problems; methods meant for fewer are not ranked. "
-        "Area under the ECDF of evaluations per dimension, log axis, from one to the budget; 1 "
-        f"is best; targets met: where it ends. {_INTERVALS}: area by bootstrap over runs, success "
-        f"by Wilson. Of the problems with a target ({len(times)}), fastest is the share on which "
-        "its ERT is the least, solved that on which it is finite.",
+        "Area under the ECDF of evaluations per dimension, log axis, from one to the least "
+        f"budget of a method ranked; 1 is best; targets met: where it ends. {_INTERVALS}, for other "
+        "runs on these problems and not for other problems: area by bootstrap over runs, success "
+        "by Wilson. Where areas' intervals overlap the order is not sure. Of the problems with a "
+        f"target ({len(times)}), fastest is the share on which its ERT is the least, solved that "
+        f"on which at least one run met it.{_repeating(found)}{_budgets(found)}",
     )
 
 
@@ -466,10 +492,60 @@ def _over(
     return _number(float(of(np.array([value(r) for r in runs], dtype=float))), digits)
 
 
-def _met(runs: Sequence[Record], targets: Targets) -> float:
-    """The share of (problem, precision, repeat) met at the end."""
-    share = ecdf(runs, targets).share
-    return float(share[-1]) if len(share) else 0.0
+def _cost(record: Record) -> float:
+    return record.cost
+
+
+def _met(runs: Sequence[Record], targets: Targets, limits: Mapping[str, float]) -> float:
+    """The share of (problem, precision, repeat) met within the limits."""
+    shares = []
+    for problem, limit in limits.items():
+        curve = ecdf([r for r in runs if r.job.problem == problem], targets)
+        within = int(np.searchsorted(curve.at, limit, side="right"))
+        shares.append(float(curve.share[within - 1]) if within else 0.0)
+    return float(np.mean(shares)) if shares else math.nan
+
+
+def _budgets(found: Cells) -> str:
+    """Who was allowed less or more than most on some problem: a sentence, if anybody."""
+    given: dict[str, dict[str, float]] = {}
+    for (problem, algorithm), runs in found.items():
+        if runs:
+            given.setdefault(problem, {})[algorithm] = min(map(allowed, runs))
+    most = {problem: median_low(by.values()) for problem, by in given.items()}
+    less, more = (
+        {a for p, by in given.items() for a, budget in by.items() if differs(budget, most[p])}
+        for differs in (operator.lt, operator.gt)
+    )
+    said = [f"{_few(a)} {word} evaluations" for a, word in ((less, "fewer"), (more, "more")) if a]
+    return f" Allowed other budgets than most: {'; '.join(said)}." if said else ""
+
+
+def _repeating(found: Cells) -> str:
+    """Whose runs are one run over and over: a sentence, if anybody's."""
+    again = {a for (_, a), runs in found.items() if _is_one(runs)}
+    return (
+        f" Nothing in {_few(again)} is random: on a function that does not change the runs are one "
+        "run repeated, which intervals and tests take for many."
+        if again
+        else ""
+    )
+
+
+def _is_one(runs: Sequence[Record]) -> bool:
+    """Whether a cell's runs, on one function, are all the same."""
+    return len(runs) > 1 and all(
+        (r.job.surface, r.x, r.evaluations) == (runs[0].job.surface, runs[0].x, runs[0].evaluations)
+        and np.array_equal(r.steps.evaluations, runs[0].steps.evaluations)
+        and np.array_equal(r.steps.costs, runs[0].steps.costs)
+        for r in runs
+    )
+
+
+def _few(names: Iterable[str], most: int = 6) -> str:
+    """Names for a note."""
+    known = sorted(names)
+    return ", ".join(known[:most]) + (f" and {len(known) - most} more" * (len(known) > most))
 
 
 def _deviation(costs: Array) -> float:
