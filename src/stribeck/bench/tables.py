@@ -358,8 +358,8 @@ def comparisons(
         "cost (above the minimum, where it is known). Paired: signed ranks (Pratt) of runs on the "
         "same instance; unpaired: rank sum (Mann-Whitney), where all repeats are on one function. "
         "A12: chance that a run of the first is better than one of the second, ties half. "
-        f"{_INTERVALS}. Holm over the "
-        f"tests of this table, {int(np.isfinite(adjusted).sum())} in all; better: Holm's p below "
+        f"{_INTERVALS}. Holm over the tests of this table, "
+        f"{int(np.isfinite(adjusted).sum())} in all; better: Holm's p below "
         f"{1 - LEVEL:.2f}; a dash there says that no difference is shown, not that there is none."
         f"{_repeating(found)}{_budgets(found)}",
     )
@@ -455,10 +455,11 @@ def ranking(
         tuple(rows),
         f"On {len(shared)} of {len(problems)} problems; methods meant for fewer are not ranked. "
         "Area under the ECDF of evaluations per dimension, log axis, from one to the least "
-        f"budget of a method ranked; 1 is best; targets met: where it ends. {_INTERVALS}, for other "
-        "runs on these problems and not for other problems: area by bootstrap over runs, success "
-        "by Wilson. Where areas' intervals overlap the order is not sure. Of the problems with a "
-        f"target ({len(times)}), fastest is the share on which its ERT is the least, solved that "
+        "budget of a method ranked; 1 is best; targets met: where it ends. "
+        f"{_INTERVALS}, for other runs on these problems and not for other problems: area by "
+        "bootstrap over runs, success by Wilson. Where areas' intervals overlap the "
+        f"order is not sure. Of the problems with a target ({len(times)}), fastest is the share on "
+        "which its ERT is the least, solved that "
         f"on which at least one run met it.{_repeating(found)}{_budgets(found)}",
     )
 
