@@ -82,9 +82,9 @@ def throughput(on: Engine, jobs: list[Job]) -> tuple[float, str]:
 def main() -> None:
     """Measure and write."""
     parse = argparse.ArgumentParser(description=__doc__)
-    parse.add_argument("--repeats", type=int, default=2, help="of the campaign: how many jobs")
-    parse.add_argument("--turns", type=int, default=5)
-    parse.add_argument("--budget", type=int, default=20_000, help="at most, of a job")
+    parse.add_argument("--repeats", type=int, default=4, help="of the campaign: how many jobs")
+    parse.add_argument("--turns", type=int, default=3)
+    parse.add_argument("--budget", type=int, default=100_000, help="at most, of a job")
     given = parse.parse_args()
     all_jobs = campaign("paper").trials(given.repeats).jobs()
     jobs = [replace(job, budget=min(job.budget, given.budget)) for job in all_jobs]
