@@ -14,7 +14,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.bench.coco import DIMENSIONS, FUNCTIONS, GROUPS, bbob, observe, postprocess
+from stribeck.bench.bbob import DIMENSIONS, FUNCTIONS, GROUPS, bbob
+from stribeck.bench.coco import observe, postprocess
 from stribeck.bench.problems import problem
 from stribeck.bench.record import Job, Record
 from stribeck.bench.runner import run

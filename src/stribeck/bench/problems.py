@@ -13,6 +13,7 @@ from ..identify.problem import MotionProblem
 from ..identify.problem import problem as identification
 from ..rig.testbed import TestBed
 from ..space import Array, Space
+from .bbob import bbob
 from .surfaces import surface
 
 #: Section 4.5 of the paper: the stretch of the ramp each direction is identified from, mm.
@@ -96,8 +97,6 @@ def answer(spec: Mapping[str, Any]) -> tuple[float | None, float | None]:
 def _made(items: tuple[tuple[str, Any], ...]) -> Problem:
     spec = dict(items)
     if "bbob" in spec:
-        from .coco import bbob  # noqa: PLC0415 - the suite is an extra
-
         return bbob(spec["bbob"], spec["dim"], spec["instance"])
     if spec["surface"] == SLIDE_BED:
         return slide_bed(spec["direction"], spec["twin"] or 0)
