@@ -58,6 +58,11 @@ def test_lists_span_all_their_problems_and_every_cell_has_its_repeats() -> None:
     assert [j.repeat for j in jobs] == [0] * 6 + [1] * 6 + [2] * 6
 
 
+def test_a_list_may_have_the_slide_bed_beside_functions() -> None:
+    made = parsed(SMALL.replace('surface = "BF"', 'surface = ["ShuF", "slide-bed"]\ndim = [1, 3]'))
+    assert [t.label for t in made.tasks[:3]] == ["ShuF-d1", "ShuF-d3", "slide-bed-right"]
+
+
 def test_each_repeat_of_a_twin_is_another_and_all_methods_share_it() -> None:
     jobs = jobs_of(parsed(SMALL))
     for repeat in range(3):
@@ -213,7 +218,11 @@ def test_improvements_know_their_rounds_and_skip_what_cannot_be_run() -> None:
         ('name = "small"', 'name = "../up"', "letters, digits"),
         ('surface = "BF"', 'surface = "Ackley"', "no surface 'Ackley': there are BF, RF"),
         ('surface = "BF"', 'surface = "RF"\ntwin = "each"', "problem 'RF-twin' is there twice"),
-        ('surface = "BF"', 'surface = "BF"\ndim = 3', "BF"),
+        ('surface = "BF"', 'surface = "BF"\ndim = 3', "BF is a function of 2 variables"),
+        ('surface = "BF"', 'surface = "BF"\ninstance = 2', "instance: means nothing here"),
+        ('surface = "BF"', 'surface = "BF"\ndirection = "left"', "direction: means nothing here"),
+        ('surface = "BF"', 'surface = "slide-bed"\ndim = 5', "dim: means nothing here"),
+        ('surface = "BF"', 'bbob = 1\ntwin = "each"', "twin: means nothing here"),
         ('surface = "BF"', 'surface = "BF"\nbbob = 1', "one of them"),
         ('surface = "BF"', "bbob = 25", "bbob has functions 1 to 24, got 25"),
         ('surface = "BF"', 'surface = "BF"\ntarget = nan', "target"),

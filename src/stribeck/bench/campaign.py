@@ -18,6 +18,7 @@ from ..errors import InputError
 from ..optimize import METHODS, configure
 from ..optimize.methods import unit_free
 from ..space import Array
+from .bbob import FUNCTIONS
 from .peers import chosen as peer
 from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
 from .record import Job
@@ -25,8 +26,6 @@ from .surfaces import SURFACES
 
 #: Runs of a campaign beyond which a file is more likely wrong than ambitious.
 MOST = 1_000_000
-#: The functions of the BBOB suite.
-BBOB = range(1, 25)
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True, ge=1)]
@@ -61,7 +60,7 @@ class _Problem(_Budget):
     target: Finite | Literal["none"] | None = None
 
 
-class _Method(_Table):
+class _Method(_Budget):
     """`[[method]]`: a method with its settings, on all problems or on some."""
 
     name: Label
@@ -71,8 +70,6 @@ class _Method(_Table):
     settings: Settings = {}
     on: dict[str, Settings] = {}
     problems: list[str] | None = None
-    budget: Whole | None = None
-    budget_per_dim: Whole | None = None
 
 
 class _Precisions(_Table):
@@ -130,11 +127,6 @@ class Task:
         """The problem itself."""
         return problem(self.surface(repeat))
 
-    @property
-    def instanced(self) -> bool:
-        """Whether each repeat is another instance, which all methods share."""
-        return "each" in self.spec.values()
-
 
 @dataclass(frozen=True)
 class Entry:
@@ -163,11 +155,10 @@ class Entry:
 
     def table(self, label: str) -> dict[str, Any]:
         """What a job carries of it on a problem: name and settings."""
-        said: dict[str, Any] = {"name": self.method}
         settings = self.settings | self.on.get(label, {})
         if self.unit_free:
             settings = unit_free(self.method, settings)
-        return said | {"settings": settings}
+        return {"name": self.method, "settings": settings}
 
     def runs_on(self, label: str) -> bool:
         """Whether it is run on a problem."""
@@ -332,14 +323,28 @@ def _tasks(said: _Problem, file: _File) -> Iterator[Task]:
     """All problems that the lists of a table span."""
     if (said.surface is None) == (said.bbob is None):
         raise InputError("problem: name a surface or a bbob function, one of them")
+    if idle := sorted(said.model_fields_set & _idle(said)):
+        raise InputError(f"problem: {idle[0]}: means nothing here: leave it out")
     for spec in _bbob(said) if said.bbob is not None else _surfaces(said):
         label = said.name or _label(spec)
         task = Task(label, spec, 1, None if said.target == "none" else said.target)
         yield replace(task, budget=_budget(task, said, file), open_end=said.target == "none")
 
 
+def _idle(said: _Problem) -> set[str]:
+    """The words that decide nothing for a table's problems."""
+    if said.bbob is not None:
+        return {"twin", "direction"}
+    names, idle = _listed(said.surface), {"instance"}
+    if SLIDE_BED not in names:
+        idle.add("direction")
+    if names == [SLIDE_BED]:
+        idle.add("dim")
+    return idle
+
+
 def _surfaces(said: _Problem) -> Iterator[dict[str, Any]]:
-    for name, dim in product(_listed(said.surface), _listed(said.dim)):
+    for name in _listed(said.surface):
         if name == SLIDE_BED:
             for direction in _listed(said.direction):
                 if direction not in TRAINING:
@@ -348,7 +353,8 @@ def _surfaces(said: _Problem) -> Iterator[dict[str, Any]]:
                     )
                 yield {"surface": name, "direction": direction, "twin": said.twin}
         elif name in SURFACES:
-            yield {"surface": name, "dim": dim, "twin": said.twin}
+            for dim in _listed(said.dim):
+                yield {"surface": name, "dim": dim, "twin": said.twin}
         else:
             known = ", ".join([*SURFACES, SLIDE_BED])
             raise InputError(f"problem: no surface {name!r}: there are {known}")
@@ -356,7 +362,7 @@ def _surfaces(said: _Problem) -> Iterator[dict[str, Any]]:
 
 def _bbob(said: _Problem) -> Iterator[dict[str, Any]]:
     for dim, function in product(_listed(said.dim), _listed(said.bbob)):
-        if function not in BBOB:
+        if function not in FUNCTIONS:
             raise InputError(f"problem: bbob has functions 1 to 24, got {function}")
         yield {"bbob": function, "dim": dim, "instance": said.instance}
 
