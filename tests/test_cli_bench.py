@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import signal
 import sqlite3
@@ -157,6 +158,23 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, engine:
     assert not (tmp_path / "out" / "tables").exists()
 
 
+@pytest.mark.skipif(
+    not all(map(importlib.util.find_spec, ("cocoex", "cocopp", "six"))),
+    reason="COCO is not installed",
+)
+def test_bbob_runs_can_be_had_in_cocos_own_form(tmp_path: Path) -> None:
+    bbob = SMALL.replace('surface = ["BF", "RF"]', "bbob = 1").replace("repeats = 4", "repeats = 2")
+    (tmp_path / "small.toml").write_text(bbob)
+    theirs = tmp_path / "out" / "exdata" / "random"  # the user's own, of another study
+    theirs.mkdir(parents=True)
+    said = bench(tmp_path, "small.toml", "--engine", "here", "--out", "out", "--coco")
+    assert said.status == 0, said.err
+    page = Path("out") / "coco" / "ppdata" / "index.html"
+    assert f"COCO's report: {page}" in said.out
+    assert (tmp_path / page).exists()
+    assert theirs.exists()
+
+
 def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
     shown = bench(tmp_path, "paper", "--show")
     assert shown.status == 0
@@ -175,15 +193,15 @@ def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
         (["twice.toml"], "twice.toml: problem 'BF' is there twice"),
         (["small.toml", "--trials", "0"], "--trials must be at least 1, got 0"),
         (["small.toml", "--trials", "x"], "--trials: 'x' is not a whole number"),
-        (["small.toml", "--engine", "gpu"], "gpu"),
-        (["small.toml", "--engine", "processes:0"], "processes:0"),
-        (["small.toml", "--engine", "dask://nowhere"], "dask://nowhere"),
+        (["small.toml", "--engine", "gpu"], "no engine 'gpu': there are here, processes"),
+        (["small.toml", "--engine", "processes:0"], "no engine 'processes:0': there are"),
+        (["small.toml", "--engine", "dask://nowhere"], "no engine 'dask://nowhere': there are"),
         (["small.toml", "--coco"], "--coco: campaign small has no problem of BBOB"),
         (["small.toml", "--resume"], "there is no store to go on with"),
         (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),
         (["small.toml", "--out", "no/such/folder"], "the folder no/such is not there"),
-        (["small.toml", "--out", "foreign"], "foreign/store.sqlite"),
-        (["small.toml", "--out", "other"], "other/store.sqlite"),
+        (["small.toml", "--out", "foreign"], "foreign/store.sqlite: is not a store of a campaign"),
+        (["small.toml", "--out", "other"], "not of 'small' with seed 4: take another --out"),
         ([], "Missing argument"),
     ],
     ids=lambda v: " ".join(v) if isinstance(v, list) else "",

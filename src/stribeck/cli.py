@@ -359,7 +359,6 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
     from .report.study import Study
 
     check_folder(folder)
-    folder.mkdir(exist_ok=True)
     file = folder / "store.sqlite"
     with Store.open(
         file, campaign=made.name, seed=made.seed, text=made.text, must_exist=resume
@@ -383,11 +382,14 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
             )
         records, failures = list(store.records()), store.failures()
         store.export(folder)
-    study = Study(made, jobs, records, failures)
-    study.write(folder)
-    typer.echo(study.text(), nl=False)
-    if coco:
-        _coco([r.job for r in records if "bbob" in r.job.surface], folder)
+    try:
+        study = Study(made, jobs, records, failures)
+        study.write(folder)
+        typer.echo(study.text(), nl=False)
+        if coco:
+            _coco([r.job for r in records if "bbob" in r.job.surface], folder / "coco")
+    except KeyboardInterrupt:
+        _fail(f"interrupted: the runs are safe in {file}; the same command goes on", 130)
     typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
     if failures:
         typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)
