@@ -18,12 +18,27 @@ if TYPE_CHECKING:
     import polars as pl
 
 
-#: The columns of a table of runs.
-_COLUMNS = (
-    *("problem", "algorithm", "repeat", "seed", "budget", "target", "minimum", "cost"),
-    *("evaluations", "ended", "reached", "failed", "search_rounds", "entrapments", "seconds"),
-    *("x", "rounds", "events"),
-)
+#: The columns of a table of runs: the type in polars, and what stands there.
+_COLUMNS: dict[str, tuple[str, Callable[[Record], Any]]] = {
+    "problem": ("String", lambda r: r.job.problem),
+    "algorithm": ("String", lambda r: r.job.algorithm),
+    "repeat": ("Int64", lambda r: r.job.repeat),
+    "seed": ("Int64", lambda r: r.job.seed),
+    "budget": ("Int64", lambda r: r.job.budget),
+    "target": ("Float64", lambda r: r.job.target),
+    "minimum": ("Float64", lambda r: r.job.minimum),
+    "cost": ("Float64", lambda r: r.cost),
+    "evaluations": ("Int64", lambda r: r.evaluations),
+    "ended": ("String", lambda r: r.ended),
+    "reached": ("Boolean", lambda r: r.reached),
+    "failed": ("Int64", lambda r: r.failed),
+    "search_rounds": ("Int64", lambda r: r.search_rounds),
+    "entrapments": ("Int64", lambda r: r.entrapments),
+    "seconds": ("Float64", lambda r: r.seconds),
+    "x": ("String", lambda r: json.dumps(r.x)),
+    "rounds": ("String", lambda r: json.dumps(r.rounds)),
+    "events": ("String", lambda r: json.dumps(r.events)),
+}
 
 
 def write_sheets(records: Iterable[Record], folder: Path) -> list[Path]:
@@ -43,7 +58,7 @@ def write_sheets(records: Iterable[Record], folder: Path) -> list[Path]:
     runs: list[dict[str, Any]] = []
     steps: list[Steps] = []
     for record in records:
-        runs.append(_run(record))
+        runs.append({name: of(record) for name, (_, of) in _COLUMNS.items()})
         steps.append(record.steps)
     table = _table(runs)
     trace = _trace(table, steps)
@@ -64,38 +79,12 @@ def write_sheets(records: Iterable[Record], folder: Path) -> list[Path]:
     return [folder / name for name in sheets]
 
 
-def _run(record: Record) -> dict[str, Any]:
-    job = record.job
-    return {
-        "problem": job.problem,
-        "algorithm": job.algorithm,
-        "repeat": job.repeat,
-        "seed": job.seed,
-        "budget": job.budget,
-        "target": job.target,
-        "minimum": job.minimum,
-        "cost": record.cost,
-        "evaluations": record.evaluations,
-        "ended": record.ended,
-        "reached": record.reached,
-        "failed": record.failed,
-        "search_rounds": record.search_rounds,
-        "entrapments": record.entrapments,
-        "seconds": record.seconds,
-        "x": json.dumps(record.x),
-        "rounds": json.dumps(record.rounds),
-        "events": json.dumps(record.events),
-    }
-
-
 def _table(runs: list[dict[str, Any]]) -> pl.DataFrame:
     import polars as pl  # noqa: PLC0415 - a fifth of a second that a run need not pay
 
-    counts = ("repeat", "seed", "budget", "evaluations", "failed", "search_rounds", "entrapments")
-    kinds: dict[str, Any] = dict.fromkeys(_COLUMNS, pl.String)
-    kinds |= dict.fromkeys(counts, pl.Int64)
-    kinds |= dict.fromkeys(("target", "minimum", "cost", "seconds"), pl.Float64)
-    return pl.DataFrame(runs, schema=kinds | {"reached": pl.Boolean})
+    return pl.DataFrame(
+        runs, schema={name: getattr(pl, kind) for name, (kind, _) in _COLUMNS.items()}
+    )
 
 
 def _trace(table: pl.DataFrame, steps: list[Steps]) -> pl.DataFrame:
