@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..space import Array
 from .record import Record
 from .statistics import cells
-from .tables import DASH, Cell, Table, number
+from .tables import DASH, Cell, Table
 
 #: The campaign these tables are of.
 NAME = "paper"
@@ -122,7 +123,7 @@ PERCENTAGES = (
 )
 
 
-def reduction(ours: np.ndarray, theirs: np.ndarray) -> float:
+def reduction(ours: Array, theirs: Array) -> float:
     """How much less, in %: the plain mean over the problems, as in section 3.
 
     A problem on which neither needs any is left out.
@@ -142,12 +143,12 @@ def table_4(records: Sequence[Record]) -> Table:
             Cell(surface, surface),
             Cell(algorithm, algorithm),
             _printed(seconds),
-            _cell(_mean(runs, lambda r: r.seconds), 3),
+            Cell.of(_mean(runs, lambda r: r.seconds), 3),
             _printed(rounds),
-            _cell(_mean(runs, lambda r: r.search_rounds)),
-            _cell(_mean(runs, lambda r: r.evaluations)),
+            Cell.of(_mean(runs, lambda r: r.search_rounds)),
+            Cell.of(_mean(runs, lambda r: r.evaluations)),
             Cell(f"{sum(r.reached for r in runs)}/{len(runs)}", sum(r.reached for r in runs)),
-            _cell(_mean(runs, lambda r: r.entrapments), 3) if paper in TABU else Cell(DASH),
+            Cell.of(_mean(runs, lambda r: r.entrapments), 3) if paper in TABU else Cell(DASH),
         ])  # fmt: skip
     return Table(
         "Table 4: means over the trials, published and ours",
@@ -194,7 +195,7 @@ def percentages(records: Sequence[Record]) -> Table:
         rows.append([
             Cell(f"{p.what}, BTS less than {p.than}", p.what),
             _printed(p.printed),
-            *(_cell(v) for v in (p.published(), literal, restart)),
+            *(Cell.of(v) for v in (p.published(), literal, restart)),
         ])  # fmt: skip
     return Table(
         "Section 3: how much less BTS needs, % (plain mean over the five functions)",
@@ -222,15 +223,11 @@ def _rows(records: Sequence[Record]) -> list[tuple[str, str, str | None, list[Re
 
 def _solution(surface: str, method: str, values: Sequence[float]) -> list[Cell]:
     digits = 7 if surface == "ShuF" else 5
-    return [Cell(surface, surface), Cell(method, method), *(_cell(v, digits) for v in values)]
+    return [Cell(surface, surface), Cell(method, method), *(Cell.of(v, digits) for v in values)]
 
 
 def _mean(runs: Sequence[Record], of: Callable[[Record], float]) -> float:
     return float(np.mean([of(r) for r in runs]))
-
-
-def _cell(value: float, digits: int = 4) -> Cell:
-    return Cell(number(value, digits), value)
 
 
 def _printed(value: float | None) -> Cell:

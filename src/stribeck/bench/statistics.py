@@ -101,6 +101,19 @@ def algorithms_of(found: Iterable[tuple[str, str]]) -> list[str]:
     return list(dict.fromkeys(algorithm for _, algorithm in found))
 
 
+def compared(found: Cells) -> tuple[list[str], list[str]]:
+    """The methods that can be set side by side over problems, and the problems to do it on.
+
+    They are those meant for every problem (for some, where none is meant for all) that have runs,
+    on the problems that each of them has runs on so far.
+    """
+    begun = {method for (_, method), runs in found.items() if runs}
+    some = [m for m in algorithms_of(found) if m in begun]
+    problems = problems_of(found)
+    methods = [m for m in some if all((p, m) in found for p in problems)] or some
+    return methods, [p for p in problems if methods and all(found.get((p, m)) for m in methods)]
+
+
 def precision(record: Record) -> float:
     """The final cost above the least there is; the cost itself where that is not known."""
     return record.cost - (record.job.minimum or 0.0)

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median_low
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from .statistics import (
     allowed,
     area,
     cells,
+    compared,
     ecdf,
     ert,
     limits_of,
@@ -63,6 +64,11 @@ class Cell:
     value: Value = None
     parts: Mapping[str, float] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, value: float, digits: int = 4) -> Self:
+        """A number; nan says that there is none."""
+        return cls(number(value, digits), None if math.isnan(value) else value)
+
 
 @dataclass(frozen=True)
 class Table:
@@ -84,7 +90,7 @@ class Table:
         """For the terminal: columns aligned, numbers to the right."""
         lines = [self.heads, *([c.text for c in row] for row in self.rows)]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        sides = [str.rjust if numeric else str.ljust for numeric in self._numeric]
+        sides = [str.rjust if numeric else str.ljust for numeric in self.numeric]
         shown = [
             "  ".join(side(t, w) for side, t, w in zip(sides, line, widths, strict=True)).rstrip()
             for line in lines
@@ -95,7 +101,7 @@ class Table:
 
     def markdown(self) -> str:
         """For a page in Markdown, as GitHub reads tables."""
-        marks = ["---:" if numeric else "---" for numeric in self._numeric]
+        marks = ["---:" if numeric else "---" for numeric in self.numeric]
         lines = [
             list(map(_in_markdown, self.heads)),
             marks,
@@ -107,7 +113,7 @@ class Table:
 
     def latex(self) -> str:
         """For a paper: a `table` that needs no package."""
-        columns = "".join("r" if numeric else "l" for numeric in self._numeric)
+        columns = "".join("r" if numeric else "l" for numeric in self.numeric)
         body = [" & ".join(_cell_in_latex(c) for c in row) + r" \\" for row in self.rows]
         lines = [
             r"\begin{table}",
@@ -140,7 +146,8 @@ class Table:
         return out.getvalue()
 
     @property
-    def _numeric(self) -> list[bool]:
+    def numeric(self) -> list[bool]:
+        """Which columns are of numbers, and stand to the right."""
         columns = zip(*self.rows, strict=True) if self.rows else [()] * len(self.heads)
         return [
             any(isinstance(c.value, (int, float)) for c in column)
@@ -179,10 +186,6 @@ def interval(estimate: Estimate, digits: int = 4) -> str:
     if math.isinf(estimate.high):
         return f"{shown} (at least {low})"
     return f"{shown} ({low} to {high})"
-
-
-def _number(value: float, digits: int = 4) -> Cell:
-    return Cell(number(value, digits), None if math.isnan(value) else value)
 
 
 def _estimate(estimate: Estimate, text: str | None = None) -> Cell:
@@ -343,8 +346,8 @@ def comparisons(
             _label(a),
             _label(b),
             _test(c),
-            _number(c.p, 2),
-            _number(float(p), 2),
+            Cell.of(c.p, 2),
+            Cell.of(float(p), 2),
             _fixed(c.effect),
             _better(a, b, float(p), c.effect.value),
         )
@@ -390,11 +393,11 @@ def overall(
             (
                 _label(a),
                 _label(b),
-                _number(len(e)),
-                _number(won),
-                _number(lost),
-                _number(raw, 2),
-                _number(float(adjusted), 2),
+                Cell.of(len(e)),
+                Cell.of(won),
+                Cell.of(lost),
+                Cell.of(raw, 2),
+                Cell.of(float(adjusted), 2),
                 Cell(f"{typical:.2f}", typical) if e else Cell(DASH),
                 _better(a, b, float(adjusted), typical),
             )
@@ -423,12 +426,9 @@ def ranking(
         jobs: The campaign's jobs.
         targets: Precisions above the minimum (costs, where that is not known).
     """
-    found = {cell: runs for cell, runs in cells(records, jobs).items() if runs}
-    planned = dict.fromkeys([job.cell for job in jobs] or found)
-    names, problems = algorithms_of(planned), problems_of(planned)
-    some = [a for a in names if any(a == algorithm for _, algorithm in found)]
-    present = [a for a in some if all((p, a) in planned for p in problems)] or some
-    shared = [p for p in problems_of(found) if all((p, a) in found for a in present)]
+    found = cells(records, jobs)
+    names, problems = algorithms_of(found), problems_of(found)
+    present, shared = compared(found)
     runs = {a: [r for p in shared for r in found[p, a]] for a in present}
     limits = limits_of(itertools.chain(*runs.values()))
     areas = {a: area(runs[a], targets, limits) for a in present}
@@ -437,13 +437,13 @@ def ranking(
     order = sorted(present, key=lambda a: -np.nan_to_num(areas[a].value, nan=-1.0))
     rows = [
         (
-            _number(place),
+            Cell.of(place),
             _label(a),
             _fixed(areas[a]),
-            _number(_met(runs[a], targets, limits), 3),
+            Cell.of(_met(runs[a], targets, limits), 3),
             _success([r for r in runs[a] if r.job.target is not None]),
-            _number(float(best[present.index(a)]), 2),
-            _number(float(solved[present.index(a)]), 2),
+            Cell.of(float(best[present.index(a)]), 2),
+            Cell.of(float(solved[present.index(a)]), 2),
         )
         for place, a in enumerate(order, start=1)
     ]
@@ -490,7 +490,7 @@ def _over(
 ) -> Cell:
     if not runs:
         return Cell(DASH)
-    return _number(float(of(np.array([value(r) for r in runs], dtype=float))), digits)
+    return Cell.of(float(of(np.array([value(r) for r in runs], dtype=float))), digits)
 
 
 def _cost(record: Record) -> float:
