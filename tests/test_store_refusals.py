@@ -103,6 +103,10 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
         shell("PRAGMA user_version = 3"),
         "was written by a newer stribeck (schema 3; this one reads 1)",
     ),
+    "older": (
+        shell("PRAGMA user_version = 0"),
+        "was written by an older stribeck (schema 0; this one reads 1)",
+    ),
     "a table dropped": (shell("DROP TABLE traces"), "is damaged (table 'traces' is missing"),
     "a column added": (
         shell("ALTER TABLE records ADD COLUMN mine"),

@@ -22,8 +22,9 @@ PATIENCE = 5.0
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
-# The tables speak for themselves in a `sqlite3` shell. `cost` has no type on purpose: in a REAL
-# column SQLite keeps -0.0 as 0.
+# The tables speak for themselves in a `sqlite3` shell. A file is known by these very words: to
+# change one, even of a comment, is another SCHEMA. `cost` has no type on purpose: in a REAL column
+# SQLite keeps -0.0 as 0.
 _TABLES = {
     "meta": "CREATE TABLE meta (name TEXT PRIMARY KEY, value NOT NULL)",
     "jobs": """CREATE TABLE jobs (
@@ -88,10 +89,11 @@ def exists(file: Path) -> bool:
         raise InputError(f"{file}: is not a store of a campaign: take another --out")
     if application != APPLICATION:
         raise InputError(f"{file}: is a database of another program: take another --out")
-    if schema > SCHEMA:
+    if schema != SCHEMA:
+        age = "a newer" if schema > SCHEMA else "an older"
         raise InputError(
-            f"{file}: was written by a newer stribeck (schema {schema}; this one reads {SCHEMA}): "
-            "update stribeck or take another --out"
+            f"{file}: was written by {age} stribeck (schema {schema}; this one reads {SCHEMA}): "
+            "take that version or another --out"
         )
     return True
 
