@@ -46,7 +46,7 @@ def scores(first: Sequence[Record], second: Sequence[Record]) -> tuple[Array, Ar
     failures by the precision they ended with.
     """
     keys = [_performance(r) for r in (*first, *second)]
-    order = {key: place for place, key in enumerate(sorted(set(keys)))}
+    order = {key: k for k, key in enumerate(sorted(set(keys)))}
     ranks = rankdata([order[key] for key in keys])
     return ranks[: len(first)], ranks[len(first) :]
 

@@ -150,7 +150,7 @@ class Record:
 
     @property
     def entrapments(self) -> int:
-        """Deadlocks: how often tabu search had to go back or begin anew."""
+        """How often the method was caught: it had to go back, or to begin anew."""
         return self.events.get("backtrack", 0) + self.events.get("restart", 0)
 
     @classmethod

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import fmean
 from types import TracebackType
 from typing import IO, Self, TypeVar
 
@@ -123,10 +124,7 @@ class Tally:
 
     def along(self, axis: int) -> dict[str, Count]:
         """The cells of each problem (axis 0) or each method (axis 1) together, in order."""
-        parts: dict[str, list[Count]] = {}
-        for cell, count in self.cells.items():
-            parts.setdefault(cell[axis], []).append(count)
-        return {label: Count.of(counts) for label, counts in parts.items()}
+        return {label: Count.of(counts) for label, counts in _grouped(self.cells, axis).items()}
 
     def seconds(self) -> dict[Cell, float] | None:
         """Seconds that a run of each cell takes; None before any is done.
@@ -138,9 +136,9 @@ class Tally:
         logs = {c: math.log(max(n.mean, 1e-6)) for c, n in self.cells.items() if n.mean is not None}
         if not logs:
             return None
-        overall = _mean(list(logs.values()))
+        overall = fmean(logs.values())
         by = [
-            {label: _mean(seen) - overall for label, seen in _grouped(logs, axis).items()}
+            {label: fmean(seen) - overall for label, seen in _grouped(logs, axis).items()}
             for axis in (0, 1)
         ]
         return {
@@ -212,7 +210,7 @@ class Tally:
         return ", ".join(said)
 
     def _cell(self, job: Job) -> Count:
-        return self.cells.setdefault(job.cell, Count(runs=0))
+        return self.cells.setdefault(job.cell, Count())
 
 
 class Live:
@@ -344,7 +342,7 @@ class _View:
         yield Group(*parts, bar, line, *self.beside)
 
     def _table(self, width: int, room: int) -> list[RenderableType]:
-        """Problems by methods, else a line a method, else a line a problem, else nothing."""
+        """Problems by methods, else a line a method, else a shorter one, else nothing."""
         for made in (self._grid, self._methods, self._short):
             heads, rows, styles = made()
             wide = sum(max(map(len, column)) + 2 for column in zip(heads, *rows, strict=True))
@@ -352,7 +350,7 @@ class _View:
                 return [_table(heads, rows, styles)]
         return []
 
-    def _grid(self) -> _Cells:
+    def _grid(self) -> _Rows:
         problems, methods = (list(self.tally.along(axis)) for axis in (0, 1))
         cells = self.tally.cells
         rows, styles = [], []
@@ -362,9 +360,8 @@ class _View:
             styles.append(["", *("" if n is None else _style(n) for n in counts)])
         return ["", *methods], rows, styles
 
-    def _methods(self) -> _Cells:
+    def _methods(self) -> _Rows:
         heads = ["method", "runs", "met target", "failed", "s a run", "problems"]
-        finished: Mapping[str, list[bool]] = {}
         finished = _grouped({c: not n.open for c, n in self.tally.cells.items()}, 1)
         rows, styles = [], []
         for method, n in self.tally.along(1).items():
@@ -375,13 +372,14 @@ class _View:
             styles.append([_style(n)] * len(heads))
         return heads, rows, styles
 
-    def _short(self) -> _Cells:
+    def _short(self) -> _Rows:
         counts = self.tally.along(1)
         rows = [[method, f"{n.done:,}/{n.runs:,}", _met(n)] for method, n in counts.items()]
         return ["method", "runs", "met"], rows, [[_style(n)] * 3 for n in counts.values()]
 
 
-_Cells = tuple[list[str], list[list[str]], list[list[str]]]
+#: A table's heads, its rows, and the style of each of their places.
+_Rows = tuple[list[str], list[list[str]], list[list[str]]]
 
 
 def _table(heads: list[str], rows: list[list[str]], styles: list[list[str]]) -> Table:
@@ -420,10 +418,6 @@ def _grouped(values: Mapping[Cell, T], axis: int) -> dict[str, list[T]]:
     for cell, value in values.items():
         groups.setdefault(cell[axis], []).append(value)
     return groups
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values)
 
 
 def spoken(seconds: float) -> str:
