@@ -130,6 +130,19 @@ def test_precisions_end_where_the_runs_do() -> None:
     assert targets["RF-twin"].tolist() == [1.0, 1e-3, 1e-8]
 
 
+def test_precisions_fall_whichever_end_is_named_first() -> None:
+    ends = ("{ from = 1e2, to = 1e-8, count = 11 }", "{ from = 1e-8, to = 1e2, count = 11 }")
+    for said in ends:
+        made = parsed(SMALL.replace("seed = 7", f"seed = 7\ntargets = {said}"))
+        assert np.allclose(np.log10(made.precisions), np.arange(2, -9, -1))
+
+
+@pytest.mark.parametrize(("trials", "line"), [(0, "at least 1"), (10**7, "60,000,000 runs")])
+def test_trials_that_cannot_be_are_refused(trials: int, line: str) -> None:
+    with pytest.raises(InputError, match=line):
+        parsed(SMALL).trials(trials)
+
+
 # --- a record depends on its own job and nothing else
 
 

@@ -191,6 +191,10 @@ class Campaign:
     reference: str
     text: str = field(default="", repr=False)
 
+    def __post_init__(self) -> None:
+        if (runs := self.repeats * len(self.cells)) > MOST:
+            raise InputError(f"asks for {runs:,} runs: at most {MOST:,} make a campaign")
+
     def jobs(self) -> Iterator[Job]:
         """Every job: repeats outermost, so that a campaign cut short has some of every cell."""
         for repeat in range(self.repeats):
@@ -234,7 +238,7 @@ class Campaign:
         """The same with another number of repeats.
 
         Raises:
-            InputError: there is not at least one.
+            InputError: there is not at least one, or they are too many.
         """
         if repeats < 1:
             raise InputError(f"--trials must be at least 1, got {repeats}")
@@ -307,8 +311,6 @@ def parsed(text: str) -> Campaign:
     )
     if made.reference not in (names := [e.label for e in made.entries]):
         raise InputError(f"reference: no method {made.reference!r}: there are {_few(names)}")
-    if (runs := made.repeats * len(made.cells)) > MOST:
-        raise InputError(f"asks for {runs:,} runs: at most {MOST:,} make a campaign")
     if not made.cells:
         raise InputError("no method is run on any problem")
     for task in tasks:
@@ -433,7 +435,7 @@ def _check_method(entry: Entry, task: Task) -> None:
 
 def _precisions(said: list[float] | _Precisions) -> Array:
     if isinstance(said, _Precisions):
-        return np.geomspace(said.first, said.last, said.count)
+        return np.geomspace(*sorted((said.first, said.last), reverse=True), said.count)
     if not said:
         raise InputError("targets: give at least one precision")
     return np.array(sorted(set(said), reverse=True))
