@@ -19,7 +19,7 @@ PACE = 0.5
 def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, None, None]:
     """Run the jobs that are left, wherever they were left.
 
-    An outcome is in the store before it is yielded, and before its worker gets another job.
+    An outcome is in the store before it is yielded, and before a job is claimed in its place.
 
     Args:
         store: Holds the jobs.

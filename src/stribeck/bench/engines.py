@@ -1,8 +1,8 @@
 """Where jobs are run: here, on worker processes of this machine, or on a Dask cluster.
 
 Every engine gives the same records, bit for bit, in the order in which they are done. It takes a
-job when a worker is free for it, and only after the outcome before it was taken: what it holds
-is what it runs.
+job when there is room for it, and only after the outcome before it was taken: what it holds is
+what its workers run, or (Dask) have at hand for next.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Engine(Protocol):
         """Run jobs and yield what becomes of each.
 
         Args:
-            jobs: Taken one at a time, as workers become free.
+            jobs: Taken one at a time, as there is room.
 
         Raises:
             InputError: no worker can be had, or none is left.
