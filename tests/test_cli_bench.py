@@ -35,8 +35,8 @@ unit_free = true
 name = "random"
 method = "random"
 """
-#: Long enough to be interrupted.
-LONG = SMALL.replace("budget = 500", "budget = 20_000_000").replace("repeats = 4", "repeats = 40")
+#: Long enough to be interrupted: many short runs, some minutes of them.
+LONG = SMALL.replace("repeats = 4", "repeats = 10_000")
 
 
 class Said(NamedTuple):

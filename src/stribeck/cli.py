@@ -374,14 +374,14 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
                         live.failed(outcome)
                     else:
                         live.waiting(outcome)
+            records, failures = list(store.records()), store.failures()
+            store.export(folder)
         except KeyboardInterrupt:
             _fail(
                 f"interrupted: {store.left()} runs are left, the others are safe in {file}; "
                 "the same command goes on",
                 130,
             )
-        records, failures = list(store.records()), store.failures()
-        store.export(folder)
     try:
         study = Study(made, jobs, records, failures)
         study.write(folder)

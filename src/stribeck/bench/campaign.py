@@ -435,7 +435,8 @@ def _check_method(entry: Entry, task: Task) -> None:
 
 def _precisions(said: list[float] | _Precisions) -> Array:
     if isinstance(said, _Precisions):
-        return np.geomspace(*sorted((said.first, said.last), reverse=True), said.count)
+        ends = said.first, said.last
+        return np.geomspace(max(ends), min(ends), said.count)
     if not said:
         raise InputError("targets: give at least one precision")
     return np.array(sorted(set(said), reverse=True))
