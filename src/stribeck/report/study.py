@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: Endings a table is written with, and how.
 FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Table.csv}
 #: Tables that fit on a terminal.
-PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "overall")
+PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "ranking_moved", "overall")
 #: Rows beyond which a table is left to its file.
 LONGEST = 100
 
@@ -55,10 +55,17 @@ class Study:
                 "table_5": paper.table_5(about),
                 "percentages": paper.percentages(about),
             }
+        targets = self.campaign.targets(jobs)
+        moved = {t.label for t in self.campaign.tasks if "each" in t.spec.values()}
+        if 0 < len(moved) < len(self.campaign.tasks):
+            alone = [r for r in about if r.job.problem in moved]
+            meant = [j for j in jobs if j.problem in moved]
+            title = "Ranking on the problems that change from run to run alone"
+            made["ranking_moved"] = replace(ranking(alone, meant, targets=targets), title=title)
         return made | {
             "summary": summary(about, jobs),
             "solutions": solutions(about, jobs),
-            "ranking": ranking(about, jobs, targets=self.campaign.targets(jobs)),
+            "ranking": ranking(about, jobs, targets=targets),
             "overall": overall(about, jobs, reference=reference),
             "comparisons": comparisons(about, jobs, reference=reference),
         }
