@@ -20,9 +20,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import polars as pl
+from PIL import Image
 
 from stribeck.report.surfaces import draw_surfaces, draw_twins
 
+#: Figures that are kept, where it is not all of them.
+KEPT = {"twins": {"ecdf", "success"}, "bbob": {"ecdf", "profile"}}
 #: Libraries that the numbers hang on.
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
 
@@ -47,7 +50,8 @@ def main() -> None:
             shutil.copy(file, data)
     shutil.copy(out / "tables" / "comparisons.csv", data)
     for file in (out / "figures").glob("*.png"):
-        shutil.copy(file, figures)
+        if file.stem in KEPT.get(name, {file.stem}):
+            keep(file, figures)
     made = {
         "command": " ".join(command),
         **({"minutes": round(minutes, 1)} if whole else {}),
@@ -68,7 +72,14 @@ def surfaces(folder: Path) -> None:
     with TemporaryDirectory() as place:
         for file in [*draw_surfaces(Path(place)), *draw_twins(7, Path(place))]:
             if file.suffix == ".png":
-                shutil.copy(file, folder)
+                keep(file, folder)
+
+
+def keep(file: Path, folder: Path) -> None:
+    """A picture in 128 colours, which is a third of its size."""
+    with Image.open(file) as picture:
+        few = picture.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
+        few.save(folder / file.name, optimize=True)
 
 
 if __name__ == "__main__":
