@@ -245,6 +245,7 @@ def test_improvements_know_their_rounds_and_skip_what_cannot_be_run() -> None:
         ('method = "random"', 'method = "random"\nsettings = { batch = 0 }', "batch must be"),
         ('method = "random"', 'method = "random"\nproblems = ["SF"]', "no problem 'SF'"),
         ('method = "random"', 'method = "random"\non.SF = { batch = 2 }', "no problem 'SF'"),
+        ('method = "random"', 'method = "direct"\nunit_free = true', "unit_free is for our own"),
         ('method = "random"', 'like = "ts"', "no method 'ts' above it"),
         ('method = "random"', "", "give its method"),
         ('name = "random"', 'name = "bts"', "method 'bts' is there twice"),
@@ -398,3 +399,14 @@ def test_the_file_in_the_documentation_is_a_campaign() -> None:
     made = parsed(page.partition("```toml\n")[2].partition("```")[0])
     assert len(made.cells) == 18  # 6 twins and 2 slide beds by 2 methods; `de` on 2 twins
     assert made.reference == "bts"
+
+
+def test_a_run_that_ends_while_foraging_has_no_tabu_rounds() -> None:
+    (job,) = [j for j in campaign("paper").trials(1).jobs() if j.cell == ("SF", "bts")]
+    record = run(replace(job, budget=200, target=None))
+    assert record.rounds == {"foraging": record.rounds["foraging"]}
+    assert (record.search_rounds, record.entrapments) == (0, 0)
+    (job,) = [j for j in campaign("paper").trials(1).jobs() if j.cell == ("SF", "ga")]
+    record = run(replace(job, budget=200, target=None))
+    assert record.search_rounds == 10  # 20 individuals, then 18 children a generation
+    assert record.entrapments is None

@@ -25,7 +25,9 @@ from stribeck.bench.record import Job, Record, Steps
 def record(
     problem: str, algorithm: str, repeat: int, *, cost: float, rounds: int, seconds: float
 ) -> Record:
-    job = Job(problem, algorithm, repeat, 1, 1000, 1e-3, 0.0, {"surface": problem}, {"name": "x"})
+    job = Job(
+        problem, algorithm, repeat, 1, 1000, 1e-3, 0.0, {"surface": problem}, {"name": algorithm}
+    )
     steps = Steps(np.array([1]), np.array([1]), np.array([cost]))
     return Record(
         job, (0.0, 0.0), cost, 30 * rounds, "target" if cost <= 1e-3 else "budget", 0,

@@ -429,6 +429,8 @@ def _check_method(entry: Entry, task: Task) -> None:
             configure(entry.method, **table["settings"])
         else:
             peer(entry.method, table["settings"])
+            if entry.unit_free:
+                raise InputError(f"unit_free is for our own methods: {', '.join(METHODS)}")
     except InputError as error:
         raise InputError(f"method {entry.label!r} on {task.label}: {error}") from error
 

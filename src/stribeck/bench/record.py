@@ -23,6 +23,8 @@ from ..optimize import Trace
 from ..space import Array
 
 Counts = NDArray[np.int64]
+#: The methods with a stage of tabu search that can meet a deadlock.
+TABU = frozenset({"ats", "bts"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +147,21 @@ class Record:
 
     @property
     def search_rounds(self) -> int:
-        """The rounds that Table 4 counts: those of the tabu stage, where there is one."""
-        return self.rounds["tabu"] if "tabu" in self.rounds else sum(self.rounds.values())
+        """The rounds that Table 4 counts: of a method with a stage of tabu search, that stage's.
+
+        Of such a run that ends before it, none.
+        """
+        return self.rounds.get("tabu", 0) if self._tabu else sum(self.rounds.values())
 
     @property
-    def entrapments(self) -> int:
-        """How often the method was caught: it had to go back, or to begin anew."""
-        return self.events.get("backtrack", 0) + self.events.get("restart", 0)
+    def entrapments(self) -> int | None:
+        """Deadlocks: how often tabu search had to go back or begin anew; None without it."""
+        events = self.events
+        return events.get("backtrack", 0) + events.get("restart", 0) if self._tabu else None
+
+    @property
+    def _tabu(self) -> bool:
+        return self.job.method.get("name") in TABU
 
     @classmethod
     def of(cls, job: Job, trace: Trace, x: Array, ended: str, seconds: float) -> Self:

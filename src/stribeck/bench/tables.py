@@ -44,8 +44,6 @@ from .statistics import (
 DASH = "–"
 #: Powers of ten for which a number is written out, and not as 1.2e-9.
 WRITTEN_OUT = range(-3, 6)
-#: The methods that can meet a deadlock, and go back or begin anew.
-TABU = ("ats", "bts")
 Value: TypeAlias = float | str | None
 
 
@@ -261,11 +259,7 @@ def summary(records: Iterable[Record], jobs: Sequence[Job] = ()) -> Table:
             _estimate(ert(runs)),
             _over(runs, lambda r: r.evaluations, np.median),
             _over(runs, lambda r: r.search_rounds, np.mean),
-            _over(
-                [r for r in runs if r.job.method.get("name") in TABU],
-                lambda r: r.entrapments,
-                np.mean,
-            ),
+            _over([r for r in runs if r.entrapments is not None], _entrapments, np.mean),
             _over(runs, lambda r: r.seconds, np.mean, digits=3),
         )
         for (problem, algorithm), runs in found.items()
@@ -495,6 +489,10 @@ def _over(
 
 def _cost(record: Record) -> float:
     return record.cost
+
+
+def _entrapments(run: Record) -> float:
+    return run.entrapments or 0
 
 
 def _met(runs: Sequence[Record], targets: Targets, limits: Mapping[str, float]) -> float:
