@@ -419,6 +419,8 @@ def _entries(methods: list[_Method], labels: list[str]) -> Iterator[Entry]:
             budget=said.budget if own_budget else parent.budget,
             budget_per_dim=said.budget_per_dim if own_budget else parent.budget_per_dim,
         )
+        if said.unit_free and made[said.name].method not in METHODS:
+            raise InputError(f"{where}: unit_free is for our own methods: {', '.join(METHODS)}")
         yield made[said.name]
 
 
@@ -429,8 +431,6 @@ def _check_method(entry: Entry, task: Task) -> None:
             configure(entry.method, **table["settings"])
         else:
             peer(entry.method, table["settings"])
-            if entry.unit_free:
-                raise InputError(f"unit_free is for our own methods: {', '.join(METHODS)}")
     except InputError as error:
         raise InputError(f"method {entry.label!r} on {task.label}: {error}") from error
 

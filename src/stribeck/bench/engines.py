@@ -7,6 +7,7 @@ what its workers run, or (Dask) have at hand for next.
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import os
 import re
@@ -398,8 +399,9 @@ def _client(address: str) -> Iterator[Any]:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of versions: those that matter are checked below
+                asyncio.run(_greet(address))
                 client = distributed.Client(address, timeout=REACH, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except Exception as error:  # what is no scheduler may say anything
             raise InputError(
                 f"dask://{address}: no scheduler answers within {REACH:g} s: "
                 "is it running, and is the port open?"
@@ -409,6 +411,13 @@ def _client(address: str) -> Iterator[Any]:
             yield client
         finally:
             client.close()
+
+
+async def _greet(address: str) -> None:
+    """Hear a scheduler's first words: `Client` waits for them for ever."""
+    tied = import_module("distributed").Security().get_connection_args("client")
+    connect = import_module("distributed.comm").connect
+    (await asyncio.wait_for(connect(address, timeout=REACH, **tied), REACH)).abort()
 
 
 def _check(client: Any, address: str) -> None:
