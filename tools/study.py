@@ -76,7 +76,10 @@ def surfaces(folder: Path) -> None:
 
 
 def keep(file: Path, folder: Path) -> None:
-    """A picture in 128 colours, which is a third of its size."""
+    """A picture in 128 colours, which is a third of its size; maps keep their shades."""
+    if file.stem.startswith("movements"):
+        shutil.copy(file, folder)
+        return
     with Image.open(file) as picture:
         few = picture.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
         few.save(folder / file.name, optimize=True)
