@@ -167,6 +167,24 @@ def test_where_nobody_answers(
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("words", [b"", b"SSH-2.0-x\r\n", b"\1" + bytes(7) + b"\2" + bytes(7)])
+def test_where_something_else_listens(monkeypatch: pytest.MonkeyPatch, words: bytes) -> None:
+    monkeypatch.setattr(engines, "REACH", 0.5)
+
+    def speak() -> None:
+        held.append(other.accept()[0])
+        held[0].sendall(words)
+
+    held = list[socket]()
+    with socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        Thread(target=speak, daemon=True).start()
+        with pytest.raises(InputError, match=r"^dask://127.*: no scheduler answers within 0.5 s"):
+            engine(f"dask://127.0.0.1:{other.getsockname()[1]}")
+    held[0].close()
+
+
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'stribeck\[cluster\]'$"):
