@@ -1,5 +1,6 @@
 """What the store refuses, in one line each, and that a file it refuses stays as it was."""
 
+import contextlib
 import errno
 import multiprocessing as mp
 import os
@@ -177,6 +178,16 @@ def test_a_cell_that_was_run_otherwise_is_refused(
         assert (store.left(), store.claim()) == (0, None)  # run 30 was not added either
         store.add([job(31)])
         assert store.left() == 1
+
+
+@pytest.mark.parametrize("change", ["DELETE FROM traces", "UPDATE records SET x = '[1, '"])
+def test_a_record_in_pieces_is_not_passed_over(file: Path, change: str) -> None:
+    with contextlib.closing(sqlite3.connect(file)) as db:
+        db.execute(change)
+        db.commit()
+    with Store.read(file) as store:
+        said = refusal(lambda: list(store.records()))
+    assert said.startswith(f"{file}: is damaged (a record cannot be read: ")
 
 
 def test_what_is_not_there(tmp_path: Path) -> None:

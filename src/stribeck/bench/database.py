@@ -167,13 +167,13 @@ def _log(file: Path) -> Path:
 def _check(file: Path, db: sqlite3.Connection) -> None:
     (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if word != "ok":
-        raise InputError(_damaged(file, str(word)))
+        raise InputError(damaged(file, str(word)))
     tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
     if wrong := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
-        raise InputError(_damaged(file, f"table {wrong[0]!r} is missing or not as it was"))
+        raise InputError(damaged(file, f"table {wrong[0]!r} is missing or not as it was"))
     said = dict(db.execute("SELECT name, value FROM meta"))
     if not {"campaign", "seed", "text"} <= set(said) or not str(said["seed"]).isdecimal():
-        raise InputError(_damaged(file, "it does not say which campaign it is of"))
+        raise InputError(damaged(file, "it does not say which campaign it is of"))
 
 
 @contextlib.contextmanager
@@ -201,7 +201,7 @@ def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int
         case sqlite3.SQLITE_READONLY | sqlite3.SQLITE_PERM | sqlite3.SQLITE_CANTOPEN:
             return f"{file}: cannot be written: make it and its folder writable"
         case sqlite3.SQLITE_CORRUPT | sqlite3.SQLITE_NOTADB:
-            return _damaged(file, str(error))
+            return damaged(file, str(error))
         case _:
             raise error
 
@@ -214,6 +214,7 @@ def _full(file: Path, safe: Callable[[], int | None], what: str = "the disk is f
     return f"{what}: {kept} safe in {file}; make room and give the same command again"
 
 
-def _damaged(file: Path, what: str) -> str:
+def damaged(file: Path, what: str) -> str:
+    """The line for a person."""
     line = " ".join(what.split())
     return f"{file}: is damaged ({line}): restore a copy or take another --out"

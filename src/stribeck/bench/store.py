@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..errors import InputError
-from .database import connect, exists, make, plainly
+from .database import connect, damaged, exists, make, plainly
 from .owner import Owner, alive
 from .record import Failure, Job, Record, Steps
 from .sheets import write_sheets
@@ -56,7 +56,7 @@ SELECT key FROM (
 _RECORD = """
 SELECT j.text, r.x, r.cost, r.evaluations, r.ended, r.failed, r.rounds, r.events, r.seconds,
   t.evaluations, t.rounds, t.costs
-FROM records r JOIN jobs j ON j.key = r.job JOIN traces t ON t.job = r.job WHERE r.job = ?"""
+FROM records r JOIN jobs j ON j.key = r.job LEFT JOIN traces t ON t.job = r.job WHERE r.job = ?"""
 _PROGRESS = """
 SELECT j.problem, j.algorithm, count(r.job), total(r.reached), total(r.seconds), count(*),
   count(f.job), total(r.evaluations), min(r.cost)
@@ -277,7 +277,7 @@ class Store:
             keys = self._db.execute(_ORDER).fetchall()
             for key in keys:
                 if row := self._db.execute(_RECORD, key).fetchone():
-                    yield _record(row)
+                    yield self._whole(row)
 
     def failures(self) -> list[Failure]:
         """The wanted jobs that were given up, in that order."""
@@ -316,6 +316,12 @@ class Store:
             InputError: the folder cannot be written to.
         """
         return write_sheets(self.records(), folder)
+
+    def _whole(self, row: tuple[Any, ...]) -> Record:
+        try:
+            return _record(row)
+        except (ValueError, TypeError, KeyError) as error:  # rows that were changed by hand
+            raise InputError(damaged(self.file, f"a record cannot be read: {error}")) from error
 
     def _check_same(self, campaign: str, seed: int) -> None:
         if (self.campaign, self.seed) != (campaign, seed):
