@@ -253,6 +253,15 @@ def test_one_run_alone_has_figures() -> None:
     np.testing.assert_array_equal(y, alone.steps.costs[at])
 
 
+def test_one_evaluation_has_figures() -> None:
+    one = np.ones(1, dtype=np.int64)
+    job = Job("A", "x", 0, 1, 1, None, 0.0, {}, {"name": "x"})
+    run = Record(job, (0.0, 0.0), 2.0, 1, "budget", 0, {}, {}, Steps(one, one, np.array([2.0])))
+    for sheet in figures([run]):  # a warning is an error here
+        left, right = sheet.figure.axes[0].get_xlim()
+        assert left < right
+
+
 def test_runs_without_a_finite_cost_are_no_line_and_no_success(records: list[Record]) -> None:
     none = Steps(np.array([], dtype=np.int64), np.array([], dtype=np.int64), np.array([]))
     lost = [

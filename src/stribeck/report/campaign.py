@@ -289,7 +289,7 @@ def _shares(axes: Axes, seen: Mapping[str, list[Record]], style: Mapping[str, Lo
         axes.plot(at, _at(curve, at), look.marker, color=look.colour, ms=5, mec="white", mew=0.6)
     problems = {r.job.problem for runs in seen.values() for r in runs}
     axes.axvline(min(limits[p] for p in problems), color=INK, ls=":", lw=1)
-    axes.set(xscale="log", ylim=(0, 1.005), xlim=(near, far))
+    axes.set(xscale="log", ylim=(0, 1.005), xlim=(near, max(far, 2 * near)))
     axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
 
 
