@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -19,6 +20,7 @@ from ..optimize import METHODS, configure
 from ..optimize.methods import unit_free
 from ..space import Array
 from .bbob import FUNCTIONS
+from .peers import PEERS
 from .peers import chosen as peer
 from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
 from .record import Job
@@ -27,9 +29,10 @@ from .surfaces import SURFACES
 #: Runs of a campaign beyond which a file is more likely wrong than ambitious.
 MOST = 1_000_000
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Whole = Annotated[int, Field(strict=True, ge=1)]
-Seed = Annotated[int, Field(strict=True, ge=0)]
+#: A number that a table and an axis can hold; a whole one that any program reads exactly.
+Finite = Annotated[float, Field(allow_inf_nan=False, ge=-1e100, le=1e100)]
+Whole = Annotated[int, Field(strict=True, ge=1, le=2**53)]
+Seed = Annotated[int, Field(strict=True, ge=0, le=2**53)]
 Label = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[\w.+ -]+$")]
 Settings = dict[str, Any]
 
@@ -77,7 +80,7 @@ class _Precisions(_Table):
 
     first: Finite = Field(alias="from", gt=0)
     last: Finite = Field(alias="to", gt=0)
-    count: Whole = 51
+    count: Annotated[int, Field(strict=True, ge=1, le=10_000)] = 51
 
 
 class _File(_Budget):
@@ -419,8 +422,12 @@ def _entries(methods: list[_Method], labels: list[str]) -> Iterator[Entry]:
             budget=said.budget if own_budget else parent.budget,
             budget_per_dim=said.budget_per_dim if own_budget else parent.budget_per_dim,
         )
-        if said.unit_free and made[said.name].method not in METHODS:
+        if said.unit_free and made[said.name].method in PEERS:
             raise InputError(f"{where}: unit_free is for our own methods: {', '.join(METHODS)}")
+        try:
+            json.dumps([made[said.name].settings, made[said.name].on], allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{where}: settings: {error}") from error
         yield made[said.name]
 
 

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 import warnings
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Generator, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -41,6 +41,8 @@ LOOK = 1.0
 REACH, STAFF = 5.0, 30.0
 #: Jobs that a Dask worker holds: one it runs, one at hand for when that is done.
 AT_HAND = 2
+#: Workers that a job has to kill while nothing else runs before it is given up.
+ALONE = 2
 #: A worker fills one core: what would start threads of its own is told not to.
 ONE_THREAD = {
     f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "VECLIB_MAXIMUM")
@@ -315,11 +317,12 @@ class _Shift:
         self.client, self.address, self.jobs = client, address, jobs
         self.running: dict[str, tuple[Job, Any]] = {}
         self.suspects = deque[Job]()
+        self.deaths = Counter[str]()
         self.done = SimpleQueue[Any]()
         self.room, self.looked, self.staffed = 0, -LOOK, time.monotonic()
 
     def outcomes(self) -> Outcomes:
-        """Run all jobs; those that may have killed workers last, and each alone.
+        """Run all jobs; those that may have killed workers last, and each alone, ALONE times.
 
         A dead worker speaks against every job that it held, the killer and the one at hand.
         """
@@ -334,7 +337,9 @@ class _Shift:
             job, line = self._next()
             if line is not None:
                 yield outcome(job, line)
-            elif alone:
+                continue
+            self.deaths[job.key] += alone  # beside others it may have been innocent
+            if self.deaths[job.key] == ALONE:
                 yield Failure(job, "every worker that ran it died")
             else:
                 self.suspects.append(job)
