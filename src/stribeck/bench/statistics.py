@@ -26,7 +26,8 @@ from ..space import Array, Rng
 from .record import Job, Record
 
 LEVEL = 0.95
-RESAMPLES = 5000
+#: Resamples behind an interval, and behind each point of a band that is only drawn.
+RESAMPLES, BAND = 5000, 1000
 #: Precisions above the minimum, as in BBOB: 51 from 1e2 to 1e-8, even on the log axis.
 TARGETS: Array = np.logspace(2, -8, 51)
 TARGETS.flags.writeable = False
@@ -219,6 +220,32 @@ def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> Curve:
     return Curve(where, np.minimum(np.cumsum(rise), 1.0))
 
 
+def ecdf_band(records: Iterable[Record], grid: ArrayLike, targets: Targets = TARGETS) -> Array:
+    """The interval about one method's `ecdf` at each point of a grid, drawn again as in `area`.
+
+    Args:
+        records: Runs of one method.
+        grid: Evaluations per dimension, shape (k,).
+        targets: Precisions above the minimum (costs, where that is not known).
+
+    Returns:
+        Its lower and upper end, shape (2, k); nan where every problem has one run only.
+    """
+    by, at = _by_problem(records), np.asarray(grid, dtype=float)
+    shares = [
+        np.array([
+            np.searchsorted(np.sort(hits(r, aims) / len(r.x)), at, side="right") / len(aims)
+            for r in runs
+        ])
+        for problem, runs in by.items()
+        for aims in [_aims(targets, problem)]
+    ]  # fmt: skip
+    rng = _rng("band", next(iter(by.values()))[0].job.algorithm, *by)
+    drawn = np.mean([_resamples(len(s), rng, BAND) @ s / len(s) for s in shares], axis=0)
+    ends = _percents(*map(len, shares))
+    return np.full((2, at.size), np.nan) if ends is None else np.quantile(drawn, ends, axis=0)
+
+
 def limits_of(records: Iterable[Record]) -> dict[str, float]:
     """For each problem, evaluations per dimension that every run on it was allowed."""
     by = _by_problem(records)
@@ -364,20 +391,28 @@ def _rng(*labels: str) -> Rng:
     return np.random.default_rng([zlib.crc32(label.encode()) for label in labels])
 
 
-def _resamples(runs: int, rng: Rng) -> Array:
-    """How often each run is drawn in each resample; shape (RESAMPLES, runs)."""
-    return rng.multinomial(runs, np.full(runs, 1 / runs), size=RESAMPLES).astype(float)
+def _resamples(runs: int, rng: Rng, size: int = RESAMPLES) -> Array:
+    """How often each run is drawn in each resample; shape (size, runs)."""
+    return rng.multinomial(runs, np.full(runs, 1 / runs), size=size).astype(float)
 
 
 def _percentile(value: float, drawn: Array, *runs: int) -> Estimate:
-    """The interval between percentiles of what was drawn, moved outwards where runs are few.
+    """The interval between percentiles of what was drawn; with one run there is none."""
+    ends = _percents(*runs)
+    if ends is None:
+        return Estimate(value, math.nan, math.nan)
+    low, high = np.quantile(drawn, ends, method="inverted_cdf")
+    return Estimate(value, float(low), float(high))
+
+
+def _percents(*runs: int) -> tuple[float, float] | None:
+    """Which percentiles to take, moved outwards where runs are few.
 
     Percentiles alone are too narrow by sqrt(1 - 1/n) and know of no t: Hesterberg 2015, section
-    4, doi 10.1080/00031305.2015.1089789. With one run there is no interval.
+    4, doi 10.1080/00031305.2015.1089789.
     """
     n = min(runs)
     if n == 1:
-        return Estimate(value, math.nan, math.nan)
+        return None
     wide = math.sqrt(n / (n - 1)) * stdtrit(sum(runs) - len(runs), (1 + LEVEL) / 2)
-    low, high = np.quantile(drawn, [ndtr(-wide), ndtr(wide)], method="inverted_cdf")
-    return Estimate(value, float(low), float(high))
+    return float(ndtr(-wide)), float(ndtr(wide))

@@ -24,9 +24,10 @@ from ..bench.statistics import (
     algorithms_of,
     area,
     cells,
+    compared,
     ecdf,
+    ecdf_band,
     ert,
-    hits,
     limits_of,
     problems_of,
     profile,
@@ -50,8 +51,8 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.3)), (0, (6, 1.5, 1, 1.5)
 MARKERS = "osD^vPX<>phd8H"
 #: Problems on one figure; more of them are split by dimension, and then by number.
 PANELS = 24
-#: Points of a line, resamples of a band, and its level.
-POINTS, RESAMPLES, LEVEL = 160, 400, 0.95
+#: Points of a line.
+POINTS = 160
 #: More methods than this have the legend beside the lines and no label at each.
 LABELLED = 12
 
@@ -240,10 +241,10 @@ def _middle(runs: Sequence[Record]) -> tuple[float]:
 def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
     """Share of (problem, target, repeat) solved against evaluations per dimension."""
     style = looks(algorithms_of(found))
-    compared, problems = _compared(found)
+    methods, problems = compared(found)
     if not problems:
         return
-    by = {m: [r for p in problems for r in found[p, m]] for m in compared}
+    by = {m: [r for p in problems for r in found[p, m]] for m in methods}
     limits = limits_of(r for runs in by.values() for r in runs)
     areas = {m: area(runs, targets, limits).value for m, runs in by.items()}
     order = sorted(by, key=lambda m: -areas[m] if math.isfinite(areas[m]) else 0.0)
@@ -269,7 +270,7 @@ def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
         "dimension; higher and further left is better. Shaded: 95 % bootstrap interval over runs. "
         "The dotted line is the least budget that all methods had. The number beside a name is the "
         "area under its curve up to there, between 0 and 1, and sets the order."
-        + _not_drawn(found, compared, problems),
+        + _not_drawn(found, methods, problems),
         figure,
     )
 
@@ -282,7 +283,7 @@ def _shares(axes: Axes, seen: Mapping[str, list[Record]], style: Mapping[str, Lo
     for k, (method, runs) in enumerate(seen.items()):
         curve, look = ecdf(runs, targets), style[method]
         x, y = _steps(curve, near, far)
-        low, high = share_band(runs, grid, targets)
+        low, high = ecdf_band(runs, grid, targets)
         axes.fill_between(grid, low, high, color=look.colour, alpha=0.12, lw=0, step="post")
         axes.plot(x, y, **look.line(), drawstyle="steps-post", gid=f"share:{method}")
         at = grid[[int((0.3 + 0.6 * (k + 0.5) / len(seen)) * (POINTS - 1))]]
@@ -293,32 +294,9 @@ def _shares(axes: Axes, seen: Mapping[str, list[Record]], style: Mapping[str, Lo
     axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
 
 
-def share_band(runs: Sequence[Record], grid: Array, targets: Targets = TARGETS) -> Array:
-    """The bootstrap band about one method's ECDF, shape (2, len(grid)).
-
-    Runs are drawn again within each problem, with all the targets of a run together, as in
-    `statistics.area`.
-    """
-    by: dict[str, list[Record]] = {}
-    for run in runs:
-        by.setdefault(run.job.problem, []).append(run)
-    rng = np.random.default_rng(len(runs))
-    total = np.zeros((RESAMPLES, len(grid)))
-    for problem, own in sorted(by.items()):
-        aims = targets.get(problem, TARGETS) if isinstance(targets, Mapping) else targets
-        share = np.array([
-            np.searchsorted(np.sort(hits(r, aims) / len(r.x)), grid, side="right") / len(aims)
-            for r in sorted(own, key=lambda r: r.job.repeat)
-        ])  # fmt: skip
-        drawn = rng.multinomial(len(own), np.full(len(own), 1 / len(own)), size=RESAMPLES)
-        total += drawn @ share / len(own) / len(by)
-    ends: Array = np.quantile(total, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
-    return ends
-
-
 def profiles(found: Cells) -> Iterator[Drawn]:
     """Dolan and More's performance profiles of the expected running times."""
-    chosen, problems = _compared(found)
+    chosen, problems = compared(found)
     times = np.array([[ert(found[p, m]).value for m in chosen] for p in problems])
     times = times.reshape(len(problems), len(chosen))
     aimed = int((~np.isnan(times).any(axis=1)).sum())
@@ -610,18 +588,6 @@ def _unique(panels: Iterable[Axes]) -> tuple[list[Any], list[str]]:
 
 
 # --- Sheets ----------------------------------------------------------------------------------
-
-
-def _compared(found: Cells) -> tuple[list[str], list[str]]:
-    """The methods meant for all problems, and the problems that each of them has runs on.
-
-    The same that `bench.tables.ranking` compares.
-    """
-    begun = {m for (_, m), runs in found.items() if runs}
-    some = [m for m in algorithms_of(found) if m in begun]
-    problems = problems_of(found)
-    methods = [m for m in some if all((p, m) in found for p in problems)] or some
-    return methods, [p for p in problems if all(found.get((p, m)) for m in methods)]
 
 
 def _not_drawn(found: Cells, methods: Sequence[str], problems: Sequence[str]) -> str:
