@@ -131,6 +131,24 @@ def test_the_same_command_again_runs_nothing_and_says_the_same(done: Path) -> No
         assert db.execute("SELECT job, seconds FROM records").fetchall() == seconds
 
 
+def test_the_store_says_what_is_done_and_what_is_left(done: Path, tmp_path: Path) -> None:
+    said = bench(done, "small.toml", "--out", "out", "--status")
+    assert said.status == 0
+    assert said.out.startswith("16 of 16 runs are done\n")
+    (tmp_path / "out").mkdir()
+    copy = tmp_path / "out" / "store.sqlite"
+    copy.write_bytes((done / "out" / "store.sqlite").read_bytes())
+    with sqlite3.connect(copy) as db:
+        db.executescript("DELETE FROM traces; DELETE FROM records WHERE problem = 'RF'")
+    (tmp_path / "small.toml").write_text(SMALL)
+    said = bench(tmp_path, "small.toml", "--out", "out", "--status")
+    assert said.out.startswith("8 of 16 runs are done\n")
+    rows = [line.split()[:4] for line in said.out.splitlines() if line.startswith(("BF", "RF"))]
+    assert sorted(rows) == [
+        [p, a, n, "4"] for p, n in (("BF", "4"), ("RF", "0")) for a in ("bts", "random")
+    ]
+
+
 def test_more_trials_add_to_what_is_there(done: Path, tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     few = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
@@ -196,6 +214,7 @@ def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
         (["small.toml", "--engine", "gpu"], "no engine 'gpu': there are here, processes"),
         (["small.toml", "--engine", "processes:0"], "no engine 'processes:0': there are"),
         (["small.toml", "--engine", "dask://nowhere"], "no engine 'dask://nowhere': there are"),
+        (["small.toml", "--status"], "bench-small/store.sqlite: there is no store"),
         (["small.toml", "--coco"], "--coco: campaign small has no problem of BBOB"),
         (["small.toml", "--resume"], "there is no store to go on with"),
         (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),

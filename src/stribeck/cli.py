@@ -335,6 +335,7 @@ def bench(
     resume: Annotated[bool, typer.Option("--resume", help="Insist on a store that is there; without it one is begun or gone on with.")] = False,
     coco: Annotated[bool, typer.Option("--coco", help="Write BBOB runs as COCO's own data too, and its report.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Print the campaign's file and stop.")] = False,
+    status: Annotated[bool, typer.Option("--status", help="Say what is done and what is left, and stop.")] = False,
 ) -> None:  # fmt: skip
     """Compare search methods: the paper's study, or any campaign."""
     from .bench.campaign import campaign as found
@@ -346,6 +347,13 @@ def bench(
         return
     if coco and not any("bbob" in task.spec for task in made.tasks):
         raise InputError(f"--coco: campaign {made.name} has no problem of BBOB")
+    if status:
+        from .bench.store import Store
+        from .report.study import status as said
+
+        with Store.read((out or Path(f"bench-{made.name}")) / "store.sqlite") as store:
+            typer.echo(said(store.progress()).plain(), nl=False)
+        return
     made = made if trials is None else made.trials(trials)
     _bench(made, chosen(engine), out or Path(f"bench-{made.name}"), resume, coco)
 

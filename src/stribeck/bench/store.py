@@ -161,12 +161,13 @@ class Store:
         return store
 
     def close(self) -> None:
-        """Let go of what was claimed, and of the file."""
-        if self._owner:
+        """Let go of what was claimed, and of the file; a second time nothing is left to do."""
+        owner, self._owner = self._owner, None
+        if owner:
             # On a full disk the claims stay: without their owner they are nobody's.
             with contextlib.suppress(InputError), self._writing():
-                self._db.execute("DELETE FROM claims WHERE owner = ?", (self._owner.name,))
-            self._owner.close()
+                self._db.execute("DELETE FROM claims WHERE owner = ?", (owner.name,))
+            owner.close()
         self._db.close()
 
     def __enter__(self) -> Self:
@@ -264,12 +265,6 @@ class Store:
                 (failure.job.key, failure.message),
             )
             self._db.execute("DELETE FROM claims WHERE job = ?", (failure.job.key,))
-
-    def release(self, job: Job) -> None:
-        """Let go of a job that was claimed and not run."""
-        mine = (job.key, self._owner.name if self._owner else "")
-        with self._writing(lasting=False):
-            self._db.execute("DELETE FROM claims WHERE job = ? AND owner = ?", mine)
 
     def records(self) -> Iterator[Record]:
         """The records of the wanted jobs, cell by cell, bit for bit as they were committed."""

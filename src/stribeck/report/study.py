@@ -13,11 +13,12 @@ from ..bench.problems import problem
 from ..bench.record import Failure, Job, Record
 from ..bench.runner import trial
 from ..bench.surfaces import Surface
-from ..bench.tables import Table, comparisons, overall, ranking, solutions, summary
+from ..bench.tables import Cell, Table, comparisons, overall, ranking, solutions, summary
 from .folder import write_files, write_text
 
 if TYPE_CHECKING:
     from ..bench.campaign import Campaign
+    from ..bench.store import Progress
     from .campaign import Drawn
 
 #: Endings a table is written with, and how.
@@ -26,6 +27,20 @@ FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Ta
 PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "ranking_moved", "overall")
 #: Rows beyond which a table is left to its file.
 LONGEST = 100
+
+
+def status(cells: Sequence[Progress]) -> Table:
+    """What is done of each cell in a store, and what is left."""
+    heads = ("problem", "method", "done", "of", "met", "failed", "seconds")
+    rows = tuple(
+        (
+            Cell(p.problem, p.problem), Cell(p.algorithm, p.algorithm), Cell.of(p.done),
+            Cell.of(p.jobs), Cell.of(p.reached), Cell.of(p.given_up), Cell.of(p.seconds, 3),
+        )
+        for p in cells
+    )  # fmt: skip
+    done, jobs = sum(p.done for p in cells), sum(p.jobs for p in cells)
+    return Table(f"{done:,} of {jobs:,} runs are done", heads, rows, "Met: reached the target.")
 
 
 @dataclass(frozen=True)
