@@ -15,15 +15,8 @@ from stribeck.bench.record import Job, Record, Steps
 from stribeck.bench.surfaces import surface
 from stribeck.optimize import METHODS, Search, lockstep
 from stribeck.report import campaign
-from stribeck.report.campaign import (
-    Drawn,
-    draw,
-    figures,
-    foraging_tracks,
-    looks,
-    movements,
-    tabu_path,
-)
+from stribeck.report.campaign import Drawn, draw, figures, looks
+from stribeck.report.movements import foraging_tracks, movements, tabu_path
 
 METHODS_18 = [
     "bts", "bts-restart", "ats", "ats-restart", "ts", "abfo", "bfo", "ga", "random", "scipy-de",

@@ -94,7 +94,7 @@ class Study:
 
     def _movements(self) -> Iterator[Drawn]:
         """The paper's figure 2: the reference's first run on each surface of two variables."""
-        from .campaign import movements  # noqa: PLC0415
+        from .movements import movements  # noqa: PLC0415
 
         for record in self.records:
             job = record.job
