@@ -352,6 +352,7 @@ def test_every_setting_changes_the_run(name: str, setting: str) -> None:
         ("ats", {"AR": ((2.0, 0.1), (1.0, 0.2))}),
         ("ats", {"AR": ((2.0, 0.0),)}),
         ("ats", {"AR": (1.0, 2.0)}),
+        ("ats", {"AR": ((math.nan, 0.1),)}),
         ("ats", {"count_max": 0}),
         ("bfo", {"S": 7}),
         ("bfo", {"P_ed": 1.5}),

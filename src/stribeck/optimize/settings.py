@@ -49,7 +49,8 @@ def stages(owner: Any, name: str) -> None:
     except (TypeError, ValueError):
         _refuse(owner, name, "(epsilon, radius) pairs")
     falling = all(e1 > e2 and r1 > r2 for (e1, r1), (e2, r2) in pairwise(pairs))
-    if not falling or any(not radius > 0 for _, radius in pairs):
+    numbers = not any(math.isnan(value) for pair in pairs for value in pair)
+    if not (numbers and falling) or any(not radius > 0 for _, radius in pairs):
         _refuse(owner, name, "(epsilon, radius) pairs, both falling, radius > 0")
     object.__setattr__(owner, name, pairs)  # a file gives lists; a frozen value is hashable
 
