@@ -328,7 +328,7 @@ def simulate(
 
 @app.command()
 def bench(
-    campaign: Annotated[str, typer.Argument(metavar="paper|FILE.toml", help="A shipped campaign (paper, twins, bbob) or a file.")],
+    campaign: Annotated[str, typer.Argument(metavar="paper|twins|bbob|FILE.toml", help="A shipped campaign (paper, twins, bbob) or a file.")],
     trials: Annotated[int | None, typer.Option(metavar="N", help="Runs of every cell, in place of the file's.")] = None,
     engine: Annotated[str, typer.Option(metavar="E", help="here, processes[:N] or dask://HOST:PORT.")] = "processes",
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where the store and the results go; bench-NAME by default.")] = None,
