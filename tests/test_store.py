@@ -10,6 +10,7 @@ import sqlite3
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from functools import partial
 from itertools import count
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -24,8 +25,10 @@ from hypothesis import strategies as st
 from stribeck.bench.owner import Owner, alive
 from stribeck.bench.record import Failure, Job, Record, Steps
 from stribeck.bench.runner import run
+from stribeck.bench.sheets import write_sheets
 from stribeck.bench.store import Store
 from stribeck.optimize.methods import unit_free
+from stribeck.report.folder import write_files
 
 SPAWN: Any = mp.get_context("forkserver" if sys.platform == "linux" else "spawn")
 if sys.platform == "linux":
@@ -385,10 +388,10 @@ def test_export_has_every_run_and_every_improvement(tmp_path: Path) -> None:
         store.add(campaign(2))
         while (job := store.claim()) is not None:
             store.commit(run(job))
-        files = store.export(tmp_path / "tables")
         records = list(store.records())
+    write_files(tmp_path / "tables", partial(write_sheets, records))
+    files = sorted((tmp_path / "tables").iterdir())
     assert [f.name for f in files] == ["records.csv", "records.parquet", "traces.parquet"]
-    assert sorted((tmp_path / "tables").iterdir()) == files
     with files[0].open(newline="") as text:
         rows = list(csv.DictReader(text))
     assert [float(row["cost"]) for row in rows] == [r.cost for r in records]
@@ -405,5 +408,6 @@ def test_export_has_every_run_and_every_improvement(tmp_path: Path) -> None:
 
 def test_an_empty_store_is_exported_too(tmp_path: Path) -> None:
     with opened(tmp_path / "store.sqlite") as store:
-        files = store.export(tmp_path)
+        write_sheets(store.records(), tmp_path)
+    files = [tmp_path / name for name in ("records.csv", "records.parquet", "traces.parquet")]
     assert [pl.read_parquet(f).height for f in files[1:]] == [0, 0]

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,10 @@ import pytest
 
 from stribeck.bench import database
 from stribeck.bench.record import Job, Record, Steps
+from stribeck.bench.sheets import write_sheets
 from stribeck.bench.store import Store
 from stribeck.errors import InputError
+from stribeck.report.folder import write_files
 
 SPAWN: Any = mp.get_context("forkserver" if sys.platform == "linux" else "spawn")
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="POSIX limits and users")
@@ -365,4 +368,6 @@ def test_no_room_for_the_lock(file: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_tables_cannot_be_written_into_a_file(file: Path) -> None:
     with Store.read(file) as store:
-        assert "cannot be written" in refusal(lambda: store.export(file))
+        assert "cannot be written" in refusal(
+            lambda: write_files(file, partial(write_sheets, store.records()))
+        )

@@ -383,7 +383,6 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
                     else:
                         live.waiting(outcome)
             records, failures = list(store.records()), store.failures()
-            store.export(folder)
         except KeyboardInterrupt:
             _fail(
                 f"interrupted: {store.left()} runs are left, the others are safe in {file}; "

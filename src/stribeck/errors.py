@@ -6,5 +6,10 @@ from __future__ import annotations
 class InputError(ValueError):
     """The input cannot be used: one line that says what, where, and what to do about it.
 
-    The command line prints it on standard error and exits with status 2.
+    The command line prints it on standard error and exits with status 2. What a hostile file
+    puts into a name (line ends, control characters) becomes a space.
     """
+
+    def __init__(self, said: str) -> None:
+        line = "".join(c if c.isprintable() else " " for c in said)
+        super().__init__(" ".join(line.split()))

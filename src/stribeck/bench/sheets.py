@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InputError
 from .record import Record, Steps
 
 if TYPE_CHECKING:
@@ -41,19 +38,13 @@ _COLUMNS: dict[str, tuple[str, Callable[[Record], Any]]] = {
 }
 
 
-def write_sheets(records: Iterable[Record], folder: Path) -> list[Path]:
-    """Write records.csv, records.parquet and traces.parquet, each whole or not at all.
+def write_sheets(records: Iterable[Record], folder: Path) -> None:
+    """Write records.csv, records.parquet and traces.parquet.
 
     A row of `records` is a run: problem, algorithm, repeat, seed, budget, target, minimum, cost,
     evaluations, ended, reached, failed, search_rounds (what the paper's Table 4 counts),
     entrapments, seconds; x, rounds and events as JSON. A row of `traces` is an improvement of a
     run: problem, algorithm, repeat, evaluation (from 1), round, cost.
-
-    Returns:
-        The files.
-
-    Raises:
-        InputError: the folder cannot be written to.
     """
     runs: list[dict[str, Any]] = []
     steps: list[Steps] = []
@@ -61,22 +52,9 @@ def write_sheets(records: Iterable[Record], folder: Path) -> list[Path]:
         runs.append({name: of(record) for name, (_, of) in _COLUMNS.items()})
         steps.append(record.steps)
     table = _table(runs)
-    trace = _trace(table, steps)
-    sheets: dict[str, Callable[[Path], Any]] = {
-        "records.csv": table.write_csv,
-        "records.parquet": table.write_parquet,
-        "traces.parquet": trace.write_parquet,
-    }
-    try:
-        folder.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=folder) as place:
-            for name, write in sheets.items():
-                write(Path(place) / name)
-            for name in sheets:
-                os.replace(Path(place) / name, folder / name)  # noqa: PTH105 - atomic, and says so
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-    return [folder / name for name in sheets]
+    table.write_csv(folder / "records.csv")
+    table.write_parquet(folder / "records.parquet")
+    _trace(table, steps).write_parquet(folder / "traces.parquet")
 
 
 def _table(runs: list[dict[str, Any]]) -> pl.DataFrame:

@@ -22,7 +22,6 @@ from ..errors import InputError
 from .database import connect, damaged, exists, make, plainly
 from .owner import Owner, alive
 from .record import Failure, Job, Record, Steps
-from .sheets import write_sheets
 
 # What this connection looks at: the jobs it was given, in that order, those of them that are not
 # known to be done, and those of the last `add`. All vanish with the connection.
@@ -303,14 +302,6 @@ class Store:
             Progress(p, a, done, int(reached), seconds, jobs, given_up, int(spent), best)
             for p, a, done, reached, seconds, jobs, given_up, spent, best in rows
         ]
-
-    def export(self, folder: Path) -> list[Path]:
-        """Write the records as CSV and Parquet, see `sheets.write_sheets`.
-
-        Raises:
-            InputError: the folder cannot be written to.
-        """
-        return write_sheets(self.records(), folder)
 
     def _whole(self, row: tuple[Any, ...]) -> Record:
         try:

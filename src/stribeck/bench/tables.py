@@ -158,6 +158,10 @@ class Table:
         return ["", self.note] if self.note else []
 
 
+#: The forms by the ending of their file.
+FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Table.csv}
+
+
 # --- how numbers are written -----------------------------------------------------------------
 
 

@@ -225,13 +225,13 @@ def _by_result(found: Cells) -> list[str]:
         ends = {m: _middle(found[problem, m]) for m in ranks if (problem, m) in found}
         values = np.array(list(ends.values()))
         for method, end in ends.items():
-            better, equal = (values < end[0]).sum(), (values == end[0]).sum()
+            better, equal = (values < end).sum(), (values == end).sum()
             ranks[method].append(float(better + (equal - 1) / 2) / len(values))
     return sorted(ranks, key=lambda m: float(np.mean(ranks[m])))
 
 
-def _middle(runs: Sequence[Record]) -> tuple[float]:
-    return (float(np.median([r.cost for r in runs])),)
+def _middle(runs: Sequence[Record]) -> float:
+    return float(np.median([r.cost for r in runs]))
 
 
 # --- Shares of targets -----------------------------------------------------------------------

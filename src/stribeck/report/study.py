@@ -12,8 +12,9 @@ from ..bench import paper
 from ..bench.problems import problem
 from ..bench.record import Failure, Job, Record
 from ..bench.runner import trial
+from ..bench.sheets import write_sheets
 from ..bench.surfaces import Surface
-from ..bench.tables import Cell, Table, comparisons, overall, ranking, solutions, summary
+from ..bench.tables import FORMS, Cell, Table, comparisons, overall, ranking, solutions, summary
 from .folder import write_files, write_text
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from ..bench.store import Progress
     from .campaign import Drawn
 
-#: Endings a table is written with, and how.
-FORMS = {"txt": Table.plain, "md": Table.markdown, "tex": Table.latex, "csv": Table.csv}
 #: Tables that fit on a terminal.
 PRINTED = ("table_4", "table_5", "percentages", "summary", "ranking", "ranking_moved", "overall")
 #: Rows beyond which a table is left to its file.
@@ -107,7 +106,7 @@ class Study:
                 yield replace(drawn, name=f"movements_{job.problem}")
 
     def write(self, folder: Path) -> None:
-        """Write `tables/`, `figures/`, `campaign.toml` and `summary.html` into a folder.
+        """Write the records, `tables/`, `figures/`, `campaign.toml` and `summary.html`.
 
         Raises:
             InputError: the disk refuses.
@@ -115,6 +114,7 @@ class Study:
         from .campaign import draw  # noqa: PLC0415
         from .summary import command, write_summary  # noqa: PLC0415
 
+        write_files(folder, lambda place: write_sheets(self.records, place))
         write_text(folder / "campaign.toml", self.campaign.text)
         write_files(folder / "tables", self._write_tables)
         drawn = list(self.figures())

@@ -22,12 +22,12 @@ from PIL import Image
 from .. import __version__
 from ..bench.campaign import parsed, shipped
 from ..bench.record import Failure, Job, Record
+from ..bench.tables import FORMS, Table
 from .folder import write_text
 from .live import spoken
 
 if TYPE_CHECKING:
     from ..bench.campaign import Campaign, Entry, Task
-    from ..bench.tables import Table
     from ..space import Space
     from .campaign import Drawn
 
@@ -98,11 +98,12 @@ def write_summary(
         methods=[_method(entry) for entry in campaign.entries],
         problems=[_problem(task) for task in campaign.tasks],
         tables=[
-            (name, tables[name], len(tables[name].rows) <= OPEN, _right(tables[name]))
+            (name, tables[name], len(tables[name].rows) <= OPEN, tables[name].numeric)
             for name in sorted(tables, key=lambda name: name != "ranking")  # the result first
         ],
         pictures=pictures(figures, folder / "figures"),
         file=campaign.text,
+        endings=sorted(FORMS),
     )
     write_text(folder / PAGE, text)
     return folder / PAGE
@@ -159,13 +160,6 @@ def _template() -> Template:
 def _missing(jobs: Sequence[Job]) -> list[tuple[str, str, int]]:
     """(problem, method, runs) of every cell that is not complete."""
     return [(*cell, runs) for cell, runs in Counter(job.cell for job in jobs).items()]
-
-
-def _right(table: Table) -> list[bool]:
-    """Which columns are of numbers, and stand to the right."""
-    columns = zip(*([cell.value for cell in row] for row in table.rows), strict=True)
-    kinds = [{type(value) for value in column} - {type(None)} for column in columns]
-    return [bool(kind) and str not in kind for kind in kinds] or [False] * len(table.heads)
 
 
 def _unrunnable(records: Sequence[Record]) -> tuple[int, int]:
