@@ -231,7 +231,7 @@ def tabu_by_hand(costs: list[float], **settings: Any) -> tuple[list[float], list
     base: dict[str, Any] = {"N": 1, "R": 0.1, "BT": 2, "n_re_back": 2, "AR": ()}
     algorithm = AdaptiveTabuSearch(**(base | settings))
     rng = cast("Rng", Script([[1.0]]))
-    moves = algorithm.refine(
+    moves: Any = algorithm.refine(
         np.array([0.0]), 10.0, 0, box([(0.0, 1.0)]), rng, lambda **kw: said.append(kw)
     )
     asked = [float(next(moves)[0, 0])]

@@ -17,6 +17,7 @@ from stribeck.errors import InputError
 from stribeck.optimize import (
     METHODS,
     Deadline,
+    Detailed,
     Search,
     SearchError,
     Stall,
@@ -25,6 +26,7 @@ from stribeck.optimize import (
     configure,
     lockstep,
     minimize,
+    rms,
 )
 from stribeck.space import Param, Space, box
 
@@ -263,6 +265,89 @@ def test_a_replay_ends_where_a_stop_ends_it() -> None:
     s.replay(recorded((FOUR, [4.0, 3.0, 2.0, 1.0]), (FOUR, [1.0] * 4)))
     assert s.run().ended == "target"
     assert s.run().evaluations == 4
+
+
+# --- residuals
+
+
+@dataclass(frozen=True)
+class Curious:
+    """An algorithm that asks for the residuals of its second batch, and keeps what it is sent."""
+
+    sent: list[Any]
+    name: str = "curious"
+
+    def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
+        del note
+        self.sent.append((yield space.sample(rng, 3)))
+        answer = yield Detailed(space.sample(rng, 2))
+        self.sent.append(answer)
+        yield np.clip(np.full((1, 2), answer.costs.min()), 0.0, 1.0)
+        return None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A problem that shows its residuals."""
+
+    name: str = "line"
+    space: Space = SQUARE
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+    def residuals(self, x: Array, /) -> Array:
+        return np.column_stack([x[:, 0] - 0.25, 2.0 * x[:, 1] - 0.5, x.sum(axis=1)])
+
+
+def curious(seed: int) -> Search:
+    return Search(SQUARE, Curious([]), budget=100, seed=seed)
+
+
+def test_residuals_are_sent_to_those_who_ask_for_them_and_only_then() -> None:
+    searches = [curious(1), curious(2)]
+    assert [r.ended for r in lockstep(Line(), searches)] == ["exhausted", "exhausted"]
+    for s in searches:
+        plain, answer = s.algorithm.sent  # type: ignore[attr-defined]
+        x = s.space.decode(s.trace.u)
+        assert np.array_equal(plain, Line()(x[:3]))
+        assert np.array_equal(answer.residuals, Line().residuals(x[3:5]))
+        assert np.array_equal(answer.costs, np.sqrt((answer.residuals**2).sum(axis=1) / 3))
+
+
+def test_a_problem_without_residuals_answers_with_costs_alone() -> None:
+    s = curious(1)
+    while not s.ended:
+        s.tell(squares(s.ask()))
+    answer = s.algorithm.sent[1]  # type: ignore[attr-defined]
+    assert answer.residuals is None
+    assert np.array_equal(answer.costs, squares(s.space.decode(s.trace.u[3:5])))
+
+
+def test_a_replay_evaluates_the_residuals_anew() -> None:
+    whole, again = curious(3), curious(3)
+    lockstep(Line(), [whole])
+    again.replay(whole.trace, Line())
+    assert again.ended == "exhausted"
+    assert np.array_equal(
+        again.algorithm.sent[1].residuals,  # type: ignore[attr-defined]
+        whole.algorithm.sent[1].residuals,  # type: ignore[attr-defined]
+    )
+
+
+@pytest.mark.parametrize("shape", [(2,), (3, 4), (2, 0)])
+def test_residuals_of_a_wrong_shape_are_refused(shape: tuple[int, ...]) -> None:
+    @dataclass(frozen=True)
+    class Wrong(Line):
+        def __call__(self, x: Array, /) -> Array:
+            return squares(x)
+
+        def residuals(self, x: Array, /) -> Array:
+            del x
+            return np.zeros(shape)
+
+    with pytest.raises(InputError, match=r"residuals of 2 points .* shape \(2, m >= 1\)"):
+        lockstep(Wrong(), [curious(0)])
 
 
 # --- stops

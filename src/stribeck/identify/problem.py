@@ -245,15 +245,20 @@ class MotionProblem:
         cost: Array = np.sqrt(sse / self.samples) / self._scale
         return cost
 
-    def residuals(self, x: Array) -> Array:
+    def residuals(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n, samples) residuals, in `unit`; J is their RMS."""
         p = self.parameters.full(np.atleast_2d(x))
-        parts = []
-        for s in self.train:
-            motion = self._rig.move(self.parameters.law, p, s.track)
-            counts = s.track.score > 0
-            parts.append((s.track.measured - motion.position)[:, counts])
-        return np.concatenate(parts, axis=1) / self._scale
+        law = self.parameters.law
+        good = np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
+        found = np.full((len(p), self.samples), np.nan)
+        if good.any():
+            parts = []
+            for s in self.train:
+                motion = self._rig.move(law, p[good], s.track)
+                counts = s.track.score > 0
+                parts.append((s.track.measured - motion.position)[:, counts])
+            found[good] = np.concatenate(parts, axis=1) / self._scale
+        return found
 
 
 def problem(

@@ -5,7 +5,22 @@ from .genetic import GeneticAlgorithm
 from .hybrid import ForagingTabuSearch
 from .methods import METHODS, configure, minimize
 from .random_search import RandomSearch
-from .search import Algorithm, Moves, Note, Problem, Run, Search, SearchError, Stop, lockstep, steps
+from .search import (
+    Algorithm,
+    Answer,
+    Detailed,
+    LeastSquares,
+    Moves,
+    Note,
+    Problem,
+    Run,
+    Search,
+    SearchError,
+    Stop,
+    lockstep,
+    rms,
+    steps,
+)
 from .stops import Deadline, Stall, Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 from .trace import Trace
@@ -15,10 +30,13 @@ __all__ = [
     "AdaptiveForaging",
     "AdaptiveTabuSearch",
     "Algorithm",
+    "Answer",
     "BacterialForaging",
     "Deadline",
+    "Detailed",
     "ForagingTabuSearch",
     "GeneticAlgorithm",
+    "LeastSquares",
     "Moves",
     "Note",
     "Problem",
@@ -34,5 +52,6 @@ __all__ = [
     "configure",
     "lockstep",
     "minimize",
+    "rms",
     "steps",
 ]

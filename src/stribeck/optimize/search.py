@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.random import SeedSequence
@@ -15,8 +15,24 @@ from ..space import Array, Rng, Space
 from .trace import Trace
 
 T = TypeVar("T")
-#: Points of the unit cube (n, dim) go out, their costs (n,) come in, T is the result.
-Moves = Generator[Array, Array, T]
+
+
+class Detailed(NamedTuple):
+    """Points of which an algorithm would know the residuals, too; it is sent an `Answer`."""
+
+    points: Array
+
+
+class Answer(NamedTuple):
+    """The (n,) costs of points, and their (n, m) residuals if the problem has any."""
+
+    costs: Array
+    residuals: Array | None
+
+
+#: Points of the unit cube (n, dim) go out, their costs (n,) come in, T is the result. Where the
+#: points go out `Detailed`, an `Answer` comes in.
+Moves = Generator[Array | Detailed, Any, T]
 #: What an algorithm says of the step it is about to ask for.
 Note = Callable[..., None]
 #: A reason to end, or None to go on.
@@ -36,6 +52,14 @@ class Problem(Protocol):
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) physical values to (n,) costs; inf or nan where a point cannot be run."""
+
+
+@runtime_checkable
+class LeastSquares(Problem, Protocol):
+    """A problem whose cost is the root mean square of residuals that it can show."""
+
+    def residuals(self, x: Array, /) -> Array:
+        """(n, dim) physical values to (n, m) residuals, rows independent."""
 
 
 class Algorithm(Protocol):
@@ -112,8 +136,12 @@ class Search:
         self._check_open()
         return self.space.decode(self._asked)
 
-    def tell(self, costs: Array) -> None:
+    def tell(self, costs: Array, residuals: Array | None = None) -> None:
         """The (n,) costs of the points asked, in order. What is not finite counts as worst.
+
+        Args:
+            costs: One for each point.
+            residuals: Where `detailed` says that the algorithm would know them, (n, m).
 
         Raises:
             InputError: there is not one number for every point asked.
@@ -128,13 +156,18 @@ class Search:
         elif len(self.trace) == self.budget:
             self._end("budget")
         else:
-            self._go(lambda: self._moves.send(costs))
+            answer = Answer(costs, residuals) if self.detailed else costs
+            self._go(lambda: self._moves.send(answer))
 
-    def replay(self, record: Trace) -> None:
+    def replay(self, record: Trace, problem: Problem | None = None) -> None:
         """Walk again through a recorded run, so that it can go on from where it was cut.
 
         Every recorded point is checked against the one asked now. A record that was cut inside
         a step leaves that step to be evaluated again.
+
+        Args:
+            record: The trace of the run.
+            problem: What it searched; its residuals, which no trace keeps, are evaluated anew.
 
         Raises:
             SearchError: the record is of another problem, algorithm or seed.
@@ -152,7 +185,10 @@ class Search:
                 if end < len(record):
                     raise SearchError(f"{self.algorithm.name}: the record has a gap at {end}")
                 return
-            self.tell(record.f[start:end])
+            residuals = None
+            if self.detailed and isinstance(problem, LeastSquares):
+                residuals = _residuals(problem, self.ask())
+            self.tell(record.f[start:end], residuals)
 
     def run(self) -> Run:
         """The result so far."""
@@ -168,7 +204,7 @@ class Search:
             trace=self.trace,
         )
 
-    def _go(self, step: Callable[[], Array]) -> None:
+    def _go(self, step: Callable[[], Array | Detailed]) -> None:
         try:
             self._take(step())
         except StopIteration as done:
@@ -176,7 +212,9 @@ class Search:
                 raise SearchError(f"{self.algorithm.name} asked for nothing") from None
             self._end(done.value or "exhausted")
 
-    def _take(self, asked: Array) -> None:
+    def _take(self, wish: Array | Detailed) -> None:
+        self.detailed = isinstance(wish, Detailed)
+        asked: Array = wish.points if isinstance(wish, Detailed) else wish
         if asked.ndim != 2 or asked.shape[1] != self.space.dim or not len(asked):  # noqa: PLR2004
             raise SearchError(f"{self.algorithm.name} asked points of shape {asked.shape}")
         if not (asked.min() >= 0.0 and asked.max() <= 1.0):
@@ -213,13 +251,40 @@ def lockstep(problem: Problem, searches: Iterable[Search]) -> list[Run]:
 def steps(problem: Problem, searches: Sequence[Search]) -> Iterator[int]:
     """The same a step at a time, for whoever wants to look in between: yields rows evaluated."""
     while live := [s for s in searches if not s.ended]:
-        asked = [s.ask() for s in live]
-        x = np.concatenate(asked)
-        costs = checked(problem(x), len(x))
-        cuts = np.cumsum([len(a) for a in asked])[:-1]
-        for search, part in zip(live, np.split(costs, cuts), strict=True):
-            search.tell(part)
-        yield len(x)
+        rows = 0
+        for detailed in (False, True):
+            some = [s for s in live if s.detailed == detailed]
+            if some:
+                rows += _step(problem, some, detailed)
+        yield rows
+
+
+def _step(problem: Problem, searches: Sequence[Search], detailed: bool) -> int:
+    """One step of searches that all want the same of a problem; returns the rows evaluated."""
+    asked = [s.ask() for s in searches]
+    x = np.concatenate(asked)
+    residuals = _residuals(problem, x) if detailed and isinstance(problem, LeastSquares) else None
+    costs = checked(problem(x) if residuals is None else rms(residuals), len(x))
+    cuts = np.cumsum([0, *(len(a) for a in asked)])
+    for search, begin, end in zip(searches, cuts, cuts[1:], strict=False):
+        search.tell(costs[begin:end], None if residuals is None else residuals[begin:end])
+    return len(x)
+
+
+def rms(residuals: Array) -> Array:
+    """(n, m) residuals to their (n,) root mean squares: the cost of a `LeastSquares` problem."""
+    mean: Array = np.einsum("nm,nm->n", residuals, residuals) / residuals.shape[1]
+    return np.sqrt(mean)
+
+
+def _residuals(problem: LeastSquares, x: Array) -> Array:
+    shown = np.asarray(problem.residuals(x))
+    if shown.ndim != 2 or len(shown) != len(x) or not shown.size or shown.dtype.kind not in "fiub":  # noqa: PLR2004
+        raise InputError(
+            f"the residuals of {len(x)} points must be real numbers of shape ({len(x)}, m >= 1): "
+            f"got shape {shown.shape} of {shown.dtype}"
+        )
+    return shown.astype(float, copy=False)
 
 
 def checked(costs: Any, rows: int) -> Array:
