@@ -1,10 +1,17 @@
-"""Units at the boundary: SI inside, whatever people write outside (pint reads it)."""
+"""Units at the boundary: SI inside, whatever people write outside.
+
+Products and quotients of everyday units are read here, all others by pint, whose registry takes
+longer to build than most logs to read. What both can read is the same from both, bit for bit.
+"""
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from .errors import InputError
@@ -52,6 +59,54 @@ class Unit:
         return (value - self.offset) / self.factor if self.offset else value / self.factor
 
 
+_NEWTON = {"kg": 1, "m": 1, "s": -2}
+_VOLT = {"kg": 1, "m": 2, "s": -3, "A": -1}
+#: Everyday units: the factor to SI, and the powers of the base units.
+EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
+    "dimensionless": (1.0, {}),
+    "m": (1.0, {"m": 1}), "mm": (1e-3, {"m": 1}), "um": (1e-6, {"m": 1}), "cm": (1e-2, {"m": 1}),
+    "s": (1.0, {"s": 1}), "ms": (1e-3, {"s": 1}), "us": (1e-6, {"s": 1}), "Hz": (1.0, {"s": -1}),
+    "rad": (1.0, {"rad": 1}), "mrad": (1e-3, {"rad": 1}), "deg": (math.radians(1), {"rad": 1}),
+    "kg": (1.0, {"kg": 1}), "K": (1.0, {"K": 1}),
+    "N": (1.0, _NEWTON), "mN": (1e-3, _NEWTON), "kN": (1e3, _NEWTON),
+    "A": (1.0, {"A": 1}), "mA": (1e-3, {"A": 1}), "V": (1.0, _VOLT), "mV": (1e-3, _VOLT),
+}  # fmt: skip
+_WORD = r"[A-Za-z]+(?:\*\*[23])?"
+_QUOTIENT = re.compile(rf"(1|{_WORD}(?: {_WORD})*)(?:/(?:({_WORD})|\(({_WORD}(?: {_WORD})*)\)))?")
+
+
+def _everyday(written: str, text: str) -> Unit | None:
+    """A unit such as `N s/mm` if it is made of everyday ones, of which one may be scaled."""
+    found = _QUOTIENT.fullmatch(text)
+    if found is None:
+        return None
+    above, below = found[1].removeprefix("1"), found[2] or found[3] or ""
+    scale, powers = 1.0, dict.fromkeys(("A", "K", "kg", "m", "rad", "s"), 0)
+    for word, sign in chain(((w, 1) for w in above.split()), ((w, -1) for w in below.split())):
+        name, _, power = word.partition("**")
+        factor, parts = EVERYDAY.get(name, (0.0, {}))
+        times = sign * int(power or 1)
+        if factor != 1.0:
+            if not factor or scale != 1.0 or abs(times) > 1:  # pint rounds in its own order
+                return None
+            scale = factor**times
+        for base, n in parts.items():
+            powers[base] += n * times
+    return Unit(written, scale, 0.0, _dimension(powers))
+
+
+def _dimension(powers: dict[str, int]) -> str:
+    """Powers of the base units as pint writes them: `kg*m/s**2`."""
+
+    def product(sign: int) -> Iterator[str]:
+        for base, n in powers.items():
+            if n * sign > 0:
+                yield base if abs(n) == 1 else f"{base}**{abs(n)}"
+
+    above, below = "*".join(product(1)), "/".join(product(-1))
+    return f"{above or '1'}/{below}" if below else above
+
+
 @cache
 def _registry() -> pint.UnitRegistry[float]:
     import pint  # noqa: PLC0415 - a quarter of a second that `--help` need not pay
@@ -74,6 +129,13 @@ def unit(written: str) -> Unit:
     text = _spell(written.strip())
     if len(text) > _LONGEST or _ARITHMETIC.search(text):
         raise InputError(_unknown(written))
+    if known := _everyday(written, text):
+        return known
+    return _asked(written, text)
+
+
+def _asked(written: str, text: str) -> Unit:
+    """What pint says."""
     try:
         registry = _registry()
         zero = registry.Quantity(0.0, text).to_base_units()

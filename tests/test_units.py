@@ -1,0 +1,73 @@
+"""Units: what is read here is what pint says."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import sys
+
+import pytest
+
+from stribeck.errors import InputError
+from stribeck.units import EVERYDAY, Unit, _asked, _everyday, convertible, unit
+
+FORMS = ["{a}", "1/{a}", "{a}**2", "{a}/{b}", "{a} {b}", "{a}/{b}**2", "{b} {a}/({b} {a})"]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_read_here_is_bit_for_bit_what_pint_says(form: str) -> None:
+    read = 0
+    for a, b in itertools.product(EVERYDAY, EVERYDAY):
+        text = form.format(a=a, b=b)
+        if (here := _everyday(text, text)) is not None:
+            assert here == _asked(text, text), text
+            read += 1
+    assert read >= len(EVERYDAY)
+
+
+@pytest.mark.parametrize(
+    ("written", "factor", "dimension"),
+    [
+        ("N s/mm", 1e3, "kg/s"),
+        ("N_s_mm", 1e3, "kg/s"),
+        ("mm_s2", 1e-3, "m/s**2"),
+        ("Nm", 1.0, "kg*m**2/s**2"),
+        ("N m s/rad", 1.0, "kg*m**2/rad/s"),
+        ("V s/m", 1.0, "kg*m/A/s**2"),
+        ("", 1.0, ""),
+        ("m/m", 1.0, ""),
+        ("ms**2", 1e-6, "s**2"),
+        ("N/s m", 1.0, "kg*m**2/s**3"),
+        ("oz", 0.028349523125, "kg"),
+    ],
+)
+def test_units_that_logs_are_in(written: str, factor: float, dimension: str) -> None:
+    found = unit(written)
+    assert found.factor == pytest.approx(factor, rel=1e-15)
+    assert found == Unit(written, found.factor, 0.0, dimension)
+
+
+def test_a_rig_and_its_log_need_no_registry() -> None:
+    said = subprocess.run(
+        [sys.executable, "-c", "import sys, stribeck; stribeck.RIGS; print('pint' in sys.modules)"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert said.stdout.strip() == "False"
+
+
+def test_a_temperature_has_its_zero_elsewhere() -> None:
+    assert unit("degC").to_si(20.0) == pytest.approx(293.15)
+    assert convertible("degC", "K")
+
+
+@pytest.mark.parametrize("written", ["mmm", "N/", "(N)", "1/", "N//s", "m***2", "2", "N/(s", "s)"])
+def test_what_nobody_reads_is_refused_or_left_to_pint(written: str) -> None:
+    try:
+        said = _asked(written, written)
+    except InputError:
+        with pytest.raises(InputError, match="unknown unit"):
+            unit(written)
+    else:
+        assert unit(written) == said
