@@ -343,6 +343,35 @@ def test_numbers_come_through_unchanged(values: list[float], separator: str) -> 
     np.testing.assert_array_equal(read_text(buffer.getvalue()).columns["x_m"], x)
 
 
+def outcome(text: str) -> tuple[object, ...]:
+    try:
+        table = read_text(text.encode())
+    except InputError as error:
+        return (str(error),)
+    columns = {name: values.tobytes() for name, values in table.columns.items()}
+    return columns, table.places.tolist(), table.text, table.notes
+
+
+@given(
+    st.lists(
+        st.lists(
+            st.floats(allow_nan=False).map(repr) | st.text("0123.eE+-", max_size=5),
+            min_size=1,
+            max_size=3,
+        ).map(",".join),
+        max_size=6,
+    ),
+    st.booleans(),
+)
+@settings(deadline=None, max_examples=300)
+def test_a_small_table_is_read_as_a_large_one_is(rows: list[str], ended: bool) -> None:
+    text = "\n".join(["t [s],x [mm]", "0,1.5", *rows]) + "\n" * ended
+    small = outcome(text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("stribeck.data.delimited._SMALL", -1)
+        assert small == outcome(text)
+
+
 def test_a_gap_as_long_as_allowed_is_filled_and_one_longer_is_not(tmp_path: Path) -> None:
     n = 600
     t = np.arange(n) * 0.01
