@@ -1,0 +1,159 @@
+"""The least J that anybody has found of each twin: long, blunt searches, and the least of all.
+
+    python benchmarks/best_known.py [NAME ...]
+
+For each twin: scipy's differential evolution, several seeds, to tight tolerances, each polished
+by bounded least squares; least squares from the truth; least squares from the best of many random
+points. The least of them is walked downhill once more without slopes (Nelder and Mead), as J has
+small corners that least squares stops at. Nothing of stribeck's own searches is in it. Writes
+best_known.json; with names, for these twins alone.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any, cast
+
+import numpy as np
+from scipy.optimize import Bounds, differential_evolution, least_squares, minimize
+
+from stribeck.identify.problem import MotionProblem
+from stribeck.space import Array
+from twins import FILE, Twin, twins
+
+SEEDS, POPULATION, GENERATIONS = 3, 20, 400
+RANDOM, STARTS = 2000, 12
+#: Steps of the slopes, as shares of the box: small ones feel the corners, large ones the curve.
+STEPS = (1e-3, 1e-4)
+WORST = 1e3  # what costs nothing finite costs this, mm
+
+
+def main() -> None:
+    """Search the twins named, or all, and write what was found."""
+    wanted = sys.argv[1:]
+    known = json.loads(FILE.read_text(encoding="utf-8"))["twins"] if FILE.exists() else {}
+    for twin in twins():
+        if wanted and twin.name not in wanted:
+            continue
+        began = time.perf_counter()
+        known[twin.name] = search(twin)
+        found = known[twin.name]
+        write(known)
+        print(
+            f"{twin.name}: J {found['J']:.6f} mm by {found['by']}, at the truth "
+            f"{found['J_at_truth']:.6f}, {time.perf_counter() - began:.0f} s",
+            flush=True,
+        )
+
+
+def write(known: dict[str, object]) -> None:
+    """Write what is known so far."""
+    said = {
+        "command": "python benchmarks/best_known.py",
+        "unit": "mm",
+        "search": f"scipy differential_evolution, {SEEDS} seeds, popsize {POPULATION}, at most "
+        f"{GENERATIONS} generations, tol 1e-10, each polished; bounded least squares from the "
+        f"truth and from the best {STARTS} of {RANDOM} random points; the least of all, by "
+        "Nelder and Mead",
+        "twins": known,
+    }
+    FILE.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+
+
+def search(twin: Twin) -> dict[str, object]:
+    """The least J of a twin, where, and who found it."""
+    on = twin.problem
+    truth = float(on(twin.truth[None])[0])
+    found = {"the truth": (truth, on.space.encode(twin.truth[None])[0])}
+    for by, u in _starts(on, twin):
+        found[by] = min((_polished(on, u, step) for step in STEPS), key=lambda ju: ju[0])
+    by = min(found, key=lambda name: found[name][0])
+
+    def clipped(u: Array) -> float:
+        return float(_costs(on, np.clip(u, 0.0, 1.0)[None])[0])
+
+    last = minimize(
+        clipped,
+        found[by][1],
+        method="Nelder-Mead",
+        options=cast("Any", {"xatol": 1e-9, "fatol": 1e-12, "maxfev": 3000, "adaptive": True}),
+    )
+    u = min((found[by], (float(last.fun), np.clip(last.x, 0, 1))), key=lambda ju: ju[0])[1]
+    x = on.space.decode(u[None])
+    each = {name: J for name, (J, _) in found.items() if name.startswith("DE")}
+    return {
+        "J": float(on(x)[0]),
+        "x": x[0].tolist(),
+        "by": by,
+        "J_at_truth": truth,
+        "J_from_truth": found["least squares from the truth"][0],
+        "J_from_random": min(J for name, (J, _) in found.items() if "random" in name),
+        "J_of_DE": list(each.values()),
+    }
+
+
+def _starts(on: MotionProblem, twin: Twin) -> Iterator[tuple[str, Array]]:
+    """Where least squares begins, and what to call what it finds."""
+    for seed in range(SEEDS):
+        done = differential_evolution(
+            cast("Any", lambda u: _costs(on, u.T)),  # vectorised: (dim, n) to (n,)
+            Bounds(np.zeros(on.space.dim), np.ones(on.space.dim)),
+            popsize=POPULATION,
+            maxiter=GENERATIONS,
+            tol=1e-10,
+            atol=0.0,
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            rng=seed,
+        )
+        yield f"DE, seed {seed}", np.asarray(done.x, dtype=float)
+    yield "least squares from the truth", on.space.encode(twin.truth[None])[0]
+    u = on.space.sample(np.random.default_rng(0), RANDOM)
+    for k, i in enumerate(np.argsort(_costs(on, u))[:STARTS]):
+        yield f"least squares from random point {k}", u[i]
+
+
+def _costs(on: MotionProblem, u: Array) -> Array:
+    """(n, dim) points of the cube to (n,) J; what cannot be simulated costs much."""
+    return np.nan_to_num(on(on.space.decode(u)), nan=WORST, posinf=WORST)
+
+
+def _polished(on: MotionProblem, u: Array, step: float) -> tuple[float, Array]:
+    """Least squares from a point of the cube, slopes from both sides."""
+
+    def residuals(u: Array) -> Array:
+        return np.asarray(on.residuals(on.space.decode(u[None]))[0])
+
+    def slopes(u: Array) -> Array:
+        low, high = (
+            np.clip(u - step * np.eye(len(u)), 0, 1),
+            np.clip(u + step * np.eye(len(u)), 0, 1),
+        )
+        wide = np.diag(high - low)
+        moved = on.residuals(on.space.decode(np.vstack([low, high])))
+        return np.asarray(((moved[len(u) :] - moved[: len(u)]) / wide[:, None]).T)
+
+    start = float(_costs(on, u[None])[0])
+    try:
+        done = least_squares(
+            residuals,
+            np.clip(u, 1e-9, 1 - 1e-9),
+            slopes,
+            bounds=(0.0, 1.0),
+            xtol=1e-12,
+            ftol=1e-12,
+            gtol=1e-12,
+            max_nfev=100,
+        )
+    except ValueError:  # a neighbour that cannot be simulated
+        return start, u
+    J = float(_costs(on, done.x[None])[0])
+    return (J, np.asarray(done.x)) if start > J else (start, u)
+
+
+if __name__ == "__main__":
+    main()
