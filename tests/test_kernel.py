@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, Law
-from stribeck.rig import kernel, reference
+from stribeck.rig import crew, reference
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import misfits, trajectories
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed
+from stribeck.rig.slip import CLAMP, F_FM
 from stribeck.rig.track import Track, track
 from stribeck.space import Array
 
@@ -231,7 +232,7 @@ def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     x = trajectories(STRIBECK, laws, c, on)[0]
     for n in (1, 2, 7):
         with ThreadPoolExecutor(n) as pool:
-            monkeypatch.setattr(kernel, "_workers", lambda pool=pool, n=n: (pool, n))
+            monkeypatch.setattr(crew, "_workers", lambda pool=pool, n=n: (pool, n))
             assert misfits(STRIBECK, laws, c, on).tobytes() == alone.tobytes()
             assert trajectories(STRIBECK, laws, c, on)[0].tobytes() == x.tobytes()
     monkeypatch.undo()
@@ -319,7 +320,7 @@ def test_a_long_wait_before_the_ramp_changes_nothing(
         (column, bad)
         for column in range(10)
         for bad in (math.nan, math.inf, -1.0)
-        if bad != math.inf or column not in (kernel.F_FM, kernel.CLAMP)  # a limit may be open
+        if bad != math.inf or column not in (F_FM, CLAMP)  # a limit may be open
     ],
 )
 def test_an_impossible_constant_gives_nan_and_no_hang(column: int, bad: float) -> None:
@@ -486,6 +487,6 @@ def test_the_kernel_takes_no_more_threads_than_it_is_told(
     told: str, taken: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    all_of_them = kernel.threads()
+    all_of_them = crew.threads()
     monkeypatch.setenv("OMP_NUM_THREADS", told)
-    assert kernel.threads() == (taken or all_of_them)
+    assert crew.threads() == (taken or all_of_them)

@@ -19,7 +19,8 @@ import numpy as np
 from numba import njit
 
 from ..space import Array
-from .kernel import (
+from .kernel import from_zero
+from .slip import (
     BAND,
     CLAMP,
     DAMPING,
@@ -30,7 +31,6 @@ from .kernel import (
     K_SPRING_M,
     K_SPRING_P,
     MASS,
-    from_zero,
 )
 
 if TYPE_CHECKING:

@@ -11,6 +11,9 @@ from ..space import Array
 if TYPE_CHECKING:
     from .drive import Drive
 
+#: Knots of a command whose least and greatest are kept together.
+RUN = 64
+
 
 class Track(NamedTuple):
     """One stroke to simulate: its command, its samples, and what was measured there.
@@ -23,6 +26,8 @@ class Track(NamedTuple):
         measured: Measured position at the samples, m.
         score: 1.0 for a sample that counts in the misfit, 0.0 for one that does not.
         sums: Prefix sums of score * (1, d, d^2) with d = measured - x0, shape (3, N + 1).
+        extremes: Least and greatest command from each RUN-th knot to the next, m, (2, K / RUN);
+            may be left out.
     """
 
     knots_t: Array
@@ -32,6 +37,7 @@ class Track(NamedTuple):
     measured: Array
     score: Array
     sums: Array
+    extremes: Array = np.empty((2, 0))
 
 
 def track(
@@ -44,7 +50,16 @@ def track(
     d = measured - x0
     sums = np.zeros((3, len(t) + 1))
     np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
-    return Track(_ready(drive.t), _ready(drive.x), t, float(x0), measured, score, sums)
+    x = _ready(drive.x)
+    return Track(_ready(drive.t), x, t, float(x0), measured, score, sums, extremes(x))
+
+
+def extremes(x: Array) -> Array:
+    """Least and greatest of a command from each RUN-th knot to the next, both with it; (2, R)."""
+    inner = (len(x) - 1) // RUN
+    runs = x[: inner * RUN].reshape(inner, RUN)
+    ends = x[RUN :: RUN][:inner]
+    return np.stack([np.minimum(runs.min(axis=1), ends), np.maximum(runs.max(axis=1), ends)])
 
 
 def _ready(a: Any) -> Array:
