@@ -1,0 +1,244 @@
+"""How many simulated candidates it takes to identify the slide bed's five parameters.
+
+An answer counts as found when J is within 0.5 % of the least that anybody has found of that twin
+(best_known.json). What is counted is rows of the cost, those of finite differences too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.random import SeedSequence
+from scipy.optimize import least_squares
+
+from stribeck.bench import peers
+from stribeck.bench.tables import Cell, Table, number
+from stribeck.identify.problem import MotionProblem
+from stribeck.optimize import METHODS, Search, Target, configure, lockstep
+from stribeck.space import Array
+from twins import WITHIN, Twin, twins
+
+#: Evaluations to the answer, or None where the budget was spent without it.
+Count = int | None
+#: (twin, seed, budget) to the count.
+Contestant = Callable[[Twin, int, int], Count]
+
+#: The goal for `mbts`: found every time, half of the times within the first, always the second.
+MEDIAN, MOST = 350, 2000
+SKETCH = "100 random, then least squares"
+
+
+def ours(method: str, **settings: Any) -> Contestant:
+    """A method of stribeck's own."""
+
+    def run(twin: Twin, seed: int, budget: int) -> Count:
+        on, stops = twin.problem, [Target(twin.target)]
+        search = Search(
+            on.space, configure(method, **settings), budget=budget, seed=seed, stops=stops
+        )
+        (done,) = lockstep(on, [search])
+        return done.trace.reached(twin.target)
+
+    return run
+
+
+def theirs(peer: str, **settings: Any) -> Contestant:
+    """Other people's optimizer."""
+
+    def run(twin: Twin, seed: int, budget: int) -> Count:
+        trace, _ = peers.search(
+            peer,
+            twin.problem,
+            budget=budget,
+            target=twin.target,
+            seed=SeedSequence(seed),
+            **settings,
+        )
+        return trace.reached(twin.target)
+
+    return run
+
+
+class _FoundError(Exception):
+    """The answer is found, or the budget is spent."""
+
+
+class _Counted:
+    """Residuals over the unit cube, every row counted, until J is low enough."""
+
+    def __init__(self, on: MotionProblem, target: float, budget: int) -> None:
+        self.on, self.target, self.budget = on, target, budget
+        self.spent, self.reached = 0, False
+
+    def costs(self, u: Array) -> Array:
+        """(n, dim) points to their J."""
+        self._count(J := self.on(self.on.space.decode(u)))
+        return np.where(np.isfinite(J), J, np.inf)
+
+    def residuals(self, u: Array) -> Array:
+        """(dim,) point to its residuals."""
+        r: Array = self.on.residuals(self.on.space.decode(u[None]))[0]
+        self._count(np.sqrt(np.mean(r**2, keepdims=True)))
+        return r
+
+    def _count(self, J: Array) -> None:
+        low = np.flatnonzero(self.target >= J)
+        self.reached = bool(len(low)) and self.spent + low[0] < self.budget
+        self.spent += int(low[0]) + 1 if len(low) else len(J)
+        if self.reached or self.spent >= self.budget:
+            raise _FoundError
+
+
+def sketch(twin: Twin, seed: int, budget: int) -> Count:
+    """What one would write in ten lines: 100 random points, scipy's least squares from the best.
+
+    From the best ten in turn, slopes by its own differences; then another hundred.
+    """
+    on, rng = twin.problem, np.random.default_rng(seed)
+    count, steps = _Counted(on, twin.target, budget), [1e-4] * on.space.dim
+    try:
+        while True:
+            u = on.space.sample(rng, 100)
+            for start in u[np.argsort(count.costs(u), kind="stable")[:10]]:
+                try:
+                    least_squares(count.residuals, start, bounds=(0.0, 1.0), diff_step=steps)
+                except ValueError:  # residuals that are not finite
+                    continue
+    except _FoundError:
+        return count.spent if count.reached else None
+
+
+#: Who is run on the demo's twins: (contestant, seeds, budget), and the same in a short pass.
+CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
+    "mbts": (ours("mbts"), (100, 5_000), (10, 5_000)),
+    SKETCH: (sketch, (20, 20_000), (5, 20_000)),
+    "scipy differential_evolution": (theirs("scipy-de"), (6, 60_000), (1, 30_000)),
+    "scipy dual_annealing": (theirs("dual-annealing"), (6, 30_000), (1, 5_000)),
+    "pycma IPOP": (theirs("cma-ipop"), (6, 20_000), (1, 5_000)),
+    "bts": (ours("bts"), (6, 30_000), (1, 5_000)),
+    "ats-restart": (ours("ats", deadlock="restart"), (6, 30_000), (1, 5_000)),
+}
+#: Who is run on the random ones.
+RANDOM = ("mbts", SKETCH)
+
+
+def measure(quick: bool = False) -> dict[str, Any]:
+    """Count evaluations to the answer.
+
+    Args:
+        quick: Fewer seeds, smaller budgets, four of the twenty random twins.
+    """
+    demo = {t.name: _raced(t, list(CONTESTANTS), quick) for t in twins(random=False)}
+    random = twins(demo=False)
+    some = random[:: len(random) // 4] if quick else random
+    seeds = 3 if quick else 10
+    return {
+        "within": WITHIN,
+        "demo": demo,
+        "random": {t.name: _raced(t, RANDOM, quick, seeds) for t in some},
+    }
+
+
+def _raced(
+    twin: Twin, names: Sequence[str], quick: bool, most: int | None = None
+) -> dict[str, Any]:
+    counts = {}
+    for name in names:
+        run, full, short = CONTESTANTS[name]
+        seeds, budget = short if quick else full
+        if name in {"mbts"} - set(METHODS):
+            continue
+        found = [run(twin, seed, budget) for seed in range(min(seeds, most or seeds))]
+        counts[name] = {"budget": budget, "evaluations": found}
+    on = twin.problem
+    return {
+        "side": twin.side,
+        "rate": twin.bed.rate,
+        "noise": twin.bed.echo_noise,
+        "samples": on.samples,
+        "best": twin.best,
+        "at_truth": float(on(twin.truth[None])[0]),
+        "counts": counts,
+    }
+
+
+def spread(counts: Sequence[Count]) -> tuple[int, float, float, float]:
+    """How many found it, and the least, the median and the greatest count; inf where not found."""
+    all_ = np.sort([np.inf if c is None else float(c) for c in counts])
+    # Of an even number the upper one of the middle two: no mean with infinity.
+    return int(np.isfinite(all_).sum()), all_[0], all_[len(all_) // 2], all_[-1]
+
+
+def tables(found: dict[str, Any]) -> list[str]:
+    """What was counted, in Markdown."""
+    return [_demo(found).markdown(), _random(found).markdown()]
+
+
+def _demo(found: dict[str, Any]) -> Table:
+    rows = [
+        (
+            Cell(name, name),
+            Cell(twin["side"], twin["side"]),
+            *_cells(of["evaluations"]),
+            _budget(of),
+        )
+        for name in CONTESTANTS
+        for twin in found["demo"].values()
+        if (of := twin["counts"].get(name))
+    ]
+    return Table(
+        f"Evaluations until J is within {found['within']:.1%} of the best known, the demo's twin "
+        "(0.3 mm noise, 100 Hz)",
+        ("who", "direction", "found", "least", "median", "most", "budget"),
+        tuple(rows),
+        f"Goal for mbts: found by all, median at most {MEDIAN}, none above {MOST:,}. ∞: not "
+        "within the budget.",
+    )
+
+
+def _random(found: dict[str, Any]) -> Table:
+    rows = []
+    for name, twin in found["random"].items():
+        fixed = (
+            Cell(name, name),
+            Cell(twin["side"], twin["side"]),
+            Cell.of(twin["rate"], 3),
+            Cell.of(1e3 * twin["noise"], 2),
+            Cell.of(twin["best"], 4),
+        )
+        by = [_cells(twin["counts"][who]["evaluations"]) for who in _who(found)]
+        rows.append((*fixed, *(cell for cells in by for cell in (cells[0], cells[2], cells[3]))))
+    shown = [(f"{who}: found", "median", "most") for who in _who(found)]
+    return Table(
+        "The same on twins with random true parameters",
+        ("twin", "direction", "rate/Hz", "noise/mm", "best J/mm", *(h for hs in shown for h in hs)),
+        tuple(rows),
+        " ".join(_pooled(found)),
+    )
+
+
+def _who(found: dict[str, Any]) -> list[str]:
+    return list(next(iter(found["random"].values()))["counts"])
+
+
+def _pooled(found: dict[str, Any]) -> Iterator[str]:
+    """A sentence a contestant over all random twins."""
+    for who in _who(found):
+        counts = [c for t in found["random"].values() for c in t["counts"][who]["evaluations"]]
+        hits, _, median, most = spread(counts)
+        yield (
+            f"All together, {who}: found in {hits} of {len(counts)} runs, median "
+            f"{number(median)}, most {number(most)}."
+        )
+
+
+def _cells(counts: Sequence[Count]) -> tuple[Cell, Cell, Cell, Cell]:
+    hits, least, median, most = spread(counts)
+    text = f"{hits}/{len(counts)}"
+    return Cell(text, text), Cell.of(least), Cell.of(median), Cell.of(most)
+
+
+def _budget(of: dict[str, Any]) -> Cell:
+    return Cell(f"{of['budget']:,}", of["budget"])

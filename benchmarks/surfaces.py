@@ -1,0 +1,116 @@
+"""Evaluations to J_min on the paper's five functions and on their shifted and rotated twins.
+
+Fifty trials each; every trial of a twin has another shift and rotation, the same for everybody.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stribeck.bench.record import Record
+from stribeck.bench.statistics import cells, ert, met
+from stribeck.bench.tables import Cell, Table, number
+from trials import methods, named, records
+
+SURFACES = ("BF", "RF", "SF", "SchF", "ShuF")
+METHODS = {
+    "mbts": 'method = "mbts"',
+    "bts-restart": 'method = "bts"\nunit_free = true\nsettings = { deadlock = "restart" }',
+    "ats-restart": 'method = "ats"\nunit_free = true\nsettings = { deadlock = "restart" }',
+    "ga": 'method = "ga"',
+    "random": 'method = "random"',
+    "scipy dual_annealing": 'method = "dual-annealing"',
+    "scipy differential_evolution": 'method = "scipy-de"',
+    "scipy direct": 'method = "direct"',
+    "pycma IPOP": 'method = "cma-ipop"',
+    "pymoo DE": 'method = "pymoo-de"',
+}
+#: The one that `mbts` is measured against.
+RIVAL = "scipy dual_annealing"
+TRIALS, BUDGET = 50, 50_000
+CAMPAIGN = """
+name = "surfaces"
+doc = "The paper's five functions and their twins."
+seed = 2012
+repeats = {repeats}
+budget = {budget}
+
+[[problem]]
+surface = {surfaces}
+
+[[problem]]
+surface = {surfaces}
+twin = "each"
+
+{methods}
+"""
+
+
+def measure(quick: bool = False) -> dict[str, Any]:
+    """Count evaluations to J_min.
+
+    Args:
+        quick: Ten trials of 10,000 evaluations at most.
+    """
+    trials, budget = (10, 10_000) if quick else (TRIALS, BUDGET)
+    text = CAMPAIGN.format(
+        repeats=trials, budget=budget, surfaces=named(SURFACES), methods=methods(METHODS)
+    )
+    found = cells(records(text))
+    return {
+        "trials": trials,
+        "budget": budget,
+        "cells": {
+            who: {p: _counted(runs) for (p, m), runs in found.items() if m == who}
+            for who in METHODS
+            if any(m == who for _, m in found)
+        },
+    }
+
+
+def _counted(runs: Sequence[Record]) -> dict[str, Any]:
+    time = ert(runs)
+    at = [met(r) for r in runs]
+    return {
+        "reached": int(np.isfinite(at).sum()),
+        "ert": [time.value, time.low, time.high],
+        "most": float(np.max(at)),
+    }
+
+
+def mean_ert(by_problem: dict[str, Any]) -> float:
+    """The geometric mean of a method's ERT over the problems; inf if one of them is never met."""
+    logs = [math.log(of["ert"][0]) for of in by_problem.values()]
+    return math.exp(sum(logs) / len(logs))
+
+
+def tables(found: dict[str, Any]) -> list[str]:
+    """What was counted, in Markdown."""
+    problems = [*SURFACES, *(f"{s}-twin" for s in SURFACES)]
+    runs = len(problems) * found["trials"]
+    rival = mean_ert(found["cells"][RIVAL]) if RIVAL in found["cells"] else math.nan
+    rows = []
+    for who, of in found["cells"].items():
+        mean = mean_ert(of)
+        reached = f"{sum(c['reached'] for c in of.values())}/{runs}"
+        rows.append((
+            Cell(who, who),
+            *(Cell.of(of[p]["ert"][0], 3) for p in problems),
+            Cell.of(mean, 3),
+            Cell.of(mean / rival if math.isfinite(mean) else math.inf, 2),
+            Cell(reached, reached),
+        ))  # fmt: skip
+    table = Table(
+        f"Expected evaluations to J_min, {found['trials']} trials each",
+        ("who", *problems, "mean", "ratio", "reached"),
+        tuple(rows),
+        "Expected running time (ERT): all evaluations spent until J_min or the end of the run, "
+        "divided by the trials that reached it; ∞ where none did. Mean: geometric, over all ten. "
+        f"Ratio: to {RIVAL}. A run may spend {number(found['budget'])} evaluations. Goal for "
+        "mbts: reached always, ratio at most 1, better 0.5.",
+    )
+    return [table.markdown()]

@@ -1,0 +1,42 @@
+"""The runs of a campaign, kept in memory: the machinery of `stribeck bench` without its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from stribeck.bench.campaign import parsed
+from stribeck.bench.engines import Processes, cores
+from stribeck.bench.record import Failure, Record
+from stribeck.optimize import METHODS
+
+
+def methods(wanted: dict[str, str]) -> str:
+    """`[[method]]` tables: a label and, in TOML, what it is; `mbts` only where there is one."""
+    return "\n".join(
+        f"[[method]]\nname = {json.dumps(label)}\n{said}\n"
+        for label, said in wanted.items()
+        if label != "mbts" or label in METHODS
+    )
+
+
+def records(campaign: str) -> list[Record]:
+    """Run a campaign's TOML on all cores.
+
+    Raises:
+        RuntimeError: a run failed.
+    """
+    jobs = list(parsed(campaign).jobs())
+    found: list[Record] = []
+    for outcome in Processes(min(cores(), len(jobs))).run(iter(jobs)):
+        match outcome:
+            case Record():
+                found.append(outcome)
+            case Failure(job, message):
+                raise RuntimeError(f"{job.problem}, {job.algorithm}: {message}")
+    return found
+
+
+def named(texts: Sequence[str]) -> str:
+    """Words as a list in TOML."""
+    return json.dumps(list(texts))
