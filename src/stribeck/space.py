@@ -89,8 +89,12 @@ class Space:
         return np.array([p.upper for p in self.params])
 
     @cached_property
-    def _log(self) -> NDArray[np.bool_]:
-        return np.array([p.log for p in self.params])
+    def _range(self) -> Array:
+        return self.upper - self.lower
+
+    @cached_property
+    def _log(self) -> NDArray[np.intp]:
+        return np.flatnonzero([p.log for p in self.params])
 
     def sample(self, rng: Rng, n: int) -> Array:
         """`n` points uniform in the unit cube, shape (n, dim)."""
@@ -98,16 +102,18 @@ class Space:
 
     def decode(self, u: Array) -> Array:
         """(n, dim) points of the unit cube to (n, dim) physical values, never outside the box."""
-        x = self.lower + (self.upper - self.lower) * u
-        if self._log.any():
+        x = u * self._range
+        x += self.lower
+        if self._log.size:
             ratio = self.upper[self._log] / self.lower[self._log]
             x[:, self._log] = self.lower[self._log] * ratio ** u[:, self._log]
-        return np.clip(x, self.lower, self.upper)
+        np.maximum(x, self.lower, out=x)
+        return np.minimum(x, self.upper, out=x)
 
     def encode(self, x: Array) -> Array:
         """(n, dim) physical values to (n, dim) points of the unit cube, clipped into it."""
-        u = (x - self.lower) / (self.upper - self.lower)
-        if self._log.any():
+        u = (x - self.lower) / self._range
+        if self._log.size:
             lower, upper = self.lower[self._log], self.upper[self._log]
             inside = np.clip(x[:, self._log], lower, upper)
             u[:, self._log] = np.log(inside / lower) / np.log(upper / lower)

@@ -36,10 +36,21 @@ def inside(u: Array, walls: Walls) -> Array:
     if walls == "reflect":
         u = np.abs(u) % 2.0
         u = np.where(u > 1.0, 2.0 - u, u)
-    return np.minimum(np.maximum(u, 0.0), 1.0)
+    at_least_0 = np.maximum(u, 0.0)
+    return np.minimum(at_least_0, 1.0, out=at_least_0)
 
 
 def neighbourhood(rng: Rng, centre: Array, reach: Array, n: int, walls: Walls) -> Array:
     """`n` points uniform in the box of half-widths `reach` about `centre`, shape (n, dim)."""
-    way = 2.0 * rng.random((n, len(centre))) - 1.0
-    return inside(centre + reach * way, walls)
+    u = rng.random((n, len(centre)))
+    u *= 2.0
+    u -= 1.0
+    u *= reach
+    u += centre
+    return inside(u, walls)
+
+
+def gaps(a: Array, b: Array) -> Array:
+    """The ways from each of b (k, dim) to each of a (n, dim), shape (n, k, dim)."""
+    # Repeated rows rather than a[:, None]: it is the long inner loop that makes this fast.
+    return a.repeat(len(b), axis=0).reshape(len(a), *b.shape) - b

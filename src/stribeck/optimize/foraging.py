@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Coordinates, Walls, inside, widths
+from .cube import Coordinates, Walls, gaps, inside, widths
 from .search import Moves, Note
 from .settings import choice, even, number, positive, whole
 
@@ -95,18 +95,17 @@ class Chemotaxis(ABC):
 
         # Step 5: swim on in the same direction while that improves, N_s times at most.
         for _ in range(self.N_s):
-            fit = J_next[cells] < J_last[cells]
-            if self.improve == "<=":
-                fit |= J_next[cells] == J_last[cells]
-            if self.swim == "stop":
-                cells = cells[fit]
+            if self.swim == "stop":  # a cell that has stopped fails this test ever after
+                fit = J_next < J_last if self.improve == "<" else J_next <= J_last
+                cells = fit.nonzero()[0]
             if not len(cells):
                 break
-            J_last[cells] = np.minimum(J_last[cells], J_next[cells])
-            theta[cells] = inside(theta[cells] + step[cells], self.walls)
+            np.minimum(J_last, J_next, out=J_last)
+            swum = inside(theta.take(cells, axis=0) + step.take(cells, axis=0), self.walls)
             note(stage="foraging", event="swim")
-            J[cells] = yield theta[cells]
-            J_next[cells] = J[cells] + self.J_cc(theta[cells], cells, swarm, width)
+            costs = yield swum
+            theta[cells], J[cells] = swum, costs
+            J_next[cells] = costs + self.J_cc(swum, cells, swarm, width)
         return theta, J, J_next
 
     def J_cc(self, theta: Array, cells: NDArray[np.intp], swarm: Array, width: Array) -> Array:
@@ -118,7 +117,11 @@ class Chemotaxis(ABC):
             swarm: The places of all cells, shape (S, p).
             width: Length of each side of the cube.
         """
-        gap = (theta[:, None, :] - swarm) * width
+        if not (self.d_attract or self.h_repellant):
+            return np.zeros(len(theta))
+        gap = gaps(theta, swarm)
+        if self.coordinates == "raw":  # otherwise every side is 1
+            gap *= width
         distance2 = np.einsum("nsp,nsp->ns", gap, gap)
         distance2[np.arange(len(cells)), cells] = 0.0  # its own member moves with it
         attract = self.d_attract * np.exp(-self.w_attract * distance2)

@@ -149,8 +149,8 @@ class Search:
         self._check_open()
         costs = checked(costs, len(self._asked)).copy()  # the algorithm may write into its own
         costs[~np.isfinite(costs)] = np.inf
-        self.trace.append(self._asked, costs, dict(self._note))
-        self._note.clear()
+        self.trace.append(self._asked, costs, self._note)
+        self._note = {}
         if reason := next((r for stop in self.stops if (r := stop(self.trace))), None):
             self._end(reason)
         elif len(self.trace) == self.budget:
@@ -265,10 +265,11 @@ def _step(problem: Problem, searches: Sequence[Search], detailed: bool) -> int:
     x = np.concatenate(asked)
     residuals = _residuals(problem, x) if detailed and isinstance(problem, LeastSquares) else None
     costs = checked(problem(x) if residuals is None else rms(residuals), len(x))
-    cuts = np.cumsum([0, *(len(a) for a in asked)])
-    for search, begin, end in zip(searches, cuts, cuts[1:], strict=False):
+    end = 0
+    for search, points in zip(searches, asked, strict=True):
+        begin, end = end, end + len(points)
         search.tell(costs[begin:end], None if residuals is None else residuals[begin:end])
-    return len(x)
+    return end
 
 
 def rms(residuals: Array) -> Array:

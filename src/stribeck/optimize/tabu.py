@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from bisect import insort
-from collections import deque
 from dataclasses import dataclass
 from math import isfinite
 from typing import ClassVar, Literal
@@ -11,7 +10,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..space import Array, Rng, Space
-from .cube import Coordinates, Walls, neighbourhood, widths
+from .cube import Coordinates, Walls, gaps, neighbourhood, widths
 from .search import Moves, Note
 from .settings import choice, positive, stages, whole
 
@@ -65,15 +64,15 @@ class TabuSearch:
         """Yield a random start, then a neighbourhood a round."""
         width = widths(space, self.coordinates)
         here, best = yield from random_start(space, rng)
-        tabu = deque([here], maxlen=self.tenure)
+        tabu = here[None]
         count = 0
         while count != self.count_max:
             count += 1
             note(round=count)
             near = neighbourhood(rng, here, self.R / width, self.N, self.walls)
             costs = yield near
-            here = near[admitted(near * width, costs, np.stack(tabu) * width, self.r_tabu, best)]
-            tabu.append(here)
+            here = near[admitted(near * width, costs, tabu * width, self.r_tabu, best)]
+            tabu = np.concatenate([tabu, here[None]])[-self.tenure :]
             best = min(best, float(costs.min()))
         return "count_max"
 
@@ -88,7 +87,7 @@ def admitted(near: Array, costs: Array, tabu: Array, r_tabu: float, best: float)
         r_tabu: Radius of the ball each bans.
         best: The best cost before this round.
     """
-    gap = near[:, None, :] - tabu
+    gap = gaps(near, tabu)
     banned = np.einsum("nkd,nkd->nk", gap, gap) <= r_tabu**2
     rounds_left = (banned * np.arange(1, len(tabu) + 1)).max(axis=1)  # 0: free
     free = (rounds_left == 0) | (costs < best)
@@ -221,8 +220,10 @@ class AdaptiveTabuSearch:
     def _store(self, TL: list[Entry], entry: Entry) -> None:
         if self.recall == "ranked":
             insort(TL, entry)  # RANK(TL); the round settles equal costs
+            del TL[self.n_re_back :]  # what stands behind that is never retrieved
         else:
             TL.append(entry)
+            del TL[: -self.n_re_back]
 
     def _retrieve(self, TL: list[Entry]) -> Entry:
         k = min(self.n_re_back, len(TL))

@@ -59,7 +59,7 @@ class Trace:
         self._u[start:end], self._f[start:end] = u, f
         self.ends.append(end)
         self.notes.append(note or {})
-        self.failed += int(np.isinf(f).sum())
+        self.failed += int(np.count_nonzero(np.isinf(f)))
         k = start + int(f.argmin())
         if self.best < 0 or self._f[k] < self._f[self.best]:
             self.best = k
