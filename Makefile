@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SETUP := .venv/.installed
 
-.PHONY: setup demo test lint types unit format docs studies clean
+.PHONY: setup demo test lint types unit format docs studies bench clean
 
 setup: $(SETUP)
 
@@ -42,6 +42,10 @@ studies: setup
 	$(BIN)/python tools/study.py twins
 	$(BIN)/python tools/study.py bbob
 	$(BIN)/python tools/engines_study.py
+
+# What is claimed of speed, measured side by side: half an hour. ARGS=--quick, ARGS='--only NAME'.
+bench: setup
+	$(BIN)/python benchmarks/run.py $(ARGS)
 
 format: setup
 	$(BIN)/ruff check --fix .

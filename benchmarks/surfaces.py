@@ -77,15 +77,27 @@ def _counted(runs: Sequence[Record]) -> dict[str, Any]:
     at = [met(r) for r in runs]
     return {
         "reached": int(np.isfinite(at).sum()),
-        "ert": [time.value, time.low, time.high],
-        "most": float(np.max(at)),
+        "ert": _known(time.value),
+        "interval": [_known(time.low), _known(time.high)],
+        "most": _known(float(np.max(at))),
     }
+
+
+def _known(value: float) -> float | None:
+    """A finite number, or None: JSON has no other."""
+    return value if math.isfinite(value) else None
 
 
 def mean_ert(by_problem: dict[str, Any]) -> float:
     """The geometric mean of a method's ERT over the problems; inf if one of them is never met."""
-    logs = [math.log(of["ert"][0]) for of in by_problem.values()]
-    return math.exp(sum(logs) / len(logs))
+    times = [of["ert"] for of in by_problem.values()]
+    if None in times:
+        return math.inf
+    return math.exp(sum(map(math.log, times)) / len(times))
+
+
+def _shown(value: float | None) -> float:
+    return math.inf if value is None else value
 
 
 def tables(found: dict[str, Any]) -> list[str]:
@@ -99,9 +111,9 @@ def tables(found: dict[str, Any]) -> list[str]:
         reached = f"{sum(c['reached'] for c in of.values())}/{runs}"
         rows.append((
             Cell(who, who),
-            *(Cell.of(of[p]["ert"][0], 3) for p in problems),
+            *(Cell.of(_shown(of[p]["ert"]), 3) for p in problems),
             Cell.of(mean, 3),
-            Cell.of(mean / rival if math.isfinite(mean) else math.inf, 2),
+            Cell.of(mean / rival if math.isfinite(rival) else math.nan, 2),
             Cell(reached, reached),
         ))  # fmt: skip
     table = Table(

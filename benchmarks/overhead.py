@@ -1,0 +1,208 @@
+"""What a method costs by itself: time per evaluation on a cost that is all but free, in 5-D.
+
+The sphere, at each method's default population. What calling the sphere as often, with as many
+points, costs alone is subtracted. Rounds are interleaved: a busy moment of the machine hits all.
+"""
+
+from __future__ import annotations
+
+import importlib
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from stribeck.optimize import METHODS, Search, configure, lockstep
+from stribeck.space import Array, Space, box
+
+DIM, BUDGET, ROUNDS = 5, 20_000, 9
+#: Where the sphere is least: off the middle, inside the box [-5, 5].
+AT = np.array([1.3, -2.1, 0.7, 3.2, -0.4])
+BOUNDS = [(-5.0, 5.0)] * DIM
+#: Goals, us an evaluation.
+GOALS = {"bts": 2.0, "ats": 2.0, "abfo": 2.0, "bfo": 2.0, "ga": 2.0, "mbts": 10.0}
+
+
+class Sphere:
+    """A cost of next to nothing that counts its calls and their rows."""
+
+    name = "sphere"
+
+    def __init__(self) -> None:
+        self.calls = self.rows = 0
+
+    @property
+    def space(self) -> Space:
+        """The box."""
+        return box(BOUNDS)
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) points to (n,) costs."""
+        self.calls += 1
+        self.rows += len(x)
+        cost: Array = ((x - AT) ** 2).sum(axis=1)
+        return cost
+
+    def one(self, x: Array) -> float:
+        """(dim,) point to its cost."""
+        self.calls += 1
+        self.rows += 1
+        return float(((x - AT) ** 2).sum())
+
+
+class Residuals(Sphere):
+    """The same as a problem of least squares."""
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) points to (n,) costs."""
+        root: Array = np.sqrt(super().__call__(x) / DIM)
+        return root
+
+    def residuals(self, x: Array, /) -> Array:
+        """(n, dim) points to (n, dim) residuals, whose root mean square is the cost."""
+        self.calls += 1
+        self.rows += len(x)
+        off: Array = x - AT
+        return off
+
+
+#: Minimises a sphere with so many evaluations and a seed.
+Contestant = Callable[[Sphere, int, int], None]
+
+
+def _ours(method: str) -> Contestant:
+    def run(on: Sphere, budget: int, seed: int) -> None:
+        lockstep(on, [Search(on.space, configure(method), budget=budget, seed=seed)])
+
+    return run
+
+
+def _scipy_de(on: Sphere, budget: int, seed: int) -> None:
+    optimize = importlib.import_module("scipy.optimize")
+    generations = budget // (15 * DIM) - 1
+    optimize.differential_evolution(
+        on.one, BOUNDS, maxiter=generations, tol=0.0, polish=False, rng=seed
+    )
+
+
+def _dual_annealing(on: Sphere, budget: int, seed: int) -> None:
+    optimize = importlib.import_module("scipy.optimize")
+    optimize.dual_annealing(on.one, BOUNDS, maxiter=budget, maxfun=budget, rng=seed)
+
+
+def _pycma(on: Sphere, budget: int, seed: int) -> None:
+    cma = importlib.import_module("cma")
+    options = {"bounds": [-5.0, 5.0], "verbose": -9, "verb_log": 0, "signals_filename": None}
+    rng = np.random.default_rng(seed)
+    while on.rows < budget:
+        told = options | {"maxfevals": budget - on.rows, "seed": int(rng.integers(1, 2**31))}
+        cma.fmin2(on.one, rng.uniform(-5.0, 5.0, DIM), 2.5, told)
+
+
+def _niapy_bfo(on: Sphere, budget: int, seed: int) -> None:
+    bfo = importlib.import_module("niapy.algorithms.basic.bfo")
+    core, task = importlib.import_module("niapy.problems"), importlib.import_module("niapy.task")
+    kind = type("Counted", (core.Problem,), {"_evaluate": lambda _, x: on.one(x)})
+    swarm = bfo.BacterialForagingOptimization(seed=seed)
+    swarm.run(task.Task(kind(dimension=DIM, lower=-5.0, upper=5.0), max_evals=budget))
+
+
+def _pymoo(module: str, name: str) -> Contestant:
+    def run(on: Sphere, budget: int, seed: int) -> None:
+        kind = getattr(importlib.import_module(f"pymoo.algorithms.soo.nonconvex.{module}"), name)
+        core = importlib.import_module("pymoo.core.problem").Problem
+        optimize = importlib.import_module("pymoo.optimize")
+
+        def evaluate(_: Any, x: Array, out: dict[str, Array], *__: Any, **___: Any) -> None:
+            out["F"] = on(x)[:, None]
+
+        counted = type("Counted", (core,), {"_evaluate": evaluate})
+        problem = counted(n_var=DIM, n_obj=1, xl=-5.0, xu=5.0)
+        optimize.minimize(problem, kind(), ("n_eval", budget), seed=seed)
+
+    return run
+
+
+CONTESTANTS: dict[str, tuple[Contestant, type[Sphere]]] = {
+    **{name: (_ours(name), Sphere) for name in METHODS},
+    **({"mbts, on residuals": (_ours("mbts"), Residuals)} if "mbts" in METHODS else {}),
+    "scipy differential_evolution": (_scipy_de, Sphere),
+    "scipy dual_annealing": (_dual_annealing, Sphere),
+    "pycma": (_pycma, Sphere),
+    "NiaPy BFO": (_niapy_bfo, Sphere),
+    "pymoo GA": (_pymoo("ga", "GA"), Sphere),
+    "pymoo DE": (_pymoo("de", "DE"), Sphere),
+}
+
+
+def measure(quick: bool = False) -> dict[str, Any]:
+    """Time every method, in rounds.
+
+    Args:
+        quick: Three rounds of 5,000 evaluations.
+    """
+    rounds, budget = (3, 5_000) if quick else (ROUNDS, BUDGET)
+    found: dict[str, Any] = {name: {"us": []} for name in CONTESTANTS}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # theirs, of the sphere being solved
+        for name in CONTESTANTS:
+            _timed(name, budget // 10, 0)  # what is imported and compiled
+        for seed in range(1, rounds + 1):
+            for name in CONTESTANTS:
+                own, on = _timed(name, budget, seed)
+                found[name]["us"].append(1e6 * own / on.rows)
+                found[name]["rows_a_call"] = on.rows / on.calls
+                found[name]["evaluations"] = on.rows
+    return {"dim": DIM, "budget": budget, "rounds": rounds, "methods": found}
+
+
+def _timed(name: str, budget: int, seed: int) -> tuple[float, Sphere]:
+    """Seconds of a run without those of its calls of the sphere, and the sphere."""
+    run, kind = CONTESTANTS[name]
+    on = kind()
+    began = time.perf_counter()
+    run(on, budget, seed)
+    seconds = time.perf_counter() - began
+    return seconds - _called(on), on
+
+
+def _called(on: Sphere) -> float:
+    """Seconds that as many calls with as many rows take alone."""
+    calls, rows = on.calls, on.rows
+    alone, x = type(on)(), np.zeros((max(round(rows / calls), 1), DIM))
+    began = time.perf_counter()
+    if rows == calls:
+        for _ in range(calls):
+            alone.one(x[0])
+    else:
+        for _ in range(calls):
+            alone(x)
+    return time.perf_counter() - began
+
+
+def tables(found: dict[str, Any]) -> list[str]:
+    """Microseconds per evaluation, in Markdown."""
+    from stribeck.bench.tables import Cell, Table  # noqa: PLC0415 - slow, and not timed
+
+    rows = []
+    for name, of in found["methods"].items():
+        least, middle = min(of["us"]), float(np.median(of["us"]))
+        goal = GOALS.get(name.partition(",")[0])
+        met = "" if goal is None else f"at most {goal:g}: {'met' if middle <= goal else 'missed'}"
+        rows.append((
+            Cell(name, name),
+            Cell.of(least, 2),
+            Cell.of(middle, 2),
+            Cell.of(of["rows_a_call"], 3),
+            Cell(met, met or None),
+        ))  # fmt: skip
+    table = Table(
+        f"The optimizer's own cost, µs per evaluation: the sphere in {found['dim']}-D, "
+        f"{found['budget']:,} evaluations, {found['rounds']} interleaved runs",
+        ("who", "least", "median", "points a call", "goal"),
+        tuple(rows),
+        "The cost of calling the sphere is subtracted.",
+    )
+    return [table.markdown()]

@@ -1,0 +1,227 @@
+"""How cost and memory grow with samples, candidates and strokes.
+
+Cost: seconds for one call of J, the least of several. Memory: the peak of a process of its own
+that evaluates 10,000 candidates on a log of ten minutes at 1 kHz.
+
+    python benchmarks/scaling.py memory SAMPLES CANDIDATES
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stribeck.data import Recording
+from stribeck.friction import LAWS
+from stribeck.identify.problem import MotionProblem, problem
+from stribeck.rig.drive import Drive
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
+from stribeck.rig.track import track
+
+FIGURE = Path(__file__).with_name("scaling.png")
+LAW = LAWS["stribeck"]
+#: A stroke: from 50 to 350 mm and back at 5 mm/s, a minute each way.
+LOW, HIGH, SPEED = 0.050, 0.350, 0.005
+#: Rest before and after, s.
+HOLD = 1.0
+#: An encoder's noise, m.
+NOISE = 1e-6
+#: What is varied, its values in full and in a short pass; the rest stays at these.
+VARIED = {
+    "samples": (np.logspace(3, 6, 7), np.logspace(3, 5, 3)),
+    "candidates": (np.logspace(0, 5, 11), np.logspace(0, 3, 4)),
+    "strokes": (np.array([1, 2, 5, 10, 20, 50, 100]), np.array([1, 5, 20])),
+}
+HELD = {"samples": 6_000, "candidates": 40, "strokes": 1}
+#: Samples and candidates of the process whose memory is measured: ten minutes at 1 kHz.
+MEMORY = (600_000, 10_000)
+LIMIT = 2**30
+#: Decades at the upper end that the exponent is fitted to: below them fixed costs show.
+DECADES = 2.0
+
+
+def log(samples: int, strokes: int) -> Recording:
+    """A recording of so many strokes, to and fro, with so many samples in all."""
+    points = [LOW, HIGH] * (strokes // 2 + 1)
+    drive = Drive.path(points[: strokes + 1], SPEED, hold=HOLD)
+    t = np.linspace(0.0, drive.t[-1], samples)
+    motion = SLIDE_BED.move(LAW, PUBLISHED["right"][None], track(drive, t, LOW - 0.006))
+    noise = NOISE * np.random.default_rng(0).standard_normal(samples)
+    return Recording(t=t, position=motion.position[0] + noise, command=drive(t))
+
+
+def posed(samples: int, strokes: int) -> MotionProblem:
+    """The identification from such a log, all of it."""
+    return problem(log(samples, strokes), rig=SLIDE_BED, law=LAW)
+
+
+def measure(quick: bool = False) -> dict[str, Any]:
+    """Time calls of J and measure the memory.
+
+    Args:
+        quick: Fewer and smaller sizes.
+    """
+    found: dict[str, Any] = {"varied": {}}
+    for what, (full, short) in VARIED.items():
+        sizes = [round(v) for v in (short if quick else full)]
+        seconds = _seconds(what, sizes, rounds=2 if quick else 5)
+        slope, from_ = exponent(np.array(sizes), np.array(seconds))
+        found["varied"][what] = {
+            "sizes": sizes,
+            "seconds": seconds,
+            "exponent": slope,
+            "fitted_from": from_,
+        }
+    samples, candidates = (MEMORY[0] // 10, MEMORY[1] // 10) if quick else MEMORY
+    found["memory"] = _memory(samples, candidates) | {"samples": samples, "candidates": candidates}
+    if not quick:
+        draw(found)
+    return found
+
+
+def _seconds(what: str, sizes: list[int], rounds: int) -> list[float]:
+    """The least seconds of a call at each size; rounds, so that a busy moment hits all sizes."""
+    calls = [_call(what, n) for n in sizes]
+    best = [math.inf] * len(calls)
+    for _ in range(rounds):
+        for k, call in enumerate(calls):
+            until = time.perf_counter() + 0.1
+            while True:
+                began = time.perf_counter()
+                call()
+                best[k] = min(best[k], (now := time.perf_counter()) - began)
+                if now > until:
+                    break
+    return best
+
+
+def _call(what: str, n: int) -> Callable[[], Any]:
+    size = HELD | {what: n}
+    if what == "strokes":
+        size["samples"] = HELD["samples"] * n
+    on = posed(size["samples"], size["strokes"])
+    x = on.space.decode(on.space.sample(np.random.default_rng(1), size["candidates"]))
+    return lambda: on(x)
+
+
+def exponent(sizes: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
+    """Slope of log seconds over log size in the upper decades, and where they begin."""
+    upper = sizes >= sizes[-1] / 10**DECADES * (1 - 1e-9)
+    slope = np.polyfit(np.log(sizes[upper]), np.log(seconds[upper]), 1)[0]
+    return float(slope), float(sizes[upper][0])
+
+
+def _memory(samples: int, candidates: int) -> dict[str, Any]:
+    command = [sys.executable, __file__, "memory", str(samples), str(candidates)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)  # noqa: S603
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def _resident() -> int:
+    """The most memory that this process has held so far, bytes."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
+def memory(samples: int, candidates: int) -> None:
+    """Evaluate the candidates and print the peak of memory, before and after."""
+    on = posed(samples, round(samples / 60_000) or 1)
+    x = on.space.decode(on.space.sample(np.random.default_rng(1), candidates))
+    before = _resident()
+    began = time.perf_counter()
+    costs = on(x)
+    seconds = time.perf_counter() - began
+    finite = int(np.isfinite(costs).sum())
+    print(json.dumps({"before": before, "peak": _resident(), "seconds": seconds, "run": finite}))
+
+
+def draw(found: dict[str, Any]) -> None:
+    """The figure: seconds a call over each size, log by log, with a line of exponent 1."""
+    import matplotlib as mpl  # noqa: PLC0415 - the process whose memory is measured has none of it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    from stribeck.report.figures import COMMAND, INK, MODEL, STYLE  # noqa: PLC0415
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+        FigureCanvasAgg(figure)
+        for axes, (what, of) in zip(
+            figure.subplots(1, 3, sharey=True), found["varied"].items(), strict=True
+        ):
+            sizes, seconds = np.array(of["sizes"], dtype=float), np.array(of["seconds"])
+            ends = sizes[[0, -1]]
+            axes.plot(ends, seconds[-1] * ends / ends[-1], "--", color=COMMAND, label="linear")
+            axes.plot(sizes, seconds, "o-", ms=4, color=MODEL, label="measured")
+            axes.set(xscale="log", yscale="log", xlabel=what.capitalize(), title=_title(what, of))
+        first = figure.axes[0]
+        first.set(ylabel="Seconds for one call of J")
+        first.legend(loc="upper left")
+        figure.text(0.995, 0.0, _held(), ha="right", va="bottom", fontsize=8, color=INK)
+        figure.savefig(FIGURE, dpi=160, metadata={"Software": None})
+
+
+def _title(what: str, of: dict[str, Any]) -> str:
+    return f"{what.capitalize()}: exponent {of['exponent']:.2f}"
+
+
+def _held() -> str:
+    return "else {samples:,} samples, {candidates} candidates, {strokes} stroke".format(**HELD)
+
+
+def tables(found: dict[str, Any]) -> list[str]:
+    """Exponents and memory, in Markdown."""
+    from stribeck.bench.tables import Cell, Table  # noqa: PLC0415
+
+    rows = []
+    for what, of in found["varied"].items():
+        sizes, seconds = of["sizes"], of["seconds"]
+        span = f"{sizes[0]:,} to {sizes[-1]:,}"
+        rows.append((
+            Cell(what, what),
+            Cell(span, span),
+            Cell.of(1e3 * seconds[0], 3),
+            Cell.of(1e3 * seconds[-1], 3),
+            Cell.of(1e6 * seconds[-1] / sizes[-1], 3),
+            Cell(f"{of['exponent']:.2f}", of["exponent"]),
+        ))  # fmt: skip
+    growth = Table(
+        "How the time of one call of J grows",
+        ("what grows", "range", "first/ms", "last/ms", "last, µs each", "exponent"),
+        tuple(rows),
+        f"Else {_held()[5:]}; a stroke has {HELD['samples']:,} samples. The exponent is fitted "
+        f"over the last {DECADES:g} decades: 1 is linear.",
+    )
+    m = found["memory"]
+    text = f"{m['peak'] / 2**20:,.0f} MiB"
+    held = Table(
+        f"Peak memory: {m['candidates']:,} candidates on a log of {m['samples']:,} samples (1 kHz)",
+        ("peak", "before the call", "limit", "seconds"),
+        (
+            (
+                Cell(text, m["peak"]),
+                Cell(f"{m['before'] / 2**20:,.0f} MiB", m["before"]),
+                Cell(f"{LIMIT / 2**20:,.0f} MiB", LIMIT),
+                Cell.of(m["seconds"], 3),
+            ),
+        ),
+        "Resident memory of the whole process, Python and its libraries included.",
+    )
+    return [growth.markdown(), held.markdown()]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 4 and sys.argv[1] == "memory":  # noqa: PLR2004
+        memory(int(sys.argv[2]), int(sys.argv[3]))
+    else:
+        sys.exit(__doc__)
