@@ -10,7 +10,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from scipy.ndimage import minimum_filter1d
 
 from ..identify.score import simulated
 from ..rig.rig import Simulated
@@ -31,6 +30,8 @@ DRAWN = re.compile(
 
 INK, MEASURED, MODEL, COMMAND, ACCENT = "#1b1f24", "#7a8794", "#c2410c", "#b8c0c8", "#1d4ed8"
 _REPEATS = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
+#: Dots per inch of a PNG, and of the clouds of points in an SVG.
+DPI, RASTER_DPI = 160, 100
 #: How every figure of the project looks.
 STYLE: Any = {
     "font.size": 10,
@@ -63,11 +64,17 @@ def draw(fit: Fit, folder: Path) -> list[Path]:
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write a figure as PNG and SVG."""
+    figure.set_dpi(DPI)
     FigureCanvasAgg(figure)
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine(None)  # else each file would be laid out, and drawn twice for it
+        for axes in figure.axes:  # nor is there anything left for a title to evade
+            if (title := axes.get_title("left")) and not axes.yaxis.get_offset_text().get_text():
+                axes.set_title(title, loc="left", y=1.0)
     files = [folder / f"{name}.png", folder / f"{name}.svg"]
-    figure.savefig(files[0], dpi=160, metadata={"Software": None})
-    figure.set_layout_engine("none")  # it has done its work: the SVG has the same layout
-    figure.savefig(files[1], metadata={"Date": None, "Creator": None})
+    figure.savefig(files[0], dpi=DPI, metadata={"Software": None})
+    figure.savefig(files[1], dpi=RASTER_DPI, metadata={"Date": None, "Creator": None})
     return files
 
 
@@ -246,7 +253,8 @@ def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array] | None
     if F is None:
         return None
     # A window that reaches into a rest mixes both; only those wholly inside a slip are drawn.
-    moving = minimum_filter1d(np.abs(v) > 0.05 * np.abs(v).max(), width)
+    fast = np.pad(np.abs(v) > 0.05 * np.abs(v).max(), width // 2, mode="symmetric")
+    moving = np.lib.stride_tricks.sliding_window_view(fast, width).all(axis=1)
     return v[moving], F[moving]
 
 
