@@ -11,9 +11,8 @@ import pytest
 from stribeck.friction import LAWS, Law
 from stribeck.rig import crew, reference
 from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import misfits, trajectories
+from stribeck.rig.kernel import CLAMP, F_FM, misfits, trajectories
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed
-from stribeck.rig.slip import CLAMP, F_FM
 from stribeck.rig.track import Track, track
 from stribeck.space import Array
 

@@ -19,8 +19,7 @@ import numpy as np
 from numba import njit
 
 from ..space import Array
-from .kernel import from_zero
-from .slip import (
+from .kernel import (
     BAND,
     CLAMP,
     DAMPING,
@@ -31,6 +30,7 @@ from .slip import (
     K_SPRING_M,
     K_SPRING_P,
     MASS,
+    from_zero,
 )
 
 if TYPE_CHECKING:

@@ -58,7 +58,7 @@ def extremes(x: Array) -> Array:
     """Least and greatest of a command from each RUN-th knot to the next, both with it; (2, R)."""
     inner = (len(x) - 1) // RUN
     runs = x[: inner * RUN].reshape(inner, RUN)
-    ends = x[RUN :: RUN][:inner]
+    ends = x[RUN::RUN][:inner]
     return np.stack([np.minimum(runs.min(axis=1), ends), np.maximum(runs.max(axis=1), ends)])
 
 
