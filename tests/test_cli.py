@@ -237,7 +237,8 @@ def test_every_setting_of_every_method_has_a_meaning(
 
 
 def test_version_and_help(stribeck_: Any) -> None:
-    assert stribeck_("version") == Said(0, f"{stribeck.__version__}\n", "")
+    for asked in ("version", "--version"):
+        assert stribeck_(asked) == Said(0, f"{stribeck.__version__}\n", "")
     for arguments in ([], ["--help"], ["-h"], ["identify", "--help"]):
         said = stribeck_(*arguments)
         assert said.status == 0

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..identify.card import Card
     from ..identify.found import Fit
     from ..optimize import Search
+    from .stopwatch import Stopwatch
 
 #: Seconds between lines of progress where there is no terminal.
 PACE = 2.0
@@ -100,6 +101,11 @@ def show_fit(fit: Fit) -> None:
         )
     for warning in fit.warnings:
         out.print(Text.assemble(("warning:", "yellow"), " ", warning))
+
+
+def show_time(clock: Stopwatch) -> None:
+    """Where the time went, in a quiet line."""
+    console().print(Text(clock.line(), style="dim"))
 
 
 def _scores(fit: Fit) -> Table:
