@@ -129,6 +129,25 @@ def test_signals_and_steps_in_raw_coordinates_do_not_see_the_cube() -> None:
     )
 
 
+@pytest.mark.parametrize("coordinates", ["unit", "raw"])
+@pytest.mark.parametrize("quiet", [{}, {"d_attract": 0.0}, {"d_attract": 0.0, "h_repellant": 0.0}])
+def test_signals_are_equation_2_1_cell_by_cell(coordinates: Any, quiet: dict[str, float]) -> None:
+    rng = np.random.default_rng(3)
+    places, width = rng.random((6, 3)), np.array([2.0, 0.5, 7.0])
+    moved, cells = rng.random((2, 3)), np.array([4, 1])
+    bacteria = BacterialForaging(**{**LOUD, "S": 6, **quiet}, coordinates=coordinates)
+    sides = width if coordinates == "raw" else np.ones(3)
+    by_cell = []
+    for place, cell in zip(moved, cells, strict=True):
+        others = [p for i, p in enumerate(places) if i != cell]
+        squares = [0.0] + [float((((place - p) * sides) ** 2).sum()) for p in others]
+        by_cell.append(
+            sum(bacteria.h_repellant * math.exp(-10.0 * d2) for d2 in squares)
+            - sum(bacteria.d_attract * math.exp(-0.2 * d2) for d2 in squares)
+        )
+    assert np.allclose(bacteria.J_cc(moved, cells, places, sides), by_cell, rtol=1e-12, atol=1e-14)
+
+
 def chemotaxis(swarm: Any, told: list[list[float]], **how: Any) -> tuple[list[Array], Any]:
     """Drive one chemotactic step of PAIR by hand; return what it asked and its result."""
     Delta = [[1.0, 0.0], [3.0, -4.0]]

@@ -100,10 +100,10 @@ def test_a_target_met_by_the_last_evaluation_is_a_target() -> None:
     assert lockstep_one(s).ended == "target"
 
 
-@pytest.mark.parametrize("bad", [[[1.5, 0.0]], [[-0.1, 0.0]], [[math.nan, 0.0]]])
+@pytest.mark.parametrize("bad", [[1.5, 0.0], [-0.1, 0.0], [math.nan, 0.0]])
 def test_a_point_outside_the_cube_is_refused(bad: Any) -> None:
     with pytest.raises(SearchError, match="outside the unit cube"):
-        search(bad)
+        search([[0.5, 0.2], bad, [1.0, 0.0]])
 
 
 @pytest.mark.parametrize("bad", [[0.5, 0.5], [[0.5]], np.empty((0, 2))])

@@ -123,7 +123,8 @@ class Chemotaxis(ABC):
         if self.coordinates == "raw":  # otherwise every side is 1
             gap *= width
         distance2 = np.einsum("nsp,nsp->ns", gap, gap)
-        distance2[np.arange(len(cells)), cells] = 0.0  # its own member moves with it
+        if theta is not swarm:  # its own member moves with it
+            distance2[np.arange(len(cells)), cells] = 0.0
         attract = self.d_attract * np.exp(-self.w_attract * distance2)
         repel = self.h_repellant * np.exp(-self.w_repellant * distance2)
         J_cc: Array = (repel - attract).sum(axis=1)

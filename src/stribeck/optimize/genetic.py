@@ -57,8 +57,8 @@ class GeneticAlgorithm:
             alive = space.sample(rng, self.population)
             costs = yield alive
             for generation in range(1, self.generations + 1):
-                order = np.argsort(costs, kind="stable")[: self.elite]
-                elite, elite_costs = alive[order], costs[order]
+                best = costs.argsort(kind="stable")[: self.elite]
+                elite, elite_costs = alive.take(best, axis=0), costs.take(best)
                 note(round=generation)
                 children = self.children(alive, costs, generation, rng)
                 alive = np.concatenate([elite, children])
@@ -69,18 +69,19 @@ class GeneticAlgorithm:
         """The generation's new individuals, shape (population - elite, dim)."""
         n = self.population - self.elite
         crossed = round(self.crossover * n)
-        parents = stochastic_uniform(expectation(costs), 2 * crossed + (n - crossed), rng)
-        mother, father = alive[parents[:crossed]], alive[parents[crossed : 2 * crossed]]
+        drawn = stochastic_uniform(expectation(costs), 2 * crossed + (n - crossed), rng)
+        parents = alive.take(drawn, axis=0)
+        mother, father = parents[:crossed], parents[crossed : 2 * crossed]
         spread = self.scale * (1.0 - self.shrink * generation / self.generations)
-        mutant = alive[parents[2 * crossed :]]
-        mutant = mutant + spread * rng.standard_normal(mutant.shape)
+        mutant = parents[2 * crossed :]
+        mutant += spread * rng.standard_normal(mutant.shape)
         return np.concatenate([scattered(mother, father, rng), inside(mutant, self.walls)])
 
 
 def expectation(costs: Array) -> Array:
     """Each individual's share of parenthood: 1/sqrt(rank), the cheapest ranks first."""
     share = np.empty(len(costs))
-    share[np.argsort(costs, kind="stable")] = 1.0 / np.sqrt(np.arange(1, len(costs) + 1))
+    share[costs.argsort(kind="stable")] = 1.0 / np.sqrt(np.arange(1, len(costs) + 1))
     expected: Array = share / share.sum()
     return expected
 
@@ -91,7 +92,7 @@ def stochastic_uniform(share: Array, n: int, rng: Rng) -> NDArray[np.intp]:
     One random start serves all, so an individual is drawn floor or ceil of `n` times its share.
     """
     paces = (rng.random() + np.arange(n)) / n
-    drawn = np.searchsorted(np.cumsum(share), paces, side="right")
+    drawn = share.cumsum().searchsorted(paces, side="right")
     return rng.permutation(np.minimum(drawn, len(share) - 1))
 
 

@@ -18,7 +18,6 @@ class Trace:
         notes: What the algorithm said of each step. `round=k` stands on the step that opens a
             search round, `stage` says which part of a hybrid it belongs to.
         best: Index of the least cost, the first of equals; -1 while nothing is evaluated.
-        failed: How many costs were not finite.
     """
 
     def __init__(self, dim: int) -> None:
@@ -27,7 +26,6 @@ class Trace:
         self.ends: list[int] = []
         self.notes: list[dict[str, Any]] = []
         self.best = -1
-        self.failed = 0
 
     def __len__(self) -> int:
         return self.ends[-1] if self.ends else 0
@@ -48,6 +46,11 @@ class Trace:
         return float(self._f[self.best]) if self.best >= 0 else float("inf")
 
     @property
+    def failed(self) -> int:
+        """How many costs were not finite."""
+        return int(np.count_nonzero(np.isinf(self.f)))
+
+    @property
     def seconds(self) -> float:
         """Wall-clock time since the search began."""
         return time.perf_counter() - self._began
@@ -59,10 +62,9 @@ class Trace:
         self._u[start:end], self._f[start:end] = u, f
         self.ends.append(end)
         self.notes.append(note or {})
-        self.failed += int(np.count_nonzero(np.isinf(f)))
-        k = start + int(f.argmin())
-        if self.best < 0 or self._f[k] < self._f[self.best]:
-            self.best = k
+        k = int(f.argmin())
+        if self.best < 0 or f[k] < self._f[self.best]:
+            self.best = start + k
 
     def convergence(self) -> Array:
         """The least cost after each evaluation, shape (evaluations,)."""
