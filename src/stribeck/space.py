@@ -96,6 +96,11 @@ class Space:
     def _log(self) -> NDArray[np.intp]:
         return np.flatnonzero([p.log for p in self.params])
 
+    @cached_property
+    def _exact(self) -> bool:
+        # Sums and products round monotonically: if the corner does not pass `upper`, no point does.
+        return not self._log.size and bool((self.lower + self._range <= self.upper).all())
+
     def sample(self, rng: Rng, n: int) -> Array:
         """`n` points uniform in the unit cube, shape (n, dim)."""
         return rng.random((n, self.dim))
@@ -107,8 +112,9 @@ class Space:
         if self._log.size:
             ratio = self.upper[self._log] / self.lower[self._log]
             x[:, self._log] = self.lower[self._log] * ratio ** u[:, self._log]
-        np.maximum(x, self.lower, out=x)
-        return np.minimum(x, self.upper, out=x)
+        if not (self._exact and in_cube(u)):
+            np.clip(x, self.lower, self.upper, out=x)
+        return x
 
     def encode(self, x: Array) -> Array:
         """(n, dim) physical values to (n, dim) points of the unit cube, clipped into it."""
@@ -118,6 +124,12 @@ class Space:
             inside = np.clip(x[:, self._log], lower, upper)
             u[:, self._log] = np.log(inside / lower) / np.log(upper / lower)
         return np.clip(u, 0.0, 1.0)
+
+
+def in_cube(u: Array) -> bool:
+    """Whether these are all points of the unit cube; nan is not."""
+    # On a small array, argmin is several times as fast as min. It finds nan, too.
+    return u.size == 0 or bool(u.item(u.argmin()) >= 0.0 and u.item(u.argmax()) <= 1.0)
 
 
 def box(bounds: Space | Array | list[tuple[float, float]]) -> Space:
