@@ -3,6 +3,7 @@
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
 from .hybrid import ForagingTabuSearch
+from .memetic import MemeticTabuSearch
 from .methods import METHODS, configure, minimize
 from .random_search import RandomSearch
 from .search import (
@@ -37,6 +38,7 @@ __all__ = [
     "ForagingTabuSearch",
     "GeneticAlgorithm",
     "LeastSquares",
+    "MemeticTabuSearch",
     "Moves",
     "Note",
     "Problem",

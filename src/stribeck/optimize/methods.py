@@ -13,6 +13,7 @@ from ..space import Array, Space, box
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
 from .hybrid import ForagingTabuSearch
+from .memetic import MemeticTabuSearch
 from .random_search import RandomSearch
 from .search import Algorithm, Run, Search, Stop, lockstep
 from .stops import Target
@@ -28,6 +29,7 @@ METHODS: dict[str, type[Algorithm]] = {
         AdaptiveForaging,
         GeneticAlgorithm,
         ForagingTabuSearch,
+        MemeticTabuSearch,
     )
 }
 

@@ -1,0 +1,208 @@
+"""Memetic bacterial foraging-tabu search: the parts of BTS, carried to today's standard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite, log
+from typing import Any, ClassVar
+
+from ..space import Array, Rng, Space
+from .least_squares import Floor, least_squares
+from .memory import Memory
+from .quasi_newton import Slope, quasi_newton
+from .search import Detailed, Moves, Note, counted
+from .settings import number, positive, whole
+from .swarm import adapt
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemeticTabuSearch:
+    """BTS with a memory, an intensifier that uses what the problem offers, and a split budget.
+
+    What became of the parts of `bts`:
+
+        foraging            cells fill the cube evenly; the best that stands for a basin of its
+                            own is where a descent begins (memory.py)
+        tabu list           a memory of the floors of basins and of the starts that led there:
+                            no basin is descended twice, and a restart goes where it is thinnest
+        adaptive radius     trust-region least squares where the problem shows residuals
+                            (least_squares.py), a quasi-Newton method on costs alone
+                            (quasi_newton.py); where costs are rugged and slopes say nothing, a
+                            neighbourhood whose shape adapts, too (swarm.py)
+        backtracking        the best floor is taken up again, to its last digit, when nothing
+                            better was found elsewhere; or the floors themselves are descended,
+                            towards where they seem to lead
+        count_max           the budget; it is split between descents and neighbourhoods by what
+                            each has lately brought
+
+    Nothing here depends on the unit of the cost.
+
+    Args:
+        S: Cells of the first swarm for each parameter.
+        tumbles: Cells that follow for every evaluation that a descent took.
+        apart: How far apart two cells must be to stand for two basins; shrinks as cells get
+            more.
+        R: Length of a descent's first step, half-width of a neighbourhood of least squares.
+        N: Neighbours a round of the first neighbourhood; None for 4 + 3 ln(dim).
+        R_N: Its first radius.
+        grow: By which factor the next neighbourhood has more of them.
+        patience: Evaluations for each parameter that may bring nothing better before the other
+            side has its turn.
+    """
+
+    name: ClassVar[str] = "mbts"
+    S: int = 5
+    tumbles: float = 1.0
+    apart: float = 0.4
+    R: float = 0.1
+    N: int | None = None
+    R_N: float = 0.25
+    grow: float = 2.0
+    patience: int = 150
+
+    def __post_init__(self) -> None:
+        whole(self, 1, "S", "patience")
+        if self.N is not None:
+            whole(self, 4, "N")
+        positive(self, "R", "R_N", "apart")
+        number(self, "tumbles", low=0.0)
+        number(self, "grow", low=1.0)
+
+    def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
+        """Yield cells, then descents and neighbourhoods in turn, as long as it is let."""
+        memory = Memory(space.dim, rng)
+        note(stage="foraging", round=1)
+        theta = memory.forage(1)
+        answer = yield Detailed(theta)  # one point tells whether there are residuals
+        memory.keep(theta, answer.costs)
+        memory.meet(float(answer.costs[0]))
+        shown = answer.residuals is not None
+
+        arms = [
+            _Arm("tabu", lambda say: self.descents(memory, shown, say)),
+            _Arm("neighbourhood", lambda say: self.neighbourhoods(memory, rng, say)),
+        ]
+        patience = [float(self.patience * space.dim)] * len(arms)
+        k, left, count = 0, patience[0], 1
+        while True:
+            arm, count = arms[k], count + 1
+            note(stage=arm.stage, round=count, **arm.said)
+            answer = yield arm.asked
+            costs = answer.costs if isinstance(arm.asked, Detailed) else answer
+            arm.spent += len(costs)
+            left -= len(costs)
+            if memory.meet(float(costs.min())):
+                left = max(left, 0.5 * patience[k])
+            arm.go(answer)
+            if left <= 0.0:
+                patience[k] *= 1.5
+                k = (k + 1) % len(arms)
+                behind = max(a.spent for a in arms) - arms[k].spent
+                left = max(patience[k], 0.5 * behind)
+
+    def descents(self, memory: Memory, shown: bool, note: Note) -> Moves[None]:
+        """By turns: from a cell, on from the best floor, from where the floors seem to lead.
+
+        Each goes again as long as it finds something better.
+        """
+        swarm = memory.forage(self.S * memory.dim)
+        memory.keep(swarm, (yield swarm))
+        state = _State(memory, shown, note)
+        while True:
+            for turn in (self.from_cell, self.from_best, self.from_floors):
+                while (yield from turn(state)):
+                    pass
+
+    def from_cell(self, state: _State) -> Moves[bool]:
+        """Let cells tumble on, then descend from the best that stands for a basin of its own."""
+        memory = state.memory
+        if state.last:
+            theta = memory.forage(max(1, int(self.tumbles * state.last)))
+            memory.keep(theta, (yield theta))
+        start = memory.start(self.apart)
+        if start is None:
+            state.last = max(state.last, 2 * memory.dim)
+            return False
+        return (yield from self.descend(state, *start))
+
+    def from_best(self, state: _State) -> Moves[bool]:
+        """Take the best floor up again where its descent was left."""
+        best = state.best
+        if not isinstance(best, Slope) or best.ended != "slow":
+            return False
+        deeper = best._replace(worth=1e-2 * best.worth)
+        return (yield from state.follow(quasi_newton(deeper, state.note)))
+
+    def from_floors(self, state: _State) -> Moves[bool]:
+        """Descend from where the floors themselves seem to lead."""
+        place = state.memory.funnel()
+        if place is None:
+            return False
+        costs = yield place[None]
+        return (yield from self.descend(state, place, float(costs[0])))
+
+    def descend(self, state: _State, u: Array, cost: float) -> Moves[bool]:
+        """Find the floor below a place, and say whether it is the best."""
+        if not isfinite(cost):
+            state.memory.begin(u)
+            return False
+        state.memory.begin(u)
+        state.note(event="restart")
+        if state.shown:
+            return (yield from state.follow(least_squares(u, state.note, radius=self.R)))
+        here = Slope(u, cost, radius=self.R, worth=1e-3 * state.memory.worth)
+        best = inf if state.best is None else state.best.cost
+        return (yield from state.follow(quasi_newton(here, state.note, best=best)))
+
+    def neighbourhoods(self, memory: Memory, rng: Rng, note: Note) -> Moves[None]:
+        """One neighbourhood after the other, each with more neighbours, where little is known."""
+        N: float = self.N or 4 + int(3 * log(memory.dim))
+        while True:
+            note(event="restart")
+            yield from adapt(memory.thinnest(), self.R_N, int(N), rng, note)
+            N = min(N * self.grow, 200 * memory.dim)
+
+
+class _Arm:
+    """One side of the search: what it asks now, what it says of that, what it has spent."""
+
+    def __init__(self, stage: str, moves: Callable[[Note], Moves[None]]) -> None:
+        self.stage, self.spent = stage, 0
+        self.said: dict[str, Any] = {}
+        self._moves = moves(lambda **said: self.said.update(said))
+        self.asked = next(self._moves)
+
+    def go(self, answer: Any) -> None:
+        """Take the answer to what it asked, and ask anew."""
+        self.said = {}
+        self.asked = self._moves.send(answer)
+
+
+@dataclass
+class _State:
+    """What the turns of the descents share.
+
+    Args:
+        memory: The search's.
+        shown: Whether the problem shows residuals.
+        note: Told of every batch.
+        best: The best floor.
+        last: Evaluations of the last descent.
+    """
+
+    memory: Memory
+    shown: bool
+    note: Note
+    best: Slope | Floor | None = None
+    last: int = 0
+
+    def follow(self, descent: Moves[Any]) -> Moves[bool]:
+        """Follow a descent to its end, remember the floor, and say whether it is the best."""
+        floor: Slope | Floor
+        floor, self.last = yield from counted(descent)
+        self.memory.end(floor.point, floor.cost)
+        least = inf if self.best is None else self.best.cost
+        if floor.cost < least:
+            self.best = floor
+        return bool(floor.cost < least - self.memory.little)
