@@ -79,10 +79,10 @@ def _seen(runs: Sequence[Record], limit: float) -> dict[str, Any]:
     """Areas and shares of one method's runs, by dimension, and by function and dimension."""
     by_dim = {dim: [r for r in runs if len(r.x) == dim] for dim in DIMENSIONS}
     return {
-        "area": {str(d): _area(some, limit) for d, some in by_dim.items() if some},
+        "area": {str(d): area_under(some, limit) for d, some in by_dim.items() if some},
         "share": {str(d): share(some) for d, some in by_dim.items() if some},
         "by_function": {
-            str(f): _area([r for r in runs if r.job.surface["bbob"] == f], limit)
+            str(f): area_under([r for r in runs if r.job.surface["bbob"] == f], limit)
             for f in FUNCTIONS
             if any(r.job.surface["bbob"] == f for r in runs)
         },
@@ -96,7 +96,8 @@ def share(runs: Iterable[Record], targets: Array = TARGETS) -> float:
     return float(np.mean([np.isfinite(hits(r, targets)).mean() for r in runs]))
 
 
-def _area(runs: Sequence[Record], limit: float) -> float:
+def area_under(runs: Sequence[Record], limit: float) -> float:
+    """The area under the share met, up to so many evaluations per dimension."""
     return area(runs, limits={r.job.problem: limit for r in runs}).value
 
 
