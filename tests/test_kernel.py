@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
+import threading
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from stribeck.friction import LAWS, Law
 from stribeck.rig import crew, reference
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import CLAMP, F_FM, misfits, trajectories
-from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed, published_both
 from stribeck.rig.track import Track, track
 from stribeck.space import Array
 
@@ -230,10 +230,12 @@ def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     )
     x = trajectories(STRIBECK, laws, c, on)[0]
     for n in (1, 2, 7):
-        with ThreadPoolExecutor(n) as pool:
-            monkeypatch.setattr(crew, "_workers", lambda pool=pool, n=n: (pool, n))
+        hands = crew.Crew(n)
+        monkeypatch.setattr(crew, "hired", lambda hands=hands: hands)
+        for _ in range(10):  # whoever takes which row
             assert misfits(STRIBECK, laws, c, on).tobytes() == alone.tobytes()
-            assert trajectories(STRIBECK, laws, c, on)[0].tobytes() == x.tobytes()
+        assert trajectories(STRIBECK, laws, c, on)[0].tobytes() == x.tobytes()
+        hands.dismiss()
     monkeypatch.undo()
     order = np.random.default_rng(0).permutation(41)
     assert misfits(STRIBECK, laws[order], c[order], on).tobytes() == alone[order].tobytes()
@@ -267,6 +269,63 @@ def test_knots_on_a_line_do_not_change_the_motion() -> None:
     x, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], on)
     y, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], track(knots, on.t, 0.112))
     np.testing.assert_allclose(y, x, atol=1e-7)
+
+
+def test_uneven_samples_see_the_same_motion() -> None:
+    fine = ramp(1, 36.0, 1000.0)
+    x, v = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], fine)
+    rng = np.random.default_rng(4)
+    few = np.sort(np.append(0, rng.choice(len(fine.t), 300, replace=False)))
+    gaps = np.concatenate([np.arange(0, 3000), np.arange(30000, 30040), np.arange(35990, 36000)])
+    for at in (few, np.unique(np.exp(rng.uniform(0, 10.4, 500)).astype(int)), gaps):
+        at = np.unique(np.append(0, at))  # noqa: PLW2901 - a motion starts at its first sample
+        on = track(Drive(fine.knots_t, fine.knots_x), fine.t[at], fine.x0)
+        y, w = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], on)
+        np.testing.assert_allclose(y, x[at], atol=1e-12)
+        np.testing.assert_allclose(w, v[at], atol=1e-9)
+
+
+@pytest.mark.parametrize("knots", [2, 63, 64, 65, 129, 4001])
+@pytest.mark.parametrize("dv", [0.0, 0.1])
+def test_runs_of_the_command_are_only_passed_where_nothing_happens(knots: int, dv: float) -> None:
+    rig, rng = SLIDE_BED.set(dv=dv), np.random.default_rng(knots)
+    at = np.sort(rng.uniform(0.0, 60.0, knots))
+    to = 0.06 * np.sin(0.3 * at) + 1e-3 * rng.standard_normal(knots)
+    on = track(Drive(at, to), np.linspace(0.0, 60.0, 601), 0.0)
+    p = published_both()
+    x, _ = motion(rig, BOTH, p, on)
+    y, _ = motion(rig, BOTH, p, on._replace(extremes=np.empty((2, 0))))
+    assert x.tobytes() == y.tobytes()
+    if knots > 2:
+        assert np.ptp(x) > 1e-2
+
+
+def test_a_slip_read_again_is_the_slip_integrated_again() -> None:
+    # A corner too small to matter, once a second, and every slip is another one.
+    on = ramp(1)
+    knots = np.arange(0.0, 37.0, 0.2)
+    bend = 1e-10 * np.random.default_rng(1).standard_normal(len(knots))
+    cornered = track(Drive(knots, 0.112 + 5e-3 * knots + bend), on.t, 0.112)
+    laws, c = SLIDE_BED.split(STRIBECK, box(30, 3))
+    x, _ = trajectories(STRIBECK, laws, c, on)
+    y, _ = trajectories(STRIBECK, laws, c, cornered)
+    assert max(rms(a, b) for a, b in zip(x, y, strict=True)) < 2e-7
+
+
+def test_finite_differences_see_the_motion_and_not_the_integrator() -> None:
+    # Steps of 1e-4 of a range, as least squares takes them. A share of tools/kernel_study.py.
+    on = ramp(-1)
+    params = SLIDE_BED.parameters(STRIBECK)
+    for p in box(20, 21):
+        sets = np.repeat(p[None], 6, axis=0)
+        for i, k in enumerate((0, 1, 2, 3, 5)):
+            sets[i + 1, k] += 1e-4 * (params[k].upper - params[k].lower)
+        laws, c = SLIDE_BED.split(STRIBECK, sets)
+        x, _ = trajectories(STRIBECK, laws, c, on)
+        y, _ = trajectories(STRIBECK, laws, c, on, 1e-4)
+        slopes = y[1:] - y[0]
+        wrong = np.linalg.norm(x[1:] - x[0] - slopes, axis=1)
+        assert (wrong < 2e-3 * np.linalg.norm(slopes, axis=1)).all(), p
 
 
 def test_a_clock_that_counts_from_1970_changes_nothing() -> None:
@@ -308,6 +367,50 @@ def test_a_long_wait_before_the_ramp_changes_nothing(
     x, _ = motion(SLIDE_BED, STRIBECK, p, at_once)
     y, _ = motion(SLIDE_BED, STRIBECK, p, late)
     np.testing.assert_allclose(y[1:], x, atol=2e-8)
+
+
+# --- the threads ---
+
+
+def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
+    hands, begun = crew.Crew(2), threading.Event()
+    me = threading.current_thread()
+
+    def work(counter: Array) -> None:
+        del counter
+        if threading.current_thread() is not me:
+            begun.set()
+            raise MemoryError("no room")
+        assert begun.wait(60)
+
+    with pytest.raises(MemoryError, match="no room"):
+        hands.share(work, 100, ())
+    hands.dismiss()
+
+
+def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
+    hands, begun, go_on = crew.Crew(2), threading.Event(), threading.Event()
+
+    def long(counter: Array) -> None:
+        del counter
+        if threading.current_thread().name == "stribeck-1":
+            begun.set()
+            assert go_on.wait(60)
+        assert begun.wait(60)
+
+    def short(counter: Array) -> None:
+        while crew.take(counter) < 100:
+            pass
+
+    other = threading.Thread(target=hands.share, args=(long, 100, ()))
+    other.start()
+    assert begun.wait(60)
+    hands.share(short, 100, ())
+    assert other.is_alive()
+    go_on.set()
+    other.join(60)
+    assert not other.is_alive()
+    hands.dismiss()
 
 
 # --- what cannot be simulated ---

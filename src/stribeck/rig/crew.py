@@ -2,13 +2,16 @@
 
 The caller works too, so that a short call does not wait for anybody, and candidates that differ
 in cost leave nobody idle. Which thread does a row never matters to what comes out.
+
+`take` and `lent` become part of what calls them; numba's cache on disk does not see a change here.
 """
 
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -27,7 +30,7 @@ def threads() -> int:
     return min(n, int(told)) if told.isdecimal() and int(told) > 0 else n
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _next(typing: Any, counter: Any) -> Any:
     """The value of a shared counter, which grows by one in the same instant."""
 
@@ -40,7 +43,7 @@ def _next(typing: Any, counter: Any) -> Any:
     return int64(counter), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def lent(typing: Any, array: Any) -> Any:
     """The same array without its owner: what is made of it is not counted, which takes locks.
 
@@ -63,29 +66,75 @@ def take(counter: Any) -> int:
     return _next(counter)  # type: ignore[no-any-return]
 
 
+class Crew:
+    """Threads that wait for work, one fewer than `n`: the caller is one of them."""
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        for k in range(1, n):
+            Thread(target=self._serve, name=f"stribeck-{k}", daemon=True).start()
+
+    def share(self, work: Any, rows: int, arguments: tuple[Any, ...]) -> None:
+        """Run `work(*arguments, counter)` in this thread and the others until no row is left.
+
+        Args:
+            work: Takes rows from the counter (`take`) until it passes the last one.
+            rows: How many there are.
+            arguments: What it is called with, before the counter.
+        """
+        call = (work, (*arguments, np.zeros(1, dtype=np.int64)))
+        jobs = [_Job(call) for _ in range(min(self.n - 1, rows // FEWEST))]
+        for job in jobs:
+            self._jobs.put(job)
+        work(*call[1])
+        for job in jobs:
+            job.finish()
+
+    def dismiss(self) -> None:
+        """Let the threads go."""
+        for _ in range(1, self.n):
+            self._jobs.put(None)
+
+    def _serve(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            job.run()
+
+
+class _Job:
+    """A call for another thread; it is dropped if none has begun it when the caller is done."""
+
+    def __init__(self, call: tuple[Any, tuple[Any, ...]]) -> None:
+        self._calls = [call]
+        self._ended: SimpleQueue[BaseException | None] = SimpleQueue()
+
+    def run(self) -> None:
+        try:
+            work, arguments = self._calls.pop()
+        except IndexError:  # the caller did it all
+            return
+        try:
+            work(*arguments)
+        except BaseException as error:  # noqa: BLE001 - raised where the work was asked for
+            self._ended.put(error)
+        else:
+            self._ended.put(None)
+
+    def finish(self) -> None:
+        """Wait until it has ended, if it has begun."""
+        try:
+            self._calls.pop()
+        except IndexError:
+            error = self._ended.get()
+            if error is not None:
+                raise error from None
+
+
 @cache
-def _workers() -> tuple[ThreadPoolExecutor, int]:
-    n = threads()
-    return ThreadPoolExecutor(max(1, n - 1), thread_name_prefix="stribeck"), n
+def hired() -> Crew:
+    """The crew of this process."""
+    return Crew(threads())
 
 
 if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads
-    os.register_at_fork(after_in_child=_workers.cache_clear)
-
-
-def share(work: Any, rows: int, arguments: tuple[Any, ...]) -> None:
-    """Run `work(*arguments, counter)` in this thread and the others until no row is left.
-
-    Args:
-        work: Takes rows from the counter (`take`) until it passes the last one.
-        rows: How many there are.
-        arguments: What it is called with, before the counter.
-    """
-    pool, n = _workers()
-    counter = np.zeros(1, dtype=np.int64)
-    others = min(n - 1, rows // FEWEST)
-    jobs = [pool.submit(work, *arguments, counter) for _ in range(others)]
-    work(*arguments, counter)
-    for job in jobs:
-        if not job.cancel():  # one that never began has nothing left to do
-            job.result()
+    os.register_at_fork(after_in_child=hired.cache_clear)

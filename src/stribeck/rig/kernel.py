@@ -207,7 +207,7 @@ def _breakaway(
 
 
 class Piece(NamedTuple):
-    """Where the slipping slide obeys one smooth law: a = offset + slope e - inverse F_f - damping v.
+    """Where one smooth law holds in slip: a = offset + slope e - damping v - inverse F_f.
 
     Args:
         offset: m/s^2; holds the motor's own friction, and the clamped force where it is clamped.
@@ -264,7 +264,7 @@ def _piece(c: Array, e: float, clamped: float) -> Piece:
 @njit(cache=True, error_model="numpy")
 def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) -> float:
     """+1.0, 0.0 or -1.0: where the motor's inertia and damping force is against its clamp."""
-    net = drive_force(e, c) - slip(_going(v, s), p)
+    net = drive_force(e, c) - slip(s * abs(v), p)
     a = (net - c[DAMPING] * v) / (c[MASS] + c[INERTIA])
     motor = c[INERTIA] * a + c[DAMPING] * v
     if abs(motor) <= c[CLAMP]:
@@ -272,19 +272,24 @@ def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) 
     return 1.0 if motor > 0.0 else -1.0
 
 
-@njit(cache=True, forceinline=True, error_model="numpy")
-def _going(v: float, s: float) -> float:
-    """The velocity for the friction of a slip in direction s: never on the other side of zero.
-
-    So the right-hand side is smooth through the end of a slip, and the instant of rest can be
-    found on the polynomial of the step.
-    """
-    return v if v * s > 0.0 else s * 0.0
-
-
 @njit(cache=True, forceinline=True, error_model="numpy", fastmath={"contract"})
-def _acceleration(on: Piece, e: float, v: float, friction: float) -> float:
-    """Acceleration in slip. The law is called by who calls this: its array is then not counted."""
+def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, level: float) -> float:
+    """Acceleration in slip in direction s.
+
+    The stages of a step near rest look beyond it. There friction is mirrored about its level at
+    rest, so that the right-hand side is smooth and the instant of rest can be found on the
+    polynomial of the step. The law is called by who calls this: its array is then not counted.
+
+    Args:
+        on: The piece.
+        e: Stretch, m.
+        v: Velocity, m/s.
+        s: +1.0 or -1.0.
+        friction: The law at this speed in direction s, whichever direction v has.
+        level: The law at rest in direction s.
+    """
+    if v * s < 0.0:
+        friction = 2.0 * level - friction
     return on.offset + on.slope * e - on.damping * v - on.inverse * friction
 
 
@@ -416,7 +421,8 @@ def _inside(
 def _first(slip: Any, p: Array, e: float, v: float, s: float, on: Piece, k1: float) -> float:
     """A first step, s: half the time in which friction's fall lets a slip grow e-fold."""
     more = max(abs(v), 1e-5)
-    growth = abs(_acceleration(on, e, v + s * more, slip(_going(v + s * more, s), p)) - k1) / more
+    w = v + s * more
+    growth = abs(_acceleration(on, e, w, s, slip(s * abs(w), p), 0.0) - k1) / more
     rate = growth + np.sqrt(on.slope) + on.damping
     return min(0.5 / rate, 1.0) if rate > 0.0 else 1e-3
 
@@ -430,6 +436,7 @@ def leg(
     v: float,
     rate: float,
     s: float,
+    level: float,
     span: float,
     wish: float,
     tolerance: float,
@@ -445,6 +452,7 @@ def leg(
         v: Velocity at the start, m/s.
         rate: Speed of the command, m/s.
         s: Direction of the slip, +1.0 or -1.0.
+        level: Friction at rest in that direction, N.
         span: How long that rate holds, s.
         wish: Length of the first step, s.
         tolerance: Scales the error allowed in a step.
@@ -455,7 +463,7 @@ def leg(
         the next wish, and the steps tried.
     """
     on = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s))
-    k1 = _acceleration(on, e, v, slip(_going(v, s), p))
+    k1 = _acceleration(on, e, v, s, slip(s * abs(v), p), level)
     now, moved, tries, m = 0.0, 0.0, 0, 0
     if wish <= 0.0:
         wish = _first(slip, p, e, v, s, on, k1) * min(tolerance, 1.0) ** 0.2
@@ -465,31 +473,31 @@ def leg(
         last = h == span - now
         tries += 1
         v2 = v + h * (0.161 * k1)
-        k2 = _acceleration(on, e + h * (0.161 * (rate - v)), v2, slip(_going(v2, s), p))
+        k2 = _acceleration(on, e + h * (0.161 * (rate - v)), v2, s, slip(s * abs(v2), p), level)
         a31, a32 = -0.008480655492356989, 0.335480655492357
         v3 = v + h * (a31 * k1 + a32 * k2)
         e3 = e + h * (0.327 * rate - (a31 * v + a32 * v2))
-        k3 = _acceleration(on, e3, v3, slip(_going(v3, s), p))
+        k3 = _acceleration(on, e3, v3, s, slip(s * abs(v3), p), level)
         a41, a42, a43 = 2.8971530571054935, -6.359448489975075, 4.3622954328695815
         v4 = v + h * (a41 * k1 + a42 * k2 + a43 * k3)
         e4 = e + h * (0.9 * rate - (a41 * v + a42 * v2 + a43 * v3))
-        k4 = _acceleration(on, e4, v4, slip(_going(v4, s), p))
+        k4 = _acceleration(on, e4, v4, s, slip(s * abs(v4), p), level)
         a51, a52, a53 = 5.325864828439257, -11.748883564062828, 7.4955393428898365
         a54 = -0.09249506636175525
         v5 = v + h * (a51 * k1 + a52 * k2 + a53 * k3 + a54 * k4)
         e5 = e + h * (0.9800255409045097 * rate - (a51 * v + a52 * v2 + a53 * v3 + a54 * v4))
-        k5 = _acceleration(on, e5, v5, slip(_going(v5, s), p))
+        k5 = _acceleration(on, e5, v5, s, slip(s * abs(v5), p), level)
         a61, a62, a63 = 5.86145544294642, -12.92096931784711, 8.159367898576159
         a64, a65 = -0.071584973281401, -0.028269050394068383
         v6 = v + h * (a61 * k1 + a62 * k2 + a63 * k3 + a64 * k4 + a65 * k5)
         e6 = e + h * (rate - (a61 * v + a62 * v2 + a63 * v3 + a64 * v4 + a65 * v5))
-        k6 = _acceleration(on, e6, v6, slip(_going(v6, s), p))
+        k6 = _acceleration(on, e6, v6, s, slip(s * abs(v6), p), level)
         b1, b2, b3 = 0.09646076681806523, 0.01, 0.4798896504144996
         b4, b5, b6 = 1.379008574103742, -3.290069515436081, 2.324710524099774
         dv = h * (b1 * k1 + b2 * k2 + b3 * k3 + b4 * k4 + b5 * k5 + b6 * k6)
         dx = h * (b1 * v + b2 * v2 + b3 * v3 + b4 * v4 + b5 * v5 + b6 * v6)
         w = v + dv
-        k7 = _acceleration(on, e + h * rate - dx, w, slip(_going(w, s), p))
+        k7 = _acceleration(on, e + h * rate - dx, w, s, slip(s * abs(w), p), level)
         d1, d2, d3 = -0.00178001105222577714, -0.0008164344596567469, 0.007880878010261995
         d4, d5, d6 = -0.1447110071732629, 0.5823571654525552, -0.45808210592918697
         d7 = 0.015151515151515152
@@ -505,7 +513,6 @@ def leg(
         r = max(error, 1e-4) ** -0.2  # by how much the step could have been longer
         if error > 1.0:
             wish = h * max(0.2, 0.9 * r)
-            before_h = 0.0
             continue
         factor = 0.9 * r
         if before_h > 0.0:  # steps that shrink or grow go on doing so
@@ -554,7 +561,7 @@ def leg(
         nudge = (rate - v) * 1e-9  # onto the far side of a bend
         heavy = on.inverse
         on = _piece(c, e + nudge, clamped)
-        k1 = _acceleration(on, e, v, slip(_going(v, s), p))
+        k1 = _acceleration(on, e, v, s, slip(s * abs(v), p), level)
         wish = h * factor
         if on.inverse != heavy:  # all goes faster with less mass, and slower with more
             wish *= (heavy / on.inverse) ** 0.75
@@ -724,7 +731,18 @@ def _walk(
         v, wish, whole = s * c[BAND], 0.0, True
         while True:
             rows, span, travel, v, how, wish, tries = leg(
-                slip, p, c, xi - x, v, rate, s, end - now, wish, tolerance, path
+                slip,
+                p,
+                c,
+                xi - x,
+                v,
+                rate,
+                s,
+                level_p if s > 0.0 else level_m,
+                end - now,
+                wish,
+                tolerance,
+                path,
             )
             steps += tries
             count[0] += tries
@@ -741,8 +759,7 @@ def _walk(
                 if whole:
                     known, known_span, known_travel = rows, span, travel
                 break
-            if now >= end:
-                now = end
+            now = min(now, end)
             while j < len(knots_t) and knots_t[j] <= now:
                 j += 1
             xi, rate, end = _command(knots_t, knots_x, j, now)
@@ -778,23 +795,28 @@ def _rows(
     taken: Array,
 ) -> None:
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
-    path = np.empty((LEG, WIDTH))
-    count = np.zeros(2, np.int64)
+    own = np.empty((LEG, WIDTH))
+    path, count = crew.lent(own), np.zeros(2, np.int64)
+    knots_t, knots_x = crew.lent(knots_t), crew.lent(knots_x)
+    extremes, sums = crew.lent(extremes), crew.lent(sums)
+    t, measured, score = crew.lent(t), crew.lent(measured), crew.lent(score)
     while True:
         row = crew.take(taken)
         if row >= len(p):
+            own[0, 0] = 0.0  # it lives until here
             return
         k = row if store else 0
         sse[row] = _walk(
-            slip, crew.lent(p[row]), crew.lent(c[row]), knots_t, knots_x, extremes, t, x0, measured, score, sums,
-            out_x[k], out_v[k], store, tolerance, path, count,
+            slip, crew.lent(p[row]), crew.lent(c[row]), knots_t, knots_x, extremes, t, x0,
+            measured, score, sums, crew.lent(out_x[k]), crew.lent(out_v[k]), store, tolerance,
+            path, count,
         )  # fmt: skip
 
 
 def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     on = from_zero(on)
-    crew.share(
+    crew.hired().share(
         _rows, len(p),
         (law.slip, p, c, on.knots_t, on.knots_x, on.extremes, on.t, on.x0, on.measured, on.score,
          on.sums, *arguments),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
@@ -103,11 +104,18 @@ class SlideBed(Simulated):
         """
         p = np.atleast_2d(np.asarray(p, dtype=float))
         k = len(law.params)
-        if p.shape[1] != k + len(self.own(law)):
+        if p.shape[1] != k + (2 if law.directional else 1):
             raise InputError(
                 f"rig {self.name}, law {law.name}: parameters are "
                 f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
             )
+        c = np.repeat(self._kernel_constants[None], len(p), axis=0)
+        c[:, 3], c[:, 4] = p[:, k], p[:, -1]
+        return p[:, :k], c
+
+    @cached_property
+    def _kernel_constants(self) -> Array:
+        """The kernel's constants, (10,), without k_spring, which is a candidate's own."""
         for name in ("m", "J_m", "D_m", "K_kt", "F_fm", "F_m_max", "dv", "k_hat+", "k_hat-"):
             value, unlimited = self[name], name in ("F_fm", "F_m_max")
             if not (value > 0 if name == "m" else value >= 0) or (
@@ -115,17 +123,10 @@ class SlideBed(Simulated):
             ):
                 raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
         K_kt = self["K_kt"] if self["F_m_max"] > 0 else 0.0  # a clamp at 0 N leaves no motor
-        c = np.empty((len(p), 10))
-        c[:, :3] = self["m"], self["k_hat+"], self["k_hat-"]
-        c[:, 3], c[:, 4] = p[:, k], p[:, -1]
-        c[:, 5:] = (
-            self["F_fm"],
-            K_kt * self["J_m"],
-            K_kt * self["D_m"],
-            self["F_m_max"],
-            self["dv"],
-        )
-        return p[:, :k], c
+        named = [self[name] for name in ("m", "k_hat+", "k_hat-", "F_fm", "F_m_max", "dv")]
+        m, k_hat_p, k_hat_m, F_fm, clamp, dv = named
+        inertia, damping = K_kt * self["J_m"], K_kt * self["D_m"]
+        return np.array([m, k_hat_p, k_hat_m, 0.0, 0.0, F_fm, inertia, damping, clamp, dv])
 
     def drive(self, recording: Recording) -> Drive:
         """The command x_i of a recording: its column or the paper's ramp."""
