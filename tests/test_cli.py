@@ -130,7 +130,7 @@ def test_a_card_has_the_published_form(stribeck_: Any, made: Path) -> None:
     assert found["objective"]["name"] == "position_rmse"
     assert found["objective"]["unit"] == "mm"
     assert [h["range"] for h in found["holdout"]] == ["44:112"]
-    assert found["search"]["method"] == "bts"
+    assert found["search"]["method"] == "mbts"
     assert found["search"]["seed"] == 3
     assert found["search"]["evaluations"] <= 2 * 40
     (data,) = found["data"]
@@ -282,7 +282,8 @@ def test_an_output_that_is_full_is_one_line(made: Path) -> None:
 def searching(folder: Path, *more: str) -> subprocess.Popen[str]:
     """A search without end, after it has told its first progress."""
     process = subprocess.Popen(
-        [*COMMAND, "identify", "up.csv", "--rig", "slide-bed", "--budget", "1000000000", *more],
+        [*COMMAND, "identify", "up.csv", "--rig", "slide-bed", "--method", "bts",
+         "--budget", "1000000000", *more],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None
@@ -346,7 +347,7 @@ def test_ctrl_c_while_polishing_keeps_the_search(
         return polish(problem, run, allowance)
 
     monkeypatch.setattr("stribeck.identify.fit.polish_run", interrupted)
-    said = stribeck_("identify", "up.csv", *QUICK, "--out", "unpolished")
+    said = stribeck_("identify", "up.csv", *QUICK, "--method", "bts", "--out", "unpolished")
     assert said.status == 130
     assert said.err == "stribeck: interrupted: the partial result is in unpolished/card.json\n"
     assert read_card(made / "unpolished" / "card.json").search.evaluations == 2 * 30

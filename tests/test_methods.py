@@ -125,7 +125,8 @@ def test_never_leaves_the_cube(method: str, walls: str) -> None:
             return cost
 
     has_walls = "walls" in {f.name for f in fields(cast("Any", METHODS[method]))}
-    u = run(Corner(), method, budget=2000, **({"walls": walls} if has_walls else {})).trace.u
+    settings: dict[str, Any] = {"walls": walls} if has_walls else {}
+    u = run(Corner(), method, budget=2000, **settings).trace.u
     assert u.min() >= 0.0
     assert u.max() <= 1.0
 
@@ -307,6 +308,7 @@ OTHER: dict[str, dict[str, Any]] = {
         "R_N": 0.1,
         "grow": 1.0,
         "patience": 20,
+        "settle": 200,
     },
 }
 STRONG = {"d_attract": 3.0, "w_attract": 4.0, "h_repellant": 3.0, "w_repellant": 20.0}

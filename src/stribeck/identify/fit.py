@@ -14,7 +14,7 @@ from numpy.random import SeedSequence
 from ..data.segment import noise, step
 from ..errors import InputError
 from ..friction import Law
-from ..optimize import Search, Target, configure, steps
+from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure, steps
 from ..rig import Rig
 from ..rig.rig import Simulated
 from ..space import Array
@@ -49,6 +49,8 @@ if TYPE_CHECKING:
 #: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
+#: Evaluations a parameter after which `mbts` has settled, if they brought nothing better.
+SETTLE = 200
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
 #: A misfit above this share of the best smooth motion's explains little.
@@ -91,7 +93,7 @@ def identify(
         recordings: One or several logs of the axis.
         rig: A rig or its name.
         law: A law or its name; by default the rig's first.
-        method: A search method; by default `bts` with the settings of section 4.4.
+        method: A search method; `mbts` by default. It ends by itself once it has settled.
         train: Ranges to train on; everything by default.
         holdout: Ranges to validate on.
         fixed: Parameters to hold, in the units the rig shows.
@@ -101,7 +103,8 @@ def identify(
         budget: Evaluations of the cost for each repeat, polishing included; 8,000 by default.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
-        polishing: Whether least squares polishes what a search found; it does by default.
+        polishing: Whether least squares polishes what a search found; by default it does, but for
+            `mbts`, which does that itself.
         settings: Settings of the search method.
         look: Called with the searches after every step; a progress bar looks here.
 
@@ -133,13 +136,13 @@ def identify(
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
     problem = MotionProblem(made, train_on)
     plan = _Plan(
-        method or "bts",
+        method or MemeticTabuSearch.name,
         dict(settings or {}),
         0 if seed is None else seed,
         BUDGET if budget is None else budget,
         REPEATS if repeats is None else repeats,
         target,
-        polishing is not False,
+        polishing,
     )
     began = time.perf_counter()
     searches = plan.searches(problem)
@@ -168,17 +171,22 @@ class _Plan:
     budget: int
     repeats: int
     target: float | None
-    polishing: bool
+    polishing: bool | None
+
+    def algorithm(self) -> Algorithm:
+        own = {"settle": SETTLE} if self.method == MemeticTabuSearch.name else {}
+        return configure(self.method, **own | self.settings)
 
     def polish_budget(self) -> int:
-        return min(POLISH, self.budget // 4) if self.polishing else 0
+        itself = self.polishing is None and self.method == MemeticTabuSearch.name
+        return 0 if itself or self.polishing is False else min(POLISH, self.budget // 4)
 
     def searches(self, problem: MotionProblem) -> list[Search]:
         for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
                 raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
-        algorithm = configure(self.method, **self.settings)
+        algorithm = self.algorithm()
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget()
         return [

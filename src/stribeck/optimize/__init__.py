@@ -3,6 +3,7 @@
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
 from .hybrid import ForagingTabuSearch
+from .least_squares import least_squares
 from .memetic import MemeticTabuSearch
 from .methods import METHODS, configure, minimize
 from .random_search import RandomSearch
@@ -52,6 +53,7 @@ __all__ = [
     "Target",
     "Trace",
     "configure",
+    "least_squares",
     "lockstep",
     "minimize",
     "rms",

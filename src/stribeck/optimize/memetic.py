@@ -49,6 +49,8 @@ class MemeticTabuSearch:
         grow: By which factor the next neighbourhood has more of them.
         patience: Evaluations for each parameter that may bring nothing better before the other
             side has its turn.
+        settle: Evaluations for each parameter that brought nothing better, after which the
+            search ends; None: it goes on as long as it is let.
     """
 
     name: ClassVar[str] = "mbts"
@@ -60,17 +62,20 @@ class MemeticTabuSearch:
     R_N: float = 0.25
     grow: float = 2.0
     patience: int = 150
+    settle: int | None = None
 
     def __post_init__(self) -> None:
         whole(self, 1, "S", "patience")
         if self.N is not None:
             whole(self, 4, "N")
+        if self.settle is not None:
+            whole(self, 1, "settle")
         positive(self, "R", "R_N", "apart")
         number(self, "tumbles", low=0.0)
         number(self, "grow", low=1.0)
 
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
-        """Yield cells, then descents and neighbourhoods in turn, as long as it is let."""
+        """Yield cells, then descents and neighbourhoods in turn."""
         memory = Memory(space.dim, rng)
         note(stage="foraging", round=1)
         theta = memory.forage(1)
@@ -84,22 +89,24 @@ class MemeticTabuSearch:
             _Arm("neighbourhood", lambda say: self.neighbourhoods(memory, rng, say)),
         ]
         patience = [float(self.patience * space.dim)] * len(arms)
-        k, left, count = 0, patience[0], 1
-        while True:
+        limit = inf if self.settle is None else self.settle * space.dim
+        k, left, count, idle = 0, patience[0], 1, 0
+        while idle < limit:
             arm, count = arms[k], count + 1
             note(stage=arm.stage, round=count, **arm.said)
             answer = yield arm.asked
             costs = answer.costs if isinstance(arm.asked, Detailed) else answer
             arm.spent += len(costs)
-            left -= len(costs)
+            left, idle = left - len(costs), idle + len(costs)
             if memory.meet(float(costs.min())):
-                left = max(left, 0.5 * patience[k])
+                left, idle = max(left, 0.5 * patience[k]), 0
             arm.go(answer)
             if left <= 0.0:
                 patience[k] *= 1.5
                 k = (k + 1) % len(arms)
                 behind = max(a.spent for a in arms) - arms[k].spent
                 left = max(patience[k], 0.5 * behind)
+        return "settled"
 
     def descents(self, memory: Memory, shown: bool, note: Note) -> Moves[None]:
         """By turns: from a cell, on from the best floor, from where the floors seem to lead.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from numpy.random import SeedSequence
@@ -79,7 +79,7 @@ def minimize(
     cost: Callable[[Array], Array],
     bounds: Space | Array | Sequence[tuple[float, float]],
     *,
-    method: str = "bts",
+    method: str = "mbts",
     budget: int = 10_000,
     target: float | None = None,
     seed: int | SeedSequence = 0,
@@ -95,7 +95,8 @@ def minimize(
 
     Args:
         cost: (n, dim) values to (n,) costs; rows are independent. What is not finite counts
-            as worst.
+            as worst. If it has a method `residuals`, (n, dim) values to (n, m), whose root mean
+            squares the costs are, `mbts` uses them: a sum of squares is quicker found.
         bounds: A Space, or one (lower, upper) pair a dimension.
         method: A name in METHODS.
         budget: Evaluations (rows) that may be spent.
@@ -112,16 +113,28 @@ def minimize(
     if target is not None:
         stops = [Target(target), *stops]
     search = Search(space, algorithm, budget=budget, seed=seed, stops=stops)
-    return lockstep(_Cost("cost", space, cost), [search])[0]
+    shown = getattr(cost, "residuals", None)
+    on = _Cost(space, cost) if shown is None else _Squares(space, cost, shown)
+    return lockstep(on, [search])[0]
 
 
 @dataclass(frozen=True)
 class _Cost:
     """A plain function as a problem."""
 
-    name: str
     space: Space
     function: Callable[[Array], Array]
+    name: str = field(default="cost", kw_only=True)
 
     def __call__(self, x: Array, /) -> Array:
         return self.function(x)
+
+
+@dataclass(frozen=True)
+class _Squares(_Cost):
+    """The same with residuals."""
+
+    shown: Callable[[Array], Array]
+
+    def residuals(self, x: Array, /) -> Array:
+        return self.shown(x)
