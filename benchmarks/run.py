@@ -17,6 +17,7 @@ import platform
 import re
 import subprocess
 import sys
+import textwrap
 import time
 import traceback
 from collections.abc import Iterable, Iterator
@@ -178,7 +179,7 @@ def _page(parts: dict[str, Any]) -> Iterator[str]:
         if part["quick"]:
             yield "*A short pass: fewer seeds, smaller budgets.*\n"
         yield f"`python benchmarks/run.py --only {name}`, {part['seconds'] / 60:.1f} minutes.\n"
-        yield from import_module(name).tables(part["found"])
+        yield from (t.strip("\n") + "\n" for t in import_module(name).tables(part["found"]))
         if name == "scaling" and not part["quick"]:
             yield "![Seconds a call over samples, candidates and strokes](scaling.png)\n"
 
@@ -225,7 +226,7 @@ def plain(markdown: str) -> str:
         if rows:
             out += _aligned(rows)
             rows = []
-        out.append(_bare(line))
+        out += textwrap.wrap(_bare(line), 100) or [""]
     return "\n".join(out).strip("\n") + "\n"
 
 

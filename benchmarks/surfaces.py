@@ -31,7 +31,7 @@ METHODS = {
 }
 #: The one that `mbts` is measured against.
 RIVAL = "scipy dual_annealing"
-TRIALS, BUDGET = 50, 50_000
+TRIALS, BUDGET = 50, 20_000
 CAMPAIGN = """
 name = "surfaces"
 doc = "The paper's five functions and their twins."
