@@ -454,7 +454,7 @@ def leg(
         s: Direction of the slip, +1.0 or -1.0.
         level: Friction at rest in that direction, N.
         span: How long that rate holds, s.
-        wish: Length of the first step, s.
+        wish: Length of the first step, s; 0.0 where it is to be found.
         tolerance: Scales the error allowed in a step.
         path: (LEG, WIDTH), is written.
 
@@ -655,7 +655,7 @@ def _read(
 @njit(
     float64(
         SLIP_TYPE, _F1, _F1, _F1, _F1, _F2, _F1, float64, _F1, _F1, _F2, _W1, _W1, boolean,
-        float64, _W2, _I1,
+        float64, _W2,
     ),
     cache=True,
     nogil=True,
@@ -678,7 +678,6 @@ def _walk(
     store: bool,
     tolerance: float,
     path: Array,
-    count: Array,
 ) -> float:
     """Simulate one candidate over one track; return its sum of squared misfits, m^2."""
     level_p, level_m = slip(0.0, p), slip(-0.0, p)
@@ -730,23 +729,11 @@ def _walk(
         known, known_e, known_rate, known_s = 0, xi - x, rate, s
         v, wish, whole = s * c[BAND], 0.0, True
         while True:
+            level = level_p if s > 0.0 else level_m
             rows, span, travel, v, how, wish, tries = leg(
-                slip,
-                p,
-                c,
-                xi - x,
-                v,
-                rate,
-                s,
-                level_p if s > 0.0 else level_m,
-                end - now,
-                wish,
-                tolerance,
-                path,
+                slip, p, c, xi - x, v, rate, s, level, end - now, wish, tolerance, path
             )
             steps += tries
-            count[0] += tries
-            count[1] += rows
             if how == FAILED or steps > most:
                 return np.nan
             i, miss = _read(path, rows, now, x, t, i, measured, score, out_x, out_v, store)
@@ -796,7 +783,7 @@ def _rows(
 ) -> None:
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
     own = np.empty((LEG, WIDTH))
-    path, count = crew.lent(own), np.zeros(2, np.int64)
+    path = crew.lent(own)
     knots_t, knots_x = crew.lent(knots_t), crew.lent(knots_x)
     extremes, sums = crew.lent(extremes), crew.lent(sums)
     t, measured, score = crew.lent(t), crew.lent(measured), crew.lent(score)
@@ -809,7 +796,7 @@ def _rows(
         sse[row] = _walk(
             slip, crew.lent(p[row]), crew.lent(c[row]), knots_t, knots_x, extremes, t, x0,
             measured, score, sums, crew.lent(out_x[k]), crew.lent(out_v[k]), store, tolerance,
-            path, count,
+            path,
         )  # fmt: skip
 
 
