@@ -25,7 +25,7 @@ class Memory:
     def __init__(self, dim: int, rng: Rng) -> None:
         self.dim, self._rng, self.best = dim, rng, np.inf
         self.floors, self.costs = np.empty((0, dim)), np.empty(0)
-        self._cells, self._J = np.empty((0, dim)), np.empty(0)
+        self._cells, self._J = np.empty((0, dim)), np.empty(0)  # in order of cost
         self._starts = np.empty((0, dim))
         self._drawn, self._shift, self._stride = 0, rng.random(dim), _stride(dim)
 
@@ -52,7 +52,7 @@ class Memory:
     @property
     def worth(self) -> float:
         """How far the best is below the middle of the cells: what there was to be gained."""
-        return float(np.median(self._J)) - self.best if len(self._J) else 0.0
+        return float(self._J[len(self._J) // 2]) - self.best if len(self._J) else 0.0
 
     @property
     def little(self) -> float:
@@ -76,7 +76,7 @@ class Memory:
         alone = np.flatnonzero(~near.any(axis=1))
         if not len(alone):
             return None
-        k = int(alone[0])  # they are in order of cost
+        k = int(alone[0])
         taken = self._cells[k], float(self._J[k])
         self._cells, self._J = np.delete(self._cells, k, axis=0), np.delete(self._J, k)
         return taken

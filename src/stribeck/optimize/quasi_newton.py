@@ -20,7 +20,7 @@ STEP, SHORTEST, LONGEST = 1e-7, 1e-9, 1e-6
 #: A step must keep this share of the gain that the slope promises (Armijo's rule).
 ARMIJO = 1e-4
 #: Backtracking steps before a direction is given up.
-TRIES = 12
+TRIES = 6
 #: A descent is abandoned when this many times the gain promised would not make it the best.
 HOPE = 5.0
 #: A gain above this share of the one before is no longer that of a Newton method.
@@ -28,6 +28,8 @@ SLOW = 0.3
 #: Gains promised below this share of the cost are lost in its rounding.
 ROUNDING = float(np.finfo(float).eps)
 NOTHING = 100 * ROUNDING
+#: And so are steps shorter than this.
+SHORT = 2e-9
 
 
 class Slope(NamedTuple):
@@ -76,7 +78,7 @@ def quasi_newton(here: Slope, note: Note, *, best: float = np.inf) -> Moves[Slop
         inside = ~(((u <= 0.0) & (g > 0.0)) | ((u >= 1.0) & (g < 0.0)))
         p, promised = _direction(g, B, inside, radius)
         hopeless = B is not None and turns > len(u) and f - HOPE * promised > best
-        if hopeless or promised <= NOTHING * abs(f):
+        if hopeless or promised <= NOTHING * abs(f) or np.abs(p).max() < SHORT:
             return Slope(u, f, g, B, radius, worth, "poor" if hopeless else "flat")
 
         v, cost = yield from _step(u, f, g, p, note)
