@@ -40,8 +40,8 @@ def main() -> None:
     stribeck("check", log)
     for side, ranges in RUNS.items():
         stribeck(
-            "identify", log, "--rig", "slide-bed", "--law", "stribeck", "--method", "bts",
-            *ranges, "--out", str(DEMO / side),
+            "identify", log, "--rig", "slide-bed", "--law", "stribeck", *ranges,
+            "--out", str(DEMO / side),
         )  # fmt: skip
     truth = json.loads((DEMO / "twin.truth.json").read_text())["parameters"]
     out = Console(highlight=False, width=100)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, isfinite, log
+from math import inf, isfinite, log, nan
 from typing import Any, ClassVar
+
+import numpy as np
 
 from ..space import Array, Rng, Space
 from .least_squares import Floor, least_squares
@@ -14,6 +16,9 @@ from .quasi_newton import Slope, quasi_newton
 from .search import Detailed, Moves, Note, counted
 from .settings import number, positive, whole
 from .swarm import adapt
+
+#: A cost beyond this is a penalty.
+LARGEST = 1e100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,13 +35,14 @@ class MemeticTabuSearch:
                             (least_squares.py), a quasi-Newton method on costs alone
                             (quasi_newton.py); where costs are rugged and slopes say nothing, a
                             neighbourhood whose shape adapts, too (swarm.py)
-        backtracking        the best floor is taken up again, to its last digit, when nothing
-                            better was found elsewhere; or the floors themselves are descended,
-                            towards where they seem to lead
+        backtracking        the best floor is taken up again where its descent was left slow, when
+                            nothing better was found elsewhere; or the floors themselves are
+                            descended, towards where they seem to lead
         count_max           the budget; it is split between descents and neighbourhoods by what
                             each has lately brought
 
-    Nothing here depends on the unit of the cost.
+    Nothing here depends on the unit of the cost. A cost beyond 1e100 counts as a place that cannot
+    be run, so that penalties are no part of the landscape.
 
     Args:
         S: Cells of the first swarm for each parameter.
@@ -49,8 +55,8 @@ class MemeticTabuSearch:
         grow: By which factor the next neighbourhood has more of them.
         patience: Evaluations for each parameter that may bring nothing better before the other
             side has its turn.
-        settle: Evaluations for each parameter that brought nothing better, after which the
-            search ends; None: it goes on as long as it is let.
+        settle: Evaluations for each parameter that brought nothing better (by a millionth of what
+            its cells spread), after which the search ends; None: it goes on as long as it is let.
     """
 
     name: ClassVar[str] = "mbts"
@@ -71,6 +77,7 @@ class MemeticTabuSearch:
         if self.settle is not None:
             whole(self, 1, "settle")
         positive(self, "R", "R_N", "apart")
+        number(self, "R", "R_N", "apart", high=10.0)
         number(self, "tumbles", low=0.0)
         number(self, "grow", low=1.0)
 
@@ -93,9 +100,11 @@ class MemeticTabuSearch:
         k, left, count, idle = 0, patience[0], 1, 0
         while idle < limit:
             arm, count = arms[k], count + 1
+            asked = arm.asked
             note(stage=arm.stage, round=count, **arm.said)
-            answer = yield arm.asked
-            costs = answer.costs if isinstance(arm.asked, Detailed) else answer
+            answer = yield asked
+            costs = answer.costs if isinstance(asked, Detailed) else answer
+            costs[np.abs(costs) > LARGEST] = inf
             arm.spent += len(costs)
             left, idle = left - len(costs), idle + len(costs)
             if memory.meet(float(costs.min())):
@@ -146,18 +155,19 @@ class MemeticTabuSearch:
         place = state.memory.funnel()
         if place is None:
             return False
+        if state.shown:  # the descent asks for it
+            return (yield from self.descend(state, place))
         costs = yield place[None]
         return (yield from self.descend(state, place, float(costs[0])))
 
-    def descend(self, state: _State, u: Array, cost: float) -> Moves[bool]:
+    def descend(self, state: _State, u: Array, cost: float = nan) -> Moves[bool]:
         """Find the floor below a place, and say whether it is the best."""
-        if not isfinite(cost):
-            state.memory.begin(u)
-            return False
         state.memory.begin(u)
         state.note(event="restart")
         if state.shown:
             return (yield from state.follow(least_squares(u, state.note, radius=self.R)))
+        if not isfinite(cost):
+            return False
         here = Slope(u, cost, radius=self.R, worth=1e-3 * state.memory.worth)
         best = inf if state.best is None else state.best.cost
         return (yield from state.follow(quasi_newton(here, state.note, best=best)))
@@ -166,9 +176,11 @@ class MemeticTabuSearch:
         """One neighbourhood after the other, each with more neighbours, where little is known."""
         N: float = self.N or 4 + int(3 * log(memory.dim))
         while True:
+            centre = memory.thinnest()
+            memory.begin(centre)
             note(event="restart")
-            yield from adapt(memory.thinnest(), self.R_N, int(N), rng, note)
-            N = min(N * self.grow, 200 * memory.dim)
+            memory.end(*(yield from adapt(centre, self.R_N, int(N), rng, note)))
+            N = max(N, min(N * self.grow, 200 * memory.dim))
 
 
 class _Arm:
@@ -178,12 +190,19 @@ class _Arm:
         self.stage, self.spent = stage, 0
         self.said: dict[str, Any] = {}
         self._moves = moves(lambda **said: self.said.update(said))
-        self.asked = next(self._moves)
+        self._asked: Array | Detailed | None = None
+
+    @property
+    def asked(self) -> Array | Detailed:
+        """The points it asks; it begins when that is first looked at."""
+        if self._asked is None:
+            self._asked = next(self._moves)
+        return self._asked
 
     def go(self, answer: Any) -> None:
         """Take the answer to what it asked, and ask anew."""
         self.said = {}
-        self.asked = self._moves.send(answer)
+        self._asked = self._moves.send(answer)
 
 
 @dataclass
@@ -208,7 +227,8 @@ class _State:
         """Follow a descent to its end, remember the floor, and say whether it is the best."""
         floor: Slope | Floor
         floor, self.last = yield from counted(descent)
-        self.memory.end(floor.point, floor.cost)
+        if isfinite(floor.cost):
+            self.memory.end(floor.point, floor.cost)
         least = inf if self.best is None else self.best.cost
         if floor.cost < least:
             self.best = floor

@@ -10,6 +10,8 @@ from ..space import Array, Rng
 CELLS, FLOORS, STARTS = 20, 300, 100
 #: Floors closer than this, in every coordinate, are one.
 SAME = 1e-3
+#: Up to so many dimensions Kronecker's sequence fills the cube more evenly than chance does.
+EVEN = 12
 
 
 class Memory:
@@ -30,7 +32,13 @@ class Memory:
         self._drawn, self._shift, self._stride = 0, rng.random(dim), _stride(dim)
 
     def forage(self, n: int) -> Array:
-        """`n` more places for cells, (n, dim), that fill the cube evenly whatever their number."""
+        """`n` more places for cells, (n, dim), which fill the cube evenly whatever their number.
+
+        (In more than `EVEN` dimensions they are random.)
+        """
+        if self.dim > EVEN:
+            self._drawn += n
+            return self._rng.random((n, self.dim))
         k = np.arange(self._drawn, self._drawn + n)[:, None]
         self._drawn += n
         places: Array = (self._shift + k * self._stride) % 1.0
@@ -56,7 +64,7 @@ class Memory:
 
     @property
     def little(self) -> float:
-        """A gain that is none."""
+        """A gain that is none: a millionth of what there was to be gained."""
         return 1e-6 * max(self.worth, 0.0) if np.isfinite(self.best) else 0.0
 
     def start(self, share: float) -> tuple[Array, float] | None:
@@ -111,7 +119,10 @@ class Memory:
             return None
         squares = dim * (dim + 1) // 2
         best = np.argsort(self.costs, kind="stable")[: min(max(3 + dim + squares, n // 2), 60)]
-        X, y = self.floors[best], self.costs[best]
+        X, y = self.floors[best], self.costs[best] - self.costs[best[0]]
+        if not y.max() > 0.0:
+            return None
+        y /= y.max()
         if len(best) > dim + squares:
             i, j = np.triu_indices(dim)
         elif len(best) > 2 * dim:
@@ -152,8 +163,9 @@ class Memory:
 
 
 def _squares(a: Array, b: Array) -> Array:
-    gap = a[:, None, :] - b
-    squares: Array = np.einsum("nkd,nkd->nk", gap, gap)
+    """Squared distances, (n, k), to 1e-15; nothing of shape (n, k, dim) is ever made."""
+    of_a, of_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
+    squares: Array = np.maximum(of_a[:, None] + of_b - 2.0 * (a @ b.T), 0.0)
     return squares
 
 

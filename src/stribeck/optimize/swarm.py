@@ -8,6 +8,8 @@ It uses the order of the costs alone.
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 
 from ..space import Array, Rng
@@ -16,11 +18,11 @@ from .search import Moves, Note
 #: It ends when the cloud is this narrow, or its best costs have differed by no larger share for a
 #: while.
 NARROW, LEVEL = 1e-9, 1e-13
-#: How often that is looked at, rounds.
-EVERY = 5
+#: It ends, too, when this many times the rounds that it takes to see a level brought nothing.
+LONG = 6
 
 
-def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[None]:
+def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[tuple[Array, float]]:
     """Search around a point of the unit cube until the neighbourhood has shrunk to nothing.
 
     Args:
@@ -29,6 +31,9 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[None]:
         N: Neighbours a round, from 4.
         rng: Source of the neighbours.
         note: Told of every batch.
+
+    Returns:
+        The best point it met, and its cost.
     """
     dim, half = len(centre), N // 2
     w = np.log((N + 1) / 2) - np.log(np.arange(1, half + 1))
@@ -41,7 +46,8 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[None]:
     expected = np.sqrt(dim) * (1.0 - 1.0 / (4.0 * dim) + 1.0 / (21.0 * dim**2))
     patience = 10 + 30 * dim // N
     M, s = np.eye(dim), np.zeros(dim)
-    least: list[float] = []
+    lately: deque[float] = deque(maxlen=patience)  # the least cost of each round
+    best, least, idle = centre, np.inf, 0
     while True:
         note(asks="neighbours", radius=R)
         z = rng.standard_normal((N, dim))
@@ -49,7 +55,11 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[None]:
         wished = centre + R * way
         near = np.minimum(np.maximum(wished, 0.0), 1.0)
         costs = yield near
-        least.append(float(costs.min()))
+        k = int(costs.argmin())
+        lately.append(float(costs[k]))
+        idle += 1
+        if costs[k] < least:
+            best, least, idle = near[k].copy(), float(costs[k]), 0
         ranked = np.argsort(_with_penalty(costs, wished - near, R), kind="stable")[:half]
         z, way = z[ranked], way[ranked]
         centre = np.minimum(np.maximum(centre + R * (w @ way), 0.0), 1.0)
@@ -60,10 +70,9 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[None]:
             + 0.5 * c_w * ((w[:, None] * way).T @ z)
         )
         R *= float(np.exp(min(1.0, c_s / damp * (np.sqrt(s @ s) / expected - 1.0))))
-        if len(least) % EVERY == 0 and _over(
-            least, R * np.sqrt((M**2).sum(axis=1).max()), patience
-        ):
-            return
+        width = R * float(np.sqrt((M**2).sum(axis=1).max()))
+        if idle > LONG * patience or not NARROW < width < np.inf or _level(lately):
+            return best, least
 
 
 def _with_penalty(costs: Array, outside: Array, R: float) -> Array:
@@ -76,12 +85,7 @@ def _with_penalty(costs: Array, outside: Array, R: float) -> Array:
     return paid
 
 
-def _over(least: list[float], width: float, patience: int) -> bool:
-    """Whether the cloud is narrow, its best costs level, or nothing better was met for long."""
-    if not NARROW < width < np.inf:
-        return True
-    lately = least[-patience:]
-    if len(least) > patience and max(lately) - min(lately) <= LEVEL * abs(min(lately)):
-        return True
-    long = 6 * patience
-    return len(least) > 2 * long and min(least[-long:]) >= min(least[:-long])
+def _level(lately: deque[float]) -> bool:
+    """Whether the rounds looked at brought all the same, or nothing that could be run."""
+    low, high = min(lately), max(lately)
+    return len(lately) == lately.maxlen and not high - low > LEVEL * abs(low)
