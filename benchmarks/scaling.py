@@ -45,9 +45,9 @@ VARIED = {
 HELD = {"samples": 6_000, "candidates": 40, "strokes": 1}
 #: Axes of the figure: what is varied, and what the others are held at.
 LABELS = {
-    "samples": "Samples (1 stroke, 40 candidates)",
-    "candidates": "Candidates (1 stroke of 6,000 samples)",
-    "strokes": "Strokes (6,000 samples each, 40 candidates)",
+    "samples": "Samples (40 candidates)",
+    "candidates": "Candidates (6,000 samples)",
+    "strokes": "Strokes (of 6,000 samples)",
 }
 #: Samples and candidates of the process whose memory is measured: ten minutes at 1 kHz.
 MEMORY = (600_000, 10_000)
