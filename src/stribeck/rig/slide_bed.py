@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..friction import Law
 
 Scheme = Literal["fast", "reference", "paper"]
+Device = Literal["cpu", "cuda"]
 
 _PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
 
@@ -72,7 +73,29 @@ class SlideBed(Simulated):
     F_sp = k_spring e, F_f_motor = clip(F_motor, F_fm), F_m = clip(K_kt (J_m a + D_m v), 30 N).
     k_hat depends on the direction of the pull (3.5 rightward, 2.8 N/mm leftward), so does
     k_spring under a direction-dependent law.
+
+    Args:
+        device: What computes `misfits`; see `on`. All else is computed on the processor.
     """
+
+    device: Device = "cpu"
+
+    def on(self, device: Device) -> Self:
+        """The same rig, its misfits computed on another device: `cpu`, or `cuda` for a GPU.
+
+        A GPU pays from about 10^5 candidates a call. Its results are the processor's within
+        rounding, not bit for bit; see `rig/cuda.py`.
+
+        Raises:
+            InputError: there is no such device here.
+        """
+        if device not in ("cpu", "cuda"):
+            raise InputError(f"rig {self.name}: device {device!r} is not one of cpu, cuda")
+        if device == "cuda":
+            from . import cuda  # noqa: PLC0415 - half a second that only this needs
+
+            cuda.ready()
+        return replace(self, device=device)
 
     def set(self, **values: float) -> Self:
         """The same rig with other constants, in the units it shows.
@@ -165,6 +188,10 @@ class SlideBed(Simulated):
     def misfits(self, law: Law, p: Array, on: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
         laws, c = self.split(law, p)
+        if self.device == "cuda":
+            from . import cuda  # noqa: PLC0415 - half a second that only this needs
+
+            return cuda.misfits(law, laws, c, on)
         return misfits(law, laws, c, on)
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
