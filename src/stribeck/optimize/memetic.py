@@ -19,6 +19,11 @@ from .swarm import adapt
 
 #: A cost beyond this is a penalty.
 LARGEST = 1e100
+#: A descent by residuals is looked at after so many evaluations a parameter, and goes on if it has
+#: fallen to this share meanwhile, or is below this share of the best cost known before it.
+TRIAL, FALL, STANDS_OUT = 3, 0.8, 0.5
+#: How much more patience descents are worth where residuals guide them.
+WELL_SHOWN = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +101,7 @@ class MemeticTabuSearch:
             _Arm("neighbourhood", lambda say: self.neighbourhoods(memory, rng, say)),
         ]
         patience = [float(self.patience * space.dim)] * len(arms)
+        patience[0] *= WELL_SHOWN if shown else 1.0
         limit = inf if self.settle is None else self.settle * space.dim
         k, left, count, idle = 0, patience[0], 1, 0
         while idle < limit:
@@ -145,10 +151,13 @@ class MemeticTabuSearch:
     def from_best(self, state: _State) -> Moves[bool]:
         """Take the best floor up again where its descent was left."""
         best = state.best
-        if not isinstance(best, Slope) or best.ended != "slow":
-            return False
-        deeper = best._replace(worth=1e-2 * best.worth)
-        return (yield from state.follow(quasi_newton(deeper, state.note)))
+        if isinstance(best, Floor) and best.ended == "poor":
+            descent = least_squares(best.point, state.note, radius=self.R)
+            return (yield from state.follow(descent))
+        if isinstance(best, Slope) and best.ended == "slow":
+            deeper = best._replace(worth=1e-2 * best.worth)
+            return (yield from state.follow(quasi_newton(deeper, state.note)))
+        return False
 
     def from_floors(self, state: _State) -> Moves[bool]:
         """Descend from where the floors themselves seem to lead."""
@@ -165,7 +174,8 @@ class MemeticTabuSearch:
         state.memory.begin(u)
         state.note(event="restart")
         if state.shown:
-            return (yield from state.follow(least_squares(u, state.note, radius=self.R)))
+            descent = least_squares(u, state.note, radius=self.R)
+            return (yield from state.follow(_hopeful(descent, state.memory.best, len(u))))
         if not isfinite(cost):
             return False
         here = Slope(u, cost, radius=self.R, worth=1e-3 * state.memory.worth)
@@ -181,6 +191,30 @@ class MemeticTabuSearch:
             note(event="restart")
             memory.end(*(yield from adapt(centre, self.R_N, int(N), rng, note)))
             N = max(N, min(N * self.grow, 200 * memory.dim))
+
+
+def _hopeful(descent: Moves[Floor], best: float, dim: int) -> Moves[Floor]:
+    """Follow a descent as long as it falls, or stands out from the best cost known before it.
+
+    Floors far above the best are many where a motion has the wrong number of slips; what comes
+    down to the best falls fast at first.
+    """
+    point, least, before, rows = np.empty(0), inf, inf, 0
+    try:
+        asked = next(descent)
+        while True:
+            answer = yield asked
+            k = int(answer.costs.argmin())
+            if answer.costs[k] < least:
+                point, least = asked.points[k].copy(), float(answer.costs[k])
+            rows += len(answer.costs)
+            if rows >= TRIAL * dim:
+                if least > max(FALL * before, STANDS_OUT * best):
+                    return Floor(point, least, "poor", np.zeros((dim, dim)))
+                before, rows = least, 0
+            asked = descent.send(answer)
+    except StopIteration as done:
+        return done.value
 
 
 class _Arm:
