@@ -83,7 +83,7 @@ class SlideBed(Simulated):
     def on(self, device: Device) -> Self:
         """The same rig, its misfits computed on another device: `cpu`, or `cuda` for a GPU.
 
-        A GPU pays from about 10^5 candidates a call. Its results are the processor's within
+        A GPU is for 10^5 candidates a call and more. Its results are the processor's within
         rounding, not bit for bit; see `rig/cuda.py`.
 
         Raises:
