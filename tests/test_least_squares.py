@@ -115,6 +115,13 @@ def test_a_start_that_cannot_run_ends_at_once() -> None:
     assert len(asked) == 1
 
 
+@pytest.mark.parametrize("moves", [[0.0, 0.0], [0.0, 1.0]])
+def test_a_parameter_that_changes_nothing_stays(moves: list[float]) -> None:
+    floor, _ = descend(lambda u: (u - 0.3) * moves + 0.1, [0.6, 0.6])
+    assert floor.point[0] == 0.6
+    assert floor.ended == "flat"
+
+
 def test_without_residuals_it_says_so() -> None:
     moves = least_squares(np.array([0.5]), lambda **_: None)
     next(moves)

@@ -24,14 +24,11 @@ import numpy as np
 from ..space import Array
 from .search import Answer, Detailed, Note
 
-#: A step that keeps more than GOOD of the gain promised widens the trust region, to WIDEST at
-#: most; one that keeps less than POOR narrows it; less than BAD, and the slopes are to blame.
-GOOD, POOR, BAD, WIDEST = 0.75, 0.25, 0.1, 0.5
-#: Corrections, per parameter, after which slopes are not trusted any more.
-AGE = 2
-#: How much of a step's surprise goes into the slopes along it. The mean slope over the step has
-#: 1; the slope at its end has 2 if the residuals are quadratic along it.
-SHARE = 1.5
+#: A step that keeps more than GOOD of the gain promised doubles the trust radius, to WIDEST at
+#: most; one that keeps less than POOR halves it.
+GOOD, POOR, WIDEST = 0.9, 0.1, 0.5
+#: After so many poor steps in a row, or corrections per parameter, slopes are taken anew.
+BLUNDERS, AGE = 2, 3
 #: Least trust radius: a shorter step is lost in rounding.
 SHORTEST = 1e-9
 #: What is added to the diagonal, as a share of its sum, so that directions without slope stay.
@@ -44,9 +41,8 @@ class Floor(NamedTuple):
     Args:
         point: The best point of the descent, (dim,), in the unit cube.
         cost: Its cost; inf if the start cannot be run.
-        ended: "flat" where slopes promise no further gain, "still" where the step that they
-            promised gained next to nothing, "radius" where they promise it and no step keeps
-            it, "nowhere" where the start cannot be run, "no residuals" where there are none.
+        ended: "flat" where slopes promise no further gain, or no step keeps what they promise;
+            "nowhere" where the start cannot be run; "no residuals" where there are none.
         curvature: Inner products of the slopes, J^T J / m, (dim, dim): how the mean square of
             the residuals grows about the point. Its flattest direction is the valley's.
     """
@@ -63,7 +59,7 @@ def least_squares(
     *,
     radius: float = 0.2,
     step: float = 1e-6,
-    tolerance: float = 1e-5,
+    tolerance: float = 1e-6,
 ) -> Generator[Detailed, Answer, Floor]:
     """Descend from a point of the unit cube by the residuals of the problem.
 
@@ -75,8 +71,9 @@ def least_squares(
         radius: Half-width of the first trust region.
         step: Length of the finite differences: far below the width of the valley, and far
             above the noise of the residuals over their slope.
-        tolerance: End where the sum of squares is promised to fall by less than this share, or
-            falls by less, with slopes of that very point.
+        tolerance: End where slopes promise that the sum of squares falls by less than this share
+            within the trust radius: those of that very point, or corrected ones if since they
+            were taken it fell by less, too.
     """
     u, dim = start.copy(), len(start)
     note(event="start", radius=radius)
@@ -88,18 +85,20 @@ def least_squares(
     r = answer.residuals[0].copy()
     J = np.zeros((dim, len(r)))
     age: int | None = None  # corrections since the slopes were taken; None: take them
+    blunders, before = 0, np.inf  # poor steps in a row, and the sum of squares, since then
     while True:
         if age is None:
             note(event="slopes", radius=radius)
             yield from _take_slopes(J, u, r, step)
-            age = 0
+            age = blunders = 0
         A, squares = J @ J.T, float(r @ r)
         s, promise = box_minimum(A, J @ r, np.maximum(-u, -radius), np.minimum(1.0 - u, radius))
-        stuck = "radius" if radius < SHORTEST else None if promise > tolerance * squares else "flat"
-        if stuck and age == 0:
-            return Floor(u, cost, stuck, A / len(r))
-        if stuck:
-            age, radius = None, max(radius, 2 * SHORTEST)
+        if age == 0:
+            before = squares
+        if not promise > tolerance * squares or radius < SHORTEST:
+            if age == 0 or 0 < before - squares < tolerance * squares:
+                return Floor(u, cost, "flat", A / len(r))
+            age, radius = None, max(radius, SHORTEST)
             continue
 
         note(event="step", radius=radius)
@@ -110,24 +109,20 @@ def least_squares(
             radius = reach / 4  # nothing was learnt but that it was too far
             continue
         R = answer.residuals[0]
-        gain = squares - float(R @ R)
-        kept = gain / promise
-        J += np.outer(s, (R - r - s @ J) * ((SHARE if kept > 0 else 1.0) / (s @ s)))
+        kept = (squares - float(R @ R)) / promise
+        J += np.outer(s / (s @ s), R - r - s @ J)
         radius = _adapted(radius, reach, kept)
+        blunders = blunders + 1 if kept < POOR else 0
         if kept > 0:
             u, r, cost = there, R.copy(), lower
-            if age == 0 and gain < tolerance * squares:
-                return Floor(u, cost, "still", A / len(r))
-        age = None if age + 1 >= AGE * dim or (age > 0 and kept < BAD) else age + 1
+        age = None if blunders >= BLUNDERS or age + 1 >= AGE * dim else age + 1
 
 
 def _adapted(radius: float, reach: float, kept: float) -> float:
     """The trust radius after a step of length `reach` that kept so much of its promise."""
     if kept > GOOD:
         return max(radius, min(2 * reach, WIDEST))
-    if kept < POOR:
-        return reach / (2 if kept > 0 else 4)
-    return radius
+    return reach / 2 if kept < POOR else radius
 
 
 def _take_slopes(J: Array, u: Array, r: Array, step: float) -> Generator[Detailed, Answer, None]:
@@ -157,8 +152,10 @@ def box_minimum(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, 
     Returns:
         s, and by how much the quadratic falls from 0 to there.
     """
-    A = A + RIDGE * np.trace(A) * np.eye(len(g))
-    s, slope = np.zeros(len(g)), g
+    s, slope, total = np.zeros(len(g)), g, float(np.trace(A))
+    if not 0.0 < total < np.inf:
+        return s, 0.0
+    A = A + RIDGE * total * np.eye(len(g))
     free = np.where(slope > 0, lower < 0, upper > 0)
     for _ in range(10 * len(g)):
         move = np.zeros(len(g))
