@@ -67,7 +67,7 @@ def least_squares(
 
     Args:
         start: Where, (dim,).
-        note: Told what is asked for: `event` "start", "slopes" or "step", and the trust radius.
+        note: Told what is asked for: `asks` "start", "slopes" or "step", and the trust radius.
         radius: Half-width of the first trust region.
         step: Length of the finite differences: far below the width of the valley, and far
             above the noise of the residuals over their slope.
@@ -76,7 +76,7 @@ def least_squares(
             were taken it fell by less, too.
     """
     u, dim = start.copy(), len(start)
-    note(event="start", radius=radius)
+    note(asks="start", radius=radius)
     answer = yield Detailed(u[None])
     cost = float(answer.costs[0])
     if answer.residuals is None or not np.isfinite(cost):
@@ -88,7 +88,7 @@ def least_squares(
     blunders, before = 0, np.inf  # poor steps in a row, and the sum of squares, since then
     while True:
         if age is None:
-            note(event="slopes", radius=radius)
+            note(asks="slopes", radius=radius)
             yield from _take_slopes(J, u, r, step)
             age = blunders = 0
         A, squares = J @ J.T, float(r @ r)
@@ -101,7 +101,7 @@ def least_squares(
             age, radius = None, max(radius, SHORTEST)
             continue
 
-        note(event="step", radius=radius)
+        note(asks="step", radius=radius)
         there = np.where(s == 1.0 - u, 1.0, np.maximum(u + s, 0.0))
         answer = yield Detailed(there[None])
         reach, lower = float(np.abs(s).max()), float(answer.costs[0])
