@@ -46,7 +46,7 @@ class MemeticTabuSearch:
         count_max           the budget; it is split between descents and neighbourhoods by what
                             each has lately brought
 
-    Nothing here depends on the unit of the cost. A cost beyond 1e100 counts as a place that cannot
+    Nothing here depends on the unit of the cost. A cost above 1e100 counts as a place that cannot
     be run, so that penalties are no part of the landscape.
 
     Args:
@@ -82,7 +82,7 @@ class MemeticTabuSearch:
         if self.settle is not None:
             whole(self, 1, "settle")
         positive(self, "R", "R_N", "apart")
-        number(self, "R", "R_N", "apart", high=10.0)
+        number(self, "R", "R_N", "apart", low=0.0, high=10.0)
         number(self, "tumbles", low=0.0)
         number(self, "grow", low=1.0)
 
@@ -110,7 +110,8 @@ class MemeticTabuSearch:
             note(stage=arm.stage, round=count, **arm.said)
             answer = yield asked
             costs = answer.costs if isinstance(asked, Detailed) else answer
-            costs[np.abs(costs) > LARGEST] = inf
+            costs[costs > LARGEST] = inf
+            np.maximum(costs, -LARGEST, out=costs)
             arm.spent += len(costs)
             left, idle = left - len(costs), idle + len(costs)
             if memory.meet(float(costs.min())):
@@ -139,9 +140,8 @@ class MemeticTabuSearch:
     def from_cell(self, state: _State) -> Moves[bool]:
         """Let cells tumble on, then descend from the best that stands for a basin of its own."""
         memory = state.memory
-        if state.last:
-            theta = memory.forage(max(1, int(self.tumbles * state.last)))
-            memory.keep(theta, (yield theta))
+        theta = memory.forage(max(1, int(self.tumbles * state.last)))
+        memory.keep(theta, (yield theta))
         start = memory.start(self.apart)
         if start is None:
             state.last = max(state.last, 2 * memory.dim)
@@ -261,9 +261,8 @@ class _State:
         """Follow a descent to its end, remember the floor, and say whether it is the best."""
         floor: Slope | Floor
         floor, self.last = yield from counted(descent)
-        if isfinite(floor.cost):
-            self.memory.end(floor.point, floor.cost)
+        self.memory.end(floor.point, floor.cost)
         least = inf if self.best is None else self.best.cost
-        if floor.cost < least:
+        if floor.cost <= least:
             self.best = floor
         return bool(floor.cost < least - self.memory.little)

@@ -6,8 +6,10 @@ import numpy as np
 
 from ..space import Array, Rng
 
-#: Cells kept, per dimension, and floors and starts of descents kept in all.
-CELLS, FLOORS, STARTS = 20, 300, 100
+#: Cells, floors and starts of descents that are kept.
+CELLS, FLOORS, STARTS = 100, 300, 100
+#: Cells that are looked at together.
+BLOCK = 20
 #: Floors closer than this, in every coordinate, are one.
 SAME = 1e-3
 #: Up to so many dimensions Kronecker's sequence fills the cube more evenly than chance does.
@@ -47,7 +49,7 @@ class Memory:
     def keep(self, theta: Array, J: Array) -> None:
         """Remember cells, (n, dim), and their costs, the better ones for longer."""
         theta, J = np.vstack([self._cells, theta]), np.concatenate([self._J, J])
-        order = np.argsort(J, kind="stable")[: CELLS * self.dim]
+        order = np.argsort(J, kind="stable")[:CELLS]
         order = order[np.isfinite(J[order])]
         self._cells, self._J = theta[order], J[order]
 
@@ -79,22 +81,26 @@ class Memory:
         radius = share * (np.log(self._drawn + 1) / self._drawn) ** (1.0 / self.dim)
         known = np.vstack([self._cells, self.floors, self._starts])
         costs = np.concatenate([self._J, self.costs, np.full(len(self._starts), -np.inf)])
-        near = _squares(self._cells, known) < radius**2
-        near &= costs < self._J[:, None]
-        alone = np.flatnonzero(~near.any(axis=1))
-        if not len(alone):
-            return None
-        k = int(alone[0])
-        taken = self._cells[k], float(self._J[k])
-        self._cells, self._J = np.delete(self._cells, k, axis=0), np.delete(self._J, k)
-        return taken
+        for begin in range(0, len(self._J), BLOCK):  # mostly it is one of the first
+            some = slice(begin, begin + BLOCK)
+            near = _squares(self._cells[some], known) < radius**2
+            near &= costs < self._J[some, None]
+            alone = np.flatnonzero(~near.any(axis=1))
+            if len(alone):
+                k = begin + int(alone[0])
+                taken = self._cells[k], float(self._J[k])
+                self._cells, self._J = np.delete(self._cells, k, axis=0), np.delete(self._J, k)
+                return taken
+        return None
 
     def begin(self, u: Array) -> None:
         """A descent begins here: no other one will for a while."""
         self._starts = np.vstack([self._starts, u])[-STARTS:]
 
     def end(self, u: Array, cost: float) -> None:
-        """A descent ended here."""
+        """A descent ended here; where nothing could be run there is nothing to remember."""
+        if not np.isfinite(cost):
+            return
         if len(self.costs):
             apart = np.abs(self.floors - u).max(axis=1)
             k = int(apart.argmin())

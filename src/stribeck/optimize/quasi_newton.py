@@ -21,8 +21,11 @@ STEP, SHORTEST, LONGEST = 1e-7, 1e-9, 1e-6
 ARMIJO = 1e-4
 #: Backtracking steps before a direction is given up.
 TRIES = 6
-#: A descent is abandoned when this many times the gain promised would not make it the best.
-HOPE = 5.0
+#: A descent is abandoned when this many times the gain promised, or the last if that was more,
+HOPE = 1.5
+#: The first curvature is this share of what the first step has shown: where it is too low a step
+#: goes too far, and teaches; where it is too high, all steps are too short for long.
+FIRST = 0.01
 #: A gain above this share of the one before is no longer that of a Newton method.
 SLOW = 0.3
 #: Gains promised below this share of the cost are lost in its rounding.
@@ -72,12 +75,12 @@ def quasi_newton(here: Slope, note: Note, *, best: float = np.inf) -> Moves[Slop
         if g is None:
             return here._replace(ended="rough")
     rough, turns = False, 0
-    before = np.inf
+    before = 0.0  # the last gain
     while True:
         turns += 1
         inside = ~(((u <= 0.0) & (g > 0.0)) | ((u >= 1.0) & (g < 0.0)))
         p, promised = _direction(g, B, inside, radius)
-        hopeless = B is not None and turns > len(u) and f - HOPE * promised > best
+        hopeless = B is not None and turns > len(u) and f - HOPE * max(promised, before) > best
         if hopeless or promised <= NOTHING * abs(f) or np.abs(p).max() < SHORT:
             return Slope(u, f, g, B, radius, worth, "poor" if hopeless else "flat")
 
@@ -97,7 +100,7 @@ def quasi_newton(here: Slope, note: Note, *, best: float = np.inf) -> Moves[Slop
         B = _curvature(B, s, y)
         if B is None:
             radius = min(2.0 * radius, 0.5)
-        if gain < worth and gain > SLOW * before:
+        if gain < worth and gain > SLOW * before > 0.0:
             return Slope(u, f, g, B, radius, worth, "slow")
         before = gain
 
@@ -164,7 +167,7 @@ def _curvature(B: Array | None, s: Array, y: Array) -> Array | None:
     """The BFGS update, damped so that it stays positive definite; None while there is none."""
     sy = float(s @ y)
     if B is None:
-        return np.eye(len(s)) * (float(y @ y) / sy) if sy > 0.0 else None
+        return np.eye(len(s)) * (FIRST * sy / float(s @ s)) if sy > 0.0 else None
     Bs = B @ s
     sBs = float(s @ Bs)
     if not sBs > 0.0:
