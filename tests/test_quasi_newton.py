@@ -41,10 +41,6 @@ def rows(asked: list[Array]) -> int:
     return sum(map(len, asked))
 
 
-def steps(asked: list[Array]) -> int:
-    return sum(len(points) == 1 for points in asked)
-
-
 def rosenbrock(u: Array) -> Array:
     """Over [-2, 2]^dim; the floor is 0 at 1."""
     x = 4.0 * u - 2.0
@@ -99,7 +95,8 @@ def test_a_round_bowl_takes_a_few_steps(dim: int) -> None:
     """One step shows the curvature, the same all around; the next is Newton's."""
     floor, asked = descend(lambda u: 1.0 + ((u - 0.4) ** 2).sum(axis=1), [0.45] * dim)
     np.testing.assert_allclose(floor.point, 0.4, atol=1e-7)
-    assert steps(asked) <= 4
+    tried = [points[0] for points in asked if len(points) == 1]
+    assert any(np.abs(point - 0.4).max() < 1e-6 for point in tried[:4])
 
 
 @pytest.mark.parametrize("lift", [0.0, 1.0, 1e3, -1e3])

@@ -1,0 +1,377 @@
+"""`mbts` as a whole: what it finds, how it shares its budget, when it ends, what it survives."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.bench.surfaces import rotation, surface
+from stribeck.optimize import MemeticTabuSearch, Run, Search, lockstep, minimize, rms
+from stribeck.optimize.search import steps
+from stribeck.space import Array, Param, Space, box
+
+Cost = Callable[[Array], Array]
+
+
+def valley(x: Array) -> Array:
+    """Rosenbrock's, in any dimension; 0 at 1."""
+    cost: Array = (100 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1 - x[:, :-1]) ** 2).sum(axis=1)
+    return cost
+
+
+def rugged(x: Array) -> Array:
+    """Rastrigin's, off the middle; 0 at 0.3."""
+    away = x - 0.3
+    cost: Array = (away**2 + 10 * (1 - np.cos(2 * np.pi * away))).sum(axis=1)
+    return cost
+
+
+def terraces(x: Array) -> Array:
+    """Thirty steps a decade, down a long bowl: wherever one looks, slopes are 0."""
+    turn = rotation(np.random.default_rng(0), x.shape[1])
+    squares = ((x - 0.7) @ turn.T) ** 2 @ 10.0 ** np.linspace(0, 3, x.shape[1])
+    cost: Array = 120 + np.floor(30 * np.log10(1e-9 + squares))
+    return cost
+
+
+class Exponential:
+    """Two decays to be told apart by their sum, as residuals and as a cost."""
+
+    name = "decays"
+    space = Space(
+        (
+            Param("a", 0.0, 2.0),
+            Param("p", 0.1, 100.0, log=True),
+            Param("b", 0.0, 2.0),
+            Param("q", 0.1, 100.0, log=True),
+        )
+    )
+    t = np.linspace(0.0, 2.0, 40)
+    truth = np.array([[1.3, 0.8, 0.7, 12.0]])
+
+    def __init__(self, hole: float = 0.0) -> None:
+        self.hole = hole
+
+    def shape(self, x: Array) -> Array:
+        a, p, b, q = x.T[:, :, None]
+        sums: Array = a * np.exp(-p * self.t) + b * np.exp(-q * self.t)
+        return sums
+
+    def residuals(self, x: Array, /) -> Array:
+        shown = self.shape(x) - self.shape(self.truth)
+        shown[x[:, 0] < self.hole] = np.nan
+        return shown
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+
+class Plain(Exponential):
+    """The same, its residuals kept to itself."""
+
+    residuals = None  # type: ignore[assignment]
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.shape(x) - self.shape(self.truth))
+
+
+class Shown:
+    """Any residuals on the unit cube as a problem."""
+
+    name = "shown"
+
+    def __init__(self, dim: int, residuals: Cost) -> None:
+        self.space, self.shown = box([(0.0, 1.0)] * dim), residuals
+
+    def residuals(self, x: Array, /) -> Array:
+        return self.shown(x)
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.shown(x))
+
+
+def run(problem: Any, *, budget: int, seed: int = 0, **settings: Any) -> Run:
+    search = Search(problem.space, MemeticTabuSearch(**settings), budget=budget, seed=seed)
+    return lockstep(problem, [search])[0]
+
+
+def spent(found: Run) -> dict[str, int]:
+    """Evaluations by stage."""
+    rows: dict[str, int] = {}
+    begun = [0, *found.trace.ends]
+    for note, start, end in zip(found.trace.notes, begun, found.trace.ends, strict=False):
+        rows[note["stage"]] = rows.get(note["stage"], 0) + end - start
+    return rows
+
+
+# --- what it finds
+
+
+@pytest.mark.parametrize("name", ["BF", "RF", "SF", "SchF", "ShuF"])
+@pytest.mark.parametrize("moved", [False, True])
+def test_it_finds_the_least_of_the_papers_surfaces(name: str, moved: bool) -> None:
+    """Twenty seeds of twenty; every seed has a twin of its own. The worst of them takes 1,000."""
+    taken = []
+    for seed in range(20):
+        problem = surface(name, 2, seed if moved else None)
+        found = minimize(problem, problem.space, budget=4000, target=problem.J_min, seed=seed)
+        assert found.ended == "target"
+        taken.append(found.evaluations)
+    assert np.median(taken) < 400
+
+
+@pytest.mark.parametrize("dim", [1, 2, 5])
+def test_it_leaves_basins_that_are_not_the_best(dim: int) -> None:
+    for seed in range(5):
+        found = minimize(rugged, [(-3.0, 2.0)] * dim, budget=4000 * dim, target=1e-8, seed=seed)
+        assert found.ended == "target"
+
+
+@pytest.mark.parametrize("dim", [2, 10, 30])
+def test_it_follows_a_curved_valley(dim: int) -> None:
+    found = minimize(valley, [(-2.0, 2.0)] * dim, budget=1000 * dim, target=1e-6, seed=1)
+    assert found.ended == "target"
+
+
+def test_residuals_spare_evaluations() -> None:
+    """Of the same problem, to the same cost, in each of ten seeds; in all less than a third."""
+    taken = []
+    for problem in (Exponential(), Plain()):
+        runs = [
+            minimize(problem, problem.space, budget=20_000, target=1e-4, seed=seed)
+            for seed in range(10)
+        ]
+        assert all(found.ended == "target" for found in runs)
+        taken.append([found.evaluations for found in runs])
+    assert sum(taken[0]) < sum(taken[1]) / 3
+
+
+def test_residuals_need_not_run_everywhere() -> None:
+    found = run(Exponential(hole=1.0), budget=1500)
+    assert found.cost < 1e-5
+
+
+@pytest.mark.parametrize(
+    "residuals",
+    [
+        lambda u: (u - 0.3)[:, :1] * 1.0,  # one of them, which one parameter does not move
+        lambda u: np.zeros((len(u), 3)),
+        lambda u: np.ones((len(u), 3)),
+        lambda u: np.hstack([u - 0.3, np.zeros((len(u), 2))]),
+        lambda u: np.full((len(u), 2), np.nan),
+        lambda u: np.where(u[:, :1] < 0.5, np.nan, u - 0.3),
+    ],
+)
+def test_degenerate_residuals_are_survived(residuals: Cost) -> None:
+    found = run(Shown(3, residuals), budget=800)
+    reachable = residuals(np.array([[0.5, 0.3, 0.3], [0.3, 0.3, 0.3]]))
+    if np.isfinite(reachable).any():
+        assert found.cost <= np.nanmin(rms(reachable)) + 1e-4
+    assert found.evaluations == 800
+
+
+def test_log_ranges_are_walked_in_decades() -> None:
+    space = Space((Param("a", 1e-9, 1e9, log=True), Param("b", 1e-3, 1e3, log=True)))
+
+    def decades(x: Array) -> Array:
+        cost: Array = (np.log10(x[:, 0]) - 4) ** 2 + (np.log10(x[:, 1]) + 2) ** 2
+        return cost
+
+    found = minimize(decades, space, budget=300)
+    np.testing.assert_allclose(np.log10(found.x), [4, -2], atol=1e-5)
+
+
+@pytest.mark.parametrize("dim", [1, 2, 30])
+def test_a_least_in_a_corner_is_met_exactly(dim: int) -> None:
+    found = minimize(lambda x: x.sum(axis=1), [(-1.0, 3.0)] * dim, budget=100 + 50 * dim)
+    assert (found.x == -1.0).all()
+
+
+# --- how the budget is shared
+
+
+@pytest.mark.parametrize(
+    ("cost", "busy", "idle"),
+    [(terraces, "neighbourhood", "tabu"), (valley, "tabu", "neighbourhood")],
+)
+def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str) -> None:
+    """Until the answer is met: whoever nears it has most of the budget."""
+    totals = {busy: 0, idle: 0}
+    for seed in range(10):
+        found = minimize(cost, [(-5.0, 5.0)] * 10, budget=20_000, target=1e-6, seed=seed)
+        rows = spent(found)
+        for stage in totals:
+            totals[stage] += rows.get(stage, 0)
+    assert totals[busy] > 1.2 * totals[idle]
+
+
+def test_neither_side_is_ever_given_up() -> None:
+    """A search that finds nothing more gives each its share of any budget."""
+    rows = spent(minimize(rugged, [(-3.0, 2.0)] * 2, budget=20_000, seed=1))
+    assert rows["tabu"] > 6000
+    assert rows["neighbourhood"] > 6000
+
+
+@pytest.mark.parametrize("problem", [Exponential(), Plain()])
+def test_every_step_says_its_stage_and_round(problem: Any) -> None:
+    notes = run(problem, budget=4000, patience=50).trace.notes
+    assert {note["stage"] for note in notes} == {"foraging", "tabu", "neighbourhood"}
+    assert [note["round"] for note in notes] == list(range(1, len(notes) + 1))
+
+
+def test_no_two_descents_begin_in_the_same_place() -> None:
+    """Between restarts: the first point asked after each."""
+    found = minimize(rugged, [(-3.0, 2.0)] * 2, budget=5000, seed=3)
+    trace = found.trace
+    began = [
+        trace.u[start] if end - start == 1 else trace.u[start:end].mean(axis=0)
+        for note, start, end in zip(trace.notes, [0, *trace.ends], trace.ends, strict=False)
+        if note["stage"] == "tabu" and note.get("event") == "restart"
+    ]
+    assert len(began) > 20
+    apart = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(began, 2)]
+    assert min(apart) > 1e-3
+
+
+# --- when it ends
+
+
+@pytest.mark.parametrize("settle", [10, 100])
+def test_settled_is_said_after_as_many_idle_evaluations(settle: int) -> None:
+    found = minimize(valley, [(-2.0, 2.0)] * 2, budget=50_000, settle=settle, seed=2)
+    assert found.ended == "settled"
+    low = found.trace.convergence()
+    worth = float(np.median(found.trace.f[1:11])) - low[-1]  # the cells of the first swarm
+    last = int(np.flatnonzero(low > low[-1] + 1e-5 * worth)[-1]) + 1
+    assert found.evaluations - last >= 2 * settle
+    begun = found.trace.ends[-2]
+    assert begun - found.trace.best - 1 < 2 * settle  # not before, and no step later
+
+
+def test_it_goes_on_as_long_as_it_is_let() -> None:
+    found = minimize(lambda x: np.ones(len(x)), [(0.0, 1.0)] * 2, budget=5000)
+    assert (found.ended, found.evaluations) == ("budget", 5000)
+
+
+# --- what it survives
+
+
+def lone(x: Array) -> Array:
+    """Runs in one corner alone."""
+    return np.where((x < 0.2).all(axis=1), ((x - 0.1) ** 2).sum(axis=1), np.nan)
+
+
+def penalised(x: Array) -> Array:
+    return np.where(rugged(4 * x) < 30, rugged(4 * x), np.finfo(float).max)
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize(
+    "cost",
+    [
+        lambda x: np.full(len(x), np.nan),
+        lambda x: np.full(len(x), np.inf),
+        lambda x: np.full(len(x), -np.inf),
+        lambda x: np.zeros(len(x)),
+        lambda x: np.full(len(x), 1e308),
+        lambda x: np.where(x[:, 0] < 0.4, -1.7e308, 1.7e308),
+        lambda x: np.where(x[:, 0] < 0.4, np.inf, x.sum(axis=1)),
+        lambda x: 1e308 * (0.1 + x.sum(axis=1) / 10),
+        lambda x: 1e-300 * x.sum(axis=1),
+        lambda x: 5e-324 * np.floor(9 * x.sum(axis=1)),
+        lambda x: 1e15 + rugged(x),
+        lambda x: np.sign(x[:, 0] - 0.123),
+        lone,
+        penalised,
+    ],
+)
+def test_strange_costs_warn_of_nothing(cost: Cost, dim: int) -> None:
+    """Overflow, 0/0 and the like are errors under pytest."""
+    found = minimize(cost, [(0.0, 1.0)] * dim, budget=6000, seed=1)
+    assert found.evaluations == 6000
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_penalties_are_no_part_of_the_landscape(seed: int) -> None:
+    found = minimize(penalised, [(-1.0, 1.0)] * 2, budget=6000, target=1e-8, seed=seed)
+    assert found.ended == "target"
+
+
+def test_one_corner_that_runs_is_found_and_searched() -> None:
+    """An eighth of a percent of the cube, by chance once in 800 evaluations."""
+    found = minimize(lone, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
+    assert found.ended == "target"
+
+
+@pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
+def test_it_does_not_know_the_unit_of_the_cost(scale: float) -> None:
+    one = minimize(rugged, [(-3.0, 2.0)] * 2, budget=3000, seed=1)
+    other = minimize(lambda x: scale * rugged(x), [(-3.0, 2.0)] * 2, budget=3000, seed=1)
+    assert np.array_equal(one.trace.u, other.trace.u)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"S": 1, "tumbles": 0.0, "patience": 1, "N": 4},
+        {"S": 2000},
+        {"N": 3000},
+        {"N": 4, "R_N": 1e-12},
+        {"R": 1e-12},
+        {"R": 10.0, "R_N": 10.0, "apart": 10.0},
+        {"apart": 1e-12},
+        {"grow": 1.0},
+        {"grow": 1e6},
+        {"settle": 1},
+    ],
+)
+@pytest.mark.parametrize("dim", [1, 3])
+def test_settings_at_their_ends_hang_nothing(how: dict[str, Any], dim: int) -> None:
+    found = minimize(rugged, [(-3.0, 2.0)] * dim, budget=3000, seed=2, **how)
+    assert found.evaluations == 3000 or found.ended == "settled"
+
+
+@pytest.mark.parametrize("budget", [1, 2, 9, 10])
+def test_a_budget_smaller_than_the_first_swarm_is_kept(budget: int) -> None:
+    found = minimize(valley, [(-2.0, 2.0)] * 2, budget=budget)
+    assert (found.evaluations, found.ended) == (budget, "budget")
+
+
+# --- the same again
+
+
+@pytest.mark.parametrize("problem", [Exponential(), Plain(), Exponential(hole=1.0)])
+def test_cut_anywhere_and_resumed_it_is_the_same(problem: Any) -> None:
+    whole = run(problem, budget=1200, seed=4, patience=20)
+    for cut in (1, 2, 30, 31, 500, 900):
+        search = Search(problem.space, MemeticTabuSearch(patience=20), budget=1200, seed=4)
+        live = steps(problem, [search])
+        while len(search.trace) < cut:
+            next(live)
+        again = Search(problem.space, MemeticTabuSearch(patience=20), budget=1200, seed=4)
+        again.replay(search.trace, problem)
+        found = lockstep(problem, [again])[0]
+        assert np.array_equal(found.trace.u, whole.trace.u)
+        assert np.array_equal(found.trace.f, whole.trace.f)
+
+
+@pytest.mark.parametrize("problem", [Exponential(), Plain(), Exponential(hole=1.0)])
+def test_side_by_side_it_is_what_it_is_alone(problem: Any) -> None:
+    """Some ask for residuals while others do not."""
+
+    def searches() -> list[Search]:
+        return [
+            Search(problem.space, MemeticTabuSearch(patience=10 + s), budget=700 + s, seed=s)
+            for s in range(6)
+        ]
+
+    together = lockstep(problem, searches())
+    for one, search in zip(together, searches(), strict=True):
+        alone = lockstep(problem, [search])[0]
+        assert np.array_equal(one.trace.u, alone.trace.u)
+        assert np.array_equal(one.trace.f, alone.trace.f)
+        assert one.trace.notes == alone.trace.notes
