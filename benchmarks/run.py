@@ -38,6 +38,7 @@ PARTS = {
     "identification": "Evaluations to identify the slide bed",
     "surfaces": "The paper's functions and their twins",
     "bbob_area": "BBOB",
+    "gpu": "Many candidates on a GPU",
 }
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
 
