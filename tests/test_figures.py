@@ -21,7 +21,7 @@ def test_local_quadratics_are_those_of_savitzky_and_golay() -> None:
 
 def test_a_fit_is_drawn_under_names_that_are_known(tmp_path: Path) -> None:
     log = TestBed().run("up", seed=2).recording
-    fit = identify(log, train="112:295", holdout="44:112", budget=60, repeats=1)
+    fit = identify(log, train="112:295", holdout="44:112", budget=600, repeats=1)
     drawn = draw(fit, tmp_path)
     stems = {"convergence", "training", "holdout_44_112", "friction", "stribeck_curve"}
     assert {file.stem for file in drawn} == stems

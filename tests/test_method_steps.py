@@ -482,7 +482,8 @@ def test_bts_hands_over_the_best_place_of_the_bacteria() -> None:
 
 
 def test_the_first_of_equally_good_places_is_handed_over() -> None:
-    result = minimize(lambda x: np.ones(len(x)), [(0, 1)], S=4, N_c=1, R=1e-3, budget=100)
+    flat: dict[str, Any] = {"method": "bts", "S": 4, "N_c": 1, "R": 1e-3, "budget": 100}
+    result = minimize(lambda x: np.ones(len(x)), [(0, 1)], **flat)
     (k,) = [i for i, n in enumerate(result.trace.notes) if n.get("event") == "hand-over"]
     handed = result.trace.u[result.trace.ends[k - 1]]
     assert np.allclose(handed, result.trace.u[0], atol=1e-3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from math import inf, isfinite, log, nan
 from typing import Any, ClassVar
@@ -13,7 +13,7 @@ from ..space import Array, Rng, Space
 from .least_squares import Floor, least_squares
 from .memory import Memory
 from .quasi_newton import Slope, quasi_newton
-from .search import Detailed, Moves, Note, counted
+from .search import Answer, Detailed, Moves, Note, counted
 from .settings import number, positive, whole
 from .swarm import adapt
 
@@ -193,7 +193,9 @@ class MemeticTabuSearch:
             N = max(N, min(N * self.grow, 200 * memory.dim))
 
 
-def _hopeful(descent: Moves[Floor], best: float, dim: int) -> Moves[Floor]:
+def _hopeful(
+    descent: Generator[Detailed, Answer, Floor], best: float, dim: int
+) -> Generator[Detailed, Answer, Floor]:
     """Follow a descent as long as it falls, or stands out from the best cost known before it.
 
     Floors far above the best are many where a motion has the wrong number of slips; what comes
@@ -214,7 +216,8 @@ def _hopeful(descent: Moves[Floor], best: float, dim: int) -> Moves[Floor]:
                 before, rows = least, 0
             asked = descent.send(answer)
     except StopIteration as done:
-        return done.value
+        floor: Floor = done.value
+        return floor
 
 
 class _Arm:

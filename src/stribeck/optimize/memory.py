@@ -72,9 +72,9 @@ class Memory:
     def start(self, share: float) -> tuple[Array, float] | None:
         """The best cell that stands for a basin of its own, and its cost; it is taken out.
 
-        It does if nothing better is known within a radius that shrinks as cells get more (the
-        rule of multi-level single linkage: Rinnooy Kan and Timmer 1987, doi
-        10.1007/BF02592071), and no descent began there.
+        It does if nothing better is known within a radius that shrinks as cells get more, and no
+        descent began there. (The form of the rule is that of multi-level single linkage: Rinnooy
+        Kan and Timmer 1987, doi 10.1007/BF02592071. Its guarantees need a larger radius.)
         """
         if not len(self._J):
             return None

@@ -21,7 +21,8 @@ STEP, SHORTEST, LONGEST = 1e-7, 1e-9, 1e-6
 ARMIJO = 1e-4
 #: Backtracking steps before a direction is given up.
 TRIES = 6
-#: A descent is abandoned when this many times the gain promised, or the last if that was more,
+#: A descent is abandoned when this many times the gain promised, or the last one if that was
+#: more, would not make it the best.
 HOPE = 1.5
 #: The first curvature is this share of what the first step has shown: where it is too low a step
 #: goes too far, and teaches; where it is too high, all steps are too short for long.
@@ -129,6 +130,13 @@ def _gradient(u: Array, f: float, B: Array | None) -> Moves[Array | None]:
             h = np.minimum(np.maximum(2.0 * np.sqrt(ROUNDING * abs(f) / bend), SHORTEST), LONGEST)
     h = np.where(u + h <= 1.0, h, -h)
     costs = yield u + np.diag(h)
+    barred = ~np.isfinite(costs)
+    if barred.any():  # perhaps the other side can be run
+        h[barred] = -h[barred]
+        beside = (u + np.diag(h))[barred]
+        if not ((beside >= 0.0) & (beside <= 1.0)).all():
+            return None
+        costs[barred] = yield beside
     g: Array = (costs - f) / h
     if not np.isfinite(g).all():
         return None
