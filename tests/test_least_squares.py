@@ -130,6 +130,14 @@ def test_without_residuals_it_says_so() -> None:
     assert done.value.value.ended == "no residuals"
 
 
+@pytest.mark.parametrize("power", [-200, -1, 200])
+def test_the_unit_of_the_residuals_is_nothing_to_it(power: int) -> None:
+    plain, there = descend(rosenbrock, [0.2, 0.75])
+    scaled, here = descend(lambda u: rosenbrock(u) * 2.0**power, [0.2, 0.75])
+    np.testing.assert_array_equal(np.vstack(here), np.vstack(there))
+    assert scaled.cost == plain.cost * 2.0**power
+
+
 @pytest.mark.parametrize("dim", [2, 5, 10])
 def test_linear_residuals_take_one_step(dim: int) -> None:
     """Start, its neighbours, the step; fresh slopes there promise no more."""

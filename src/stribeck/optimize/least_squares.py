@@ -57,7 +57,7 @@ def least_squares(
     start: Array,
     note: Note,
     *,
-    radius: float = 0.2,
+    radius: float = 0.1,
     step: float = 1e-6,
     tolerance: float = 1e-6,
 ) -> Generator[Detailed, Answer, Floor]:
@@ -91,8 +91,10 @@ def least_squares(
             note(asks="slopes", radius=radius)
             yield from _take_slopes(J, u, r, step)
             age = blunders = 0
-        A, squares = J @ J.T, float(r @ r)
-        s, promise = box_minimum(A, J @ r, np.maximum(-u, -radius), np.minimum(1.0 - u, radius))
+        # einsum, as the bits of BLAS depend on the number of its threads
+        A, g = np.einsum("im,jm->ij", J, J), np.einsum("im,m->i", J, r)
+        squares = float(np.einsum("m,m->", r, r))
+        s, promise = box_minimum(A, g, np.maximum(-u, -radius), np.minimum(1.0 - u, radius))
         if age == 0:
             before = squares
         if not promise > tolerance * squares or radius < SHORTEST:
@@ -109,8 +111,8 @@ def least_squares(
             radius = reach / 4  # nothing was learnt but that it was too far
             continue
         R = answer.residuals[0]
-        kept = (squares - float(R @ R)) / promise
-        J += np.outer(s / (s @ s), R - r - s @ J)
+        kept = (squares - float(np.einsum("m,m->", R, R))) / promise
+        J += np.outer(s / (s @ s), R - r - np.einsum("i,im->m", s, J))
         radius = _adapted(radius, reach, kept)
         blunders = blunders + 1 if kept < POOR else 0
         if kept > 0:
