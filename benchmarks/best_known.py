@@ -27,7 +27,7 @@ from twins import FILE, Twin, twins
 SEEDS, POPULATION, GENERATIONS = 3, 20, 400
 RANDOM, STARTS = 2000, 12
 #: Steps of the slopes, as shares of the box: small ones feel the corners, large ones the curve.
-STEPS = (1e-3, 1e-4)
+STEPS = (1e-3, 1e-4, 1e-6)
 WORST = 1e3  # what costs nothing finite costs this, mm
 
 

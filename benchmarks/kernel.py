@@ -189,14 +189,17 @@ def apiece(p: Array, c: Array, on: Track, tolerance: float) -> Array:
     Each is a call by itself, less what a call takes that ends at once, for a mass of zero.
     """
     rows = [(p[k : k + 1], c[k : k + 1]) for k in range(len(p))]
-    taken = np.full(len(p), np.inf)
+    empty = np.zeros_like(c[:1])
+    taken, nothing = np.full((2, len(p)), np.inf)
     for _ in range(TIMES):
         for k, (q, d) in enumerate(rows):
             began = time.thread_time()
             misfits(LAW, q, d, on, tolerance)
-            taken[k] = min(taken[k], time.thread_time() - began)
-    empty = np.zeros_like(c[:1])
-    return taken - least(lambda: misfits(LAW, p[:1], empty, on, tolerance), 200)
+            done = time.thread_time()
+            misfits(LAW, q, empty, on, tolerance)
+            nothing[k] = min(nothing[k], time.thread_time() - done)
+            taken[k] = min(taken[k], done - began)
+    return taken - float(np.median(nothing))
 
 
 def direction_found(direction: int, n: int, few: int, loop: CLoop | None) -> dict[str, Any]:
@@ -282,40 +285,39 @@ def uneven_found(n: int) -> dict[str, Any]:
     return found
 
 
-def threads_found(calls: int) -> dict[str, Any]:
-    """Throughput of one and of two threads, calls of 40 candidates, taken in turns."""
-    on, at = ramp(1), box(CALL, 7)
+def threads_found(turns: int) -> dict[str, Any]:
+    """Throughput of one and of two threads, calls of a search and great ones, taken in turns."""
+    on = ramp(1)
     if crew.threads() < 2:  # noqa: PLR2004
         return {"cores": crew.threads()}
     hands = {1: crew.Crew(1), 2: crew.Crew(2)}
-    seconds: dict[int, list[float]] = {1: [], 2: []}
-    bits = set()
-    for _ in range(calls):
-        for n, taken in seconds.items():
-            with of(hands[n]):
-                began = time.perf_counter()
-                sse = SLIDE_BED.misfits(LAW, at, on)
-                taken.append(time.perf_counter() - began)
-            bits.add(sse.tobytes())
+    found: dict[str, Any] = {"cores": crew.threads(), "same_bits": True, "calls": {}}
+    for candidates, in_a_turn in ((CALL, 20), (100 * CALL, 1)):
+        at = box(candidates, 7)
+        seconds: dict[int, list[float]] = {1: [], 2: []}
+        for _ in range(turns if candidates == CALL else max(turns // 20, 2)):
+            bits = set()
+            for n, taken in seconds.items():
+                with of(hands[n]):
+                    some = []
+                    for _ in range(in_a_turn):
+                        began = time.perf_counter()
+                        sse = SLIDE_BED.misfits(LAW, at, on)
+                        some.append(time.perf_counter() - began)
+                taken.append(float(np.median(some)))
+                bits.add(sse.tobytes())
+            found["same_bits"] &= len(bits) == 1
+        one, two = np.array(seconds[1]), np.array(seconds[2])
+        found["calls"][str(candidates)] = {
+            "one_thread_us": 1e6 * float(one.min()),
+            "two_threads_us": 1e6 * float(two.min()),
+            "gain": {
+                "median": float(np.median(one / two)),
+                "of_least": float(one.min() / two.min()),
+            },
+        }
     hands[2].dismiss()
-    one, two = np.array(seconds[1]), np.array(seconds[2])
-    return {
-        "cores": crew.threads(),
-        "candidates_a_call": CALL,
-        "one_thread_us_a_call": {
-            "median": 1e6 * float(np.median(one)),
-            "least": 1e6 * float(one.min()),
-        },
-        "two_threads_us_a_call": {
-            "median": 1e6 * float(np.median(two)),
-            "least": 1e6 * float(two.min()),
-        },
-        "gain": {
-            "median": float(np.median(one / two)),
-            "of_least": float(one.min() / two.min()),
-        },
-        "same_bits": len(bits) == 1,
-    }
+    return found
 
 
 def measure(quick: bool = False) -> dict[str, Any]:
@@ -330,7 +332,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
             "left": direction_found(-1, n, few, loop),
             "no slip repeats": uneven_found(n),
         }
-    found["threads"] = threads_found(200 if quick else 3000)
+    found["threads"] = threads_found(20 if quick else 200)
     return found
 
 
@@ -367,12 +369,12 @@ def tables(found: dict[str, Any]) -> list[str]:
             f"| {_mm(one['kernel_error_mm'])} |"
         )
     threads = found["threads"]
-    if "gain" in threads:
-        gain, bits = threads["gain"], "the same bits" if threads["same_bits"] else "OTHER BITS"
+    bits = "the same bits" if threads.get("same_bits") else "OTHER BITS"
+    for candidates, one in threads.get("calls", {}).items():
+        gain = one["gain"]
         said = (
-            f"Two threads do {gain['median']:.2f} times as much as one (median of calls in turns; "
-            f"{gain['of_least']:.2f} by the least times), {threads['candidates_a_call']} "
-            f"candidates a call, {bits}."
+            f"Two threads do {gain['median']:.2f} times as much as one with {int(candidates):,} "
+            f"candidates a call (median of turns; {gain['of_least']:.2f} by the least times), {bits}."
         )
         lines += ["", said]
     return lines

@@ -180,9 +180,15 @@ def _page(parts: dict[str, Any]) -> Iterator[str]:
         if part["quick"]:
             yield "*A short pass: fewer seeds, smaller budgets.*\n"
         yield f"`python benchmarks/run.py --only {name}`, {part['seconds'] / 60:.1f} minutes.\n"
-        yield from (t.strip("\n") + "\n" for t in import_module(name).tables(part["found"]))
+        yield from (t.strip("\n") + "\n" for t in tables(name, part["found"]))
         if name == "scaling" and not part["quick"]:
             yield "![Seconds a call over samples, candidates and strokes](scaling.png)\n"
+
+
+def tables(name: str, found: Any) -> list[str]:
+    """The tables of a part; one that gives them line by line has one."""
+    given: list[str] = import_module(name).tables(found)
+    return given if any("\n" in text for text in given) else ["\n".join(given)]
 
 
 def _machines(parts: dict[str, Any]) -> list[tuple[str, list[str]]]:
@@ -210,8 +216,7 @@ def shown(name: str, numbers: list[int]) -> Iterator[str]:
     parts = read(RESULTS)
     if name not in parts:
         sys.exit(f"{name} has not been measured: python benchmarks/run.py --only {name}")
-    tables = import_module(name).tables(parts[name]["found"])
-    for k, text in enumerate(tables, 1):
+    for k, text in enumerate(tables(name, parts[name]["found"]), 1):
         if not numbers or k in numbers:
             yield plain(text)
 

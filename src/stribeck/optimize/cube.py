@@ -54,3 +54,14 @@ def gaps(a: Array, b: Array) -> Array:
     """The ways from each of b (k, dim) to each of a (n, dim), shape (n, k, dim)."""
     # Repeated rows rather than a[:, None]: it is the long inner loop that makes this fast.
     return a.repeat(len(b), axis=0).reshape(len(a), *b.shape) - b
+
+
+def squares(a: Array, b: Array) -> Array:
+    """Squared distances from each of a (n, dim) to each of b (k, dim), (n, k), give or take 1e-15."""
+    # One product of matrices: nothing of shape (n, k, dim) is ever made.
+    of_a, of_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
+    found: Array = a @ b.T
+    found *= -2.0
+    found += of_a[:, None]
+    found += of_b
+    return found

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Coordinates, Walls, gaps, inside, widths
+from .cube import Coordinates, Walls, inside, squares, widths
 from .search import Moves, Note
 from .settings import choice, even, number, positive, whole
 
@@ -119,15 +119,18 @@ class Chemotaxis(ABC):
         """
         if not (self.d_attract or self.h_repellant):
             return np.zeros(len(theta))
-        gap = gaps(theta, swarm)
-        if self.coordinates == "raw":  # otherwise every side is 1
-            gap *= width
-        distance2 = np.einsum("nsp,nsp->ns", gap, gap)
+        raw = self.coordinates == "raw"  # otherwise every side is 1
+        distance2 = squares(theta * width, swarm * width) if raw else squares(theta, swarm)
         if theta is not swarm:  # its own member moves with it
             distance2[np.arange(len(cells)), cells] = 0.0
-        attract = self.d_attract * np.exp(-self.w_attract * distance2)
-        repel = self.h_repellant * np.exp(-self.w_repellant * distance2)
-        J_cc: Array = (repel - attract).sum(axis=1)
+        attract = distance2 * -self.w_attract  # in place: these are the search's largest arrays
+        np.exp(attract, out=attract)
+        attract *= self.d_attract
+        repel = np.multiply(distance2, -self.w_repellant, out=distance2)
+        np.exp(repel, out=repel)
+        repel *= self.h_repellant
+        repel -= attract
+        J_cc: Array = repel.sum(axis=1)
         return J_cc
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..space import Array, Rng
+from .cube import squares
 
 #: Cells, floors and starts of descents that are kept.
 CELLS, FLOORS, STARTS = 100, 300, 100
@@ -83,7 +84,7 @@ class Memory:
         costs = np.concatenate([self._J, self.costs, np.full(len(self._starts), -np.inf)])
         for begin in range(0, len(self._J), BLOCK):  # mostly it is one of the first
             some = slice(begin, begin + BLOCK)
-            near = _squares(self._cells[some], known) < radius**2
+            near = squares(self._cells[some], known) < radius**2
             near &= costs < self._J[some, None]
             alone = np.flatnonzero(~near.any(axis=1))
             if len(alone):
@@ -123,13 +124,13 @@ class Memory:
         dim, n = self.dim, len(self.costs)
         if n < dim + 2:
             return None
-        squares = dim * (dim + 1) // 2
-        best = np.argsort(self.costs, kind="stable")[: min(max(3 + dim + squares, n // 2), 60)]
+        bends = dim * (dim + 1) // 2
+        best = np.argsort(self.costs, kind="stable")[: min(max(3 + dim + bends, n // 2), 60)]
         X, y = self.floors[best], self.costs[best] - self.costs[best[0]]
         if not y.max() > 0.0:
             return None
         y /= y.max()
-        if len(best) > dim + squares:
+        if len(best) > dim + bends:
             i, j = np.triu_indices(dim)
         elif len(best) > 2 * dim:
             i = j = np.arange(dim)
@@ -148,7 +149,7 @@ class Memory:
             ahead = np.linalg.lstsq(bend, weights[1 : dim + 1], rcond=None)[0]
             places = np.vstack([np.clip(origin - ahead, low, high), places])
         promise = _terms(places - origin, i, j) @ weights
-        gaps = _squares(X, X)
+        gaps = squares(X, X)
         np.fill_diagonal(gaps, np.inf)
         fresh = self._gap(places) > 0.2 * np.median(gaps.min(axis=1))
         if not fresh.any():
@@ -165,14 +166,7 @@ class Memory:
     def _gap(self, places: Array) -> Array:
         """Squared distances to the nearest floor or start."""
         known = np.vstack([self.floors, self._starts])
-        return _squares(places, known).min(axis=1) if len(known) else np.full(len(places), np.inf)
-
-
-def _squares(a: Array, b: Array) -> Array:
-    """Squared distances, (n, k), to 1e-15; nothing of shape (n, k, dim) is ever made."""
-    of_a, of_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
-    squares: Array = np.maximum(of_a[:, None] + of_b - 2.0 * (a @ b.T), 0.0)
-    return squares
+        return squares(places, known).min(axis=1) if len(known) else np.full(len(places), np.inf)
 
 
 def _terms(z: Array, i: np.ndarray, j: np.ndarray) -> Array:

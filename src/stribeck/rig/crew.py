@@ -3,6 +3,10 @@
 The caller works too, so that a short call does not wait for anybody, and candidates that differ
 in cost leave nobody idle. Which thread does a row never matters to what comes out.
 
+Waking a thread takes as long as some rows, so a thread that has just worked looks out for the next
+call for a moment before it sleeps, and the caller for the last row of the others. Neither holds
+Python's lock meanwhile.
+
 `take` and `lent` become part of what calls them; numba's cache on disk does not see a change here.
 """
 
@@ -10,17 +14,19 @@ from __future__ import annotations
 
 import os
 from functools import cache
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import Any
 
 import numpy as np
-from numba import int64, njit
+from numba import boolean, int64, njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 #: Fewest rows for which another thread is woken: waking it costs about as much as a row.
 FEWEST = 4
+#: Calls at a time that are looked out for, and how often before a thread sleeps: some 0.3 ms.
+SLOTS, LOOKS = 8, 10_000
 
 
 def threads() -> int:
@@ -38,6 +44,18 @@ def _next(typing: Any, counter: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, values[0])
         one = context.get_constant(int64, 1)
         return builder.atomic_rmw("add", array.data, one, "monotonic")
+
+    del typing
+    return int64(counter), generate
+
+
+@intrinsic
+def _look(typing: Any, counter: Any) -> Any:
+    """The value of a shared counter, read anew each time."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, values[0])
+        return builder.load_atomic(array.data, "acquire", 8)
 
     del typing
     return int64(counter), generate
@@ -66,11 +84,35 @@ def take(counter: Any) -> int:
     return _next(counter)  # type: ignore[no-any-return]
 
 
+@njit(boolean(int64[::1], int64), cache=True, nogil=True)
+def _comes_to(counter: Any, value: int) -> bool:
+    """Whether a counter reaches a value while one looks."""
+    for _ in range(LOOKS):  # noqa: SIM110 - numba has no generators inside a function
+        if _look(counter) >= value:
+            return True
+    return False
+
+
+@njit(boolean(int64[:, ::1]), cache=True, nogil=True)
+def _one_starts(counters: Any) -> bool:
+    """Whether one of the counters starts from 0 while one looks."""
+    idle = np.zeros(len(counters), np.bool_)
+    for _ in range(LOOKS):
+        for k in range(len(counters)):
+            if _look(counters[k]) == 0:
+                idle[k] = True
+            elif idle[k]:
+                return True
+    return False
+
+
 class Crew:
     """Threads that wait for work, one fewer than `n`: the caller is one of them."""
 
     def __init__(self, n: int) -> None:
         self.n = n
+        self._counters = np.zeros((SLOTS, 8), dtype=np.int64)  # each in a cache line of its own
+        self._free = list(range(SLOTS))
         self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
         for k in range(1, n):
             Thread(target=self._serve, name=f"stribeck-{k}", daemon=True).start()
@@ -83,13 +125,25 @@ class Crew:
             rows: How many there are.
             arguments: What it is called with, before the counter.
         """
-        call = (work, (*arguments, np.zeros(1, dtype=np.int64)))
+        try:
+            slot = self._free.pop()
+        except IndexError:  # more calls at a time than are looked out for
+            slot, counter = -1, np.zeros(8, dtype=np.int64)
+        else:
+            counter = self._counters[slot]
+            counter[0] = 0
+        call = (work, (*arguments, counter))
         jobs = [_Job(call) for _ in range(min(self.n - 1, rows // FEWEST))]
         for job in jobs:
             self._jobs.put(job)
         work(*call[1])
-        for job in jobs:
-            job.finish()
+        begun = [job for job in jobs if not job.withdrawn()]
+        # Everybody takes one number too many: then the rows are done.
+        if begun and not _comes_to(counter, rows + 1 + len(begun)):
+            for job in begun:
+                job.finish()
+        if slot >= 0:
+            self._free.append(slot)
 
     def dismiss(self) -> None:
         """Let the threads go."""
@@ -97,8 +151,14 @@ class Crew:
             self._jobs.put(None)
 
     def _serve(self) -> None:
-        while (job := self._jobs.get()) is not None:
+        job = self._jobs.get()
+        while job is not None:
             job.run()
+            try:
+                job = self._jobs.get_nowait()
+            except Empty:
+                _one_starts(self._counters)
+                job = self._jobs.get()
 
 
 class _Job:
@@ -120,14 +180,19 @@ class _Job:
         else:
             self._ended.put(None)
 
-    def finish(self) -> None:
-        """Wait until it has ended, if it has begun."""
+    def withdrawn(self) -> bool:
+        """Take the call back; False if a thread has begun it."""
         try:
             self._calls.pop()
         except IndexError:
-            error = self._ended.get()
-            if error is not None:
-                raise error from None
+            return False
+        return True
+
+    def finish(self) -> None:
+        """Wait until it has ended."""
+        error = self._ended.get()
+        if error is not None:
+            raise error from None
 
 
 @cache
