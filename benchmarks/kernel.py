@@ -374,7 +374,8 @@ def tables(found: dict[str, Any]) -> list[str]:
         gain = one["gain"]
         said = (
             f"Two threads do {gain['median']:.2f} times as much as one with {int(candidates):,} "
-            f"candidates a call (median of turns; {gain['of_least']:.2f} by the least times), {bits}."
+            f"candidates a call (median of turns; {gain['of_least']:.2f} by the least times), "
+            f"{bits}."
         )
         lines += ["", said]
     return lines

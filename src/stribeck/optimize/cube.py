@@ -57,7 +57,7 @@ def gaps(a: Array, b: Array) -> Array:
 
 
 def squares(a: Array, b: Array) -> Array:
-    """Squared distances from each of a (n, dim) to each of b (k, dim), (n, k), give or take 1e-15."""
+    """Squared distances from each of a (n, dim) to each of b (k, dim), (n, k), to 1e-15."""
     # One product of matrices: nothing of shape (n, k, dim) is ever made.
     of_a, of_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
     found: Array = a @ b.T
