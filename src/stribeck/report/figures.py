@@ -109,7 +109,9 @@ def convergence(fit: Fit) -> Figure:
                   color=MEASURED, fontsize=9)  # fmt: skip
     axes.set(xscale="log", yscale="log", title=f"Convergence of {fit.method}")
     axes.set(xlabel="Evaluations of J", ylabel=f"Best J / {fit.score.unit}")
-    axes.legend(title="dot: after polishing", title_fontsize=8, fontsize=9)
+    polished = any(done.evaluations for done in fit.polished)
+    dot = "dot: after polishing" if polished else "dot: where it ended"
+    axes.legend(title=dot, title_fontsize=8, fontsize=9)
     return figure
 
 
