@@ -105,14 +105,19 @@ class Space:
         """`n` points uniform in the unit cube, shape (n, dim)."""
         return rng.random((n, self.dim))
 
-    def decode(self, u: Array) -> Array:
-        """(n, dim) points of the unit cube to (n, dim) physical values, never outside the box."""
+    def decode(self, u: Array, *, inside: bool = False) -> Array:
+        """(n, dim) points of the unit cube to (n, dim) physical values, never outside the box.
+
+        Args:
+            u: The points.
+            inside: Whether they are known to be in the cube.
+        """
         x = u * self._range
         x += self.lower
         if self._log.size:
             ratio = self.upper[self._log] / self.lower[self._log]
             x[:, self._log] = self.lower[self._log] * ratio ** u[:, self._log]
-        if not (self._exact and in_cube(u)):
+        if not (self._exact and (inside or in_cube(u))):
             np.clip(x, self.lower, self.upper, out=x)
         return x
 

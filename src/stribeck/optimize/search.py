@@ -134,7 +134,7 @@ class Search:
     def ask(self) -> Array:
         """The points to evaluate now, (n, dim) physical values; the same until told."""
         self._check_open()
-        return self.space.decode(self._asked)
+        return self.space.decode(self._asked, inside=True)
 
     def tell(self, costs: Array, residuals: Array | None = None) -> None:
         """The (n,) costs of the points asked, in order. What is not finite counts as worst.
@@ -148,7 +148,9 @@ class Search:
         """
         self._check_open()
         costs = checked(costs, len(self._asked)).copy()  # the algorithm may write into its own
-        costs[~np.isfinite(costs)] = np.inf
+        runs = np.isfinite(costs)
+        if not runs.all():
+            costs[~runs] = np.inf
         self.trace.append(self._asked, costs, self._note)
         self._note = {}
         if reason := next((r for stop in self.stops if (r := stop(self.trace))), None):
@@ -251,12 +253,10 @@ def lockstep(problem: Problem, searches: Iterable[Search]) -> list[Run]:
 def steps(problem: Problem, searches: Sequence[Search]) -> Iterator[int]:
     """The same a step at a time, for whoever wants to look in between: yields rows evaluated."""
     while live := [s for s in searches if not s.ended]:
-        rows = 0
-        for detailed in (False, True):
-            some = [s for s in live if s.detailed == detailed]
-            if some:
-                rows += _step(problem, some, detailed)
-        yield rows
+        plain = [s for s in live if not s.detailed]
+        others = [s for s in live if s.detailed] if len(plain) < len(live) else []
+        rows = _step(problem, plain, detailed=False) if plain else 0
+        yield rows + (_step(problem, others, detailed=True) if others else 0)
 
 
 def _step(problem: Problem, searches: Sequence[Search], detailed: bool) -> int:
