@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from stribeck.bench import peers
 from stribeck.bench.tables import Cell, Table, number
 from stribeck.identify.problem import MotionProblem
-from stribeck.optimize import METHODS, Search, Target, configure, lockstep
+from stribeck.optimize import Search, Target, configure, lockstep
 from stribeck.space import Array
 from twins import WITHIN, Twin, twins
 
@@ -157,8 +157,6 @@ def _raced(
     for name in names:
         run, full, short = CONTESTANTS[name]
         seeds, budget = short if quick else full
-        if name in {"mbts"} - set(METHODS):
-            continue
         found = [run(twin, seed, budget) for seed in range(min(seeds, most or seeds))]
         counts[name] = {"budget": budget, "evaluations": found}
     on = twin.problem

@@ -369,8 +369,10 @@ def tables(found: dict[str, Any]) -> list[str]:
             f"| {_mm(one['kernel_error_mm'])} |"
         )
     threads = found["threads"]
-    bits = "the same bits" if threads.get("same_bits") else "OTHER BITS"
-    for candidates, one in threads.get("calls", {}).items():
+    if threads["cores"] < 2:  # noqa: PLR2004
+        return lines
+    bits = "the same bits" if threads["same_bits"] else "OTHER BITS"
+    for candidates, one in threads["calls"].items():
         gain = one["gain"]
         said = (
             f"Two threads do {gain['median']:.2f} times as much as one with {int(candidates):,} "

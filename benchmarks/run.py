@@ -2,7 +2,8 @@
 
     python benchmarks/run.py [--quick] [--only NAME]... [--show NAME [TABLE]]
 
-Writes benchmarks/results.json after every part, and from it benchmarks/README.md. A part that
+Writes benchmarks/results.json after every part, and from it benchmarks/README.md (a short pass
+writes to benchmarks/quick/). A part that
 was measured before stays until it is measured again; an interrupted run keeps what it has done.
 `--show` measures nothing: it prints the tables of a part.
 """
@@ -57,6 +58,8 @@ def main() -> None:
             sys.exit(f"--show: a part ({', '.join(PARTS)}), and which of its tables: 1, 2, ...")
         print("\n".join(shown(name, [int(n) for n in numbers])))
         return
+    if told.quick and told.out == HERE:  # a short pass does not replace what is published
+        told.out = HERE / "quick"
     told.out.mkdir(parents=True, exist_ok=True)
     missing, failed = [], []
     for name in told.only or PARTS:

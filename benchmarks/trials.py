@@ -8,15 +8,12 @@ from collections.abc import Sequence
 from stribeck.bench.campaign import parsed
 from stribeck.bench.engines import Processes, cores
 from stribeck.bench.record import Failure, Record
-from stribeck.optimize import METHODS
 
 
 def methods(wanted: dict[str, str]) -> str:
-    """`[[method]]` tables: a label and, in TOML, what it is; `mbts` only where there is one."""
+    """`[[method]]` tables: a label and, in TOML, what it is."""
     return "\n".join(
-        f"[[method]]\nname = {json.dumps(label)}\n{said}\n"
-        for label, said in wanted.items()
-        if label != "mbts" or label in METHODS
+        f"[[method]]\nname = {json.dumps(label)}\n{said}\n" for label, said in wanted.items()
     )
 
 

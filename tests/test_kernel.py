@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, Law
+from stribeck.identify.polish import STEP
 from stribeck.rig import crew, reference
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import CLAMP, F_FM, misfits, trajectories
@@ -313,13 +314,13 @@ def test_a_slip_read_again_is_the_slip_integrated_again() -> None:
 
 
 def test_finite_differences_see_the_motion_and_not_the_integrator() -> None:
-    # Steps of 1e-4 of a range, as least squares takes them. A share of tools/kernel_study.py.
+    # Steps as least squares takes them. A share of tools/kernel_study.py.
     on = ramp(-1)
     params = SLIDE_BED.parameters(STRIBECK)
     for p in box(20, 21):
         sets = np.repeat(p[None], 6, axis=0)
         for i, k in enumerate((0, 1, 2, 3, 5)):
-            sets[i + 1, k] += 1e-4 * (params[k].upper - params[k].lower)
+            sets[i + 1, k] += STEP * (params[k].upper - params[k].lower)
         laws, c = SLIDE_BED.split(STRIBECK, sets)
         x, _ = trajectories(STRIBECK, laws, c, on)
         y, _ = trajectories(STRIBECK, laws, c, on, 1e-4)
@@ -390,10 +391,11 @@ def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
 
 def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
     hands, begun, go_on = crew.Crew(2), threading.Event(), threading.Event()
+    callers = {threading.current_thread()}
 
     def long(counter: Array) -> None:
         del counter
-        if threading.current_thread().name == "stribeck-1":
+        if threading.current_thread() not in callers:
             begun.set()
             assert go_on.wait(60)
         assert begun.wait(60)
@@ -403,6 +405,7 @@ def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
             pass
 
     other = threading.Thread(target=hands.share, args=(long, 100, ()))
+    callers.add(other)
     other.start()
     assert begun.wait(60)
     hands.share(short, 100, ())

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from stribeck.friction import LAWS
+from stribeck.identify.polish import STEP
 from stribeck.rig import reference
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import trajectories
@@ -102,13 +103,13 @@ def by_tolerance(p: Array, c: Array, on: Track, tight: Array) -> list[dict[str, 
 def differences(direction: int, on: Track, n: int = 100) -> list[dict[str, float]]:
     """Relative error of a column of finite differences of the motion, by tolerance.
 
-    Steps of 1e-4 of a parameter's range, as least squares takes them, from `n` sets.
+    Steps of least squares, from `n` sets.
     """
     params = SLIDE_BED.parameters(LAW)
     free = [k for k, q in enumerate(params) if q.fixed is None]
     sets = np.repeat(box(n, 99 + direction)[:, None], len(free) + 1, axis=1)
     for i, k in enumerate(free):
-        sets[:, i + 1, k] += 1e-4 * (params[k].upper - params[k].lower)
+        sets[:, i + 1, k] += STEP * (params[k].upper - params[k].lower)
     p, c = SLIDE_BED.split(LAW, sets.reshape(-1, len(params)))
 
     def columns(tolerance: float) -> Array:

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
 
-#: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them.
+#: Evaluations a repeat may spend unless told otherwise, and what polishing may take of them: a
+#: quarter at most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better.
@@ -85,8 +86,8 @@ def identify(
     """Identify the friction of an axis.
 
     On a rig of the simulation road (`slide-bed`) repeats of a search run in lockstep on the
-    output error J (4.5), and bounded least squares polishes each of their answers. On the
-    inverse road (`emps`, `forced`) the force balance is solved by least squares, which leaves
+    output error J (4.5), and least squares polishes each answer of a method that does not do so
+    itself. On the inverse road (`emps`, `forced`) the force balance is solved by least squares, which leaves
     nothing to search: `method`, `seed`, `budget`, `repeats` and `target` do not apply there.
 
     Args:
@@ -101,6 +102,7 @@ def identify(
         tied: Parameters that equal others.
         seed: Seed of all repeats; 0 by default.
         budget: Evaluations of the cost for each repeat, polishing included; 8,000 by default.
+            `mbts` settles sooner, as a rule.
         repeats: Independent searches; 3 by default.
         target: Stop a search at this J, in the unit in which the rig shows positions.
         polishing: Whether least squares polishes what a search found; by default it does, but for
@@ -305,7 +307,7 @@ def _warnings(
     if score.value > LITTLE * score.smooth:
         said.append(
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
-            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats or --budget, "
+            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
             "widen the ranges, or check the rig's constants and the units of the log"
         )
     elif score.value > NOISY * floor:

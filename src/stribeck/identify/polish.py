@@ -77,7 +77,7 @@ def polish(problem: MotionProblem, x: Array, start: float, allowance: int) -> Po
     space = problem.space
     if allowance <= space.dim + 1 or not np.isfinite(start):
         return Polished(x, start, 0)
-    descent = least_squares(space.encode(x[None])[0], _silent)
+    descent = least_squares(space.encode(x[None])[0], _silent, step=STEP)
     best, least, spent = x, start, 0
     asked = next(descent)
     while spent + len(asked.points) <= allowance:

@@ -24,8 +24,8 @@ import numpy as np
 from ..space import Array
 from .search import Answer, Detailed, Note
 
-#: A step that keeps more than GOOD of the gain promised doubles the trust radius, to WIDEST at
-#: most; one that keeps less than POOR halves it.
+#: A step that keeps more than GOOD of the gain promised makes the trust radius twice its own
+#: length, WIDEST at most; one that keeps less than POOR, half of it.
 GOOD, POOR, WIDEST = 0.9, 0.1, 0.5
 #: After so many poor steps in a row, or corrections per parameter, slopes are taken anew.
 BLUNDERS, AGE = 2, 3

@@ -35,7 +35,8 @@ class MemeticTabuSearch:
         foraging            cells fill the cube evenly; the best that stands for a basin of its
                             own is where a descent begins (memory.py)
         tabu list           a memory of the floors of basins and of the starts that led there:
-                            no basin is descended twice, and a restart goes where it is thinnest
+                            no descent begins near a recent one or beside something better, and a
+                            neighbourhood where the memory is thinnest
         adaptive radius     trust-region least squares where the problem shows residuals
                             (least_squares.py), a quasi-Newton method on costs alone
                             (quasi_newton.py); where costs are rugged and slopes say nothing, a
@@ -52,8 +53,8 @@ class MemeticTabuSearch:
     Args:
         S: Cells of the first swarm for each parameter.
         tumbles: Cells that follow for every evaluation that a descent took.
-        apart: How far apart two cells must be to stand for two basins; shrinks as cells get
-            more.
+        apart: Two cells this many times (ln(n + 1)/n)^(1/dim) apart, of n in all, may stand for
+            two basins.
         R: Length of a descent's first step, half-width of a neighbourhood of least squares.
         N: Neighbours a round of the first neighbourhood; None for 4 + 3 ln(dim).
         R_N: Its first radius.
@@ -61,7 +62,8 @@ class MemeticTabuSearch:
         patience: Evaluations for each parameter that may bring nothing better before the other
             side has its turn.
         settle: Evaluations for each parameter that brought nothing better (by a millionth of what
-            its cells spread), after which the search ends; None: it goes on as long as it is let.
+            the best is below the middle of its cells), after which the search ends; None: it goes
+            on as long as it is let.
     """
 
     name: ClassVar[str] = "mbts"
@@ -107,7 +109,7 @@ class MemeticTabuSearch:
         while idle < limit:
             arm, count = arms[k], count + 1
             asked = arm.asked
-            note(stage=arm.stage, round=count, **arm.said)
+            note(**{"stage": arm.stage} | arm.said, round=count)
             answer = yield asked
             costs = answer.costs if isinstance(asked, Detailed) else answer
             costs[costs > LARGEST] = inf
@@ -130,6 +132,7 @@ class MemeticTabuSearch:
         Each goes again as long as it finds something better.
         """
         swarm = memory.forage(self.S * memory.dim)
+        note(stage="foraging")
         memory.keep(swarm, (yield swarm))
         state = _State(memory, shown, note)
         while True:
@@ -141,6 +144,7 @@ class MemeticTabuSearch:
         """Let cells tumble on, then descend from the best that stands for a basin of its own."""
         memory = state.memory
         theta = memory.forage(max(1, int(self.tumbles * state.last)))
+        state.note(stage="foraging")
         memory.keep(theta, (yield theta))
         start = memory.start(self.apart)
         if start is None:
@@ -198,8 +202,8 @@ def _hopeful(
 ) -> Generator[Detailed, Answer, Floor]:
     """Follow a descent as long as it falls, or stands out from the best cost known before it.
 
-    Floors far above the best are many where a motion has the wrong number of slips; what comes
-    down to the best falls fast at first.
+    Floors far above the best are many where residuals oscillate; what comes down to the best falls
+    fast at first. (The shares were chosen on twins of the slide bed.)
     """
     point, least, before, rows = np.empty(0), inf, inf, 0
     try:

@@ -22,15 +22,15 @@ ARMIJO = 1e-4
 #: Backtracking steps before a direction is given up.
 TRIES = 6
 #: A descent is abandoned when this many times the gain promised, or the last one if that was
-#: more, would not make it the best.
+#: more, would not make it the best (after as many steps as there are parameters).
 HOPE = 1.5
 #: The first curvature is this share of what the first step has shown: where it is too low a step
 #: goes too far, and teaches; where it is too high, all steps are too short for long.
 FIRST = 0.01
 #: A gain above this share of the one before is no longer that of a Newton method.
 SLOW = 0.3
-#: Gains promised below this share of the cost are lost in its rounding.
 ROUNDING = float(np.finfo(float).eps)
+#: Gains promised below this share of the cost, some roundings of it, are not seen in it.
 NOTHING = 100 * ROUNDING
 #: And so are steps shorter than this.
 SHORT = 2e-9
@@ -44,7 +44,7 @@ class Slope(NamedTuple):
         cost: There.
         gradient: There, (dim,); None before any is taken.
         curvature: (dim, dim); None before any is known.
-        radius: Longest step, half of it.
+        radius: Length of the first step; the longest is twice that.
         worth: Gains below this were small to the descent that left here.
         ended: "" if it has not; "flat" where no gain is left, "slow" where it comes slowly and
             another start may bring more, "poor" where it would not become the best, "rough"

@@ -72,6 +72,8 @@ class Algorithm(Protocol):
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield (n, dim) points of the unit cube; receive their (n,) costs.
 
+        Points yielded as `Detailed` are answered with an `Answer`.
+
         The costs are the algorithm's own to change; none is nan. What it returns is the word
         for why it ended.
         """
@@ -181,7 +183,7 @@ class Search:
             if not np.array_equal(told, wanted):
                 raise SearchError(
                     f"{self.algorithm.name} departs from its record after {start} evaluations: "
-                    "another space, setting, seed or budget"
+                    "another space, setting, seed or budget, or its residuals are not at hand"
                 )
             if len(told) < len(self._asked):
                 if end < len(record):

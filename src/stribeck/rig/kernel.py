@@ -13,7 +13,8 @@ step without a corner is told by the control points of its quintic, which enclos
 What is integrated is kept as a path, and samples are read from it. The equation does not name the
 time: under a ramp each slip begins as the one before did, and so is the same path, read again.
 
-All that is compiled together is in this file: numba's cache on disk looks at no other.
+All that is compiled together is in this file, since numba's cache on disk looks at no other; but
+for `take` and `lent` of crew.py: who changes those has to touch this file.
 """
 
 from __future__ import annotations
