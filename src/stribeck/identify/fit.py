@@ -87,8 +87,9 @@ def identify(
 
     On a rig of the simulation road (`slide-bed`) repeats of a search run in lockstep on the
     output error J (4.5), and least squares polishes each answer of a method that does not do so
-    itself. On the inverse road (`emps`, `forced`) the force balance is solved by least squares, which leaves
-    nothing to search: `method`, `seed`, `budget`, `repeats` and `target` do not apply there.
+    itself. On the inverse road (`emps`, `forced`) the force balance is solved by least squares,
+    which leaves nothing to search: `method`, `seed`, `budget`, `repeats` and `target` do not apply
+    there.
 
     Args:
         recordings: One or several logs of the axis.
