@@ -88,7 +88,7 @@ def least(work: Callable[[], object], times: int = TIMES) -> float:
 def of(hands: crew.Crew) -> Iterator[None]:
     """The kernel with other threads than it would take by itself."""
     usual = crew.hired
-    crew.hired = lambda: hands  # type: ignore[assignment]
+    crew.hired = lambda: hands
     try:
         yield
     finally:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from hypothesis import strategies as st
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.rig.drive import KNOT_TOLERANCE, Drive
+from stribeck.rig.track import track
 
 T = np.arange(0.0, 10.0, 0.01)
 
@@ -89,3 +92,24 @@ def test_without_a_speed_either_the_ramp_has_the_mean_speed_of_the_log() -> None
     assert (drive.x[-1] - drive.x[0]) / (drive.t[-1] - drive.t[0]) == pytest.approx(
         np.polyfit(T, x, 1)[0], rel=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    ("t", "x", "times", "x0", "measured"),
+    [
+        ([0.0, 1.0], [0.0, 1.0], [], 0.0, None),
+        ([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], 0.0, [0.1]),
+        ([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], math.nan, None),
+        ([0.0, 1.0], [0.0, 1.0], [0.0, math.nan], 0.0, None),
+        ([0.0, 1.0], [0.0, math.inf], [0.0, 1.0], 0.0, None),
+        ([0.0, math.nan], [0.0, 1.0], [0.0, 1.0], 0.0, None),
+        ([0.0, 1.0, 2.0], [0.0, 1.0], [0.0, 1.0], 0.0, None),
+        ([], [], [0.0, 1.0], 0.0, None),
+    ],
+)
+def test_a_track_that_no_kernel_could_walk_is_refused(
+    t: list[float], x: list[float], times: list[float], x0: float, measured: list[float] | None
+) -> None:
+    shown = None if measured is None else np.array(measured)
+    with pytest.raises(InputError, match="a track"):
+        track(Drive(np.array(t), np.array(x)), np.array(times), x0, shown)

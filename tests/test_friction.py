@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.friction import LAWS, Law, friction, stick
+from stribeck.friction import LAWS, Law, addressed, friction, stick
+from stribeck.rig.forced import slips
 from stribeck.rig.slide_bed import PUBLISHED
 from stribeck.space import Array
 from stribeck.units import unit
@@ -230,3 +231,13 @@ def test_laws_come_compiled_from_the_disk_of_an_earlier_process() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
     assert done.stdout.strip() == ""
+
+
+@every
+def test_a_kernel_that_is_given_an_address_calls_the_law_behind_it(law: Law) -> None:
+    """The same bits as the law itself, and one address however often it is asked for."""
+    assert addressed(law.slip) is addressed(law.slip)
+    p = np.array([q.lower + 0.3 * (q.upper - q.lower) for q in law.params])
+    v = np.array([-1e-2, -1e-300, 1e-300, 3e-4, 2e-2])
+    through = slips(addressed(law.slip), v, p)
+    assert np.array_equal(through, [law.slip(s, p) for s in v.tolist()])

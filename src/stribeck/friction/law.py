@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,33 @@ Slip = Callable[[float, Array], float]
 def slip_law(function: Callable[..., float]) -> Any:
     """Compile a static law `slip(v, p) -> force`, cached on disk across processes."""
     return njit(SLIP_SIGNATURE, cache=True, error_model="numpy")(function)
+
+
+class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
+    """A compiled law as kernels are best given it: its address is looked up once.
+
+    Given the law itself, numba asks for the address in every call, in Python and under a lock of
+    the compiler's: that takes as long as half a simulation, and a Ctrl-C that arrives inside may
+    leave the lock held, so that the next thread waits for ever.
+    """
+
+    def __init__(self, slip: Any) -> None:
+        self._slip = slip  # kept alive with its machine code
+        found = slip.get_compile_result(SLIP_SIGNATURE)
+        self._address = found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name)
+
+    def __wrapper_address__(self) -> int:
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """Of the law, as numba asks for it."""
+        return SLIP_SIGNATURE
+
+
+@cache
+def addressed(slip: Any) -> Addressed:
+    """The compiled law by its address, looked up the first time."""
+    return Addressed(slip)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 from functools import cache
 from queue import Empty, SimpleQueue
-from threading import Thread
+from threading import Lock, Thread
 from typing import Any
 
 import numpy as np
@@ -44,7 +44,7 @@ def _next(typing: Any, counter: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, values[0])
         one = context.get_constant(int64, 1)
-        return builder.atomic_rmw("add", array.data, one, "monotonic")
+        return builder.atomic_rmw("add", array.data, one, "acq_rel")
 
     del typing
     return int64(counter), generate
@@ -199,10 +199,25 @@ class _Job:
 
 
 @cache
-def hired() -> Crew:
-    """The crew of this process."""
+def _one() -> Crew:
     return Crew(threads())
 
 
-if hasattr(os, "register_at_fork"):  # a child has none of its parent's threads
-    os.register_at_fork(after_in_child=hired.cache_clear)
+def hired() -> Crew:
+    """The crew of this process."""
+    with _HIRING:
+        return _one()
+
+
+_HIRING = Lock()
+
+
+def _alone() -> None:
+    """A child has none of its parent's threads, and whoever hired there is not here."""
+    global _HIRING  # noqa: PLW0603
+    _HIRING = Lock()
+    _one.cache_clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_alone)

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numba import boolean, float64, int64, njit, types, void
 
-from ..friction import SLIP_TYPE
+from ..friction import SLIP_TYPE, addressed
 from ..space import Array
 from . import crew
 from .track import RUN, Track
@@ -806,8 +806,8 @@ def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...])
     on = from_zero(on)
     crew.hired().share(
         _rows, len(p),
-        (law.slip, p, c, on.knots_t, on.knots_x, on.extremes, on.t, on.x0, on.measured, on.score,
-         on.sums, *arguments),
+        (addressed(law.slip), p, c, on.knots_t, on.knots_x, on.extremes, on.t, on.x0, on.measured,
+         on.score, on.sums, *arguments),
     )  # fmt: skip
 
 

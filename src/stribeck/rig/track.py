@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..space import Array
 
 if TYPE_CHECKING:
@@ -43,15 +44,31 @@ class Track(NamedTuple):
 def track(
     drive: Drive, t: Array, x0: float, measured: Array | None = None, score: Array | None = None
 ) -> Track:
-    """Prepare a stroke: contiguous arrays and prefix sums."""
-    t = _ready(t)
+    """Prepare a stroke: contiguous arrays and prefix sums.
+
+    Raises:
+        InputError: no samples or no command, times or positions that are not finite numbers, or
+            not one value for each time.
+    """
+    t, knots_t, x = _ready(t), _ready(drive.t), _ready(drive.x)
     measured = np.zeros(len(t)) if measured is None else _ready(measured)
     score = np.ones(len(t)) if score is None else _ready(score)
+    for name, times, values in (
+        ("measured", t, measured), ("score", t, score), ("command", knots_t, x),
+    ):  # fmt: skip
+        if not (times.ndim == 1 and times.size and values.shape == times.shape):
+            raise InputError(
+                f"a track needs one {name} value for each of its times: got {values.shape} for "
+                f"{times.shape}"
+            )
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError(f"a track's {name} and its times must be finite numbers")
+    if not np.isfinite(x0):
+        raise InputError(f"a track starts at a finite position, got {x0}")
     d = measured - x0
     sums = np.zeros((3, len(t) + 1))
     np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
-    x = _ready(drive.x)
-    return Track(_ready(drive.t), x, t, float(x0), measured, score, sums, extremes(x))
+    return Track(knots_t, x, t, float(x0), measured, score, sums, extremes(x))
 
 
 def extremes(x: Array) -> Array:
