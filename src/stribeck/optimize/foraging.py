@@ -83,15 +83,18 @@ class Chemotaxis(ABC):
         """
         swarm, cells = theta, np.arange(len(theta))
 
-        # Step 3: J(i, j) = J(i, j) + J_cc, equation (2.1).
-        J_last = J + self.J_cc(theta, cells, swarm, width)
-
         # Step 4: tumble in a random direction, equation (2.3). This step is always taken.
         Delta = rng.uniform(-1.0, 1.0, theta.shape)
         step = (C / np.sqrt((Delta**2).sum(axis=1)))[:, None] * Delta / width
-        theta = inside(theta + step, self.walls)
-        J = yield theta
-        J_next = J + self.J_cc(theta, cells, swarm, width)
+        tumbled = inside(theta + step, self.walls)
+
+        # Step 3: J(i, j) = J(i, j) + J_cc, equation (2.1), before the tumble and after it; the
+        # signals of both places in one call.
+        both = np.concatenate([theta, tumbled]), np.concatenate([cells, cells])
+        J_cc = self.J_cc(*both, swarm, width)
+        J_last = J + J_cc[: len(cells)]
+        theta, J = tumbled, (yield tumbled)
+        J_next = J + J_cc[len(cells) :]
 
         # Step 5: swim on in the same direction while that improves, N_s times at most.
         for _ in range(self.N_s):
