@@ -100,11 +100,12 @@ def run(problem: Any, *, budget: int, seed: int = 0, **settings: Any) -> Run:
 
 
 def spent(found: Run) -> dict[str, int]:
-    """Evaluations by stage."""
+    """Evaluations by side; cells are of the descents' side, which they begin."""
     rows: dict[str, int] = {}
     begun = [0, *found.trace.ends]
     for note, start, end in zip(found.trace.notes, begun, found.trace.ends, strict=False):
-        rows[note["stage"]] = rows.get(note["stage"], 0) + end - start
+        side = "tabu" if note["stage"] == "foraging" else note["stage"]
+        rows[side] = rows.get(side, 0) + end - start
     return rows
 
 
