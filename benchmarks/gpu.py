@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kernel import LAW, box, ramp
+from kernel import LAW, ramp
 from stribeck.rig import crew, cuda
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import misfits, trajectories
@@ -30,7 +30,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
     if why := cuda.missing():
         return {"missing": why}
     on, sizes = recorded(), SIZES[:-1] if quick else SIZES
-    p, c = SLIDE_BED.split(LAW, box(max(sizes), 2013))
+    p, c = SLIDE_BED.split(LAW, SLIDE_BED.sample(LAW, np.random.default_rng(2013), max(sizes)))
     p, c = np.ascontiguousarray(p), np.ascontiguousarray(c)
     compiling = wall(lambda: cuda.misfits(LAW, p[:1], c[:1], on), 1)
     found: dict[str, Any] = {

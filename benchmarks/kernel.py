@@ -43,16 +43,6 @@ SOURCE = Path(__file__).with_name("slide_bed.c")
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
 
 
-def box(n: int, seed: int) -> Array:
-    """`n` parameter sets, uniform in the ranges that a search sees; the exponent stays 1."""
-    params = SLIDE_BED.parameters(LAW)
-    p = np.empty((n, len(params)))
-    rng = np.random.default_rng(seed)
-    for k, q in enumerate(params):
-        p[:, k] = rng.uniform(q.lower, q.upper, n) if q.fixed is None else q.fixed
-    return p
-
-
 def ramp(direction: int) -> Track:
     """The ramp of the paper's section 4.5, from where its identification starts."""
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
@@ -205,7 +195,7 @@ def apiece(p: Array, c: Array, on: Track, tolerance: float) -> Array:
 def direction_found(direction: int, n: int, few: int, loop: CLoop | None) -> dict[str, Any]:
     """One direction of the ramp: errors and times of everybody, and the ratios set by set."""
     on = ramp(direction)
-    p, c = SLIDE_BED.split(LAW, box(n, 2012 + direction))
+    p, c = SLIDE_BED.split(LAW, SLIDE_BED.sample(LAW, np.random.default_rng(2012 + direction), n))
     p, c = np.ascontiguousarray(p), np.ascontiguousarray(c)
     converged, _ = trajectories(LAW, p, c, on, CONVERGED)
     some = range(0, n, max(1, n // few))
@@ -273,7 +263,7 @@ def others(p: Array, c: Array, on: Track, converged: Array, sets: list[int]) -> 
 def uneven_found(n: int) -> dict[str, Any]:
     """A command under which no slip repeats: each has to be integrated."""
     on = uneven(1)
-    p, c = SLIDE_BED.split(LAW, box(n, 2013))
+    p, c = SLIDE_BED.split(LAW, SLIDE_BED.sample(LAW, np.random.default_rng(2013), n))
     converged, _ = trajectories(LAW, p, c, on, CONVERGED)
     found: dict[str, Any] = {"sets": n}
     for accuracy, (tolerance, _) in ACCURACIES.items():
@@ -293,7 +283,7 @@ def threads_found(turns: int) -> dict[str, Any]:
     hands = {1: crew.Crew(1), 2: crew.Crew(2)}
     found: dict[str, Any] = {"cores": crew.threads(), "same_bits": True, "calls": {}}
     for candidates, in_a_turn in ((CALL, 20), (100 * CALL, 1)):
-        at = box(candidates, 7)
+        at = SLIDE_BED.sample(LAW, np.random.default_rng(7), candidates)
         seconds: dict[int, list[float]] = {1: [], 2: []}
         for _ in range(turns if candidates == CALL else max(turns // 20, 2)):
             bits = set()

@@ -215,3 +215,17 @@ def test_friction_from_a_motion_is_the_law_again(direction: str) -> None:
     F = SLIDE_BED.friction(LAW, p, (drive(t) - x)[inside], v[inside], a[inside])
     assert np.abs(F - LAW.friction(v[inside], p[:5])).max() < 0.5
     assert np.median(np.abs(F - LAW.friction(v[inside], p[:5]))) < 1e-3
+
+
+def test_random_parameter_sets_fill_the_search_ranges_and_leave_what_is_fixed() -> None:
+    law = LAWS["stribeck"]
+    p = SLIDE_BED.sample(law, np.random.default_rng(3), 4000)
+    for k, q in enumerate(SLIDE_BED.parameters(law)):
+        if q.fixed is not None:
+            assert (p[:, k] == q.fixed).all()
+            continue
+        share = (p[:, k] - q.lower) / (q.upper - q.lower)
+        # The mean of 4,000 uniform numbers is off by 5 standard deviations once in 1.7 million.
+        assert share.mean() == pytest.approx(0.5, abs=5 / np.sqrt(12 * 4000))
+        assert 0.0 <= share.min() < 0.01
+        assert 0.99 < share.max() <= 1.0

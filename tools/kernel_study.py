@@ -30,16 +30,6 @@ SECONDS, RATE, SPEED = 36.6, 100, 5e-3
 OUT = Path(__file__).parents[1] / "docs" / "data" / "kernel_study.json"
 
 
-def box(n: int, seed: int) -> Array:
-    """`n` parameter sets, uniform in the ranges that a search sees; the exponent stays 1."""
-    params = SLIDE_BED.parameters(LAW)
-    p = np.empty((n, len(params)))
-    rng = np.random.default_rng(seed)
-    for k, q in enumerate(params):
-        p[:, k] = rng.uniform(q.lower, q.upper, n) if q.fixed is None else q.fixed
-    return p
-
-
 def spread(error: Array) -> dict[str, float]:
     """Errors in m as mm: their median, 99th percentile and worst."""
     mm = 1e3 * error
@@ -55,7 +45,7 @@ def study(direction: int, n: int, dt: float, coarse: Array) -> dict[str, Any]:
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
     x0 = 0.112 if direction > 0 else 0.325
     on = track(Drive.line(0.0, x0, SECONDS, direction * SPEED), t, x0)
-    p, c = SLIDE_BED.split(LAW, box(n, 2012 + direction))
+    p, c = SLIDE_BED.split(LAW, SLIDE_BED.sample(LAW, np.random.default_rng(2012 + direction), n))
     x, v = trajectories(LAW, p, c, on)
     tight, _ = trajectories(LAW, p, c, on, 1e-3)
 
@@ -107,7 +97,11 @@ def differences(direction: int, on: Track, n: int = 100) -> list[dict[str, float
     """
     params = SLIDE_BED.parameters(LAW)
     free = [k for k, q in enumerate(params) if q.fixed is None]
-    sets = np.repeat(box(n, 99 + direction)[:, None], len(free) + 1, axis=1)
+    sets = np.repeat(
+        SLIDE_BED.sample(LAW, np.random.default_rng(99 + direction), n)[:, None],
+        len(free) + 1,
+        axis=1,
+    )
     for i, k in enumerate(free):
         sets[:, i + 1, k] += STEP * (params[k].upper - params[k].lower)
     p, c = SLIDE_BED.split(LAW, sets.reshape(-1, len(params)))

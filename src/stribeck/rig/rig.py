@@ -7,11 +7,13 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal, Self
 
+import numpy as np
+
 from ..data.recording import Recording
 from ..data.segment import rests
 from ..errors import InputError
 from ..friction import Law
-from ..space import Array, Param
+from ..space import Array, Param, Rng
 from ..units import convertible, unit
 from .drive import Drive
 from .track import Track, track
@@ -127,6 +129,13 @@ class Rig:
     def parameters(self, law: Law) -> tuple[Param, ...]:
         """The law's parameters and then the rig's own, with this rig's search ranges."""
         return tuple(self._ranged(q) for q in (*law.params, *self.own(law)))
+
+    def sample(self, law: Law, rng: Rng, n: int) -> Array:
+        """(n, k) parameter sets, SI, uniform in the search ranges; what is fixed stays so."""
+        p = np.empty((n, len(self.parameters(law))))
+        for k, q in enumerate(self.parameters(law)):
+            p[:, k] = rng.uniform(q.lower, q.upper, n) if q.fixed is None else q.fixed
+        return p
 
     def own(self, law: Law) -> tuple[Param, ...]:
         """The rig's own free parameters beside a law's (a rig may drop what a law makes idle)."""
