@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kernel import LAW, ramp
+from kernel import LAW, least, ramp
 from stribeck.rig import crew, cuda
 from stribeck.rig.drive import Drive
 from stribeck.rig.kernel import misfits, trajectories
@@ -61,12 +61,7 @@ def recorded() -> Track:
 
 def wall(work: Callable[[], object], times: int = TIMES) -> float:
     """The least time that some work takes by the clock on the wall, s: others do it, too."""
-    found = []
-    for _ in range(times):
-        began = time.perf_counter()
-        work()
-        found.append(time.perf_counter() - began)
-    return min(found)
+    return least(work, times, time.perf_counter)
 
 
 def _device() -> str:

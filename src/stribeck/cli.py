@@ -39,7 +39,7 @@ app = typer.Typer(
 
 #: Objects made between two looks of the garbage collector: nearly all that a start makes stay,
 #: and looking through them every 700, as Python does, takes an eighth of the start.
-SEASON = 50_000
+GC_THRESHOLD = 50_000
 #: Options that may be given more than once.
 REPEATABLE = frozenset(
     {"--train", "--holdout", "--set", "--bounds", "--tie", "--setting", "--range"}
@@ -74,7 +74,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 def main() -> None:
     """Run the command line; whatever the user got wrong is one line and exit status 2."""
-    gc.set_threshold(SEASON)
+    gc.set_threshold(GC_THRESHOLD)
     atexit.register(gc.freeze)  # to look through it all once more at the end takes half a second
     _open_streams()
     try:

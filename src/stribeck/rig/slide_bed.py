@@ -83,8 +83,8 @@ class SlideBed(Simulated):
     def on(self, device: Device) -> Self:
         """The same rig, its misfits computed on another device: `cpu`, or `cuda` for a GPU.
 
-        A GPU is for 10^5 candidates a call and more. Its results are the processor's within
-        rounding, not bit for bit; see `rig/cuda.py`.
+        A GPU is for 10^5 candidates a call and more. Its results are not the processor's bit for
+        bit: `rig/cuda.py` says how near they are.
 
         Raises:
             InputError: there is no such device here.
