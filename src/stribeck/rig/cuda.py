@@ -5,9 +5,10 @@ for CUDA from the functions they are on the processor, a program a law.
 
 Sums of squares are the processor's within 1e-9 relative where a slide sticks and slips (in all but
 3 of 16,000 runs, 5e-8 at worst), not bit for bit: CUDA's `exp` and `pow` round otherwise, and it
-fuses other products into sums. Two things make more of such rounding. A misfit that is next to nothing beside the motion is a difference of large
-sums, 1e-15 of the sum of squared displacements off on either machine. And a slide that goes on
-without sticking, as under Coulomb friction, goes in the longest steps that are stable; these carry
+fuses other products into sums. Two things make more of such rounding. A misfit that is next to
+nothing beside the motion is a difference of large sums, 1e-15 of the sum of squared displacements
+off on either machine. And a slide that goes on without sticking, as under Coulomb friction, goes in
+the longest steps that are stable; these carry
 rounding up towards the tolerance: 2e-6 relative at worst, as much as the last digit of a parameter
 does on the processor.
 
