@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal
 
 import numpy as np
 from numba import float64, njit, types
 
+from ..errors import InputError
 from ..space import Array, Param
 
 #: The compiled signature of every static law: slip friction in N at a speed, with parameters p.
@@ -19,10 +21,43 @@ SLIP_TYPE = types.FunctionType(SLIP_SIGNATURE)
 
 Slip = Callable[[float, Array], float]
 
+_READ = types.Array(float64, 1, "C", readonly=True)
+#: The compiled signature of a law with states or loads: rub(v, h, z, load, p, out) -> force.
+RUB_SIGNATURE = float64(float64, float64, _READ, _READ, _READ, types.Array(float64, 1, "C"))
+RUB_TYPE = types.FunctionType(RUB_SIGNATURE)
+
+#: What a law may depend on beside velocity, in the order in which `rub` reads it: force of the
+#: drive and of everything else on the axis (N or N m, signed), the normal load (in the rig's own
+#: SI unit, such as Pa), position (m or rad) and temperature (K).
+LOADS = ("drive", "external", "normal", "position", "temperature")
+
+Term = Literal["position", "temperature"]
+#: What may multiply the whole friction of any law, and the parameters that this adds.
+TERMS: Mapping[Term, tuple[Param, ...]] = MappingProxyType(
+    {
+        "position": (
+            Param("pos_cos", -0.9, 0.9, "", "c_x", doc="share of friction that goes with cos"),
+            Param("pos_sin", -0.9, 0.9, "", "s_x", doc="share of friction that goes with sin"),
+            Param("pos_period", 1e-4, 10.0, "m", "\\lambda", True, 5e-3,
+                  "period of the position term: a lead, a pitch, a turn"),
+        ),
+        "temperature": (
+            Param("temp_slope", -0.1, 0.1, "1/K", "\\beta", doc="change of friction per kelvin"),
+            Param("temp_ref", 200.0, 500.0, "K", "T_0", fixed=293.15,
+                  doc="temperature at which the law's own parameters hold"),
+        ),
+    }
+)  # fmt: skip
+
 
 def slip_law(function: Callable[..., float]) -> Any:
     """Compile a static law `slip(v, p) -> force`, cached on disk across processes."""
     return njit(SLIP_SIGNATURE, cache=True, error_model="numpy")(function)
+
+
+def rub_law(function: Callable[..., float]) -> Any:
+    """Compile a law with states or loads `rub(v, h, z, load, p, out) -> force`, cached on disk."""
+    return njit(RUB_SIGNATURE, cache=True, error_model="numpy")(function)
 
 
 class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
@@ -33,9 +68,9 @@ class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
     leave the lock held, so that the next thread waits for ever.
     """
 
-    def __init__(self, slip: Any) -> None:
-        self._slip = slip  # kept alive with its machine code
-        found = slip.get_compile_result(SLIP_SIGNATURE)
+    def __init__(self, compiled: Any, signature: Any) -> None:
+        self._compiled, self._signature = compiled, signature  # kept alive with its machine code
+        found = compiled.get_compile_result(signature)
         self._address = found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name)
 
     def __wrapper_address__(self) -> int:
@@ -43,13 +78,13 @@ class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def signature(self) -> Any:
         """Of the law, as numba asks for it."""
-        return SLIP_SIGNATURE
+        return self._signature
 
 
 @cache
-def addressed(slip: Any) -> Addressed:
+def addressed(compiled: Any, signature: Any = SLIP_SIGNATURE) -> Addressed:
     """The compiled law by its address, looked up the first time."""
-    return Addressed(slip)
+    return Addressed(compiled, signature)
 
 
 @dataclass(frozen=True)
@@ -61,6 +96,14 @@ class Law:
     the zero says which way motion is about to start: `slip(+0.0, p)` is the breakaway level
     F_S+ and `slip(-0.0, p)` is F_S- of equation (4.1). One scalar function is the whole law.
 
+    A law with inner states, or one that depends on loads, has a second one, `rub(v, h, z, load,
+    p, out)`: the friction force at the end of a span of h seconds passed at constant velocity v,
+    from the states z, (states,), which it advances into `out`, exactly or by a rule that is
+    stable for any h; at h = 0 the states stay. `load` has the five of LOADS. With states the
+    force is continuous through rest, and what holds the axis is the states' own; without, it
+    sticks as a static law does, with `rub` at +0.0 and -0.0 as its breakaway levels. Its `slip`
+    is then the friction of steady sliding without load.
+
     Args:
         name: The name it is listed under.
         params: Its parameters, SI, in the order of `p`.
@@ -71,6 +114,10 @@ class Law:
         directional: Whether it has a parameter set of its own for each direction.
         linear: Names of the parameters it is linear in (the others shape the curve).
         physical: Whether parameters (n, k) are in a meaningful order, such as F_S >= F_C.
+        rub: The compiled law where it has states or loads; see `rub_law`.
+        states: How many states it has.
+        loads: Which of LOADS it reads.
+        terms: Which of TERMS multiply it; their parameters come last in `params`.
     """
 
     name: str
@@ -82,6 +129,40 @@ class Law:
     directional: bool = False
     linear: tuple[str, ...] = ()
     physical: Callable[[Array], Any] = lambda p: np.ones(len(p), dtype=bool)
+    rub: Any = None
+    states: int = 0
+    loads: tuple[str, ...] = ()
+    terms: tuple[Term, ...] = ()
+
+    @property
+    def static(self) -> bool:
+        """Whether `slip` says it all: no states, no loads, no terms."""
+        return self.rub is None and not self.terms
+
+    def with_term(self, term: Term) -> Law:
+        """The same law, all of its friction multiplied by a term with parameters of its own.
+
+        `temperature`: 1 + temp_slope (T - temp_ref). `position`: 1 + pos_cos cos(2 pi x / period)
+        + pos_sin sin(2 pi x / period).
+
+        Raises:
+            InputError: there is no such term, or the law has it already.
+        """
+        if term not in TERMS or term in self.terms:
+            raise InputError(f"law {self.name}: cannot add a term {term!r}: there are "
+                             f"{', '.join(TERMS)}, each once")  # fmt: skip
+        k, own = len(self.params), self.physical
+        factor = {"position": "(1 + c cos 2πx/λ + s sin 2πx/λ)", "temperature": "(1 + β (T − T_0))"}
+        return replace(
+            self,
+            name=f"{self.name}+{term}",
+            params=self.params + TERMS[term],
+            doc=f"{self.doc}, all of it depending on {term}",
+            formula=f"({self.formula}) {factor[term]}",
+            terms=(*self.terms, term),
+            linear=(),
+            physical=lambda p: own(p[:, :k]),
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
