@@ -1,9 +1,11 @@
 """What rubs: friction laws, each one declaration. A new law is a file and its name in LAWS."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import cast
 
 from ..errors import InputError
+from .bam import BAM_M1, BAM_M2, BAM_M3, BAM_M4, BAM_M5, BAM_M6
 from .coulomb import COULOMB_VISCOUS, COULOMB_VISCOUS_DIRECTIONAL
 from .law import (
     LOADS,
@@ -19,6 +21,9 @@ from .law import (
     slip_law,
     stick,
 )
+from .load import COULOMB_LOAD
+from .lugre import LUGRE
+from .maxwell import MAXWELL_SLIP, maxwell_slip
 from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
 
 __all__ = [
@@ -42,23 +47,51 @@ LAWS: dict[str, Law] = {
     for law in (
         COULOMB_VISCOUS,
         COULOMB_VISCOUS_DIRECTIONAL,
+        COULOMB_LOAD,
         STRIBECK,
         STRIBECK_DIRECTIONAL,
+        LUGRE,
+        MAXWELL_SLIP,
+        BAM_M1,
+        BAM_M2,
+        BAM_M3,
+        BAM_M4,
+        BAM_M5,
+        BAM_M6,
     )
 }
+
+#: Laws of as many elements as their name says, after a colon: `maxwell-slip:6`.
+ELEMENTS: dict[str, Callable[[int], Law]] = {"maxwell-slip": maxwell_slip}
+_MOST_ELEMENTS = 20
 
 
 @cache
 def law_named(name: str) -> Law:
-    """A shipped law by its name, with terms after a plus: `stribeck+temperature`.
+    """A law by its name: `stribeck`, `maxwell-slip:6` (elements), `stribeck+temperature` (terms).
 
     Raises:
-        InputError: there is no such law or term.
+        InputError: there is no such law or term, or it cannot have so many elements.
     """
-    stem, *terms = name.split("+")
+    whole, *terms = name.split("+")
+    stem, colon, count = whole.partition(":")
     if stem not in LAWS:
         raise InputError(f"no law {stem!r}: there are {', '.join(LAWS)}")
-    law = LAWS[stem]
+    law = _of_elements(stem, count) if colon else LAWS[stem]
     for term in terms:
         law = law.with_term(cast("Term", term))
     return law
+
+
+def _of_elements(stem: str, count: str) -> Law:
+    """A law with a number of elements of the user's choice."""
+    if stem not in ELEMENTS:
+        raise InputError(
+            f"law {stem}:{count}: only {', '.join(ELEMENTS)} have a number of elements"
+        )
+    if not (count.isascii() and count.isdigit() and 1 <= int(count) <= _MOST_ELEMENTS):
+        raise InputError(
+            f"law {stem}:{count}: the number of elements goes from 1 to {_MOST_ELEMENTS}, "
+            f"as in {stem}:6"
+        )
+    return ELEMENTS[stem](int(count))

@@ -1,0 +1,53 @@
+"""The LuGre law: contact as a brush of bristles that bend, and slip as they give way."""
+
+from math import copysign, exp, expm1
+
+import numpy as np
+
+from ..space import Array, Param
+from .law import Law, rub_law, slip_law
+
+
+def _slip(v: float, p: Array) -> float:
+    F_S, F_C, v_s, F_V = p[2], p[3], p[4], p[5]
+    r = v / v_s
+    return copysign(1.0, v) * (F_C + (F_S - F_C) * exp(-r * r)) + F_V * v  # type: ignore[no-any-return]
+
+
+def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:
+    # At constant v the bristle falls into its steady deflection exponentially: z' = rate (z_ss - z)
+    sigma_0, sigma_1, F_S, F_C, v_s, F_V = p[0], p[1], p[2], p[3], p[4], p[5]
+    r = v / v_s
+    level = F_C + (F_S - F_C) * exp(-r * r)
+    if not level > 0.0:  # nothing rubs: no deflection lasts
+        out[0] = z[0] if v * h == 0.0 else 0.0
+        return sigma_0 * out[0] + F_V * v  # type: ignore[no-any-return]
+    rate = sigma_0 * abs(v) / level
+    left = copysign(level / sigma_0, v) - z[0]
+    done = -expm1(-rate * h)
+    out[0] = z[0] + left * done
+    return sigma_0 * out[0] + sigma_1 * rate * left * (1.0 - done) + F_V * v  # type: ignore[no-any-return]
+
+
+LUGRE = Law(
+    name="lugre",
+    params=(
+        Param("sigma_0", 1e3, 1e9, "N/m", "\\sigma_0", log=True, doc="stiffness of the bristles"),
+        Param("sigma_1", 0.0, 1e5, "N s/m", "\\sigma_1", doc="damping of the bristles"),
+        Param("F_S", 0.0, 1000.0, "N", "F_S", doc="static friction"),
+        Param("F_C", 0.0, 1000.0, "N", "F_C", doc="Coulomb friction"),
+        Param("v_s", 1e-4, 1e-1, "m/s", "v_s", log=True, doc="Stribeck velocity"),
+        Param("F_V", 0.0, 5000.0, "N s/m", "F_V", doc="viscous friction"),
+    ),
+    slip=slip_law(_slip),
+    rub=rub_law(_rub),
+    states=1,
+    doc="bristles bend before they slip: presliding, break-away and Stribeck in one state",
+    formula="F = σ_0 z + σ_1 z' + F_V v,  z' = v − σ_0 |v| z / g(v),  "
+    "g = F_C + (F_S − F_C) exp(−(v/v_s)²)",
+    cite="Canudas de Wit, Olsson, Åström, Lischinsky (1995), doi 10.1109/9.376053",
+    linear=("sigma_1", "F_V"),
+    physical=lambda p: (
+        (p[:, 2] >= p[:, 3]) & np.all(p >= 0, axis=1) & (p[:, 0] > 0) & (p[:, 4] > 0)
+    ),
+)
