@@ -10,6 +10,7 @@ from typing import Any
 from ..errors import InputError
 from .columns import Choice, Entry, choose, mapping
 from .delimited import read_text
+from .json_log import read_json
 from .matlab import read_matlab
 from .mend import Mender, filled_extra
 from .parquet import read_parquet
@@ -20,6 +21,7 @@ _FORMATS: Mapping[str, Callable[[bytes], Table]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab"), read_text),
     **dict.fromkeys((".parquet", ".pq"), read_parquet),
     ".mat": read_matlab,
+    ".json": read_json,
 }
 _MAGIC = {
     b"PK\x03\x04": "a zip or Excel file: save it as CSV",
@@ -34,14 +36,14 @@ _MAGIC = {
 
 
 def read(path: str | Path, *, columns: Mapping[str, Any] | str | Path | None = None) -> Recording:
-    """Read a log: CSV and its kin, Parquet, MATLAB 5 to 7.
+    """Read a log: CSV and its kin, Parquet, MATLAB 5 to 7, JSON records.
 
     Columns are known by their heads, which say the unit: `Time [ms]`, `position_mm`, `q_cmd_rad`,
     `tau_meas_Nm`. Where names are other, `columns` maps channels to them:
     `{"position": "qm [m]", "force": {"column": "vir", "factor": "gtau", "unit": "N"}}`, as a dict
     or a TOML file. Every other numeric column is kept in `extra` as written, and so is every
-    single number of a MATLAB file, as a constant column. Defects that do no harm are mended and
-    told in `notes`; the others are refused.
+    single number of a MATLAB or JSON file, as a constant column. Defects that do no harm are
+    mended and told in `notes`; the others are refused.
 
     Args:
         path: The file.
@@ -85,8 +87,8 @@ def _format(file: Path) -> Callable[[bytes], Table]:
     """The reader for a file's extension, unless its first bytes say that it is something else."""
     suffix = file.suffix.lower()
     if suffix not in _FORMATS:
-        raise InputError(f"{suffix or 'no extension'} is not read: give CSV, TSV, TXT, Parquet or "
-                         "MATLAB 5 to 7 (.mat)")  # fmt: skip
+        raise InputError(f"{suffix or 'no extension'} is not read: give CSV, TSV, TXT, Parquet, "
+                         "JSON or MATLAB 5 to 7 (.mat)")  # fmt: skip
     if _FORMATS[suffix] is read_text:
         with file.open("rb") as f:
             start = f.read(8)

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from .. import __version__
 from ..data.page import page
 from ..errors import InputError
-from ..friction import LAWS
+from ..friction import law_named
 from ..rig import RIGS, Rig
 from ..rig.rig import shown_in
 from ..space import Param
@@ -138,9 +138,7 @@ class Card(_Part):
         """
         if self.kind not in RIGS:
             raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
-        if self.law not in LAWS:
-            raise InputError(f"no law {self.law!r}: there are {', '.join(LAWS)}")
-        shipped, law = RIGS[self.kind], LAWS[self.law]
+        shipped, law = RIGS[self.kind], law_named(self.law)
         rig: Rig = replace(
             shipped.set(**{n: _converted(shipped, n, c) for n, c in self.constants.items()}),
             name=self.rig,

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..data.hold import fresh
-from ..data.ranges import Range, start_of, windows
-from ..data.segment import segment
+from ..data.ranges import Range, Window, start_of, windows
+from ..data.segment import Segments, segment
 from ..errors import InputError
-from ..friction import LAWS, Law
+from ..friction import Law, law_named
 from ..rig import RIGS, Rig
 from ..rig.custom import rig_file
 from ..rig.rig import Simulated, in_si
-from ..rig.track import Track, track
+from ..rig.track import Track
 from ..space import Array, Param, Space
 from ..units import unit
 
@@ -69,29 +69,45 @@ def stretches(
 
 
 def _stretches(recording: Recording, rig: Simulated, within: Range | None) -> list[Stretch]:
-    if recording.rotary:
+    if recording.rotary != rig.rotary:
+        kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
+        instead = ": use forced-rotary if the torque was measured" if recording.rotary else ""
         raise InputError(
-            f"{recording.label}: its position is an angle, and rig {rig.name} is linear: "
-            "use forced-rotary if the torque was measured"
+            f"{recording.label}: its position is {kinds[0]}, and rig {rig.name} is "
+            f"{kinds[1]}{instead}"
         )
     seen = segment(recording)
-    drive, anew = rig.drive(recording), fresh(recording)
-    found = []
-    for window in windows(recording, within, seen):
-        start = start_of(seen, window)
-        if start is None:
-            raise InputError(
-                f"{recording.label}: the axis never rests"
-                f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
-                "simulate from: this rig is for logs with stick-slip"
-            )
-        samples = slice(start.rest.start, start.rows.stop)
-        t = recording.t[samples]
-        score = (anew[samples] & (t >= recording.t[start.rows.start])).astype(float)
-        x0 = float(recording.position[start.rest].mean())
-        on = track(drive, t, x0, recording.position[samples], score)
-        found.append(Stretch(recording, start.rows, start.rest.start, on))
-    return found
+    return [
+        _from_rest(recording, rig, within, seen, window)
+        if rig.from_rest
+        else _from_state(recording, rig, window)
+        for window in windows(recording, within, seen)
+    ]
+
+
+def _from_rest(
+    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
+) -> Stretch:
+    start = start_of(seen, window)
+    if start is None:
+        raise InputError(
+            f"{recording.label}: the axis never rests"
+            f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
+            "simulate from: this rig is for logs with stick-slip"
+        )
+    samples = slice(start.rest.start, start.rows.stop)
+    t = recording.t[samples]
+    score = (fresh(recording)[samples] & (t >= recording.t[start.rows.start])).astype(float)
+    x0 = float(recording.position[start.rest].mean())
+    on = rig.track(recording, samples, x0, score)
+    return Stretch(recording, start.rows, start.rest.start, on)
+
+
+def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch:
+    rows = window.rows
+    score = fresh(recording)[rows].astype(float)
+    x0 = float(recording.position[rows.start])
+    return Stretch(recording, rows, rows.start, rig.track(recording, rows, x0, score))
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,9 +322,7 @@ def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
         rig = RIGS[rig]
     law = law or rig.laws[0]
     if isinstance(law, str):
-        if law not in LAWS:
-            raise InputError(f"no law {law!r}: there are {', '.join(LAWS)}")
-        law = LAWS[law]
+        law = law_named(law)
     return rig, law
 
 

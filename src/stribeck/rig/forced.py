@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,16 +20,6 @@ if TYPE_CHECKING:
 
 _F1 = types.Array(float64, 1, "C", readonly=True)
 
-#: What a unit of a linear axis is on a rotary one.
-_ROTARY = {
-    "N": "N m",
-    "N s/m": "N m s/rad",
-    "m/s": "rad/s",
-    "m": "rad",
-    "N/m": "N m/rad",
-    "kg": "kg m**2",
-}
-
 
 @dataclass(frozen=True, eq=False)
 class Forced(Rig):
@@ -39,11 +29,9 @@ class Forced(Rig):
     offset redundant: the rig drops it there.
 
     Args:
-        rotary: Whether the axis turns: force is then a torque, M an inertia.
         filtering: How its logs are made ready for the balance.
     """
 
-    rotary: bool = False
     filtering: Filtering = field(default_factory=Filtering)
 
     def own(self, law: Law) -> tuple[Param, ...]:
@@ -90,10 +78,6 @@ class Forced(Rig):
         p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
         rub: Array = slips(law.slip, np.ascontiguousarray(v, dtype=float), p)
         return rub
-
-    def _ranged(self, param: Param) -> Param:
-        ranged = super()._ranged(param)
-        return replace(ranged, unit=_ROTARY.get(param.unit, param.unit)) if self.rotary else ranged
 
 
 @njit(float64[::1](SLIP_TYPE, _F1, _F1), cache=True, error_model="numpy")

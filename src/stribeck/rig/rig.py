@@ -43,6 +43,18 @@ class Constant:
         return float(unit(self.unit).from_si(self.value))
 
 
+#: What a unit of a linear axis is on a rotary one.
+_ROTARY = {
+    "N": "N m",
+    "N s/m": "N m s/rad",
+    "m/s": "rad/s",
+    "m": "rad",
+    "1/m": "1/rad",
+    "N/m": "N m/rad",
+    "kg": "kg m**2",
+}
+
+
 def constant(name: str, shown: float, written: str, doc: str, source: str) -> Constant:
     """A constant given in the unit people see."""
     return Constant(name, float(unit(written).to_si(shown)), written, doc, source)
@@ -83,6 +95,7 @@ class Rig:
         labels: What the rig's literature calls a parameter, by the law's name for it.
         columns: Columns of its log format: channel -> "head", "head [unit]", or a table as the
             reader of logs takes it.
+        rotary: Whether the axis turns: forces are then torques, masses moments of inertia.
     """
 
     name: str
@@ -96,6 +109,7 @@ class Rig:
     shows: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, Any] = field(default_factory=dict)
+    rotary: bool = False
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -164,7 +178,8 @@ class Rig:
         lower, upper = self.ranges.get(
             param.name, self.ranges.get(param.name.rstrip("+-"), (param.lower, param.upper))
         )
-        return replace(param, lower=lower, upper=upper, log=param.log and lower > 0)
+        written = _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
+        return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
 
     def _constants(self) -> str:
         return ", ".join(c.name for c in self.constants) or "none"
@@ -175,7 +190,25 @@ class Simulated(Rig):
     """A rig on the simulation road: its laws are identified by simulating the motion.
 
     A new one says how it `move`s. The rest follows from that, and may be done faster.
+
+    Args:
+        from_rest: Whether a simulation can only start where the axis rests. Else it starts from
+            the measured state at the first sample of a range.
     """
+
+    from_rest: bool = True
+
+    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
+        """The samples of a recording made ready to be simulated, from a start at position x0.
+
+        Args:
+            recording: The log.
+            rows: Its samples, the start first.
+            x0: Position at the start, m (rad).
+            score: 1 for a sample that counts, 0 for one that does not.
+        """
+        x = recording.position
+        return track(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
     def move(self, law: Law, p: Array, on: Track) -> Motion:
         """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""

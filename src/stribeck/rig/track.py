@@ -29,6 +29,11 @@ class Track(NamedTuple):
         sums: Prefix sums of score * (1, d, d^2) with d = measured - x0, shape (3, N + 1).
         extremes: Least and greatest command from each RUN-th knot to the next, m, (2, K / RUN);
             may be left out.
+        v0: Velocity at the start, m/s.
+        inputs: What else drives the axis at the samples, (m, N), for rigs that step through them.
+        held: Which of the inputs keep a value until the next sample, (m,); the others are linear
+            between samples.
+        given: What the log says of its axis, SI, in the order in which its rig reads it.
     """
 
     knots_t: Array
@@ -39,6 +44,10 @@ class Track(NamedTuple):
     score: Array
     sums: Array
     extremes: Array = np.empty((2, 0))
+    v0: float = 0.0
+    inputs: Array = np.empty((0, 0))
+    held: Array = np.empty(0)
+    given: Array = np.empty(0)
 
 
 def track(

@@ -1,0 +1,108 @@
+"""A joint under PD control with feed-forward and known gains, and gravity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array, Param
+from .rig import constant
+from .stepped import Stepped
+from .stepping import JOINT
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+
+#: Columns of a log that say the command's velocity and the feed-forward torque, if it has them.
+_RATE, _AHEAD = "qd_cmd_rad_s", "tau_ff_Nm"
+
+
+@dataclass(frozen=True, eq=False)
+class Joint(Stepped):
+    """J dw/dt = ff + gain (k_p (q_c − q) + k_d (w_c − w)) − g_sin sin q − g_cos cos q − g_0 − F_f.
+
+    The torque of the drive is limited to +-limit. Without a column of the command's velocity,
+    w_c is the command's slope; without a feed-forward column, ff is zero.
+    """
+
+    kind: ClassVar[int] = JOINT
+    held: ClassVar[tuple[bool, ...]] = (False, False, False)
+
+    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+        """Command, its velocity, and the feed-forward torque."""
+        if recording.command is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} needs the commanded angle: map a column to "
+                "command"
+            )
+        rate = recording.extra.get(_RATE)
+        if rate is None:
+            rate = np.gradient(recording.command, recording.t)
+        return recording.command, rate, recording.extra.get(_AHEAD, np.zeros(len(recording)))
+
+    def candidates(self, law: Law, own: Array, given: Array) -> Array:
+        """The loop of each candidate."""
+        del law, given
+        J, g_sin, g_cos, g_0 = own.T
+        n, gain = len(own), self["gain"]
+        if not self["limit"] > 0:
+            raise InputError(f"rig {self.name}: limit must be above zero")
+        return np.column_stack(
+            [
+                J,
+                np.full(n, gain * self["kp"]),
+                np.full(n, gain * self["kd"]),
+                g_sin,
+                g_cos,
+                g_0,
+                np.full(n, self["limit"]),
+            ]
+        )
+
+
+_COLUMNS: dict[str, Any] = {
+    "time": "t_s [s]",
+    "position": "q_rad [rad]",
+    "velocity": "qd_rad_s [rad/s]",
+    "command": "q_cmd_rad [rad]",
+    "force": "tau_meas_Nm [N m]",
+}
+
+JOINT_RIG = Joint(
+    name="joint",
+    road="simulation",
+    doc="a robot joint under PD control with feed-forward and known gains, with gravity",
+    cite="Newton's second law; the law of the controller as its log states it",
+    constants=(
+        constant("kp", 100.0, "N m/rad", "position gain", "the controller"),
+        constant("kd", 5.0, "N m s/rad", "velocity gain", "the controller"),
+        constant("gain", 1.0, "", "share of the feedback that acts", "the controller"),
+        constant("limit", 1000.0, "N m", "largest torque of the drive", "the drive"),
+        constant("step", 5.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+    ),
+    params=(
+        Param("J", 1e-4, 10.0, "kg m**2", "J", True, doc="moment of inertia about the axis"),
+        Param("g_sin", -20.0, 20.0, "N m", "g_s", doc="gravity that goes with sin q"),
+        Param("g_cos", -20.0, 20.0, "N m", "g_c", doc="gravity that goes with cos q"),
+        Param("g_0", -5.0, 5.0, "N m", "g_0", doc="constant torque: sensor offset, cables"),
+    ),
+    laws=(
+        "stribeck",
+        "stribeck-directional",
+        "coulomb-viscous",
+        "coulomb-viscous-directional",
+    ),
+    ranges={
+        "F_S": (0.0, 10.0),
+        "F_C": (0.0, 10.0),
+        "F_V": (0.0, 20.0),
+        "v_SS": (1e-4, 1.0),
+    },
+    shows={"position": "mrad", "velocity": "rad/s"},
+    columns=_COLUMNS,
+    rotary=True,
+)

@@ -1,0 +1,74 @@
+"""An axis under a measured force below breakaway: what its bristles answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array, Param
+from .rig import constant
+from .stepped import Stepped
+from .stepping import FORCE
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+
+
+@dataclass(frozen=True, eq=False)
+class Presliding(Stepped):
+    """M dv/dt = F − offset − F_f; the measured force F is linear between samples."""
+
+    kind: ClassVar[int] = FORCE
+    held: ClassVar[tuple[bool, ...]] = (False,)
+
+    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+        """The measured force."""
+        if recording.force is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} needs the measured force of the drive: "
+                "map a column to force"
+            )
+        return (recording.force,)
+
+    def candidates(self, law: Law, own: Array, given: Array) -> Array:
+        """Mass and offset of each candidate."""
+        del law, given
+        return np.ascontiguousarray(own)
+
+
+_LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")
+_STEP = constant("step", 1.0, "ms", "longest step of the simulation", "docs/rigs.md")
+
+PRESLIDING = Presliding(
+    name="presliding",
+    road="simulation",
+    doc="a linear axis under a measured force: ramps and sines below breakaway",
+    cite="Newton's second law",
+    constants=(_STEP,),
+    params=(
+        Param("M", 1e-3, 1e4, "kg", "M", True, doc="moving mass"),
+        Param("offset", -100.0, 100.0, "N", "F_0", doc="constant force: weight, sensor offset"),
+    ),
+    laws=_LAWS,
+    shows={"position": "um", "velocity": "mm/s"},
+)
+
+PRESLIDING_ROTARY = Presliding(
+    name="presliding-rotary",
+    road="simulation",
+    doc="a rotary axis under a measured torque: ramps and sines below breakaway",
+    cite="Newton's second law",
+    constants=(_STEP,),
+    params=(
+        Param("M", 1e-5, 100.0, "kg", "J", True, doc="moment of inertia about the axis"),
+        Param("offset", -10.0, 10.0, "N", "T_0", doc="constant torque: sensor offset"),
+    ),
+    laws=_LAWS,
+    shows={"position": "mrad", "velocity": "mrad/s"},
+    labels={"M": "J"},
+    rotary=True,
+)

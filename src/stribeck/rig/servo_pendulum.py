@@ -1,0 +1,120 @@
+"""A pendulum on a position-controlled servo, with gravity, whose torque can be switched off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array, Param
+from .rig import constant
+from .stepped import Stepped
+from .stepping import SERVO
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+
+#: What a log may say of its own run, by the name of its column; the rig's constants elsewhere.
+_OF_THE_RUN = {"mass": "m", "length": "l", "kp": "kp", "vin": "vin"}
+#: The column that says whether the servo drives; it always does where a log has none.
+_ENABLED = "torque_enable"
+
+
+@dataclass(frozen=True, eq=False)
+class ServoPendulum(Stepped):
+    """J dw/dt = k_t V / R − k_t² w / R − m g l sin(q + q_offset) − F_f, J = m l² + armature.
+
+    V = vin clip(duty kp (goal − q), ±1); while the torque is switched off, no current flows and
+    the motor neither drives nor brakes. The load of a law is the motor's torque, with the voltage
+    that its rotation induces, and the torque of gravity.
+    """
+
+    kind: ClassVar[int] = SERVO
+    held: ClassVar[tuple[bool, ...]] = (False, True)
+
+    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+        """Goal, and whether the servo drives."""
+        if recording.command is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} needs the goal of the servo: map a column to "
+                "command"
+            )
+        return recording.command, recording.extra.get(_ENABLED, np.ones(len(recording)))
+
+    def given(self, recording: Recording) -> Array:
+        """Mass, length, gain and supply voltage of the run."""
+        return np.array(
+            [
+                recording.extra[column][0] if column in recording.extra else self[name]
+                for column, name in _OF_THE_RUN.items()
+            ]
+        )
+
+    def candidates(self, law: Law, own: Array, given: Array) -> Array:
+        """The pendulum of a run with each candidate's motor."""
+        del law
+        m, length, kp, vin = given
+        for name, value in zip(("m", "l", "kp", "vin"), given, strict=True):
+            if not 0 < value < np.inf:
+                raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
+        k_t, R, armature, offset = own.T
+        n = len(own)
+        return np.column_stack(
+            [
+                m * length**2 + armature,
+                k_t / R,
+                k_t**2 / R,
+                np.full(n, m * self["g"] * length),
+                offset,
+                np.full(n, vin * kp * self["duty"]),
+                np.full(n, vin),
+            ]
+        )
+
+
+_BAM = "M. Duclusaud et al., Extended Friction Models (2025), arXiv 2410.08650; Rhoban/bam"
+_COLUMNS: dict[str, Any] = {
+    "time": "timestamp [s]",
+    "position": "position [rad]",
+    "velocity": "speed [rad/s]",
+    "command": "goal_position [rad]",
+    "voltage": "input_volts [V]",
+    "temperature": "temp [degC]",
+}
+
+SERVO_PENDULUM = ServoPendulum(
+    name="servo-pendulum",
+    road="simulation",
+    doc="a pendulum on a position-controlled servo whose torque can be switched off",
+    cite=_BAM,
+    constants=(
+        constant("m", 0.49, "kg", "mass at the end of the pendulum", "the log, where it says so"),
+        constant("l", 0.1, "m", "its distance from the shaft", "the log, where it says so"),
+        constant("kp", 400.0, "", "gain of the servo, in its own counts",
+                 "the log, where it says so"),
+        constant("vin", 7.4, "V", "supply voltage", "the log, where it says so"),
+        constant("duty", 4096 / (2 * np.pi) / (256 * 885), "1/rad",
+                 "share of the supply voltage for an error of 1 rad at kp = 1", _BAM),
+        constant("g", 9.80665, "m/s**2", "gravity", "standard value"),
+        constant("step", 2.5, "ms", "longest step of the simulation", "docs/rigs.md"),
+    ),
+    params=(
+        Param("k_t", 0.1, 1.0, "N m/A", "k_t", doc="torque constant"),
+        Param("R", 0.5, 10.0, "ohm", "R", doc="resistance of the winding"),
+        Param("armature", 1e-5, 0.02, "kg m**2", "J_a", True, doc="inertia of rotor and gears"),
+        Param("q_offset", -0.2, 0.2, "rad", "q_0", doc="minus the angle at which it hangs"),
+    ),
+    laws=("coulomb-viscous", "stribeck", "stribeck-free", *(f"bam-m{i}" for i in range(1, 7))),
+    ranges={
+        "F_S": (0.0, 0.2),
+        "F_C": (0.0, 0.2),
+        "F_V": (0.0, 0.1),
+        "v_SS": (0.1, 10.0),
+    },
+    shows={"position": "mrad", "velocity": "rad/s", "q_offset": "mrad"},
+    columns=_COLUMNS,
+    rotary=True,
+)  # fmt: skip

@@ -1,0 +1,134 @@
+"""Rigs that are simulated step by step: a known drive, friction of any law, many logs at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ..data.segment import rests
+from ..errors import InputError
+from ..space import Array
+from .drive import Drive
+from .rig import Motion, Simulated
+from .stepping import WIDTH, motions
+from .track import Track
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+
+#: Samples that a velocity at the start is taken from where none was recorded.
+_FEW = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Stepped(Simulated):
+    """A rig whose drive `stepping` knows. A new one says its inputs and its constants.
+
+    Its constant `step` is the longest step, s. A law with states starts where the axis would be
+    had it been pushed, from relaxed bristles, by the force of the first sample.
+    """
+
+    from_rest: bool = False
+    #: Which drive of `stepping`.
+    kind: ClassVar[int]
+    #: Which inputs keep their value until the next sample, after normal load and temperature.
+    held: ClassVar[tuple[bool, ...]]
+
+    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+        """What drives the axis, each (N,), in the order in which its kind reads it.
+
+        Raises:
+            InputError: the log lacks one.
+        """
+        del recording
+        raise InputError(f"rig {self.name} does not say what drives it")
+
+    def given(self, recording: Recording) -> Array:
+        """What a log says of its own axis, beside the rig's constants."""
+        del recording
+        return np.empty(0)
+
+    def candidates(self, law: Law, own: Array, given: Array) -> Array:
+        """The constants of the drive, (n, up to WIDTH), from the rig's own parameters (n, k)."""
+        del law, own, given
+        raise InputError(f"rig {self.name} does not say its constants")
+
+    def normal(self, recording: Recording) -> Array | None:
+        """The normal load on the sliding surfaces, (N,), where the log has it."""
+        del recording
+        return None
+
+    def drive(self, recording: Recording) -> Drive:
+        """The command of a log; where it has none, the position at its start, held."""
+        if recording.command is not None:
+            return Drive.sampled(recording.t, recording.command)
+        t, x = recording.t, float(recording.position[0])
+        return Drive(np.array([t[0], t[-1]]), np.array([x, x]))
+
+    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
+        """Samples, inputs and start of a stretch; see `Simulated.track`."""
+        self._fits(recording)
+        law_loads = (self.normal(recording), recording.temperature)
+        nothing = np.zeros(len(recording))
+        every = [nothing if a is None else a for a in law_loads]
+        every += self.inputs(recording)
+        held = np.array([False, False, *self.held], dtype=float)
+        return (
+            super()
+            .track(recording, rows, x0, score)
+            ._replace(
+                v0=_velocity(recording, rows.start),
+                inputs=np.array([a[rows] for a in every]),
+                held=held,
+                given=self.given(recording),
+            )
+        )
+
+    def _fits(self, recording: Recording) -> None:
+        if recording.rotary != self.rotary:
+            kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
+            raise InputError(
+                f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
+                "use the rig that fits the axis"
+            )
+
+    def move(self, law: Law, p: Array, on: Track) -> Motion:
+        """Motion over a prepared track from its measured start; see `Simulated.move`.
+
+        Raises:
+            InputError: parameters that are not this law's and rig's, or a constant that cannot be.
+        """
+        p = np.atleast_2d(np.asarray(p, dtype=float))
+        k = len(law.params)
+        if p.shape[1] != k + len(self.own(law)):
+            raise InputError(
+                f"rig {self.name}, law {law.name}: parameters are "
+                f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
+            )
+        step = self["step"]
+        if not 0 < step < np.inf:
+            raise InputError(f"rig {self.name}: step = {step} s cannot be simulated")
+        c = np.zeros((len(p), WIDTH))
+        made = self.candidates(law, p[:, k:], on.given)
+        c[:, : made.shape[1]] = made
+        q, v, F = motions(law, self.kind, p[:, :k], c, on, step)
+        return Motion(on.t, q, v, F)
+
+    def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
+        """The motion under a recording's inputs, from its first sample."""
+        everything = slice(0, len(recording))
+        x0 = float(recording.position[0])
+        return self.move(law, p, self.track(recording, everything, x0, np.ones(len(recording))))
+
+
+def _velocity(recording: Recording, row: int) -> float:
+    """The velocity at a sample: 0 where the axis rests, else as recorded or as it moves there."""
+    if any(r.start <= row < r.stop for r in rests(recording)):
+        return 0.0
+    if recording.velocity is not None:
+        return float(recording.velocity[row])
+    few = slice(row, row + _FEW)
+    return float(np.polyfit(recording.t[few], recording.position[few], 1)[0])
