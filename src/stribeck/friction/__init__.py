@@ -7,6 +7,10 @@ from typing import cast
 from ..errors import InputError
 from .bam import BAM_M1, BAM_M2, BAM_M3, BAM_M4, BAM_M5, BAM_M6
 from .coulomb import COULOMB_VISCOUS, COULOMB_VISCOUS_DIRECTIONAL
+from .dahl import DAHL
+from .elasto_plastic import ELASTO_PLASTIC
+from .gms import GMS, gms
+from .karnopp import KARNOPP, KARNOPP_DIRECTIONAL
 from .law import (
     LOADS,
     RUB_SIGNATURE,
@@ -23,8 +27,18 @@ from .law import (
 )
 from .load import COULOMB_LOAD
 from .lugre import LUGRE
+from .makkar import MAKKAR, MAKKAR_DIRECTIONAL
 from .maxwell import MAXWELL_SLIP, maxwell_slip
-from .stribeck import STRIBECK, STRIBECK_DIRECTIONAL
+from .rational import STRIBECK_RATIONAL, STRIBECK_RATIONAL_DIRECTIONAL
+from .smooth import STRIBECK_SMOOTH, STRIBECK_SMOOTH_DIRECTIONAL
+from .stribeck import (
+    STRIBECK,
+    STRIBECK_DIRECTIONAL,
+    STRIBECK_FREE,
+    STRIBECK_FREE_DIRECTIONAL,
+    STRIBECK_GAUSS,
+    STRIBECK_GAUSS_DIRECTIONAL,
+)
 
 __all__ = [
     "LAWS",
@@ -50,8 +64,23 @@ LAWS: dict[str, Law] = {
         COULOMB_LOAD,
         STRIBECK,
         STRIBECK_DIRECTIONAL,
+        STRIBECK_GAUSS,
+        STRIBECK_GAUSS_DIRECTIONAL,
+        STRIBECK_FREE,
+        STRIBECK_FREE_DIRECTIONAL,
+        STRIBECK_RATIONAL,
+        STRIBECK_RATIONAL_DIRECTIONAL,
+        STRIBECK_SMOOTH,
+        STRIBECK_SMOOTH_DIRECTIONAL,
+        MAKKAR,
+        MAKKAR_DIRECTIONAL,
+        KARNOPP,
+        KARNOPP_DIRECTIONAL,
+        DAHL,
         LUGRE,
+        ELASTO_PLASTIC,
         MAXWELL_SLIP,
+        GMS,
         BAM_M1,
         BAM_M2,
         BAM_M3,
@@ -62,7 +91,7 @@ LAWS: dict[str, Law] = {
 }
 
 #: Laws of as many elements as their name says, after a colon: `maxwell-slip:6`.
-ELEMENTS: dict[str, Callable[[int], Law]] = {"maxwell-slip": maxwell_slip}
+ELEMENTS: dict[str, Callable[[int], Law]] = {"maxwell-slip": maxwell_slip, "gms": gms}
 _MOST_ELEMENTS = 20
 
 

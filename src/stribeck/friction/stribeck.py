@@ -1,5 +1,9 @@
-"""The Stribeck law: friction falls from its static level to Coulomb's as speed grows."""
+"""The Stribeck law: friction falls from its static level to Coulomb's as speed grows.
 
+One curve, three laws: they differ in what is said of its exponent.
+"""
+
+from dataclasses import replace
 from math import copysign, exp
 
 import numpy as np
@@ -44,3 +48,26 @@ STRIBECK = Law(
 )
 
 STRIBECK_DIRECTIONAL = by_direction(STRIBECK, _slip_directional)
+
+STRIBECK_GAUSS = replace(
+    STRIBECK,
+    name="stribeck-gauss",
+    params=(*STRIBECK.params[:4], replace(STRIBECK.params[4], fixed=2.0)),
+    doc="the Stribeck drop as a bell curve: flat at rest, gone beyond twice v_SS",
+    formula="F = [F_C + (F_S − F_C) exp(−(v/v_SS)²)] sgn v + F_V v",
+    cite="Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), doi 10.1016/0005-1098(94)90209-7",
+)
+
+STRIBECK_GAUSS_DIRECTIONAL = by_direction(STRIBECK_GAUSS, _slip_directional)
+
+STRIBECK_FREE = replace(
+    STRIBECK,
+    name="stribeck-free",
+    params=(*STRIBECK.params[:4], replace(STRIBECK.params[4], fixed=None)),
+    doc="the Stribeck drop with an exponent to be found",
+    cite="Bo, Pavelescu (1982), doi 10.1016/0043-1648(82)90223-X",
+)
+
+STRIBECK_FREE_DIRECTIONAL = by_direction(
+    STRIBECK_FREE, _slip_directional, apart=("F_S", "F_C", "F_V", "v_SS")
+)
