@@ -50,7 +50,9 @@ def _number(value: object) -> bool:
 
 def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table:
     names = list(dict.fromkeys(name for r in records for name in r))
-    columns, text, left = {}, {}, []
+    columns: dict[str, np.ndarray[Any, Any]] = {}
+    text: dict[str, tuple[int, str]] = {}
+    left: list[str] = []
     for name in names:
         values = np.full(len(records), math.nan)
         for row, record in enumerate(records):

@@ -21,7 +21,7 @@ from ..space import Array
 from ..units import unit
 from .balance import balanced
 from .found import Fit
-from .polish import Polished, polish_run
+from .polish import Polished, polish, polish_run
 from .problem import (
     MotionProblem,
     Parameters,
@@ -34,6 +34,7 @@ from .problem import (
     stretches,
 )
 from .score import Score, held_out, scores
+from .starts import StartedProblem, free_starts, from_starts
 from .uncertainty import (
     Estimate,
     bound_warnings,
@@ -239,11 +240,19 @@ def _conclude(
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
     made = problem.parameters
-    p = made.full(best.x[None])[0]
-    errors, correlation = standard_errors(problem, best.x)
+    try:
+        begun = None if interrupted else _begun(problem, plan, best)
+    except KeyboardInterrupt:
+        begun, interrupted = None, True
+    free = len(best.x)
+    x = best.x if begun is None else begun[1].x
+    train = problem.train if begun is None else from_starts(problem.train, x[free:])
+    p = made.full(x[None, :free])[0]
+    errors, correlation = standard_errors(problem if begun is None else begun[0], x)
+    errors, correlation = errors[:free], correlation[:free, :free]
     rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
-    score = scores(made, p, problem.train)
+    score = scores(made, p, train)
     doubtful = score.value > LITTLE * score.smooth
     found = estimates(made, p, errors, spread, correlation, doubtful=doubtful)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
@@ -258,10 +267,11 @@ def _conclude(
         polished=tuple(done),
         method=plan.method,
         seed=plan.seed,
-        evaluations=sum(r.evaluations for r in runs) + sum(d.evaluations for d in done),
+        evaluations=sum(r.evaluations for r in runs)
+        + sum(d.evaluations for d in (*done, *(begun or ())[1:])),
         seconds=seconds,
         ended="interrupted" if interrupted else runs[0].ended,
-        train=problem.train,
+        train=train,
         train_ranges=tuple(trained),
         recordings=tuple(logs),
         warnings=tuple(
@@ -279,6 +289,17 @@ def _conclude(
             )
         ),
     )
+
+
+def _begun(
+    problem: MotionProblem, plan: _Plan, best: Polished
+) -> tuple[StartedProblem, Polished] | None:
+    """The best fit refined with the starts of its motions free, where they matter."""
+    if not free_starts(problem) or plan.polishing is False:
+        return None
+    started = StartedProblem(problem)
+    x = np.concatenate([best.x, started.nominal])
+    return started, polish(started, x, float(started(x[None])[0]), POLISH)
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:

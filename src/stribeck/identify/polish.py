@@ -12,6 +12,7 @@ from ..space import Array
 
 if TYPE_CHECKING:
     from ..optimize import Run, Trace
+    from ..optimize.search import LeastSquares
     from .problem import MotionProblem
 
 #: Step of the finite differences, as a share of a parameter's range: the floor of the misfit is a
@@ -65,7 +66,7 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     return Polished(best.x, best.cost, sum(d.evaluations for d in done))
 
 
-def polish(problem: MotionProblem, x: Array, start: float, allowance: int) -> Polished:
+def polish(problem: LeastSquares, x: Array, start: float, allowance: int) -> Polished:
     """Improve a point by trust-region least squares inside the search box.
 
     Args:
@@ -98,7 +99,7 @@ def _silent(**_: object) -> None:
     """Nobody keeps what a polishing says of its steps."""
 
 
-def jacobian(problem: MotionProblem, u: Array, residuals: Array) -> Array:
+def jacobian(problem: LeastSquares, u: Array, residuals: Array) -> Array:
     """Slopes of the residuals at a point of the unit cube, (samples, dim), in one call."""
     step = np.where(u + STEP <= 1.0, STEP, -STEP)
     beside = problem.residuals(problem.space.decode(u + np.diag(step)))

@@ -235,6 +235,8 @@ class MotionProblem:
     order of `problem.space`, returns (n,) costs in the unit in which the rig shows positions
     (mm for the slide bed, as in the paper). A point that is not physical, or that cannot be
     simulated, costs nan. Rows are independent bit for bit, however many are asked at once.
+
+    `scale` is `unit` in SI, `logs` how many samples count in each stretch, in order.
     """
 
     def __init__(self, made: Parameters, train: Sequence[Stretch]) -> None:
@@ -248,7 +250,8 @@ class MotionProblem:
         self.samples = int(sum(s.track.sums[0, -1] for s in train))
         self.unit = made.rig.shows.get("position", "m")
         self._rig = made.rig
-        self._scale = unit(self.unit).factor
+        self.scale = unit(self.unit).factor
+        self.logs = tuple(int(s.track.sums[0, -1]) for s in self.train)
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -258,22 +261,23 @@ class MotionProblem:
         sse = np.full(len(p), np.nan)
         if good.any():
             sse[good] = sum(self._rig.misfits(law, p[good], s.track) for s in self.train)
-        cost: Array = np.sqrt(sse / self.samples) / self._scale
+        cost: Array = np.sqrt(sse / self.samples) / self.scale
         return cost
 
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n, samples) residuals, in `unit`; J is their RMS."""
-        p = self.parameters.full(np.atleast_2d(x))
-        law = self.parameters.law
+        x = np.atleast_2d(x)
+        return np.concatenate([self.apart(x, s) for s in self.train], axis=1)
+
+    def apart(self, x: Array, stretch: Stretch) -> Array:
+        """The residuals of one stretch, (n, its samples that count); nan where not physical."""
+        p = self.parameters.full(x)
+        law, counts = self.parameters.law, stretch.track.score > 0
         good = np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
-        found = np.full((len(p), self.samples), np.nan)
+        found = np.full((len(p), int(counts.sum())), np.nan)
         if good.any():
-            parts = []
-            for s in self.train:
-                motion = self._rig.move(law, p[good], s.track)
-                counts = s.track.score > 0
-                parts.append((s.track.measured - motion.position)[:, counts])
-            found[good] = np.concatenate(parts, axis=1) / self._scale
+            motion = self._rig.move(law, p[good], stretch.track)
+            found[good] = (stretch.track.measured - motion.position)[:, counts] / self.scale
         return found
 
 

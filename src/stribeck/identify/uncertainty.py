@@ -12,7 +12,8 @@ from ..space import Array
 from .polish import jacobian
 
 if TYPE_CHECKING:
-    from .problem import MotionProblem, Parameters
+    from ..optimize.search import LeastSquares
+    from .problem import Parameters
 
 Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
 
@@ -116,7 +117,7 @@ def _end(value: float, lower: float, upper: float) -> Literal["lower", "upper"] 
     return "upper" if upper - value < AT_END * width else None
 
 
-def standard_errors(problem: MotionProblem, x: Array) -> tuple[Array, Array]:
+def standard_errors(problem: LeastSquares, x: Array) -> tuple[Array, Array]:
     """Standard errors (SI) and correlations of the free parameters at an estimate.
 
     The usual covariance of nonlinear least squares, s^2 (J^T J)^-1, widened by the integrated

@@ -194,9 +194,12 @@ class Simulated(Rig):
     Args:
         from_rest: Whether a simulation can only start where the axis rests. Else it starts from
             the measured state at the first sample of a range.
+        free_start: Whether a motion depends so much on where it starts that this is found
+            together with the parameters.
     """
 
     from_rest: bool = True
+    free_start: bool = False
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """The samples of a recording made ready to be simulated, from a start at position x0.

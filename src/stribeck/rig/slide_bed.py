@@ -78,6 +78,7 @@ class SlideBed(Simulated):
         device: What computes `misfits`; see `on`. All else is computed on the processor.
     """
 
+    free_start: bool = True
     device: Device = "cpu"
 
     def on(self, device: Device) -> Self:
