@@ -1,0 +1,413 @@
+"""Profile likelihood: how far each parameter can go, the others refitted, before the fit suffers.
+
+From the best fit a parameter is moved outward in its search scale, and all others are refitted at
+each place, until the sum of squares has risen by what noise explains: s^2 F(1, N - k), times the
+parameter's own ratio for residuals that correlate (see `covariance`). Venzon and Moolgavkar 1988,
+doi 10.2307/2347496; for practical identifiability, Raue et al. 2009, doi
+10.1093/bioinformatics/btp358.
+
+A misfit of stick-slip has walls and several basins. So strides are as long as the refit can
+follow; where a walk finds a better fit than the best, all start again from there; and an interval
+holds whatever point any walk has met that fits as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array
+from .covariance import QuickLook, quick_look
+from .descent import Asking, Meter, Place, Terrain, ahead, masked, settle, slopes, squares_of
+from .descent import together as in_step
+from .residuals import Residuals, logs_of, physical
+
+Ended = Literal["threshold", "bound", "order", "flat", "unrunnable", "budget"]
+
+LEVEL = 0.95
+#: Rows that profiles may evaluate unless told otherwise.
+BUDGET = 20_000
+#: An end is known to this share of the half-width.
+SHARP = 0.02
+#: A refit is over where no step promises more than this share of the threshold; the last one of
+#: a side, this.
+ROUGH, FINE = 0.05, 0.004
+#: A side that rises by less than this share of the threshold up to the end of its range is flat,
+#: if it is longer than this share of the range.
+FLAT, LONG = 0.05, 0.25
+#: A stride that ends higher than this (root of the rise over the threshold) is tried shorter.
+STEEP = 1.6
+#: A refit that starts this many thresholds up is not tried.
+FAR = 1e4
+#: A fit better by this share of the least threshold is a new best; how often that may happen.
+BETTER, RESTARTS = 0.02, 8
+#: How often intervals are carried on from places that other walks have met.
+ROUNDS = 2
+#: Memory for slopes, bytes: so many sides walk at once.
+MEMORY = 4e8
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One end of an interval.
+
+    Args:
+        end: Where it is, SI.
+        ended: Why there: `threshold` (the fit suffers), `bound` (end of the search range),
+            `order` (the law allows no further), `flat` (end of the range, and the fit has hardly
+            changed), `unrunnable` (no simulation beyond), `budget` (no evaluations left: the
+            end is extrapolated).
+        rise: Of the sum of squares there, in thresholds.
+    """
+
+    end: float
+    ended: Ended
+    rise: float
+
+    @property
+    def closed(self) -> bool:
+        """Whether the data, or the law, end the interval there rather than the range."""
+        return self.ended in ("threshold", "order", "unrunnable")
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """What the data say of one parameter.
+
+    Args:
+        name: The parameter.
+        value: The best fit's, SI.
+        low: The lower end.
+        high: The upper end.
+        values: Places visited, rising, SI, (m,).
+        rises: The sum of squares there, others refitted, less the least one, over the threshold.
+        threshold: Rise of the sum of squares that ends the interval.
+    """
+
+    name: str
+    value: float
+    low: Side
+    high: Side
+    values: Array = field(repr=False)
+    rises: Array = field(repr=False)
+    threshold: float
+
+
+@dataclass(frozen=True, eq=False)
+class Profiles:
+    """The profiles of all free parameters, and the fit that they rest on.
+
+    Args:
+        x: The best fit, SI, (dim,): the one given, or a better one that was met on the way.
+        squares: Its sum of squares.
+        before: That of the fit given.
+        improved: How often a walk met a better fit.
+        profiles: In the order of the space.
+        look: The quick look at x.
+        J: Slopes of the residuals at x over the unit cube, (dim, N).
+        residuals: At x, (N,).
+        logs: Rows of each log.
+        rows: Rows evaluated.
+        complete: Whether the budget sufficed.
+    """
+
+    x: Array
+    squares: float
+    before: float
+    improved: int
+    profiles: tuple[Profile, ...]
+    look: QuickLook
+    J: Array = field(repr=False)
+    residuals: Array = field(repr=False)
+    logs: tuple[int, ...] = field(repr=False)
+    rows: int
+    complete: bool
+
+
+class _Walk:
+    """One side of one profile: walks outward from a place, and keeps its record."""
+
+    def __init__(
+        self, terrain: Terrain, problem: Residuals, best: Place, k: int, sign: int,
+        threshold: float, reach: float,
+    ) -> None:  # fmt: skip
+        self.terrain, self.problem, self.k, self.sign = terrain, problem, k, sign
+        self.base, self.threshold = best.squares, threshold
+        self.origin = float(best.u[k])
+        limit, ordered = terrain.limit(k, sign)
+        self.room = max(sign * (limit - self.origin), 0.0)
+        self.limited: Ended = "order" if ordered else "bound"
+        self.reach = min(reach, 1.0)
+        self.known: list[tuple[float, float]] = [(0.0, 0.0)]
+        self.end, self.z = 0.0, 0.0
+        self.ended: Ended = "budget"
+
+    def record(self, ended: Ended, t: float, z: float) -> None:
+        self.ended, self.end, self.z = ended, min(max(t, 0.0), self.room), z
+
+    def _z(self, squares: float) -> float:
+        return float(np.sqrt(max(squares - self.base, 0.0) / self.threshold))
+
+    def walk(self, start: Place) -> Asking:
+        """Go outward from a place until the side is known."""
+        k, free = self.k, masked(self.terrain.dim, self.k)
+        place, most = start.copy(), 6 * self.terrain.dim + 12
+        t, z = self.sign * (float(place.u[k]) - self.origin), self._z(place.squares)
+        if t > 0:
+            self.known.append((t, z))
+        outer: tuple[float, float] | None = None
+        stride = np.inf
+        blocked: Ended = "threshold"
+        while True:
+            # what is known so far, should the budget end here
+            self.record("budget", self._extrapolated(t, z), z)
+            if outer is None and t >= self.room * (1 - 1e-12):
+                flat = z * z < FLAT and t > LONG
+                self.record("flat" if flat else self.limited, self.room, z)
+                return
+            goal = self._goal(t, z, outer, stride)
+            if outer is None and stride < SHARP * max(t, self.reach * SHARP, 1e-9):
+                self.record(blocked, t, z)  # a wall
+                return
+            there, _ = ahead(place, self.terrain, k, self.sign * (goal - t))
+            R = (yield there[None])[0]
+            if not np.isfinite(R).all():
+                good = physical(self.problem, self.terrain.x(there)[None])[0]
+                blocked, stride = ("unrunnable" if good else "order"), (goal - t) / 3
+                continue
+            trial = place.copy()
+            if np.any(there != trial.u):
+                move = there - trial.u
+                slope = np.einsum("i,im->m", move, trial.J)
+                trial.J += np.outer(move / (move @ move), R - trial.r - slope)
+                trial.age += 1
+            trial.u, trial.r, trial.squares = there, R.copy(), float(squares_of(R[None])[0])
+            if trial.squares - self.base > FAR * self.threshold:
+                blocked, stride = "threshold", (goal - t) / 4
+                continue
+            rough = (1 - self._z(trial.squares)) > 0.3  # noqa: PLR2004 - far from the end yet
+            gain = (ROUGH if rough else FINE) * self.threshold
+            yield from settle(trial, self.terrain, free, gain, most, sure=not rough)
+            new = self._z(trial.squares)
+            if new > STEEP and goal - t > SHARP * goal:
+                blocked, stride = "threshold", (goal - t) / 3
+                outer = None if outer is not None and outer[0] >= goal else outer
+                continue
+            self.known.append((goal, new))
+            if abs(new - 1) <= SHARP / 2:
+                self.record("threshold", self._crossing(goal, new), 1.0)
+                return
+            if new > 1:
+                outer = goal, new
+            else:
+                stride = np.inf if stride == np.inf else 3 * (goal - t)
+                place, t, z = trial, goal, new
+            if outer is not None and outer[0] - t <= SHARP * outer[0]:
+                if z < outer[1]:
+                    t += (outer[0] - t) * min(max((1 - z) / (outer[1] - z), 0.0), 1.0)
+                self.record("threshold", t, 1.0)
+                return
+
+    def _goal(self, t: float, z: float, outer: tuple[float, float] | None, stride: float) -> float:
+        """Where to look next."""
+        if outer is not None:
+            share = (1 - z) / max(outer[1] - z, 1e-12)
+            return t + (outer[0] - t) * min(max(share, 0.1), 0.9)
+        inner = sorted(p for p in self.known if p[0] < t)
+        slope = 1.0 / self.reach if self.reach > 0 else 0.0
+        if t > 0 and inner and t > inner[-1][0]:
+            slope = (z - inner[-1][1]) / (t - inner[-1][0])
+        ask = t + (1.0 - z) / slope if slope > 0 else self.room
+        ask = min(ask, t + stride, max(2.5 * t, t + self.reach), self.room)
+        if self.room - ask < 0.05 * (ask - t) and self.room - t <= stride:
+            return self.room
+        return ask
+
+    def _crossing(self, t: float, z: float) -> float:
+        """Where z passes 1, by the slope to the point before."""
+        before = max((p for p in self.known if p[0] < t), default=None)
+        if before is None or z <= before[1]:
+            return t
+        return t + (1 - z) * (t - before[0]) / (z - before[1])
+
+    def beyond(self, seen: Sequence[tuple[Array, float]]) -> Array | None:
+        """The outermost point met by others that fits as well and lies beyond the end."""
+        if self.ended in ("bound", "order", "flat", "budget"):
+            return None
+        fitting = [u for u, s in seen if s - self.base < (1 - SHARP) * self.threshold]
+        out = [self.sign * (float(u[self.k]) - self.origin) for u in fitting]
+        if not out or max(out) <= self.end * (1 + 2 * SHARP) + 1e-9:
+            return None
+        return fitting[int(np.argmax(out))]
+
+    def _extrapolated(self, t: float, z: float) -> float:
+        guess = t / z if z > 0.2 and t > 0 else max(t, self.reach)  # noqa: PLR2004 - too little
+        return max(t, guess)
+
+
+def profiles(
+    problem: Residuals,
+    x: Array,
+    *,
+    level: float = LEVEL,
+    ratio: Array | None = None,
+    budget: int = BUDGET,
+    which: Sequence[str] | None = None,
+) -> Profiles:
+    """The profile likelihood of each parameter at a fit.
+
+    Args:
+        problem: Its residuals; see `Residuals`.
+        x: The fit, SI, (dim,).
+        level: Of the intervals.
+        ratio: Variance of each estimate over that with white residuals, (dim,); by default
+            from the residuals themselves. Ones for residuals known to be white.
+        budget: Rows that may be evaluated.
+        which: Names of the parameters to profile; all by default.
+
+    Raises:
+        InputError: the fit cannot be run, has no more rows than parameters, or a name is unknown.
+    """
+    meter, terrain = Meter(problem, budget), Terrain(problem)
+    chosen = _chosen(terrain, which)
+    best = start(meter, terrain, x)
+    logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
+    while True:
+        if improved:
+            gain = FINE * float(_thresholds(best, look, level, ratio).min())
+            in_step([_refined(best, terrain, gain)], meter)
+        look = quick_look(best.J, best.r, logs)
+        thresholds = _thresholds(best, look, level, ratio)
+        if not improved:
+            gain = FINE * float(thresholds.min())
+            in_step([_refined(best, terrain, gain)], meter)
+            look = quick_look(best.J, best.r, logs)
+            thresholds = _thresholds(best, look, level, ratio)
+        walks = [
+            _Walk(terrain, problem, best, k, sign, thresholds[k], _reach(look, thresholds[k], k))
+            for k in chosen
+            for sign in (-1, 1)
+        ]
+        better = -np.inf if improved >= RESTARTS else best.squares - BETTER * thresholds.min()
+        met = _walked(walks, best, meter, terrain, float(better), float(thresholds.max()))
+        if met is None:
+            break
+        improved += 1
+        best = start(meter, terrain, terrain.x(met))
+    found = tuple(
+        _profile(terrain, best, low, high)
+        for low, high in zip(walks[::2], walks[1::2], strict=True)
+    )
+    return Profiles(
+        terrain.x(best.u),
+        best.squares,
+        before,
+        improved,
+        found,
+        look,
+        best.J,
+        best.r,
+        logs,
+        meter.rows,
+        all(s.ended != "budget" for p in found for s in (p.low, p.high)),
+    )
+
+
+def start(meter: Meter, terrain: Terrain, x: Array) -> Place:
+    """A fit with its slopes.
+
+    Raises:
+        InputError: it cannot be run there, or there are too few rows or evaluations.
+    """
+    u = terrain.orderly(terrain.u(np.asarray(x, dtype=float)))
+    r = meter(u[None])[0]
+    if not np.isfinite(r).all():
+        raise InputError("the fit cannot be run at its own parameters: fit again before this")
+    if len(r) <= terrain.dim:
+        raise InputError(f"{len(r)} rows cannot tell {terrain.dim} parameters: give more data")
+    place = Place(u, r, np.zeros((terrain.dim, len(r))), float(squares_of(r[None])[0]), 1)
+    if meter.left < 2 * terrain.dim:
+        raise InputError(f"a budget of {meter.budget} rows is too small to take slopes: raise it")
+    in_step([slopes(place, terrain)], meter)
+    return place
+
+
+def _chosen(terrain: Terrain, which: Sequence[str] | None) -> list[int]:
+    names = terrain.space.names
+    if strange := [n for n in which or () if n not in names]:
+        raise InputError(f"no free parameter {strange[0]!r}: there are {', '.join(names)}")
+    return [i for i, n in enumerate(names) if which is None or n in which]
+
+
+def _refined(place: Place, terrain: Terrain, gain: float) -> Asking:
+    yield from settle(place, terrain, range(terrain.dim), gain, 40 * (terrain.dim + 1))
+
+
+def _thresholds(best: Place, look: QuickLook, level: float, ratio: Array | None) -> Array:
+    """By how much the sum of squares may rise, (dim,)."""
+    from scipy.stats import f  # noqa: PLC0415 - slow to import
+
+    quantile = float(f.ppf(level, 1, look.dof))
+    ratios = look.ratio if ratio is None else np.asarray(ratio, dtype=float)
+    # A fit without misfit is known as well as finite differences are.
+    least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny
+    found: Array = max(look.variance, float(least)) * quantile * ratios
+    return found
+
+
+def _reach(look: QuickLook, threshold: float, k: int) -> float:
+    """Half-width of the interval to first order, at most the range."""
+    if look.blind[k]:
+        return 1.0
+    return float(min(np.sqrt(threshold * look.curvature[k, k]), 1.0))
+
+
+def _walked(
+    walks: Sequence[_Walk], best: Place, meter: Meter, terrain: Terrain, better: float, widest: float
+) -> Array | None:
+    """Let all sides walk; the point of a better fit, if one was met."""
+    keep = best.squares + widest
+
+    def met() -> bool:
+        meter.forget(keep)
+        return any(s < better for _, s in meter.seen)
+
+    todo = [(walk, best) for walk in walks]
+    most = max(int(MEMORY / (8 * best.J.size)), 1)
+    for _ in range(1 + ROUNDS):
+        for first in range(0, len(todo), most):
+            in_step([w.walk(p) for w, p in todo[first : first + most]], meter, met)
+            if met():
+                return min(meter.seen, key=lambda seen: seen[1])[0]
+        todo = []
+        for walk in walks:
+            if (beyond := walk.beyond(meter.seen)) is not None and meter.left > 2 * terrain.dim:
+                todo.append((walk, start(meter, terrain, terrain.x(beyond))))
+        if not todo:
+            break
+    return None
+
+
+def _profile(terrain: Terrain, best: Place, low: _Walk, high: _Walk) -> Profile:
+    k = low.k
+    name = terrain.space.names[k]
+
+    def x(t: float) -> float:
+        u = best.u.copy()
+        u[k] = min(max(u[k] + t, 0.0), 1.0)
+        return float(terrain.x(u)[k])
+
+    known = sorted({(-t, z) for t, z in low.known} | set(high.known))
+    return Profile(
+        name,
+        x(0.0),
+        Side(x(-low.end), low.ended, low.z**2),
+        Side(x(high.end), high.ended, high.z**2),
+        np.array([x(t) for t, _ in known]),
+        np.array([z * z for _, z in known]),
+        low.threshold,
+    )
