@@ -241,7 +241,9 @@ def _conclude(
     best = done[0]
     made = problem.parameters
     try:
-        begun = None if interrupted else _begun(problem, plan, best)
+        spent = sum(r.evaluations for r in runs) + sum(d.evaluations for d in done)
+        left = 0 if interrupted else plan.budget * plan.repeats - spent
+        begun = _begun(problem, plan, best, min(left, POLISH))
     except KeyboardInterrupt:
         begun, interrupted = None, True
     free = len(best.x)
@@ -292,14 +294,15 @@ def _conclude(
 
 
 def _begun(
-    problem: MotionProblem, plan: _Plan, best: Polished
+    problem: MotionProblem, plan: _Plan, best: Polished, allowance: int
 ) -> tuple[StartedProblem, Polished] | None:
     """The best fit refined with the starts of its motions free, where they matter."""
-    if not free_starts(problem) or plan.polishing is False:
+    if not free_starts(problem) or plan.polishing is False or allowance < 1:
         return None
     started = StartedProblem(problem)
     x = np.concatenate([best.x, started.nominal])
-    return started, polish(started, x, float(started(x[None])[0]), POLISH)
+    found = polish(started, x, float(started(x[None])[0]), allowance - 1)
+    return started, Polished(found.x, found.cost, found.evaluations + 1)
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:

@@ -34,12 +34,15 @@ class Stretch:
         rows: The samples that count.
         begin: The sample at which the simulation starts, at rest; at or before `rows`.
         track: Command, samples and measured positions from `begin` to the end of `rows`.
+        still: Samples before `rows` at which the axis rests where it starts; none as a rule
+            where a simulation starts in motion.
     """
 
     recording: Recording
     rows: slice
     begin: int
     track: Track
+    still: slice
 
     @property
     def direction(self) -> int:
@@ -100,14 +103,16 @@ def _from_rest(
     score = (fresh(recording)[samples] & (t >= recording.t[start.rows.start])).astype(float)
     x0 = float(recording.position[start.rest].mean())
     on = rig.track(recording, samples, x0, score)
-    return Stretch(recording, start.rows, start.rest.start, on)
+    still = slice(start.rest.start, min(start.rest.stop, start.rows.start))
+    return Stretch(recording, start.rows, start.rest.start, on, still)
 
 
 def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch:
     rows = window.rows
     score = fresh(recording)[rows].astype(float)
     x0 = float(recording.position[rows.start])
-    return Stretch(recording, rows, rows.start, rig.track(recording, rows, x0, score))
+    on = rig.track(recording, rows, x0, score)
+    return Stretch(recording, rows, rows.start, on, slice(rows.start, rows.start))
 
 
 @dataclass(frozen=True, eq=False)

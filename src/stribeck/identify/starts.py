@@ -24,6 +24,8 @@ from .problem import MotionProblem, Stretch
 #: How far a start may lie from where it was seen, in standard errors of that, and in quantisation
 #: steps of the sensor.
 _SIGMAS, _STEPS = 6.0, 1.0
+#: The least range of a start, as a share of the way that the axis goes.
+_LEAST = 1e-6
 
 
 class StartedProblem:
@@ -87,18 +89,16 @@ def from_starts(stretches: Sequence[Stretch], starts: Array) -> tuple[Stretch, .
 
 
 def _seen(stretch: Stretch) -> tuple[float, float, float]:
-    """Mean of the samples before those that count, how many they are, and the start's range.
+    """Mean of the samples at rest before those that count, how many they are, and a range.
 
     Without such samples the start is known from the fit alone.
     """
     log, on = stretch.recording, stretch.track
-    before = slice(stretch.begin, stretch.rows.start)
-    anew = fresh(log)[before]
+    anew = fresh(log)[stretch.still]
     n = int(anew.sum())
     sd, q = noise(log), step(log.position)
-    mean = float(log.position[before][anew].mean()) if n else on.x0
-    rest = n or max(int((on.t < on.t[0] + 1.0).sum()), 1)
-    reach = _SIGMAS * (sd + q) / np.sqrt(rest) + _STEPS * q + _SIGMAS * 1e-9
+    mean = float(log.position[stretch.still][anew].mean()) if n else on.x0
+    reach = _SIGMAS * sd / np.sqrt(max(n, 1)) + _STEPS * q + _LEAST * float(np.ptp(log.position))
     return mean, float(n), reach + abs(mean - on.x0)
 
 
