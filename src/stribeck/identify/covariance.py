@@ -151,3 +151,18 @@ def first_below_zero(r: Array, logs: Sequence[int]) -> int:
         total[: len(products)] += products
     below = np.flatnonzero(total[1:] <= 0)
     return int(below[0]) + 1 if len(below) else most
+
+
+def correlation_time(r: Array, logs: Sequence[int] | None = None) -> float:
+    """Integrated autocorrelation 1 + 2 sum rho_k, summed while rho_k stays above zero; >= 1."""
+    lags = max(len(r) // 2, 1)
+    total = np.zeros(lags)
+    for part in parts(r, logs or (len(r),)):
+        products = autocovariance(part - part.mean(), lags)
+        total[: len(products)] += products
+    if not total[0] > 0:
+        return 1.0
+    rho = total / total[0]
+    below = np.flatnonzero(rho <= 0)
+    stop = int(below[0]) if len(below) else len(rho)
+    return float(max(1.0 + 2.0 * rho[1:stop].sum(), 1.0))

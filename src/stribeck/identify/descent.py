@@ -12,7 +12,6 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..optimize.least_squares import box_minimum
 from ..space import Array, Space
@@ -57,6 +56,17 @@ class Place:
         """One that can move on while this stays."""
         return replace(self, u=self.u.copy(), r=self.r.copy(), J=self.J.copy())
 
+    def learn(self, s: Array, R: Array) -> None:
+        """The least change of the slopes that explains the residuals R found a step s away."""
+        if s.any():
+            self.J += np.outer(s / (s @ s), R - self.r - np.einsum("i,im->m", s, self.J))
+            self.age += 1
+
+    def move(self, u: Array, R: Array) -> None:
+        """Go to a point with residuals R, and learn from the way."""
+        self.learn(u - self.u, R)
+        self.u, self.r, self.squares = u, R.copy(), float(squares_of(R[None])[0])
+
 
 def squares_of(r: Array) -> Array:
     """Sums of squares, (n, N) to (n,); the bits of einsum do not depend on threads."""
@@ -78,14 +88,16 @@ class Terrain:
 
     def x(self, u: Array) -> Array:
         """A point, SI, of one of the unit cube."""
-        return self.space.decode(u[None])[0]
+        found: Array = self.space.decode(u[None])[0]
+        return found
 
     def u(self, x: Array) -> Array:
         """The other way round."""
-        return self.space.encode(x[None])[0]
+        found: Array = self.space.encode(x[None])[0]
+        return found
 
     def slope(self, u: Array) -> Array:
-        """dx / du at a point, (dim,)."""
+        """Slopes dx / du at a point, (dim,)."""
         width = self.space.upper - self.space.lower
         return np.array(
             [
@@ -260,22 +272,17 @@ def settle(
             continue
         here = float(squares_of(R[None])[0])
         kept = (place.squares - here) / promise
-        _correct(place, s, R)
+        if kept > 0:
+            place.move(there, R)
+        else:
+            place.learn(s, R)
         radius = max(radius, 2 * reach) if kept > GOOD else reach / 2 if kept < POOR else radius
         blunders = blunders + 1 if kept < POOR else 0
-        if kept > 0:
-            place.u, place.r, place.squares = there, R.copy(), here
 
 
 def _one_held(dim: int, free: Sequence[int]) -> int | None:
     held = set(range(dim)) - set(free)
     return held.pop() if len(held) == 1 else None
-
-
-def _correct(place: Place, s: Array, R: Array) -> None:
-    """The least change of the slopes that explains what a step from a place has shown."""
-    place.J += np.outer(s / (s @ s), R - place.r - np.einsum("i,im->m", s, place.J))
-    place.age += 1
 
 
 def ahead(place: Place, terrain: Terrain, k: int, move: float) -> tuple[Array, float]:
@@ -360,6 +367,3 @@ def together(
 def masked(dim: int, but: int) -> list[int]:
     """All coordinates but one."""
     return [i for i in range(dim) if i != but]
-
-
-Mask = NDArray[np.bool_]

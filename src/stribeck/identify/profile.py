@@ -22,8 +22,18 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from .covariance import QuickLook, quick_look
-from .descent import Asking, Meter, Place, Terrain, ahead, masked, settle, slopes, squares_of
-from .descent import together as in_step
+from .descent import (
+    Asking,
+    Meter,
+    Place,
+    Terrain,
+    ahead,
+    masked,
+    settle,
+    slopes,
+    squares_of,
+    together,
+)
 from .residuals import Residuals, logs_of, physical
 
 Ended = Literal["threshold", "bound", "order", "flat", "unrunnable", "budget"]
@@ -39,6 +49,8 @@ ROUGH, FINE = 0.05, 0.004
 #: A side that rises by less than this share of the threshold up to the end of its range is flat,
 #: if it is longer than this share of the range.
 FLAT, LONG = 0.05, 0.25
+#: Below this height of a first guess, the end is still far.
+ROUGHLY = 0.7
 #: A stride that ends higher than this (root of the rise over the threshold) is tried shorter.
 STEEP = 1.6
 #: A refit that starts this many thresholds up is not tried.
@@ -85,6 +97,7 @@ class Profile:
         high: The upper end.
         values: Places visited, rising, SI, (m,).
         rises: The sum of squares there, others refitted, less the least one, over the threshold.
+        places: All parameters there, SI, (m, dim).
         threshold: Rise of the sum of squares that ends the interval.
     """
 
@@ -94,6 +107,7 @@ class Profile:
     high: Side
     values: Array = field(repr=False)
     rises: Array = field(repr=False)
+    places: Array = field(repr=False)
     threshold: float
 
 
@@ -129,110 +143,131 @@ class Profiles:
 
 
 class _Walk:
-    """One side of one profile: walks outward from a place, and keeps its record."""
+    """One side of one profile: walks outward from a place, and keeps its record.
+
+    Distances t are from the best fit, outward, in the unit cube; heights z are roots of the rise
+    over the threshold, which grow evenly where the problem is near to linear.
+    """
 
     def __init__(
         self, terrain: Terrain, problem: Residuals, best: Place, k: int, sign: int,
         threshold: float, reach: float,
     ) -> None:  # fmt: skip
         self.terrain, self.problem, self.k, self.sign = terrain, problem, k, sign
-        self.base, self.threshold = best.squares, threshold
+        self.base, self.threshold, self.reach = best.squares, threshold, reach
         self.origin = float(best.u[k])
         limit, ordered = terrain.limit(k, sign)
         self.room = max(sign * (limit - self.origin), 0.0)
         self.limited: Ended = "order" if ordered else "bound"
-        self.reach = min(reach, 1.0)
-        self.known: list[tuple[float, float]] = [(0.0, 0.0)]
+        self.known: list[tuple[float, float, Array]] = [(0.0, 0.0, best.u.copy())]
         self.end, self.z = 0.0, 0.0
         self.ended: Ended = "budget"
+        self._stand(best)
 
-    def record(self, ended: Ended, t: float, z: float) -> None:
-        self.ended, self.end, self.z = ended, min(max(t, 0.0), self.room), z
+    def _stand(self, place: Place) -> None:
+        """Start out from a place."""
+        self._place = place
+        self._t = max(self.sign * (float(place.u[self.k]) - self.origin), 0.0)
+        self._z = self._height(place.squares)
+        self._outer: tuple[float, float] | None = None
+        self._stride = np.inf
+        self._blocked: Ended = "threshold"
 
-    def _z(self, squares: float) -> float:
+    def _height(self, squares: float) -> float:
         return float(np.sqrt(max(squares - self.base, 0.0) / self.threshold))
 
     def walk(self, start: Place) -> Asking:
         """Go outward from a place until the side is known."""
-        k, free = self.k, masked(self.terrain.dim, self.k)
-        place, most = start.copy(), 6 * self.terrain.dim + 12
-        t, z = self.sign * (float(place.u[k]) - self.origin), self._z(place.squares)
-        if t > 0:
-            self.known.append((t, z))
-        outer: tuple[float, float] | None = None
-        stride = np.inf
-        blocked: Ended = "threshold"
-        while True:
-            # what is known so far, should the budget end here
-            self.record("budget", self._extrapolated(t, z), z)
-            if outer is None and t >= self.room * (1 - 1e-12):
-                flat = z * z < FLAT and t > LONG
-                self.record("flat" if flat else self.limited, self.room, z)
-                return
-            goal = self._goal(t, z, outer, stride)
-            if outer is None and stride < SHARP * max(t, self.reach * SHARP, 1e-9):
-                self.record(blocked, t, z)  # a wall
-                return
-            there, _ = ahead(place, self.terrain, k, self.sign * (goal - t))
-            R = (yield there[None])[0]
-            if not np.isfinite(R).all():
-                good = physical(self.problem, self.terrain.x(there)[None])[0]
-                blocked, stride = ("unrunnable" if good else "order"), (goal - t) / 3
-                continue
-            trial = place.copy()
-            if np.any(there != trial.u):
-                move = there - trial.u
-                slope = np.einsum("i,im->m", move, trial.J)
-                trial.J += np.outer(move / (move @ move), R - trial.r - slope)
-                trial.age += 1
-            trial.u, trial.r, trial.squares = there, R.copy(), float(squares_of(R[None])[0])
-            if trial.squares - self.base > FAR * self.threshold:
-                blocked, stride = "threshold", (goal - t) / 4
-                continue
-            rough = (1 - self._z(trial.squares)) > 0.3  # noqa: PLR2004 - far from the end yet
+        self._stand(start.copy())
+        if self._t > 0:
+            self.known.append((self._t, self._z, start.u.copy()))
+        while not self._over():
+            goal = self._goal()
+            trial = yield from self._tried(goal)
+            if trial is not None:
+                self._take(goal, trial)
+
+    def _over(self) -> bool:
+        """Whether the side is known; whatever is known of it is put down."""
+        t, z, outer = self._t, self._z, self._outer
+        if abs(z - 1) <= SHARP / 2:
+            return self._put("threshold", self._crossing(), 1.0)
+        if outer is not None and outer[0] - t <= SHARP * outer[0]:
+            share = (1 - z) / (outer[1] - z) if outer[1] > z else 0.0
+            return self._put("threshold", t + min(max(share, 0.0), 1.0) * (outer[0] - t), 1.0)
+        if outer is None and t >= self.room * (1 - 1e-12):
+            flat = z * z < FLAT and t > LONG
+            return self._put("flat" if flat else self.limited, self.room, z)
+        if outer is None and self._stride < SHARP * max(t, SHARP * self.reach, 1e-9):
+            return self._put(self._blocked, t, z)  # a wall
+        guess = t / z if z > 0.2 and t > 0 else max(t, self.reach)  # noqa: PLR2004 - too low to tell
+        self._put("budget", max(t, guess), z)  # unless there is a next step
+        return False
+
+    def _put(self, ended: Ended, t: float, z: float) -> bool:
+        self.ended, self.end, self.z = ended, min(max(t, 0.0), self.room), z
+        return True
+
+    def _tried(self, goal: float) -> Generator[Array, Array, Place | None]:
+        """The refit at a distance; None if it has to be tried nearer."""
+        k, step = self.k, goal - self._t
+        there, _ = ahead(self._place, self.terrain, k, self.sign * step)
+        R = (yield there[None])[0]
+        if not np.isfinite(R).all():
+            good = physical(self.problem, self.terrain.x(there)[None])[0]
+            self._blocked, self._stride = ("unrunnable" if good else "order"), step / 3
+            return None
+        trial = self._place.copy()
+        trial.move(there, R)
+        height, free = self._height(trial.squares), masked(self.terrain.dim, k)
+        most, rough = 6 * self.terrain.dim + 12, height < ROUGHLY
+        if height**2 < FAR:
             gain = (ROUGH if rough else FINE) * self.threshold
             yield from settle(trial, self.terrain, free, gain, most, sure=not rough)
-            new = self._z(trial.squares)
-            if new > STEEP and goal - t > SHARP * goal:
-                blocked, stride = "threshold", (goal - t) / 3
-                outer = None if outer is not None and outer[0] >= goal else outer
-                continue
-            self.known.append((goal, new))
-            if abs(new - 1) <= SHARP / 2:
-                self.record("threshold", self._crossing(goal, new), 1.0)
-                return
-            if new > 1:
-                outer = goal, new
-            else:
-                stride = np.inf if stride == np.inf else 3 * (goal - t)
-                place, t, z = trial, goal, new
-            if outer is not None and outer[0] - t <= SHARP * outer[0]:
-                if z < outer[1]:
-                    t += (outer[0] - t) * min(max((1 - z) / (outer[1] - z), 0.0), 1.0)
-                self.record("threshold", t, 1.0)
-                return
+            height = self._height(trial.squares)
+        if height > STEEP and step > SHARP * goal:
+            self._blocked, self._stride = "threshold", step / 3
+            return None
+        return trial
 
-    def _goal(self, t: float, z: float, outer: tuple[float, float] | None, stride: float) -> float:
-        """Where to look next."""
-        if outer is not None:
-            share = (1 - z) / max(outer[1] - z, 1e-12)
-            return t + (outer[0] - t) * min(max(share, 0.1), 0.9)
-        inner = sorted(p for p in self.known if p[0] < t)
-        slope = 1.0 / self.reach if self.reach > 0 else 0.0
-        if t > 0 and inner and t > inner[-1][0]:
-            slope = (z - inner[-1][1]) / (t - inner[-1][0])
+    def _take(self, goal: float, trial: Place) -> None:
+        """Keep a refit: as the next place to go on from, or as one that is too far."""
+        height = self._height(trial.squares)
+        self.known.append((goal, height, trial.u.copy()))
+        if height > 1 + SHARP / 2:
+            self._outer = goal, height
+            return
+        if self._stride < np.inf:
+            self._stride = 3 * (goal - self._t)
+        self._place, self._t, self._z = trial, goal, height
+
+    def _goal(self) -> float:
+        """The distance to look at next."""
+        t, z = self._t, self._z
+        if self._outer is not None:
+            far, high = self._outer
+            share = (1 - z) / (high - z) if high > z else 0.5
+            return t + min(max(share, 0.1), 0.9) * min(far - t, self._stride)
+        slope = 1.0 / self.reach
+        if t > 0:
+            before, low = self._before(t)
+            slope = (z - low) / (t - before)
         ask = t + (1.0 - z) / slope if slope > 0 else self.room
-        ask = min(ask, t + stride, max(2.5 * t, t + self.reach), self.room)
-        if self.room - ask < 0.05 * (ask - t) and self.room - t <= stride:
+        ask = min(ask, t + self._stride, max(2.5 * t, t + self.reach), self.room)
+        if self.room - ask < 0.05 * (ask - t) and self.room - t <= self._stride:
             return self.room
         return ask
 
-    def _crossing(self, t: float, z: float) -> float:
-        """Where z passes 1, by the slope to the point before."""
-        before = max((p for p in self.known if p[0] < t), default=None)
-        if before is None or z <= before[1]:
-            return t
-        return t + (1 - z) * (t - before[0]) / (z - before[1])
+    def _crossing(self) -> float:
+        """Where z passes 1, by the slope to the place before."""
+        before, low = self._before(self._t)
+        if not self._z > low:
+            return self._t
+        return self._t + (1 - self._z) * (self._t - before) / (self._z - low)
+
+    def _before(self, t: float) -> tuple[float, float]:
+        """The place before one on the way out, and its height."""
+        return max(((at, z) for at, z, _ in self.known if at < t), default=(0.0, 0.0))
 
     def beyond(self, seen: Sequence[tuple[Array, float]]) -> Array | None:
         """The outermost point met by others that fits as well and lies beyond the end."""
@@ -243,10 +278,6 @@ class _Walk:
         if not out or max(out) <= self.end * (1 + 2 * SHARP) + 1e-9:
             return None
         return fitting[int(np.argmax(out))]
-
-    def _extrapolated(self, t: float, z: float) -> float:
-        guess = t / z if z > 0.2 and t > 0 else max(t, self.reach)  # noqa: PLR2004 - too little
-        return max(t, guess)
 
 
 def profiles(
@@ -277,24 +308,18 @@ def profiles(
     best = start(meter, terrain, x)
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
     while True:
-        if improved:
-            gain = FINE * float(_thresholds(best, look, level, ratio).min())
-            in_step([_refined(best, terrain, gain)], meter)
+        rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio)
+        together([_refined(best, terrain, FINE * float(rough.min()))], meter)
         look = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(best, look, level, ratio)
-        if not improved:
-            gain = FINE * float(thresholds.min())
-            in_step([_refined(best, terrain, gain)], meter)
-            look = quick_look(best.J, best.r, logs)
-            thresholds = _thresholds(best, look, level, ratio)
         walks = [
             _Walk(terrain, problem, best, k, sign, thresholds[k], _reach(look, thresholds[k], k))
             for k in chosen
             for sign in (-1, 1)
         ]
-        better = -np.inf if improved >= RESTARTS else best.squares - BETTER * thresholds.min()
-        met = _walked(walks, best, meter, terrain, float(better), float(thresholds.max()))
-        if met is None:
+        better = best.squares - BETTER * float(thresholds.min())
+        met = _walked(walks, best, meter, terrain, better, float(thresholds.max()))
+        if met is None or improved >= RESTARTS or meter.left < 4 * terrain.dim:
             break
         improved += 1
         best = start(meter, terrain, terrain.x(met))
@@ -332,7 +357,7 @@ def start(meter: Meter, terrain: Terrain, x: Array) -> Place:
     place = Place(u, r, np.zeros((terrain.dim, len(r))), float(squares_of(r[None])[0]), 1)
     if meter.left < 2 * terrain.dim:
         raise InputError(f"a budget of {meter.budget} rows is too small to take slopes: raise it")
-    in_step([slopes(place, terrain)], meter)
+    together([slopes(place, terrain)], meter)
     return place
 
 
@@ -363,11 +388,16 @@ def _reach(look: QuickLook, threshold: float, k: int) -> float:
     """Half-width of the interval to first order, at most the range."""
     if look.blind[k]:
         return 1.0
-    return float(min(np.sqrt(threshold * look.curvature[k, k]), 1.0))
+    return float(np.clip(np.sqrt(threshold * look.curvature[k, k]), 1e-12, 1.0))
 
 
 def _walked(
-    walks: Sequence[_Walk], best: Place, meter: Meter, terrain: Terrain, better: float, widest: float
+    walks: Sequence[_Walk],
+    best: Place,
+    meter: Meter,
+    terrain: Terrain,
+    better: float,
+    widest: float,
 ) -> Array | None:
     """Let all sides walk; the point of a better fit, if one was met."""
     keep = best.squares + widest
@@ -380,7 +410,7 @@ def _walked(
     most = max(int(MEMORY / (8 * best.J.size)), 1)
     for _ in range(1 + ROUNDS):
         for first in range(0, len(todo), most):
-            in_step([w.walk(p) for w, p in todo[first : first + most]], meter, met)
+            together([w.walk(p) for w, p in todo[first : first + most]], meter, met)
             if met():
                 return min(meter.seen, key=lambda seen: seen[1])[0]
         todo = []
@@ -401,13 +431,15 @@ def _profile(terrain: Terrain, best: Place, low: _Walk, high: _Walk) -> Profile:
         u[k] = min(max(u[k] + t, 0.0), 1.0)
         return float(terrain.x(u)[k])
 
-    known = sorted({(-t, z) for t, z in low.known} | set(high.known))
+    known = [(-t, z, u) for t, z, u in low.known[1:]] + high.known
+    known.sort(key=lambda place: place[:2])
     return Profile(
         name,
         x(0.0),
         Side(x(-low.end), low.ended, low.z**2),
         Side(x(high.end), high.ended, high.z**2),
-        np.array([x(t) for t, _ in known]),
-        np.array([z * z for _, z in known]),
+        np.array([x(t) for t, _, _ in known]),
+        np.array([z * z for _, z, _ in known]),
+        terrain.space.decode(np.array([u for _, _, u in known])),
         low.threshold,
     )
