@@ -173,6 +173,7 @@ def parameters(
         InputError: an unknown name, a parameter that is two of these at once, a value or a
             range outside the law's meaning, or nothing left to find.
     """
+    _check_loads(rig, law)
     fixed, bounds, tied = dict(fixed or {}), dict(bounds or {}), dict(tied or {})
     every = {p.name: p for p in rig.parameters(law)}
     labels = {rig.label(name): name for name in every}
@@ -205,6 +206,13 @@ def parameters(
     made = Parameters(rig, law, tuple(every.values()), free, values, tied)
     _check_meaning(made)
     return made
+
+
+def _check_loads(rig: Rig, law: Law) -> None:
+    if unknown := [load for load in law.loads if load not in rig.loads]:
+        raise InputError(
+            f"law {law.name} depends on the {unknown[0]} load, which rig {rig.name} does not know"
+        )
 
 
 def _named(
@@ -251,6 +259,12 @@ class MotionProblem:
             )
         self.name = f"{made.rig.name}/{made.law.name}"
         self.parameters, self.train = made, tuple(train)
+        for stretch in train:
+            if "temperature" in made.law.terms and stretch.recording.temperature is None:
+                raise InputError(
+                    f"{stretch.recording.label}: law {made.law.name} needs a temperature: map a "
+                    "column to temperature"
+                )
         self.space = Space(made.free)
         self.samples = int(sum(s.track.sums[0, -1] for s in train))
         self.unit = made.rig.shows.get("position", "m")

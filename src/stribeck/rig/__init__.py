@@ -1,7 +1,9 @@
 """What moves: rigs, each one declaration. A new rig is a file and its name in RIGS."""
 
+from .cylinder import CYLINDER
 from .emps import EMPS
 from .forced import FORCED, FORCED_ROTARY
+from .forced_pendulum import FORCED_PENDULUM
 from .joint import JOINT_RIG
 from .presliding import PRESLIDING, PRESLIDING_ROTARY
 from .rig import Constant, Motion, Rig
@@ -17,6 +19,8 @@ RIGS: dict[str, Rig] = {
         EMPS,
         FORCED,
         FORCED_ROTARY,
+        FORCED_PENDULUM,
+        CYLINDER,
         SERVO_PENDULUM,
         JOINT_RIG,
         PRESLIDING,

@@ -102,6 +102,11 @@ class Emps(Forced):
         Raises:
             InputError: no command, or columns that are not this law's and rig's.
         """
+        if not law.static:
+            raise InputError(
+                f"rig {self.name}: its loop is simulated with laws without states, loads and "
+                f"terms, and {law.name} has some"
+            )
         p = np.atleast_2d(np.asarray(p, dtype=float))
         constants = self._candidates(law, p)
         clock, command, pulses, start = self._drive(recording)

@@ -82,7 +82,8 @@ JOINT_RIG = Joint(
         constant("kd", 5.0, "N m s/rad", "velocity gain", "the controller"),
         constant("gain", 1.0, "", "share of the feedback that acts", "the controller"),
         constant("limit", 1000.0, "N m", "largest torque of the drive", "the drive"),
-        constant("step", 5.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+        constant("step", 6.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+        constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),
     params=(
         Param("J", 1e-4, 10.0, "kg m**2", "J", True, doc="moment of inertia about the axis"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
-from .rig import constant
+from .rig import Constant, constant
 from .stepped import Stepped
 from .stepping import FORCE
 
@@ -41,6 +41,12 @@ class Presliding(Stepped):
 
 
 _LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")
+
+
+def _tolerance(written: str) -> Constant:
+    return constant("tolerance", 1e-4, written, "way by which a step may be off", "docs/rigs.md")
+
+
 _STEP = constant("step", 1.0, "ms", "longest step of the simulation", "docs/rigs.md")
 
 PRESLIDING = Presliding(
@@ -48,7 +54,7 @@ PRESLIDING = Presliding(
     road="simulation",
     doc="a linear axis under a measured force: ramps and sines below breakaway",
     cite="Newton's second law",
-    constants=(_STEP,),
+    constants=(_STEP, _tolerance("um")),
     params=(
         Param("M", 1e-3, 1e4, "kg", "M", True, doc="moving mass"),
         Param("offset", -100.0, 100.0, "N", "F_0", doc="constant force: weight, sensor offset"),
@@ -62,7 +68,7 @@ PRESLIDING_ROTARY = Presliding(
     road="simulation",
     doc="a rotary axis under a measured torque: ramps and sines below breakaway",
     cite="Newton's second law",
-    constants=(_STEP,),
+    constants=(_STEP, _tolerance("urad")),
     params=(
         Param("M", 1e-5, 100.0, "kg", "J", True, doc="moment of inertia about the axis"),
         Param("offset", -10.0, 10.0, "N", "T_0", doc="constant torque: sensor offset"),

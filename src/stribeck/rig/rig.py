@@ -96,6 +96,7 @@ class Rig:
         columns: Columns of its log format: channel -> "head", "head [unit]", or a table as the
             reader of logs takes it.
         rotary: Whether the axis turns: forces are then torques, masses moments of inertia.
+        loads: Which loads a law may read here, of `friction.LOADS`.
     """
 
     name: str
@@ -110,6 +111,7 @@ class Rig:
     labels: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, Any] = field(default_factory=dict)
     rotary: bool = False
+    loads: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -198,6 +200,7 @@ class Simulated(Rig):
             together with the parameters.
     """
 
+    loads: tuple[str, ...] = ("drive", "external", "position", "temperature")
     from_rest: bool = True
     free_start: bool = False
 
@@ -248,7 +251,8 @@ class Simulated(Rig):
         """
         first = next(iter(rests(recording)), slice(0, 50))
         x0 = float(recording.position[first].mean())
-        return self.move(law, p, track(self.drive(recording), recording.t, x0))
+        n = len(recording)
+        return self.move(law, p, self.track(recording, slice(0, n), x0, np.ones(n)))
 
 
 def shown_in(rig: Rig, param: Param, value: Any) -> Any:

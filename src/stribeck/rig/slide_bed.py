@@ -16,6 +16,7 @@ from . import reference
 from .drive import Drive
 from .kernel import misfits, trajectories
 from .rig import Constant, Motion, Simulated, constant
+from .stepping import SLIDE, motions
 from .track import Track
 
 if TYPE_CHECKING:
@@ -54,6 +55,9 @@ def _constants() -> tuple[Constant, ...]:
         constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", named),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
+        constant("step", 1.0, "ms", "longest step for laws with states, loads or terms",
+                 "docs/rigs.md"),
+        constant("tolerance", 1e-5, "mm", "way by which such a step may be off", "docs/rigs.md"),
     )  # fmt: skip
 
 
@@ -156,6 +160,15 @@ class SlideBed(Simulated):
         """The command x_i of a recording: its column or the paper's ramp."""
         return Drive.of(recording, self["ramp_speed"])
 
+    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
+        """As `Simulated.track`, with the temperature where the log has it."""
+        made = super().track(recording, rows, x0, score)
+        if recording.temperature is None:
+            return made
+        filled = _with_inputs(made)
+        filled.inputs[1] = recording.temperature[rows]
+        return filled
+
     def motor_force(self, e: Array) -> Array:
         """F_motor = k_hat e, the force that the motor current shows, at stretches e (m)."""
         return np.where(e > 0, self["k_hat+"], self["k_hat-"]) * e
@@ -173,8 +186,14 @@ class SlideBed(Simulated):
             dt: Step of the last two, s.
         """
         laws, c = self.split(law, p)
-        if scheme == "fast":
+        if scheme == "fast" and law.static:
             x, v = trajectories(law, laws, c, on)
+        elif scheme == "fast":
+            x, v, _ = motions(
+                law, SLIDE, laws, c, _with_inputs(on), self["step"], self["tolerance"]
+            )
+        elif not law.static:
+            raise InputError(f"scheme {scheme} takes laws without states, loads and terms")
         elif scheme in ("reference", "paper"):
             inner = "implicit" if scheme == "reference" else "paper"
             pairs = [
@@ -188,6 +207,8 @@ class SlideBed(Simulated):
 
     def misfits(self, law: Law, p: Array, on: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
+        if not law.static:
+            return super().misfits(law, p, on)
         laws, c = self.split(law, p)
         if self.device == "cuda":
             from . import cuda  # noqa: PLC0415 - half a second that only this needs
@@ -206,6 +227,15 @@ class SlideBed(Simulated):
             self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
         )
         return drive - motor - self["m"] * a
+
+
+def _with_inputs(on: Track) -> Track:
+    """A track whose command also stands at its samples, as laws with states are stepped."""
+    if on.inputs.size:
+        return on
+    inputs = np.zeros((3, len(on.t)))
+    inputs[2] = np.interp(on.t, on.knots_t, on.knots_x)
+    return on._replace(inputs=inputs, held=np.zeros(3))
 
 
 SLIDE_BED = SlideBed(

@@ -27,7 +27,8 @@ _FEW = 4
 class Stepped(Simulated):
     """A rig whose drive `stepping` knows. A new one says its inputs and its constants.
 
-    Its constant `step` is the longest step, s. A law with states starts where the axis would be
+    Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
+    or rad. A law with states starts where the axis would be
     had it been pushed, from relaxed bristles, by the force of the first sample.
     """
 
@@ -108,13 +109,14 @@ class Stepped(Simulated):
                 f"rig {self.name}, law {law.name}: parameters are "
                 f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
             )
-        step = self["step"]
-        if not 0 < step < np.inf:
-            raise InputError(f"rig {self.name}: step = {step} s cannot be simulated")
+        step, tolerance = self["step"], self["tolerance"]
+        if not (0 < step < np.inf and tolerance > 0):
+            raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "
+                             "both must be above zero")  # fmt: skip
         c = np.zeros((len(p), WIDTH))
         made = self.candidates(law, p[:, k:], on.given)
         c[:, : made.shape[1]] = made
-        q, v, F = motions(law, self.kind, p[:, :k], c, on, step)
+        q, v, F = motions(law, self.kind, p[:, :k], c, on, step, tolerance)
         return Motion(on.t, q, v, F)
 
     def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:

@@ -13,8 +13,10 @@ F_f(w) is its force after h at constant w, which the law integrates itself, exac
 that is stable for any h. So a bristle of 10^5 N/m needs no steps of a microsecond.
 
 One step of h and two of h/2 are extrapolated, 2 fine − coarse: second order, and still damped for
-infinitely stiff bristles, because both are. Steps divide the interval between two samples evenly,
-so the number of steps does not depend on the parameters and a misfit stays smooth in them.
+infinitely stiff bristles, because both are. Steps divide the interval between two samples evenly.
+Where fine and coarse disagree, as when the axis stops, or breaks away under a friction that falls
+so steeply with speed that an implicit step would not feel it, a step is halved, and halved again.
+Elsewhere the steps do not depend on the parameters, so a misfit stays smooth in them.
 """
 
 from __future__ import annotations
@@ -38,6 +40,9 @@ if TYPE_CHECKING:
 SLIDE, SERVO, JOINT, FORCE = range(4)
 #: Constants that a candidate may have.
 WIDTH = 10
+#: A step is halved so often at most.
+FINEST = 14
+WHOLE = 1 << FINEST
 #: Iterations for the velocity at the end of a step; as a rule 3 to 6 are needed.
 _MOST = 80
 #: Where they end: change of the velocity, relative.
@@ -352,14 +357,14 @@ def _begun(
 @njit(
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _F2, _I1, _I1, _F2,
-        _W2, _W2, _W2, _I1,
+        float64, _W2, _W2, _W2, _I1,
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _rows(
+def _rows(  # noqa: C901 - a loop over candidates, samples, steps and their halves
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
-    t: Array, inputs: Array, held: Array, parts: Array, start: Array, out_q: Array, out_v: Array,
-    out_F: Array, taken: Array,
+    t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
+    out_q: Array, out_v: Array, out_F: Array, taken: Array,
 ) -> None:  # fmt: skip
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
     m = len(inputs)
@@ -388,63 +393,43 @@ def _rows(
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
             n = parts[k]
-            h = (t[k + 1] - t[k]) / n
+            base = (t[k + 1] - t[k]) / n
             for j in range(n):
-                _mixed(inputs, held, k, (j + 0.5) / n, u)
-                v_half = _step(
-                    slip,
-                    rub,
-                    general,
-                    states,
-                    kind,
-                    a,
-                    term,
-                    b,
-                    u,
-                    0.5 * h,
-                    q,
-                    v,
-                    z,
-                    load,
-                    half,
-                    slopes,
-                    0,
-                )
-                q_half = q + 0.5 * h * v_half
-                _mixed(inputs, held, k, (j + 1.0) / n, u)
-                v_fine = _step(
-                    slip, rub, general, states, kind, a, term, b, u, 0.5 * h, q_half, v_half,
-                    half, load, fine, slopes, 0,
-                )  # fmt: skip
-                v_coarse = _step(
-                    slip,
-                    rub,
-                    general,
-                    states,
-                    kind,
-                    a,
-                    term,
-                    b,
-                    u,
-                    h,
-                    q,
-                    v,
-                    z,
-                    load,
-                    coarse,
-                    slopes,
-                    1,
-                )
-                q = 2.0 * (q_half + 0.5 * h * v_fine) - (q + h * v_coarse)
-                v = 2.0 * v_fine - v_coarse
-                if states == 0 and v * v_fine <= 0.0:  # extrapolated past the stop
-                    v = v_fine
-                for i in range(states):
-                    z[i] = 2.0 * fine[i] - coarse[i]
+                at, level = 0, 0  # how far the step has been passed, in its 2^-FINEST parts
+                while at < WHOLE:
+                    share = WHOLE >> level
+                    h = base * (share / WHOLE)
+                    _mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
+                    v_half = _step(
+                        slip, rub, general, states, kind, a, term, b, u, 0.5 * h, q, v, z, load,
+                        half, slopes, 0,
+                    )  # fmt: skip
+                    q_half = q + 0.5 * h * v_half
+                    _mixed(inputs, held, k, (j + (at + share) / WHOLE) / n, u)
+                    v_fine = _step(
+                        slip, rub, general, states, kind, a, term, b, u, 0.5 * h, q_half, v_half,
+                        half, load, fine, slopes, 0,
+                    )  # fmt: skip
+                    v_coarse = _step(
+                        slip, rub, general, states, kind, a, term, b, u, h, q, v, z, load, coarse,
+                        slopes, 1,
+                    )  # fmt: skip
+                    if h * abs(v_fine - v_coarse) > tolerance and level < FINEST:
+                        level += 1
+                        continue
+                    q = 2.0 * (q_half + 0.5 * h * v_fine) - (q + h * v_coarse)
+                    v = 2.0 * v_fine - v_coarse
+                    if states == 0 and v * v_fine <= 0.0:  # extrapolated past the stop
+                        v = v_fine
+                    for i in range(states):
+                        z[i] = 2.0 * fine[i] - coarse[i]
+                    at += share
+                    if level > 0 and at % (2 * share) == 0:
+                        level -= 1
 
 
 def motions(
-    law: Law, kind: int, p: Array, c: Array, on: Track, step: float
+    law: Law, kind: int, p: Array, c: Array, on: Track, step: float, tolerance: float
 ) -> tuple[Array, Array, Array]:
     """Position, velocity and drive force, (n, N) each; nan from where a motion runs away.
 
@@ -455,6 +440,8 @@ def motions(
         c: (n, WIDTH) constants of the drive.
         on: Sample times, inputs (m, N), which of them are held, and the start.
         step: No step is longer, s.
+        tolerance: Steps are halved until the way of a coarse and a fine one differ by less, m
+            or rad.
     """
     n, N = len(p), len(on.t)
     q, v, F = np.full((3, n, N), np.nan)
@@ -469,7 +456,7 @@ def motions(
         (
             addressed(law.slip), addressed(law.rub if general else _NO_RUB, RUB_SIGNATURE),
             general, law.states, kind, _ready(p), _places(law), _ready(c), t, _ready(on.inputs),
-            on.held.astype(np.int64), parts, start, q, v, F,
+            on.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
     )  # fmt: skip
     return q, v, F
