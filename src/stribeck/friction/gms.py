@@ -55,7 +55,7 @@ def slip_of(n: int) -> Any:
 
 
 @cache
-def gms(n: int = ELEMENTS) -> Law:
+def gms(n: int) -> Law:
     """The law with n elements."""
     return Law(
         name="gms" if n == ELEMENTS else f"gms:{n}",
@@ -86,4 +86,4 @@ def gms(n: int = ELEMENTS) -> Law:
     )  # fmt: skip
 
 
-GMS = gms()
+GMS = gms(ELEMENTS)

@@ -54,7 +54,7 @@ def elements(n: int) -> tuple[Param, ...]:
 
 
 @cache
-def maxwell_slip(n: int = ELEMENTS) -> Law:
+def maxwell_slip(n: int) -> Law:
     """The law with n elements."""
     return Law(
         name="maxwell-slip" if n == ELEMENTS else f"maxwell-slip:{n}",
@@ -76,4 +76,4 @@ def maxwell_slip(n: int = ELEMENTS) -> Law:
     )
 
 
-MAXWELL_SLIP = maxwell_slip()
+MAXWELL_SLIP = maxwell_slip(ELEMENTS)
