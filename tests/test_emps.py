@@ -222,7 +222,7 @@ def test_loop_obeys_the_force_balance_of_the_rig(law: str) -> None:
     p = weak(law)
     motion = EMPS.simulate(LAWS[law], p[None], log)
     v, a, F = motion.velocity[0], motion.acceleration[0], motion.force[0]
-    slip = v != 0
+    slip = np.abs(v) > 1e-12  # between a stop and its tick, an interpolation leaves rounding
     assert slip.mean() > 0.5
     np.testing.assert_allclose(F[slip], EMPS.force(LAWS[law], p, v, a)[slip], atol=1e-9)
     # At rest friction balances the drive, within its levels.

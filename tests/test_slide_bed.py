@@ -9,7 +9,7 @@ import pytest
 
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
-from stribeck.friction import LAWS
+from stribeck.friction import LAWS, law_named
 from stribeck.rig.drive import Drive
 from stribeck.rig.rig import Motion
 from stribeck.rig.slide_bed import (
@@ -139,8 +139,24 @@ def test_every_constant_changes_the_motion(name: str) -> None:
     assert np.abs(after - before).max() > 1e-6
 
 
+@pytest.mark.parametrize(("name", "factor"), [("step", 0.01), ("tolerance", 1e-3)])
+def test_constants_of_the_stepping_matter_to_laws_that_are_stepped(
+    name: str, factor: float
+) -> None:
+    on = track(Drive.line(0.0, 0.0, 10.0, 5e-3), np.arange(0.0, 10.0, 0.02), 0.0)
+    law = law_named("stribeck+temperature")
+    p = np.array([[144.0, 48.0, 958.0, 2e-3, 1.0, 0.0, 293.15, 968.0]])
+    rig = SLIDE_BED.set(step=4.0, tolerance=1e-3)
+    before = rig.move(law, p, on).position
+    constant = next(c for c in rig.constants if c.name == name)
+    after = rig.set(**{name: constant.shown * factor}).move(law, p, on).position
+    static = SLIDE_BED.move(LAWS["stribeck"], p[:, [0, 1, 2, 3, 4, 7]], on).position
+    assert np.abs(after - static).max() < np.abs(before - static).max()
+
+
 def test_constants_that_are_not_of_the_motion_are_the_only_others() -> None:
-    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == {"K_t", "ramp_speed"}
+    others = {"K_t", "ramp_speed", "step", "tolerance"}
+    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == others
 
 
 def test_derived_constants_have_the_values_of_the_nomenclature() -> None:
