@@ -57,6 +57,8 @@ STEEP = 1.6
 FAR = 1e4
 #: A fit better by this share of the least threshold is a new best; how often that may happen.
 BETTER, RESTARTS = 0.02, 8
+#: Places that a side looks at before it is given up as if the budget were spent.
+MOST = 60
 #: How often intervals are carried on from places that other walks have met.
 ROUNDS = 2
 #: Memory for slopes, bytes: so many sides walk at once.
@@ -181,7 +183,9 @@ class _Walk:
         self._stand(start.copy())
         if self._t > 0:
             self.known.append((self._t, self._z, start.u.copy()))
-        while not self._over():
+        for _ in range(MOST):
+            if self._over():
+                break
             goal = self._goal()
             trial = yield from self._tried(goal)
             if trial is not None:
@@ -190,9 +194,9 @@ class _Walk:
     def _over(self) -> bool:
         """Whether the side is known; whatever is known of it is put down."""
         t, z, outer = self._t, self._z, self._outer
-        if abs(z - 1) <= SHARP / 2:
+        if abs(z - 1) <= SHARP:
             return self._put("threshold", self._crossing(), 1.0)
-        if outer is not None and outer[0] - t <= SHARP * outer[0]:
+        if outer is not None and min(outer[0] - t, self._stride) <= SHARP * outer[0]:
             share = (1 - z) / (outer[1] - z) if outer[1] > z else 0.0
             return self._put("threshold", t + min(max(share, 0.0), 1.0) * (outer[0] - t), 1.0)
         if outer is None and t >= self.room * (1 - 1e-12):
@@ -234,11 +238,11 @@ class _Walk:
         """Keep a refit: as the next place to go on from, or as one that is too far."""
         height = self._height(trial.squares)
         self.known.append((goal, height, trial.u.copy()))
-        if height > 1 + SHARP / 2:
+        if height > 1 + SHARP:
             self._outer = goal, height
             return
         if self._stride < np.inf:
-            self._stride = 3 * (goal - self._t)
+            self._stride = max(self._stride, 3 * (goal - self._t))
         self._place, self._t, self._z = trial, goal, height
 
     def _goal(self) -> float:
