@@ -34,7 +34,8 @@ def draws(law: Law, n: int, seed: int = 0) -> Array:
     """`n` parameter sets of a law, uniform in its search ranges, in a meaningful order."""
     u = np.random.default_rng(seed).random((20 * n, len(law.params)))
     p = Space(law.params).decode(u)
-    return p[law.physical(p)][:n]
+    found: Array = p[law.physical(p)][:n]
+    return found
 
 
 @every
