@@ -60,6 +60,7 @@ class Unit:
 
 
 _NEWTON = {"kg": 1, "m": 1, "s": -2}
+_PASCAL = {"kg": 1, "m": -1, "s": -2}
 _VOLT = {"kg": 1, "m": 2, "s": -3, "A": -1}
 #: Everyday units: the factor to SI, and the powers of the base units.
 EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
@@ -69,6 +70,7 @@ EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
     "rad": (1.0, {"rad": 1}), "mrad": (1e-3, {"rad": 1}), "deg": (math.radians(1), {"rad": 1}),
     "kg": (1.0, {"kg": 1}), "K": (1.0, {"K": 1}),
     "N": (1.0, _NEWTON), "mN": (1e-3, _NEWTON), "kN": (1e3, _NEWTON),
+    "Pa": (1.0, _PASCAL), "bar": (1e5, _PASCAL),
     "A": (1.0, {"A": 1}), "mA": (1e-3, {"A": 1}), "V": (1.0, _VOLT), "mV": (1e-3, _VOLT),
 }  # fmt: skip
 _WORD = r"[A-Za-z]+(?:\*\*[23])?"

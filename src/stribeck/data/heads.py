@@ -20,6 +20,7 @@ _NAMES = {
     "current": "current i iq i_q motor_current strom",
     "voltage": "voltage u v motor_voltage spannung",
     "temperature": "temperature temp t motor_temperature temperatur",
+    "pressure": "pressure p gauge_pressure chamber_pressure druck",
 }
 _CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.split()]
 _MEASURED = {"meas", "measured", "act", "actual", "feedback", "ist"}
@@ -30,7 +31,7 @@ _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _SYMBOLS = (
     "s sec secs second seconds ms msec us usec µs μs min h m mm um µm μm nm cm km in inch rad mrad "
     "urad µrad μrad deg ° degree degrees rev turn turns N mN kN Nm mNm kNm A mA V mV K degC °C C W "
-    "Hz bar Pa kPa MPa % kg g rpm counts count inc"
+    "Hz bar mbar psi Pa kPa MPa % kg g rpm counts count inc"
 )
 _UNITS = frozenset(_SYMBOLS.split())
 _BELOW = {"s", "s2", "s^2", "s²", "ms", "min", "rad", "rad2", "m", "m2", "mm", "A", "V"}

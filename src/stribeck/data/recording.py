@@ -22,6 +22,7 @@ CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "current": ("A", "A"),
         "voltage": ("V", "V"),
         "temperature": ("K", "K"),
+        "pressure": ("Pa", "Pa"),
     }
 )
 
@@ -58,6 +59,7 @@ class Recording:
         current: Motor current, A.
         voltage: Controller output or motor voltage, V.
         temperature: K.
+        pressure: Gauge pressure in a cylinder, Pa.
         extra: Further numeric columns by their name in the log, as written there.
         rotary: Whether position is an angle.
         source: The file it was read from.
@@ -77,6 +79,7 @@ class Recording:
     current: Array | None = None
     voltage: Array | None = None
     temperature: Array | None = None
+    pressure: Array | None = None
     extra: Mapping[str, Array] = field(default_factory=dict)
     rotary: bool = False
     source: Source = field(default_factory=Source)

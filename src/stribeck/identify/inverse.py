@@ -159,7 +159,7 @@ def balance(
         InputError: no measured force, too few rows, or nothing left to find.
     """
     wanted = Wanted(law, rig, tuple(params or rig.parameters(law)), dict(tied or {}))
-    logs = logs_of(recordings, rig, filtering, rows)
+    logs = logs_of(recordings, law, rig, filtering, rows)
     system = System(wanted, logs)
     if len(system.y) <= len(wanted.free):
         raise InputError(
@@ -216,7 +216,7 @@ def validate(
         rows: As for `balance`.
     """
     wanted = Wanted(law, rig, rig.parameters(law), {})
-    system = System(wanted, logs_of(recordings, rig, filtering, rows))
+    system = System(wanted, logs_of(recordings, law, rig, filtering, rows))
     return _judged(system, np.asarray(p, dtype=float))
 
 
@@ -235,7 +235,8 @@ def _judged(system: System, p: Array) -> Prediction:
 
 def _signals(wanted: Wanted, log: Log, p: Array) -> Signals:
     rig, law = wanted.rig, wanted.law
-    model, rub = rig.force(law, p, log.v, log.a), rig.friction(law, p, log.v)
+    model = rig.force(law, p, log.v, log.a, log.loads)
+    rub = rig.friction(law, p, log.v, log.loads)
     gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
     rest, measured = log.thin(model - rub) / gain, log.force / gain
     return Signals(

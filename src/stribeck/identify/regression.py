@@ -30,6 +30,7 @@ class Wanted:
     tied: Mapping[str, str]
 
     def __post_init__(self) -> None:
+        self.rig.check_law(self.law)
         for a, b in self.tied.items():
             if a not in self.names or b not in self.names or a == b or b in self.tied:
                 raise InputError(f"{a} cannot be tied to {b}")
@@ -104,7 +105,9 @@ class System:
         w = self.wanted
         return np.concatenate(
             [
-                log.thin(np.column_stack([w.rig.force(w.law, row, log.v, log.a) for row in p]))
+                log.thin(
+                    np.column_stack([w.rig.force(w.law, row, log.v, log.a, log.loads) for row in p])
+                )
                 for log in self.logs
             ]
         )

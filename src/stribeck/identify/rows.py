@@ -16,6 +16,7 @@ from ..space import Array
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
+    from ..friction import Law
 
 #: Samples of a log that count: a mask over them or a slice of them.
 Rows = slice | NDArray[np.bool_]
@@ -28,10 +29,11 @@ _REST_SPEED, _REST_SHARE = 0.005, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A log made ready: v and a at its full rate, t and force at the rows that count."""
+    """A log made ready: v, a and loads at its full rate, t and force at the rows that count."""
 
     v: Array
     a: Array
+    loads: Array
     factor: int
     counts: NDArray[np.bool_]
     t: Array
@@ -51,6 +53,7 @@ class Log:
 
 def logs_of(
     recordings: Recording | Sequence[Recording],
+    law: Law,
     rig: Forced,
     filtering: Filtering | None,
     rows: Sequence[Rows | None] | None,
@@ -67,13 +70,15 @@ def logs_of(
     if len(rows) != len(logs):
         raise InputError(f"rows are given for {len(rows)} of {len(logs)} recordings")
     filtering = filtering or rig.filtering
-    made = [_log(r, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
+    made = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
     if sum(len(log.t) for log in made) < 2:  # noqa: PLR2004 - a spread needs two
         raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
     return made
 
 
-def _log(recording: Recording, rig: Forced, filtering: Filtering, rows: Rows | None) -> Log:
+def _log(
+    recording: Recording, law: Law, rig: Forced, filtering: Filtering, rows: Rows | None
+) -> Log:
     log = even(recording, rig.measured(recording))
     first, last = filtering.edges(log.rate)
     factor = filtering.factor(log.rate)
@@ -83,7 +88,8 @@ def _log(recording: Recording, rig: Forced, filtering: Filtering, rows: Rows | N
             f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
             "the force balance needs a longer log"
         )
-    _, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
+    q, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
+    loads = rig.load_rows(law, recording, log.t[inner], q)
     wanted = np.zeros(len(recording), dtype=bool)
     wanted[slice(None) if rows is None else rows] = True
     thin = kept(len(v), factor)
@@ -91,7 +97,7 @@ def _log(recording: Recording, rig: Forced, filtering: Filtering, rows: Rows | N
     counts &= np.abs(v[thin]) >= filtering.slowest
     t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
-    return Log(v, a, factor, counts, t, force, notes)
+    return Log(v, a, loads, factor, counts, t, force, notes)
 
 
 def _rests(label: str, speed: Array) -> tuple[str, ...]:

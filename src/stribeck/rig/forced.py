@@ -106,7 +106,8 @@ class Forced(Rig):
             rows[:, TEMPERATURE] = np.interp(t, recording.t, recording.temperature)
         elif "temperature" in law.terms:
             raise InputError(
-                f"{recording.label}: law {law.name} needs a temperature: map a column to temperature"
+                f"{recording.label}: law {law.name} needs a temperature: map a column to "
+                "temperature"
             )
         return rows
 
