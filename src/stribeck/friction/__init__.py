@@ -41,6 +41,7 @@ from .stribeck import (
 )
 
 __all__ = [
+    "ELEMENTS",
     "LAWS",
     "LOADS",
     "RUB_SIGNATURE",

@@ -79,6 +79,7 @@ _SQUARES = (
 )
 _CITE = "Duclusaud, Passault, Padois, Ly (2024), doi 10.48550/arXiv.2410.08650"
 _E = "E = exp(−|v/w_s|^alpha)"
+_T = "t_m, t_e: what the drive and what the surroundings apply"
 _N3 = ("K_c", "K_v", "K_cs")
 
 
@@ -117,7 +118,7 @@ BAM_M3 = Law(
     rub=rub_law(_rub_m3),
     loads=("drive", "external"),
     doc="BAM's third: Coulomb and viscous friction, and a share of the load on the gears",
-    formula="F = (K_c + K_v |v| + K_l |t_m − t_e|) sgn v",
+    formula=f"F = (K_c + K_v |v| + K_l |t_m − t_e|) sgn v,  {_T}",
     cite=_CITE,
     linear=("K_c", "K_v", "K_l"),
     physical=_physical,
@@ -129,7 +130,8 @@ BAM_M4 = Law(
     rub=rub_law(_rub_m4),
     loads=("drive", "external"),
     doc="BAM's fourth: Stribeck friction and a share of the load, greater at rest",
-    formula=f"F = (K_c + K_v |v| + K_l |t_m − t_e| + E (K_cs + K_ls |t_m − t_e|)) sgn v,  {_E}",
+    formula="F = (K_c + K_v |v| + K_l |t_m − t_e| + E (K_cs + K_ls |t_m − t_e|)) sgn v,  "
+    f"{_E},  {_T}",
     cite=_CITE,
     linear=(*_N3, "K_l", "K_ls"),
     physical=_physical_slow,
@@ -142,7 +144,7 @@ BAM_M5 = Law(
     loads=("drive", "external"),
     doc="BAM's fifth: Stribeck friction, with shares of their own for motor and surroundings",
     formula="F = (K_c + K_v |v| + |K_m t_m − K_e t_e| + "
-    f"E (K_cs + |K_ms t_m − K_es t_e|)) sgn v,  {_E}",
+    f"E (K_cs + |K_ms t_m − K_es t_e|)) sgn v,  {_E},  {_T}",
     cite=_CITE,
     linear=_N3,
     physical=_physical_slow,
@@ -156,7 +158,7 @@ BAM_M6 = Law(
     doc="BAM's sixth: the fifth, and at rest the square of the weaker of two opposed forces",
     formula="F = (K_c + K_v |v| + |K_m t_m − K_e t_e| + "
     f"E (K_cs + |K_ms t_m − K_es t_e| + Q)) sgn v,  {_E},  Q = K_eq t_e² if |t_m| > |t_e| "
-    "else K_mq t_m² where t_m t_e < 0, else 0",
+    f"else K_mq t_m² where t_m t_e < 0, else 0,  {_T}",
     cite=_CITE,
     linear=(*_N3, "K_mq", "K_eq"),
     physical=_physical_slow,

@@ -50,14 +50,30 @@ TERMS: Mapping[Term, tuple[Param, ...]] = MappingProxyType(
 )  # fmt: skip
 
 
+#: The factors of the terms, in the names of their parameters.
+_FACTORS: Mapping[Term, str] = MappingProxyType(
+    {
+        "position": "1 + pos_cos cos(2πx/pos_period) + pos_sin sin(2πx/pos_period)",
+        "temperature": "1 + temp_slope (T − temp_ref)",
+    }
+)
+
+
 def slip_law(function: Callable[..., float]) -> Any:
     """Compile a static law `slip(v, p) -> force`, cached on disk across processes."""
-    return njit(SLIP_SIGNATURE, cache=True, error_model="numpy")(function)
+    return _compiled(SLIP_SIGNATURE, function)
 
 
 def rub_law(function: Callable[..., float]) -> Any:
     """Compile a law with states or loads `rub(v, h, z, load, p, out) -> force`, cached on disk."""
-    return njit(RUB_SIGNATURE, cache=True, error_model="numpy")(function)
+    return _compiled(RUB_SIGNATURE, function)
+
+
+def _compiled(signature: Any, function: Callable[..., float]) -> Any:
+    try:
+        return njit(signature, cache=True, error_model="numpy")(function)
+    except RuntimeError:  # typed at a prompt: there is no file to keep it beside
+        return njit(signature, error_model="numpy")(function)
 
 
 class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
@@ -152,13 +168,12 @@ class Law:
             raise InputError(f"law {self.name}: cannot add a term {term!r}: there are "
                              f"{', '.join(TERMS)}, each once")  # fmt: skip
         k, own = len(self.params), self.physical
-        factor = {"position": "(1 + c cos 2πx/λ + s sin 2πx/λ)", "temperature": "(1 + β (T − T_0))"}
         return replace(
             self,
             name=f"{self.name}+{term}",
             params=self.params + TERMS[term],
-            doc=f"{self.doc}, all of it depending on {term}",
-            formula=f"({self.formula}) {factor[term]}",
+            doc=f"{self.doc}; depending on {term}",
+            formula=f"{self.formula},  all of F times {_FACTORS[term]}",
             terms=(*self.terms, term),
             linear=(),
             physical=lambda p: own(p[:, :k]),
@@ -217,8 +232,8 @@ def by_direction(
         name=f"{law.name}-directional",
         params=tuple(params),
         slip=slip_law(function),
-        doc=f"{law.doc}, with parameters of its own for each direction",
-        formula=f"{law.formula}, parameters + for v > 0 and − for v < 0",
+        doc=f"{law.name} with parameters of its own for each direction",
+        formula=f"{law.formula},  parameters + for v > 0 and − for v < 0",
         cite=law.cite,
         directional=True,
         linear=tuple(f"{name}{sign}" for sign in "+-" for name in law.linear),

@@ -27,7 +27,7 @@ COULOMB_LOAD = Law(
     rub=rub_law(_rub),
     loads=("normal",),
     doc="a level that grows with the normal load, such as a seal's with pressure, and viscosity",
-    formula="F = (F_C + mu |N|) sgn v + F_V v",
+    formula="F = (F_C + mu |N|) sgn v + F_V v,  N: normal load, such as a pressure",
     cite="G. Amontons (1699); C. A. Coulomb (1785)",
     linear=("F_C", "F_V", "mu"),
     physical=lambda p: np.all(p >= 0, axis=1),

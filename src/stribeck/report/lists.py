@@ -9,7 +9,7 @@ from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..friction import LAWS
+from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
 from ..rig import RIGS
 from ..rig.rig import shown_in
@@ -26,14 +26,25 @@ def show_laws(name: str | None) -> None:
     """List the friction laws, or explain one."""
     out = console()
     if name is None:
+        rows = [[n, _kind(law), law.doc] for n, law in LAWS.items()]
+        out.print(grid("", ["law", "kind", "what it says"], rows, left=3))
         out.print(
-            grid("", ["law", "what it says"], [[n, law.doc] for n, law in LAWS.items()], left=2)
+            f"\n{' and '.join(ELEMENTS)} take a number of elements: {next(iter(ELEMENTS))}:6"
+            f"\nevery law takes terms: {', '.join(f'stribeck+{term}' for term in TERMS)}, or both"
         )
         return
-    if name not in LAWS:
-        raise InputError(f"no law {name!r}: there are {', '.join(LAWS)}")
-    law = LAWS[name]
-    out.print(f"{law.name}: {law.doc}\n\n  {law.formula}\n\n  {law.cite}\n")
+    law = law_named(name)
+    out.print(f"{law.name}: {law.doc}\n")
+    for line in law.formula.split(",  "):
+        out.print(f"  {line}")
+    out.print(f"\n  {law.cite}\n")
+    if law.states:
+        out.print(f"  {_kind(law)}, at zero to begin with; continuous through rest")
+    reads = [*law.loads, *(term for term in law.terms if term not in law.loads)]
+    if reads:
+        out.print(f"  depends on {' and '.join(_READS[load] for load in reads)}")
+    if law.states or reads:
+        out.print()
     rows = [
         [
             q.name,
@@ -44,6 +55,23 @@ def show_laws(name: str | None) -> None:
         for q in law.params
     ]
     out.print(grid("", ["parameter", "meaning", "unit", "range"], rows, left=4))
+    out.print("\nunits and ranges of a linear axis; a rig has its own")
+
+
+#: What a law may depend on beside speed, in words.
+_READS = {
+    "drive": "the force of the drive",
+    "external": "the external force",
+    "normal": "the normal load",
+    "position": "position",
+    "temperature": "temperature",
+}
+
+
+def _kind(law: Law) -> str:
+    if law.states:
+        return f"{law.states} state{'s' if law.states > 1 else ''}"
+    return "load" if law.loads else "static"
 
 
 def show_methods(name: str | None) -> None:
