@@ -14,10 +14,14 @@ from ..errors import InputError
 from ..rig.forced import Forced
 from ..space import Array
 from . import inverse
+from .doubts import doubts
 from .found import Fit
 from .problem import Parameters, listed
+from .regression import System, Wanted
+from .residuals import BalanceResiduals
+from .rows import logs_of
 from .score import HeldOut, Score
-from .uncertainty import bound_warnings, correlation_warnings, estimates
+from .uncertainty import bound_warnings, correlation_warnings, estimates, uncertainty
 
 
 def balanced(
@@ -34,12 +38,19 @@ def balanced(
     fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
     found = inverse.balance(chosen, made.law, rig, params=fixed, tied=made.tied, rows=rows)
     free = [found.names.index(q.name) for q in made.free]
-    errors = found.standard_errors[free]
     ends = {n: at for n, at in found.at_bound.items() if at in ("lower", "upper")}
     correlation = _correlation(found.covariance)
-    spread = np.full(len(free), np.nan)
-    robust = found.robust_errors[free]
-    seen = estimates(made, found.values, errors, spread, correlation, ends, robust)
+    wanted = Wanted(made.law, rig, fixed, dict(made.tied))
+    system = BalanceResiduals(System(wanted, logs_of(chosen, made.law, rig, None, rows)))
+    known = uncertainty(system, found.values[free], keep=True)
+    seen = estimates(
+        made,
+        found.values,
+        known,
+        errors=found.standard_errors[free],
+        ends=ends,
+        misfit="the force error",
+    )
     warnings = [
         *bound_warnings(seen),
         *(
@@ -48,7 +59,9 @@ def balanced(
             if n not in ends
         ),
         *correlation_warnings(made, correlation),
+        *known.notes(made, "the force error"),
         *found.notes,
+        *doubted.said,
         *(f"{log.label}: {note}" for log in chosen for note in log.notes),
     ]
     return Fit(
@@ -70,6 +83,7 @@ def balanced(
         recordings=tuple(chosen),
         warnings=tuple(dict.fromkeys(warnings)),
         balance=found,
+        known=known,
     )
 
 

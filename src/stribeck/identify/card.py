@@ -21,6 +21,7 @@ from ..rig.rig import shown_in
 from ..space import Param
 from ..units import convertible, unit
 from .problem import Parameters, parameters
+from .profile import Ended
 
 if TYPE_CHECKING:
     from .found import Fit
@@ -57,6 +58,10 @@ class ParameterCard(_Part):
     spread: Finite | None = None
     at_bound: Literal["lower", "upper"] | None
     verdict: Literal["identified", "weak", "not identifiable", "fixed"]
+    low_ended: Ended | None = None
+    high_ended: Ended | None = None
+    resampled: list[Finite] | None = None
+    meaning: str = ""
 
 
 class ObjectiveCard(_Part):
@@ -301,6 +306,12 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
             spread=shown(e.spread, width=True),
             at_bound=e.at_bound,
             verdict=e.verdict,
+            low_ended=e.low_ended,
+            high_ended=e.high_ended,
+            resampled=[shown(end) for end in e.resampled]
+            if e.resampled is not None and np.isfinite(e.resampled).all()
+            else None,
+            meaning=e.meaning,
         )
     return cards
 

@@ -69,6 +69,7 @@ def quick_look(J: Array, r: Array, logs: Sequence[int]) -> QuickLook:
     dof = max(rows - dim, 1)
     variance = float(r @ r) / dof
     ratio = inflation(C, J, r, logs)
+    ratio = np.where(blind, ratio.max(), ratio)  # away from here they may be seen like any other
     white = np.sqrt(variance * np.diag(C))
     errors = white * np.sqrt(ratio)
     spread = np.sqrt(np.diag(C))

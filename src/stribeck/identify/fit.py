@@ -37,10 +37,11 @@ from .score import Score, held_out, scores
 from .starts import StartedProblem, free_starts, from_starts
 from .uncertainty import (
     Estimate,
+    Uncertainty,
     bound_warnings,
     correlation_warnings,
     estimates,
-    standard_errors,
+    uncertainty,
 )
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ if TYPE_CHECKING:
 #: quarter at most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
+#: Rows that profiles may evaluate.
+PROFILES = 6_000
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better.
 SETTLE = 200
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
@@ -247,16 +250,16 @@ def _conclude(
     except KeyboardInterrupt:
         begun, interrupted = None, True
     free = len(best.x)
-    x = best.x if begun is None else begun[1].x
+    on = problem if begun is None else begun[0]
+    known = _known(on, best.x if begun is None else begun[1].x, free, plan, interrupted)
+    x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
     p = made.full(x[None, :free])[0]
-    errors, correlation = standard_errors(problem if begun is None else begun[0], x)
-    errors, correlation = errors[:free], correlation[:free, :free]
     rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
     score = scores(made, p, train)
     doubtful = score.value > LITTLE * score.smooth
-    found = estimates(made, p, errors, spread, correlation, doubtful=doubtful)
+    found = estimates(made, p, known, spread, doubtful=doubtful)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
         parameters=made,
@@ -276,8 +279,8 @@ def _conclude(
         train=train,
         train_ranges=tuple(trained),
         recordings=tuple(logs),
-        warnings=tuple(
-            _warnings(
+        warnings=(
+            *_warnings(
                 made,
                 found,
                 correlation,
@@ -288,9 +291,24 @@ def _conclude(
                 len(rivals),
                 len(runs),
                 interrupted,
-            )
+            ),
+            *known.notes(made),
         ),
+        known=known,
     )
+
+
+def _known(
+    on: MotionProblem | StartedProblem, x: Array, free: int, plan: _Plan, interrupted: bool
+) -> Uncertainty:
+    """How well the first `free` parameters are known; a quick look if somebody is waiting."""
+    quick, keep = 4 * len(x), plan.polishing is False
+    if not interrupted:
+        try:
+            return uncertainty(on, x, among=free, budget=PROFILES, keep=keep)
+        except KeyboardInterrupt:
+            pass
+    return uncertainty(on, x, among=free, budget=quick, keep=True)
 
 
 def _begun(

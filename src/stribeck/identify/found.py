@@ -12,7 +12,7 @@ from ..space import Array
 from .polish import Polished
 from .problem import Parameters, Stretch
 from .score import HeldOut, Score
-from .uncertainty import Estimate
+from .uncertainty import Estimate, Uncertainty
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -43,6 +43,7 @@ class Fit:
         recordings: The logs.
         warnings: What a reader must know, a sentence each.
         balance: The force balance of a rig on the inverse road, else None.
+        known: How well the parameters are known: profiles, weights, blind directions.
     """
 
     parameters: Parameters
@@ -63,6 +64,7 @@ class Fit:
     recordings: tuple[Recording, ...]
     warnings: tuple[str, ...]
     balance: Balance | None = field(default=None, repr=False)
+    known: Uncertainty | None = field(default=None, repr=False)
 
     @property
     def rig(self) -> Rig:

@@ -292,6 +292,7 @@ def profiles(
     ratio: Array | None = None,
     budget: int = BUDGET,
     which: Sequence[str] | None = None,
+    keep: bool = False,
 ) -> Profiles:
     """The profile likelihood of each parameter at a fit.
 
@@ -303,6 +304,7 @@ def profiles(
             from the residuals themselves. Ones for residuals known to be white.
         budget: Rows that may be evaluated.
         which: Names of the parameters to profile; all by default.
+        keep: Whether the fit stays as it is, whatever better one is met.
 
     Raises:
         InputError: the fit cannot be run, has no more rows than parameters, or a name is unknown.
@@ -313,7 +315,8 @@ def profiles(
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
     while True:
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio)
-        together([_refined(best, terrain, FINE * float(rough.min()))], meter)
+        if not keep:
+            together([_refined(best, terrain, FINE * float(rough.min()))], meter)
         look = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(best, look, level, ratio)
         walks = [
@@ -321,7 +324,7 @@ def profiles(
             for k in chosen
             for sign in (-1, 1)
         ]
-        better = best.squares - BETTER * float(thresholds.min())
+        better = -np.inf if keep else best.squares - BETTER * float(thresholds.min())
         met = _walked(walks, best, meter, terrain, better, float(thresholds.max()))
         if met is None or improved >= RESTARTS or meter.left < 4 * terrain.dim:
             break

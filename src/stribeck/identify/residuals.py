@@ -19,6 +19,9 @@ from . import separable
 if TYPE_CHECKING:
     from .regression import System
 
+#: Shapes of the curve whose regressors are kept.
+SHAPES = 16
+
 
 class Residuals(Protocol):
     """Measured less modelled, for many parameter sets at once.
@@ -98,6 +101,9 @@ class BalanceResiduals:
             (at[i], at[j]) for i, j in separable.orders(wanted.law) if i in at and j in at
         )
         self._system = system
+        self._linear = [wanted.free.index(i) for i in wanted.linear]
+        self._shape = [wanted.free.index(i) for i in wanted.shape]
+        self._known: dict[bytes, tuple[Array, Array]] = {}
 
     def physical(self, x: Array) -> NDArray[np.bool_]:
         """Which points the law allows."""
@@ -107,9 +113,23 @@ class BalanceResiduals:
 
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) points to (n, rows) residuals; nan where the law does not allow a point."""
-        wanted, good = self._system.wanted, self.physical(x)
+        good = self.physical(x)
         found = np.full((len(x), len(self._system.y)), np.nan)
-        if good.any():
-            predicted = self._system.predicted(wanted.full(x[good], wanted.free))
-            found[good] = self._system.y - predicted.T
+        shapes = x[:, self._shape]
+        for shape in np.unique(shapes[good], axis=0):
+            rows = good & (shapes == shape).all(axis=1)
+            found[rows] = self._shaped(shape, x[rows])
         return found
+
+    def _shaped(self, shape: Array, x: Array) -> Array:
+        """Residuals of points of one shape: affine in all else, so seldom predicted one by one."""
+        system, key = self._system, shape.tobytes()
+        if key not in self._known and len(x) <= len(self._linear):
+            predicted = system.predicted(system.wanted.full(x, system.wanted.free))
+            return np.ascontiguousarray(system.y - predicted.T)
+        if key not in self._known:
+            if len(self._known) >= SHAPES:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = system.columns(shape)
+        W, base = self._known[key]
+        return np.asarray(system.y - base - np.einsum("im,jm->ij", x[:, self._linear], W))

@@ -1,4 +1,8 @@
-"""How well the data know each parameter: a quick look from the Jacobian and the repeats."""
+"""How well the data know each parameter: interval, verdict and meaning, whatever road found it.
+
+Verdicts come from the profile likelihood (`profile`), which moves all parameters: that two of
+them go together widens both their intervals, and needs no rule of its own.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +12,49 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..space import Array
-from .polish import jacobian
+from ..data.hold import fresh
+from ..data.segment import rests
+from ..rig.rig import shown_in
+from ..space import Array, Param
+from .bootstrap import Bootstrap, bootstrap
+from .covariance import correlation_time, quick_look
+from .descent import Meter, Terrain
+from .directions import Direction, directions
+from .meaning import Weight, half_widths, sentence, share_of_range, weights
+from .profile import BUDGET, Ended, Profile, Profiles, profiles, start
+from .residuals import Residuals, logs_of
 
 if TYPE_CHECKING:
-    from ..optimize.search import LeastSquares
+    from ..data.recording import Recording
     from .problem import Parameters
+
+__all__ = [
+    "Estimate",
+    "Uncertainty",
+    "bound_warnings",
+    "correlation_time",
+    "correlation_warnings",
+    "estimates",
+    "rest_noise",
+    "standard_errors",
+    "uncertainty",
+]
 
 Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
 
-#: Half-width of an interval as a share of the value, up to which a parameter is identified, weak.
+#: Half-width of an interval as a share of the value, up to which a parameter is identified; and
+#: above which an interval with an open end says nothing.
 IDENTIFIED, WEAK = 0.1, 0.5
+#: Share of the search range, in the search scale, from which an interval says nothing.
+ALL_OVER = 2 / 3
 #: Correlation above which the data know a combination of two parameters rather than each.
 TOGETHER = 0.95
 #: Share of the search range within which a parameter counts as sitting at its end.
 AT_END = 1e-3
+#: An improvement of the misfit below this share is not told.
+TOLD = 1e-3
+#: Samples of a rest below which it says nothing of the noise, and what is cut off its ends.
+FEWEST, CUT = 12, 0.1
 
 
 @dataclass(frozen=True)
@@ -32,18 +64,23 @@ class Estimate:
     Args:
         name: As its rig calls it.
         value: The estimate.
-        standard_error: From the Jacobian at the estimate, for residuals as correlated as they
-            are; nan for a fixed parameter.
+        standard_error: From the slopes at the estimate, for residuals as correlated as they
+            are; on the inverse road the literature's, as if they were white. nan for a fixed
+            parameter.
         spread: Standard deviation over the repeats that fit as well; nan with fewer than two.
-        low: Lower end of an interval of two standard errors or spreads, whichever is wider,
-            cut at the search range.
+        low: Lower end of the profile's 95 % interval, within the search range.
         high: Upper end.
         at_bound: Which end of its search range it sits at, if any.
-        verdict: `identified` if the interval is within 10 % of the value, the parameter neither
-            sits at a bound nor moves with another (correlation above 0.95), and a second
-            repeat fits as well; `weak` if it is within 50 %; nothing better than `not
-            identifiable` where the model as a whole explains little.
+        verdict: `identified` if the data set both ends within 10 % of the value. `not
+            identifiable` if other recordings of the same kind would give values all over the
+            range: the interval takes two thirds of it, or is open on one side and reaches over
+            50 % of the value on the other. `weak` otherwise, and at best where the model as a
+            whole explains little.
         unit: In which people see it.
+        low_ended: Why the interval ends there, see `Side`; None for a fixed parameter.
+        high_ended: The same for the upper end.
+        meaning: What the parameter does to the fit and what ends its interval, a sentence.
+        resampled: The bootstrap's 95 % interval, if it was asked for.
     """
 
     name: str
@@ -55,54 +92,174 @@ class Estimate:
     at_bound: Literal["lower", "upper"] | None
     verdict: Verdict
     unit: str
+    low_ended: Ended | None = None
+    high_ended: Ended | None = None
+    meaning: str = ""
+    resampled: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """All that is known about how well a fit is known.
+
+    Args:
+        x: The fit, SI, (dim,): a better one than was given, if the profiles met one.
+        profiles: Of the parameters asked about.
+        weights: What setting each elsewhere does to the fit.
+        directions: Joint moves that the data do not notice.
+        errors: Standard errors of all parameters, SI, (dim,).
+        correlation: Of all parameters, (dim, dim).
+        bootstrap: Refits of drawn data, if asked for.
+        rows: Rows evaluated.
+    """
+
+    x: Array
+    profiles: Profiles
+    weights: tuple[Weight, ...]
+    directions: tuple[Direction, ...]
+    errors: Array
+    correlation: Array
+    bootstrap: Bootstrap | None
+    rows: int
+
+    def by_name(self) -> dict[str, tuple[Profile, Weight]]:
+        """Profile and weight of each parameter asked about."""
+        pairs = zip(self.profiles.profiles, self.weights, strict=True)
+        return {p.name: (p, w) for p, w in pairs}
+
+    def notes(self, made: Parameters, misfit: str = "J") -> list[str]:
+        """What a reader must know, a sentence each."""
+        said = []
+        gain = 1 - np.sqrt(self.profiles.squares / self.profiles.before)
+        if self.profiles.improved and gain > TOLD:
+            said.append(
+                f"the profiles met a fit with {100 * gain:.2g} % less {misfit} than the search "
+                "had found; it was taken: raise the budget or the repeats"
+            )
+        if not self.profiles.complete:
+            said.append("some intervals are extrapolated: the profiles spent their evaluations")
+        said += [d.text([made.rig.label(n) for n in d.names], misfit) for d in self.directions]
+        return said
+
+
+def uncertainty(
+    problem: Residuals,
+    x: Array,
+    *,
+    among: int | None = None,
+    budget: int = BUDGET,
+    draws: int = 0,
+    seed: int = 0,
+    keep: bool = False,
+) -> Uncertainty:
+    """Everything about how well a fit is known.
+
+    Args:
+        problem: Its residuals; see `Residuals`.
+        x: The fit, SI, (dim,).
+        among: How many parameters, the first ones, are asked about; the others (the starts of
+            motions, say) are refitted and no more. All by default.
+        budget: Rows that the profiles may evaluate.
+        draws: Data sets of a bootstrap; none by default.
+        seed: Of the bootstrap.
+        keep: Whether the fit stays as it is, whatever better one is met.
+
+    Raises:
+        InputError: the fit cannot be run, or has no more rows than parameters.
+    """
+    terrain = Terrain(problem)
+    names = terrain.space.names[:among]
+    found = profiles(problem, x, budget=budget, which=names, keep=keep)
+    drawn = bootstrap(problem, found.x, n=draws, seed=seed) if draws else None
+    slope = terrain.slope(terrain.u(found.x))
+    weighed, spent = weights(problem, found)
+    return Uncertainty(
+        found.x,
+        found,
+        weighed,
+        directions(terrain.space, found),
+        found.look.errors * slope,
+        found.look.correlation,
+        drawn,
+        found.rows + spent + (drawn.rows if drawn else 0),
+    )
 
 
 def estimates(
     made: Parameters,
     p: Array,
-    errors: Array,
-    spread: Array,
-    correlation: Array,
+    found: Uncertainty,
+    spread: Array | None = None,
+    *,
+    errors: Array | None = None,
     ends: Mapping[str, str] | None = None,
-    robust: Array | None = None,
     doubtful: bool = False,
+    misfit: str = "J",
 ) -> tuple[Estimate, ...]:
     """Every parameter with its interval, its bound and a verdict, in the order of `made.every`.
 
     Args:
         made: Which parameters were free.
         p: The complete parameter set, SI, (k,).
-        errors: Standard errors of the free parameters, SI, (dim,).
+        found: How well the free ones are known; they come first in its problem.
         spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
-        correlation: Of the free parameters, (dim, dim).
+        errors: Standard errors to be told in place of those of `found`, SI, (dim,).
         ends: Which end of its range a parameter sits at, by name, if that is known; else what
             lies within a thousandth of a range of its end counts as sitting there.
-        robust: Standard errors for the intervals, where the usual ones are told beside them
-            but known to be too small.
         doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
+        misfit: What the root mean square of the residuals is called.
     """
-    within = errors if robust is None else robust
     free = {q.name: i for i, q in enumerate(made.free)}
-    others = np.abs(correlation - np.eye(len(correlation))).max(axis=1, initial=0.0)
-    found = []
+    seen = found.by_name()
+    drawn = found.bootstrap
+    made_of = []
     for param, value in zip(made.every, p.tolist(), strict=True):
         label, written = made.rig.label(param.name), made.rig.unit_of(param)
-        i = free.get(made.tied.get(param.name, param.name))
+        own = made.tied.get(param.name, param.name)
+        i = free.get(own)
         if i is None:
             nan = float("nan")
-            found.append(Estimate(label, value, nan, nan, value, value, None, "fixed", written))
+            made_of.append(Estimate(label, value, nan, nan, value, value, None, "fixed", written))
             continue
-        error, wide = float(errors[i]), float(spread[i])
-        half = max(1.96 * float(within[i]), 2.0 * np.nan_to_num(wide))
+        profile, weight = seen[own]
         at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
-        verdict: Verdict = "not identifiable"
-        if half <= WEAK * abs(value) and not doubtful:
-            sure = half <= IDENTIFIED * abs(value) and at is None and others[i] <= TOGETHER
-            confirmed = robust is not None or np.isfinite(wide)  # a search has to find it twice
-            verdict = "identified" if sure and confirmed else "weak"
-        low, high = max(value - half, param.lower), min(value + half, param.upper)
-        found.append(Estimate(label, value, error, wide, low, high, at, verdict, written))
-    return tuple(found)
+
+        def show(x: float, q: Param = param, written: str = written) -> str:
+            return f"{float(shown_in(made.rig, q, x)):.4g} {written}".rstrip()
+
+        made_of.append(
+            Estimate(
+                label,
+                value,
+                float((found.errors if errors is None else errors)[i]),
+                float("nan") if spread is None else float(spread[i]),
+                profile.low.end,
+                profile.high.end,
+                at,
+                verdict(profile, made.free[i], doubtful=doubtful),
+                written,
+                profile.low.ended,
+                profile.high.ended,
+                sentence(label, profile, weight, show, misfit),
+                None if drawn is None else (float(drawn.low[i]), float(drawn.high[i])),
+            )
+        )
+    return tuple(made_of)
+
+
+def verdict(profile: Profile, param: Param, *, doubtful: bool = False) -> Verdict:
+    """What a profile says of a parameter; see `Estimate`."""
+    down, up = half_widths(profile)
+    size = abs(profile.value)
+    closed = [side.ended not in ("bound", "flat") for side in (profile.low, profile.high)]
+    if share_of_range(profile, param) >= ALL_OVER or not any(closed):
+        return "not identifiable"
+    if not all(closed) and (down if closed[0] else up) > WEAK * size:
+        return "not identifiable"
+    by_data = profile.low.ended == profile.high.ended == "threshold"
+    if by_data and max(down, up) <= IDENTIFIED * size and not doubtful:
+        return "identified"
+    return "weak"
 
 
 def _named(ends: Mapping[str, str], name: str) -> Literal["lower", "upper"] | None:
@@ -117,49 +274,40 @@ def _end(value: float, lower: float, upper: float) -> Literal["lower", "upper"] 
     return "upper" if upper - value < AT_END * width else None
 
 
-def standard_errors(problem: LeastSquares, x: Array) -> tuple[Array, Array]:
+def standard_errors(problem: Residuals, x: Array) -> tuple[Array, Array]:
     """Standard errors (SI) and correlations of the free parameters at an estimate.
 
-    The usual covariance of nonlinear least squares, s^2 (J^T J)^-1, widened by the integrated
-    autocorrelation of the residuals: a sensor that is read more often than it measures does not
-    know more. It is a quick look: linear, and blind to what the rig's model leaves out.
+    The usual covariance of nonlinear least squares, each parameter's widened for residuals that
+    correlate; see `covariance`. It is a quick look: linear, and blind to what the rig's model
+    leaves out. inf where the data do not see a parameter.
     """
-    space = problem.space
-    u = space.encode(x[None])[0]
-    r = problem.residuals(x[None])[0]
-    J = jacobian(problem, u, r)
-    dof = max(len(r) - space.dim, 1)
-    variance = float(r @ r) / dof * correlation_time(r)
-    nudge = np.where(u + 1e-6 <= 1.0, 1e-6, -1e-6)
-    width = np.diag(space.decode(u + np.diag(nudge)) - x) / nudge  # dx / du
-    norms = np.linalg.norm(J, axis=0)
-    errors, correlation = np.full(space.dim, np.inf), np.eye(space.dim)
-    seen = np.flatnonzero(norms > 1e-9 * norms.max())  # the data say nothing of the others
-    if not np.isfinite(J).all() or norms.max() == 0:
-        return errors, correlation
-    scaled = J[:, seen] / norms[seen]
-    values, vectors = np.linalg.eigh(scaled.T @ scaled)
-    if values[0] <= 1e-14 * values[-1]:
-        return errors, correlation
-    inverse = (vectors / values) @ vectors.T
-    spread = np.sqrt(np.diag(inverse))
-    errors[seen] = np.sqrt(variance) * spread / norms[seen] * np.abs(width[seen])
-    correlation[np.ix_(seen, seen)] = inverse / np.outer(spread, spread)
-    return errors, correlation
+    terrain = Terrain(problem)
+    place = start(Meter(problem, 3 * terrain.dim + 1), terrain, x)
+    look = quick_look(place.J, place.r, logs_of(problem, len(place.r)))
+    return look.errors * terrain.slope(place.u), look.correlation
 
 
-def correlation_time(r: Array) -> float:
-    """Integrated autocorrelation 1 + 2 sum rho_k, summed while rho_k stays above zero; >= 1."""
-    d = r - r.mean()
-    n = len(d)
-    spectrum = np.abs(np.fft.rfft(d, 2 * n)) ** 2
-    rho = np.fft.irfft(spectrum)[: n // 2]
-    if not rho[0] > 0:
-        return 1.0
-    rho = rho / rho[0]
-    below = np.flatnonzero(rho <= 0)
-    stop = int(below[0]) if len(below) else len(rho)
-    return float(max(1.0 + 2.0 * rho[1:stop].sum(), 1.0))
+def rest_noise(recordings: Sequence[Recording]) -> float:
+    """Standard deviation of the position while axes rest, m or rad; nan without rests.
+
+    It is what the sensor does to a position that does not change, quantisation included, about
+    a line through each rest; samples that a sensor merely holds are left out.
+    """
+    squares, count = 0.0, 0
+    for log in recordings:
+        anew = fresh(log)
+        for rest in rests(log):
+            n = rest.stop - rest.start
+            inner = slice(rest.start + int(CUT * n), rest.stop - int(CUT * n))
+            keep = anew[inner]
+            if int(keep.sum()) < FEWEST:
+                continue
+            x, t = log.position[inner][keep], log.t[inner][keep]
+            W = np.column_stack([np.ones(len(t)), t - t.mean()])
+            weights_of = np.linalg.lstsq(W, x - x[0], rcond=None)[0]
+            squares += float(np.sum((x - x[0] - W @ weights_of) ** 2))
+            count += len(t) - 2
+    return float(np.sqrt(squares / count)) if count else float("nan")
 
 
 def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
