@@ -317,19 +317,19 @@ def test_a_range_starts_from_the_measured_state() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "log", "said"),
+    ("name", "rotary", "said"),
     [
-        ("servo-pendulum", {"rotary": True}, "needs the goal of the servo"),
-        ("joint", {"rotary": True}, "needs the commanded angle"),
-        ("presliding", {}, "needs the measured force"),
-        ("presliding", {"rotary": True}, "position is an angle"),
-        ("joint", {}, "position is a length"),
+        ("servo-pendulum", True, "needs the goal of the servo"),
+        ("joint", True, "needs the commanded angle"),
+        ("presliding", False, "needs the measured force"),
+        ("presliding", True, "position is an angle"),
+        ("joint", False, "position is a length"),
     ],
 )
-def test_logs_that_do_not_fit_are_refused(name: str, log: dict[str, bool], said: str) -> None:
+def test_logs_that_do_not_fit_are_refused(name: str, rotary: bool, said: str) -> None:
     t = np.linspace(0.0, 1.0, 101)
     with pytest.raises(InputError, match=said):
-        problem(Recording(t=t, position=np.sin(t), **log), rig=name, law="coulomb-viscous")
+        problem(Recording(t=t, position=np.sin(t), rotary=rotary), rig=name, law="coulomb-viscous")
 
 
 def test_a_law_that_needs_a_load_that_a_rig_does_not_know_is_refused() -> None:
