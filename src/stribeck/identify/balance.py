@@ -51,6 +51,8 @@ def balanced(
         ends=ends,
         misfit="the force error",
     )
+    doubted = doubts(chosen, found, rows)
+    seen = doubted.widened(made, found, seen)
     warnings = [
         *bound_warnings(seen),
         *(

@@ -33,6 +33,8 @@ __all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
 COLLINEAR = 30.0
 #: A relative error above this, percent, is told: the report's models leave 3 to 6.
 UNEXPLAINED = 25.0
+#: Above this, no parameter counts as identified, however small its standard error.
+NOTHING = 50.0
 #: Rows per parameter below which standard errors are too small.
 _FEW = 10
 
@@ -99,6 +101,7 @@ class Balance(Prediction):
             not fall below.
         jacobian: d predicted / d free, (rows, free), after decimation.
         residuals: Measured less predicted, (rows,), after decimation.
+        system: The balance that was solved.
     """
 
     names: tuple[str, ...]
@@ -112,6 +115,7 @@ class Balance(Prediction):
     at_bound: Mapping[str, str]
     jacobian: Array = field(repr=False)
     residuals: Array = field(repr=False)
+    system: System = field(repr=False)
 
     def figures(self) -> dict[str, float]:
         """What the literature prints beside a force balance, percent and SI."""
@@ -121,6 +125,11 @@ class Balance(Prediction):
             "condition": self.condition,
             "collinearity": self.collinearity,
             "rows": float(self.rows),
+            **{
+                f"{name} {log.label}": value
+                for log in self.system.logs
+                for name, value in log.figures.items()
+            },
         }
 
     def __getitem__(self, name: str) -> float:
@@ -141,6 +150,7 @@ def balance(
     params: Sequence[Param] | None = None,
     tied: Mapping[str, str] | None = None,
     rows: Sequence[Rows | None] | None = None,
+    near: Array | None = None,
 ) -> Balance:
     """Find a law's parameters and the rig's own from the measured force of one or several logs.
 
@@ -154,6 +164,8 @@ def balance(
         tied: `{"F_V-": "F_V+"}` makes the first equal the second.
         rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
             after filtering, so that filters see no edges.
+        near: (k,) a set, SI, near which the parameters that shape the curve are looked for; from
+            a grid over their ranges by default.
 
     Raises:
         InputError: no measured force, too few rows, or nothing left to find.
@@ -166,7 +178,7 @@ def balance(
             f"{len(system.y)} rows cannot tell {len(wanted.free)} parameters: "
             "give more data, or decimate less"
         )
-    p, at_bound = system.solved()
+    p, at_bound = system.solved(near)
     W = system.jacobian(p)
     seen = _judged(system, p)
     stopped = [i for i, at in enumerate(wanted.free) if wanted.names[at] in at_bound]
@@ -193,6 +205,7 @@ def balance(
         at_bound=at_bound,
         jacobian=W,
         residuals=residuals,
+        system=system,
     )
 
 
@@ -270,7 +283,8 @@ def _doubts(
             "their standard errors say how far each may be off"
         )
     if error > UNEXPLAINED:
-        doubts.append(f"{error:.0f} % of the force is not explained by this model")
+        lost = ": the log supports nothing better than weak estimates" if error > NOTHING else ""
+        doubts.append(f"{error:.0f} % of the force is not explained by this model{lost}")
     if len(W) < _FEW * len(names):
         doubts.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
     return doubts

@@ -112,6 +112,12 @@ class System:
             ]
         )
 
+    def at_lag(self, lag: float) -> Array:
+        """The force that was measured `lag` seconds later than the motion, (rows,)."""
+        return np.concatenate(
+            [log.thin(np.interp(log.clock + lag, log.clock, log.raw)) for log in self.logs]
+        )
+
     def columns(self, shape: Array) -> tuple[Array, Array]:
         """The regressor of the linear parameters at given shape ones, and what is without them."""
         w = self.wanted
@@ -121,14 +127,15 @@ class System:
         f = self.predicted(w.full(x, at))
         return f[:, 1:] - f[:, :1], f[:, 0]
 
-    def solved(self) -> tuple[Array, dict[str, str]]:
-        """The best complete set, and what stops each parameter that is stopped."""
+    def solved(self, near: Array | None = None) -> tuple[Array, dict[str, str]]:
+        """The best complete set (near one, if given), and what stops each stopped parameter."""
         w = self.wanted
         ends: dict[str, str] = {}
         shape = np.empty(0)
         if w.shape:
             space = Space(tuple(w.params[i] for i in w.shape))
-            u = separable.search(lambda u: self._left(space.decode(u[None])[0]), space.dim)
+            start = None if near is None else space.encode(near[None, w.shape])[0]
+            u = separable.search(lambda u: self._left(space.decode(u[None])[0]), space.dim, start)
             shape = space.decode(u[None])[0]
             ends = {n: "lower" for n, s in zip(space.names, u, strict=True) if s < 1e-4}  # noqa: PLR2004
             ends |= {n: "upper" for n, s in zip(space.names, u, strict=True) if s > 1 - 1e-4}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,16 +29,20 @@ _REST_SPEED, _REST_SHARE = 0.005, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A log made ready: v, a and loads at its full rate, t and force at the rows that count."""
+    """A log made ready: its clock to its raw force at full rate, t and force at rows that count."""
 
+    clock: Array
     v: Array
     a: Array
     loads: Array
+    raw: Array
     factor: int
     counts: NDArray[np.bool_]
     t: Array
     force: Array
     notes: tuple[str, ...]
+    label: str
+    figures: Mapping[str, float]
 
     def thin(self, x: Array) -> Array:
         """Full-rate columns (N, ...) decimated, and only the rows that count."""
@@ -97,7 +101,20 @@ def _log(
     counts &= np.abs(v[thin]) >= filtering.slowest
     t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
-    return Log(v, a, loads, factor, counts, t, force, notes)
+    return Log(
+        log.t[inner],
+        v,
+        a,
+        loads,
+        log.force[inner],
+        factor,
+        counts,
+        t,
+        force,
+        notes,
+        recording.label,
+        rig.figures(recording),
+    )
 
 
 def _rests(label: str, speed: Array) -> tuple[str, ...]:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
 _LEVELS, _MORE, _POLISHED = {1: 16, 2: 6}, 3, 3
+#: How far from the edges of the cube a given start is kept.
+_INSIDE = 1e-3
 #: A direction is blind if it moves the prediction by less than this share of what the best seen
 #: one does, columns scaled to one length.
 _BLIND = 1e-9
@@ -143,21 +145,24 @@ def _raised(p: Array, *at: int) -> Array:
     return q
 
 
-def search(residuals: Callable[[Array], Array], dim: int) -> Array:
+def search(residuals: Callable[[Array], Array], dim: int, start: Array | None = None) -> Array:
     """The point of the unit cube with the least sum of squared residuals.
 
-    A grid of starts, the same each time; the best are polished by bounded least squares.
+    A grid of starts, the same each time, or one given; the best are polished by bounded least
+    squares.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - slow to import
 
     n = _LEVELS.get(dim, _MORE)
     grid = np.array(list(product((np.arange(n) + 0.5) / n, repeat=dim)))
+    if start is not None:
+        grid = np.clip(start[None], _INSIDE, 1 - _INSIDE)
     costs = np.array([np.sum(residuals(u) ** 2) for u in grid])
     best: Array = grid[np.argmin(costs)]
     least = float(costs.min())
-    for start in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
+    for first in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
         found = least_squares(
-            residuals, start, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12
+            residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12
         )
         if 2 * found.cost < least:
             best, least = np.asarray(found.x), 2 * float(found.cost)

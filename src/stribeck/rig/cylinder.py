@@ -57,6 +57,13 @@ class Cylinder(Forced):
         """As for every axis, and the pressure."""
         return {**super().columns_of(a, loads), "b": loads[:, NORMAL]}
 
+    def figures(self, recording: Recording) -> Mapping[str, float]:
+        """The friction range of a log that moves both ways."""
+        try:
+            return {"friction_range_N": self.friction_range(recording)}
+        except InputError:
+            return {}
+
     def friction_range(self, recording: Recording) -> float:
         """Mean friction of the strokes out less that of the strokes back, N.
 

@@ -88,6 +88,11 @@ class Forced(Rig):
             )
         return recording.force
 
+    def figures(self, recording: Recording) -> Mapping[str, float]:
+        """What is told of a log beside its balance, by name with its unit; nothing as a rule."""
+        del recording
+        return {}
+
     def load_rows(self, law: Law, recording: Recording, t: Array, position: Array) -> Array:
         """The five LOADS at given times, SI, (len(t), 5); 0 for what the rig does not know.
 

@@ -1,0 +1,303 @@
+"""What a force balance rests on: faults of a log that least squares would not notice.
+
+Each of these leaves the sum of squares at its minimum and the standard errors small, and the
+estimates wrong: a force that lags the motion, spikes, gravity that no parameter stands for, a
+force that was computed from the position, a balance that holds at one cut-off alone, speeds that
+cannot tell one parameter from another. Each is looked for, and said in a sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..data.coupling import EXACT, both_ways
+from ..errors import InputError
+from ..rig.forced import POSITION
+from ..space import Array
+from ..units import unit
+from . import inverse, separable
+from .blocks import block_errors
+from .uncertainty import IDENTIFIED
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from .problem import Parameters
+    from .regression import System
+    from .rows import Log, Rows
+    from .uncertainty import Estimate
+
+#: Cut-offs at which a balance is solved again, as shares of its own.
+SHARES = (0.7, 0.5, 1 / 3)
+#: Delays that are tried, to each side, in periods of the cut-off, and how many.
+_REACH, _TRIED = 1.0, 41
+#: A delay is told if it takes this share off the residual's sum of squares, and is of more
+#: samples than a controller that holds its output makes.
+DELAY_GAIN, _HELD = 0.1, 1.25
+#: Gravity is told to be missing if sine and cosine of the angle take this share off it.
+GRAVITY_GAIN = 0.4
+#: A force has spikes if what stands away from both neighbours makes this share of its variance, and
+#: its fourth moment is that of few large ones (white noise has 7).
+SPIKES, KURTOSIS = 0.05, 12.0
+#: Speeds of a direction within this ratio, tenth to ninetieth percentile, are one speed.
+ONE_SPEED = 1.7
+#: Speeds are apart by a fifth, and count where this share of the rows has them; a Stribeck curve
+#: of three levels and a speed takes at least so many.
+_APART, _SHARE, SPEEDS = 1.2, 0.02, 5
+#: Rows that make a direction.
+_FEW = 10
+#: A factor for residuals of a normal distribution: median deviation to standard deviation.
+_MAD = 1.4826
+
+
+@dataclass(frozen=True, eq=False)
+class Doubts:
+    """What was found.
+
+    Args:
+        said: A sentence each.
+        errors: Standard errors for the intervals of all parameters, (k,): never below the robust
+            ones, and wide enough for what strokes, logs and other cut-offs give.
+        nothing: Whether the logs support nothing better than weak estimates.
+    """
+
+    said: tuple[str, ...]
+    errors: Array
+    nothing: bool
+
+    def widened(
+        self, made: Parameters, found: inverse.Balance, estimates: Sequence[Estimate]
+    ) -> tuple[Estimate, ...]:
+        """The estimates with intervals that hold what was found here, and verdicts to match."""
+        return tuple(self._widened(made, found, i, e) for i, e in enumerate(estimates))
+
+    def _widened(self, made: Parameters, found: inverse.Balance, i: int, e: Estimate) -> Estimate:
+        if e.verdict == "fixed":
+            return e
+        if e.verdict == "identified" and self.nothing:
+            e = replace(e, verdict="weak")
+        error, param = float(self.errors[i]), made.every[i]
+        if not (np.isfinite(error) and error > found.robust_errors[i]):
+            return e
+        half = 1.96 * error
+        low = max(min(e.low, e.value - half), param.lower)
+        high = min(max(e.high, e.value + half), param.upper)
+        if (low, high) == (e.low, e.high):
+            return e
+        sure = e.verdict == "identified" and half <= IDENTIFIED * abs(e.value)
+        verdict = e.verdict if sure or e.verdict == "not identifiable" else "weak"
+        meaning = f"{e.meaning}; the interval is wide enough for other strokes, logs and cut-offs"
+        return replace(e, low=low, high=high, verdict=verdict, meaning=meaning.removeprefix("; "))
+
+
+def doubts(
+    recordings: Sequence[Recording], found: inverse.Balance, rows: Sequence[Rows | None]
+) -> Doubts:
+    """Look for every fault in a solved balance.
+
+    Args:
+        recordings: The logs.
+        found: Their balance.
+        rows: Which samples counted, as for `balance`.
+    """
+    system = found.system
+    commands = [line for log in recordings if (line := function_of_position(log))]
+    at_cutoffs, errors = cutoffs(recordings, system, found, rows)
+    of_logs, wide = block_errors(found)
+    said = [
+        *commands,
+        delay(system, found),
+        spikes(system, found),
+        gravity(system, found),
+        *speeds(system, found),
+        of_logs,
+        at_cutoffs,
+    ]
+    nothing = bool(commands) or found.relative_error > inverse.NOTHING
+    return Doubts(tuple(line for line in said if line), np.fmax(errors, wide), nothing)
+
+
+def cutoffs(
+    recordings: Sequence[Recording],
+    system: System,
+    found: inverse.Balance,
+    rows: Sequence[Rows | None],
+) -> tuple[str, Array]:
+    """The balance solved again at lower cut-offs: what leaves its interval, and errors that hold.
+
+    A model that holds gives the same parameters whatever band they are read from.
+    """
+    wanted, errors = system.wanted, found.robust_errors.copy()
+    rate = max(1.0 / log.dt for log in recordings)
+    own = wanted.rig.filtering
+    used = own.cutoff(rate)
+    furthest = found.values.copy()
+    tried = []
+    for share in SHARES:
+        longer = own.cutoff_hz / used / share
+        lower = replace(
+            own, cutoff_hz=share * used, edge=(own.edge[0] * longer, own.edge[1] * longer)
+        )
+        try:
+            again = inverse.balance(
+                recordings, wanted.law, wanted.rig, filtering=lower,
+                params=wanted.params, tied=wanted.tied, rows=rows, near=found.values,
+            )  # fmt: skip
+        except InputError:  # too few rows are left to tell
+            break
+        tried.append(share * used)
+        # What lies within the other's own error says nothing against this one.
+        off = np.abs(again.values - found.values) > _excess(found, again)
+        further = np.abs(again.values - found.values) > np.abs(furthest - found.values)
+        furthest = np.where(off & further, again.values, furthest)
+    moved = [i for i in wanted.free if furthest[i] != found.values[i]]
+    for i in moved:
+        errors[i] = max(errors[i], abs(furthest[i] - found.values[i]) / 1.96)
+    if not moved:
+        return "", errors
+    names = ", ".join(_moved(system, found, furthest, i) for i in moved)
+    said = (
+        f"the estimates depend on the cut-off: between {tried[-1]:.3g} and {used:.3g} Hz {names}; "
+        "their intervals are widened to contain that"
+    )
+    return said, errors
+
+
+def _excess(found: inverse.Balance, again: inverse.Balance) -> Array:
+    """How far apart two balances of one log may be, 95 %: inf where one of them knows nothing."""
+    apart = 1.96 * np.hypot(found.robust_errors, again.robust_errors)
+    return np.where(np.isfinite(apart), apart, np.inf)
+
+
+def _moved(system: System, found: inverse.Balance, furthest: Array, i: int) -> str:
+    rig, q = system.wanted.rig, system.wanted.params[i]
+    shown = unit(rig.unit_of(q))
+    one, other = (float(shown.from_si(x)) for x in (found.values[i], furthest[i]))
+    return f"{rig.label(q.name)} goes from {other:.3g} to {one:.3g} {rig.unit_of(q)}"
+
+
+def delay(system: System, found: inverse.Balance) -> str:
+    """A force that is ahead of the motion or behind it, if that explains the logs better."""
+    rig = system.wanted.rig
+    W, _ = _basis(found)
+    reach = _REACH / rig.filtering.cutoff(min(_rate(log) for log in system.logs))
+    lags = np.linspace(-reach, reach, _TRIED)
+    left = np.array([_left(W, system.at_lag(lag)) for lag in lags])
+    best, now = int(np.argmin(left)), _left(W, system.y)
+    if not 0 < best < _TRIED - 1 or left[best] > (1 - DELAY_GAIN) * now:
+        return ""
+    a, b, c = left[best - 1 : best + 2]
+    lag = lags[best] + 0.5 * (lags[1] - lags[0]) * (a - c) / (a - 2 * b + c)
+    if abs(lag) < _HELD / min(_rate(log) for log in system.logs):
+        return ""
+    word = "behind" if lag > 0 else "ahead of"
+    return (
+        f"the force is {abs(lag) * 1e3:.3g} ms {word} the motion: moved by that, it leaves "
+        f"{100 * np.sqrt(left[best] / now):.0f} % of the residual: align the channels in time"
+    )
+
+
+def _rate(log: Log) -> float:
+    return float(len(log.v) - 1) / float(log.clock[-1] - log.clock[0])
+
+
+def _basis(found: inverse.Balance) -> tuple[Array, Array]:
+    """Columns of one length that span what the free parameters can do, and their residuals."""
+    W = found.jacobian[:, np.isfinite(found.jacobian).all(axis=0) & found.jacobian.any(axis=0)]
+    return W / np.linalg.norm(W, axis=0), found.residuals
+
+
+def _left(W: Array, y: Array) -> float:
+    """Sum of squares of y about the span of W."""
+    R = separable.triangle(np.column_stack([W, y]))
+    return float(R[-1, -1] ** 2)
+
+
+def spikes(system: System, found: inverse.Balance) -> str:
+    """Single samples of the force far from both of their neighbours: least squares follows them."""
+    rig, law = system.wanted.rig, system.wanted.law
+    alone, size, left = [], [], []
+    for log in system.logs:
+        neighbours = np.median([log.raw[:-2], log.raw[1:-1], log.raw[2:]], axis=0)
+        alone.append(log.raw[1:-1] - neighbours)
+        size.append(log.raw - log.raw.mean())
+        left.append(log.raw - rig.force(law, found.values, log.v, log.a, log.loads))
+    d, r = np.concatenate(alone), np.concatenate(left)
+    square = float(np.mean(d**2))
+    share = square / max(float(np.mean(np.concatenate(size) ** 2)), 1e-300)
+    if share < SPIKES or np.mean(d**4) < KURTOSIS * square**2:
+        return ""
+    r = np.abs(r - np.median(r))
+    far = float(np.mean(r > 3 * _MAD * np.median(r)))
+    return (
+        f"the force has spikes: samples that stand away from both neighbours make {share:.0%} of "
+        f"its variance, and {far:.1%} of the residuals are beyond three robust "
+        "standard deviations: least squares follows them"
+    )
+
+
+def gravity(system: System, found: inverse.Balance) -> str:
+    """Torque that goes with the sine of the angle, on a rig that has no parameter for it."""
+    rig = system.wanted.rig
+    if not rig.rotary or "g_sin" in found.names:
+        return ""
+    W, r = _basis(found)
+    turn = [
+        np.concatenate([log.thin(f(log.loads[:, POSITION])) for log in system.logs])
+        for f in (np.sin, np.cos)
+    ]
+    now, then = _left(W, r), _left(np.column_stack([W, *turn]), r)
+    if then > (1 - GRAVITY_GAIN) * now:
+        return ""
+    return (
+        f"the torque goes with the sine of the angle: gravity would leave "
+        f"{np.sqrt(then / now):.0%} of the residual: use rig forced-pendulum"
+    )
+
+
+def function_of_position(recording: Recording) -> str:
+    """A force that is the same both ways at every position, as no friction leaves it."""
+    if recording.force is None:
+        return ""
+    share = both_ways(recording.t, recording.position, recording.force)
+    if share is None or share > EXACT:
+        return ""
+    return (
+        f"{recording.label}: the force is a function of the position, the same both ways to "
+        f"{100 * share:.2g} %: it is a command that was computed from it, not a measurement, and "
+        "says nothing of friction"
+    )
+
+
+def speeds(system: System, found: inverse.Balance) -> list[str]:
+    """Speeds that cannot tell F_V from F_C, or are too few for a curve."""
+    free = {n.rstrip("+-") for n in found.free}
+    v = np.concatenate([log.pick(log.v) for log in system.logs])
+    ways = [np.abs(v[sign * v > 0]) for sign in (1, -1) if (sign * v > 0).sum() > _FEW]
+    said = []
+    narrow = bool(ways) and all(np.quantile(w, 0.9) < ONE_SPEED * np.quantile(w, 0.1) for w in ways)
+    if narrow and {"F_C", "F_V"} <= free:
+        shown = unit(system.wanted.rig.shows.get("velocity", "m/s"))
+        low, high = (float(shown.from_si(np.quantile(np.abs(v), q))) for q in (0.1, 0.9))
+        said.append(
+            f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
+            f"{shown.written}): hold one, as with --set F_V=0"
+        )
+    if "v_SS" in free and (n := max((_distinct(w) for w in ways), default=0)) < SPEEDS:
+        said.append(
+            f"too few speeds for a Stribeck curve: the log dwells at {n}, and it takes {SPEEDS}: "
+            "record strokes at more speeds, some of them slow"
+        )
+    return said
+
+
+def _distinct(speed: Array) -> int:
+    """How many speeds, a fifth apart, have a fair share of the samples."""
+    if not len(speed):
+        return 0
+    steps = np.floor(np.log(speed / speed.max()) / np.log(_APART))
+    _, often = np.unique(steps, return_counts=True)
+    return int(np.count_nonzero(often >= _SHARE * len(speed)))
