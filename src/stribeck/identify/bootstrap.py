@@ -33,7 +33,7 @@ from .residuals import Residuals, logs_of, parts
 DRAWS, FEWEST = 200, 40
 LEVEL = 0.95
 #: A refit is over where no step promises more than this many residual variances.
-FINE = 0.02
+FINE = 0.002
 #: Rows that a refit may ask for, per parameter and besides.
 EACH, BESIDES = 6, 12
 #: Memory for slopes, bytes: so many refits advance at once.

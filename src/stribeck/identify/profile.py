@@ -44,8 +44,8 @@ BUDGET = 20_000
 #: An end is known to this share of the half-width.
 SHARP = 0.02
 #: A refit is over where no step promises more than this share of the threshold; the last one of
-#: a side, this.
-ROUGH, FINE = 0.05, 0.004
+#: a side, this; that of the best fit, from which all is counted, this.
+ROUGH, FINE, FINEST = 0.05, 0.004, 1e-6
 #: A side that rises by less than this share of the threshold up to the end of its range is flat,
 #: if it is longer than this share of the range.
 FLAT, LONG = 0.05, 0.25
@@ -316,7 +316,7 @@ def profiles(
     while True:
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio)
         if not keep:
-            together([_refined(best, terrain, FINE * float(rough.min()))], meter)
+            together([_refined(best, terrain, FINEST * float(rough.min()))], meter)
         look = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(best, look, level, ratio)
         walks = [
