@@ -49,12 +49,13 @@ ROUGH, FINE, FINEST = 0.05, 0.004, 1e-6
 #: A side that rises by less than this share of the threshold up to the end of its range is flat,
 #: if it is longer than this share of the range.
 FLAT, LONG = 0.05, 0.25
-#: Below this height of a first guess, the end is still far.
-ROUGHLY = 0.7
+#: Below this height the end is still far, and the refit need not be fine.
+ROUGHLY = 0.85
 #: A stride that ends higher than this (root of the rise over the threshold) is tried shorter.
 STEEP = 1.6
-#: A refit that starts this many thresholds up is not tried.
-FAR = 1e4
+#: A guess that is higher than this is tried with a shorter stride, unless it is a stride shorter
+#: than this share of the way.
+FAR, NEAR = 5.0, 0.1
 #: A fit better by this share of the least threshold is a new best; how often that may happen.
 BETTER, RESTARTS = 0.02, 8
 #: Places that a side looks at before it is given up as if the budget were spent.
@@ -204,8 +205,8 @@ class _Walk:
             return self._put("flat" if flat else self.limited, self.room, z)
         if outer is None and self._stride < SHARP * max(t, SHARP * self.reach, 1e-9):
             return self._put(self._blocked, t, z)  # a wall
-        guess = t / z if z > 0.2 and t > 0 else max(t, self.reach)  # noqa: PLR2004 - too low to tell
-        self._put("budget", max(t, guess), z)  # unless there is a next step
+        guess = max(t / z if z > 0.2 else t, self.reach)  # noqa: PLR2004 - too low to tell
+        self._put("budget", guess, z)  # unless there is a next step
         return False
 
     def _put(self, ended: Ended, t: float, z: float) -> bool:
@@ -224,11 +225,15 @@ class _Walk:
         trial = self._place.copy()
         trial.move(there, R)
         height, free = self._height(trial.squares), masked(self.terrain.dim, k)
-        most, rough = 6 * self.terrain.dim + 12, height < ROUGHLY
-        if height**2 < FAR:
-            gain = (ROUGH if rough else FINE) * self.threshold
-            yield from settle(trial, self.terrain, free, gain, most, sure=not rough)
-            height = self._height(trial.squares)
+        if height > FAR and step > NEAR * max(goal, self.reach):
+            # the straight guess errs by the square of the step, and so does its height
+            self._blocked, self._stride = "threshold", step * max(np.sqrt(2 / height), 0.1)
+            return None
+        most = 4 * self.terrain.dim + 12
+        yield from settle(trial, self.terrain, free, ROUGH * self.threshold, most, sure=False)
+        if self._height(trial.squares) > ROUGHLY:
+            yield from settle(trial, self.terrain, free, FINE * self.threshold, most)
+        height = self._height(trial.squares)
         if height > STEEP and step > SHARP * goal:
             self._blocked, self._stride = "threshold", step / 3
             return None
