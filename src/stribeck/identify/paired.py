@@ -1,0 +1,178 @@
+"""Is one model worse than another on the same held-out samples, or only unlucky?
+
+Both models answer for the same samples, so what counts is the difference of their squared errors,
+sample by sample. These differences correlate in time; they are summed over blocks that are much
+longer than that, and the blocks are taken as independent: a ratio of two means with Student's t
+over the blocks (Cochran 1977, Sampling Techniques, section 6). For a force balance or a motion
+alike, the ratio of the mean squares is that of the errors that people read, squared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..space import Array
+from .covariance import autocovariance, correlation_time
+from .residuals import parts
+
+#: A one-sided test of this size; and by how much an error must be greater to matter in practice.
+LEVEL, MARGIN = 0.05, 0.01
+#: Blocks are so many correlation times long, and at most so many.
+TIMES, MOST = 5.0, 24
+#: Blocks below which nothing is tested.
+FEWEST = 3
+#: Lags of the test for whiteness.
+LAGS = 20
+
+
+@dataclass(frozen=True)
+class Paired:
+    """One model's held-out error against another's.
+
+    Args:
+        change: Relative change of the error, 0.05 for 5 % worse.
+        low: Lower end of its 90 % interval, so that 5 % lie beyond each end; nan if not tested.
+        high: Upper end.
+        p: Probability of such a change or a greater one if the error were at most 1 % greater;
+            nan if there are too few blocks to tell.
+        blocks: How many there are.
+    """
+
+    change: float
+    low: float
+    high: float
+    p: float
+    blocks: int
+
+    @property
+    def worse(self) -> bool:
+        """Whether this test alone says that it is worse; by the margin where nothing is tested."""
+        return self.change > MARGIN if np.isnan(self.p) else self.p < LEVEL
+
+
+def blocks(rivals: Sequence[Sequence[Array]], best: int) -> list[list[slice]]:
+    """How each held-out piece is cut, the same for all models.
+
+    Args:
+        rivals: The residuals of each model, a piece an array; all models have the same samples.
+        best: The model that the others are compared with.
+    """
+    pieces = [len(r) for r in rivals[best]]
+    squares = [np.concatenate(r) ** 2 for r in rivals]
+    slowest = max(
+        correlation_time(s - squares[best], pieces) for s in squares if np.isfinite(s).all()
+    )
+    length = max(TIMES * slowest, sum(pieces) / MOST)
+    cut = []
+    for n in pieces:
+        edges = np.linspace(0, n, max(int(n / length), 1) + 1).round().astype(int)
+        cut.append([slice(int(a), int(b)) for a, b in pairwise(edges)])
+    return cut
+
+
+def paired(one: Sequence[Array], other: Sequence[Array], cut: Sequence[Sequence[slice]]) -> Paired:
+    """How much worse `one` is than `other`, residuals of the same pieces, cut in blocks."""
+    A, B = (
+        np.array([float(r[b] @ r[b]) for r, bs in zip(model, cut, strict=True) for b in bs])
+        for model in (one, other)
+    )
+    nan = float("nan")
+    if not np.isfinite(A).all() or not B.sum() > 0:
+        return Paired(float("inf"), nan, nan, 0.0, len(A))
+    ratio = float(A.sum() / B.sum())
+    change = float(np.sqrt(ratio)) - 1.0
+    if len(A) < FEWEST:
+        return Paired(change, nan, nan, nan, len(A))
+    from scipy.special import stdtr, stdtrit  # noqa: PLC0415 - slow to import
+
+    dof, limit = len(A) - 1, (1.0 + MARGIN) ** 2
+
+    error = float(np.std(A - ratio * B, ddof=1) * np.sqrt(len(A)) / B.sum())
+    reach = float(stdtrit(dof, 1 - LEVEL)) * error
+    beyond = (ratio - limit) / error if error > 0 else np.copysign(np.inf, ratio - limit)
+    p = float(stdtr(dof, -beyond))
+    low, high = (float(np.sqrt(max(end, 0.0))) - 1.0 for end in (ratio - reach, ratio + reach))
+    return Paired(change, low, high, p, len(A))
+
+
+def holm(found: Sequence[float], level: float = LEVEL) -> list[bool]:
+    """Which of several tests reject, by Holm's rule (1979): the family errs at that level.
+
+    Args:
+        found: The p of each; nan for what was not tested, which does not reject.
+        level: Of the family.
+    """
+    tested = [i for i, p in enumerate(found) if not np.isnan(p)]
+    rejected = [False] * len(found)
+    for rank, i in enumerate(sorted(tested, key=lambda i: found[i])):
+        if found[i] >= level / (len(tested) - rank):
+            break
+        rejected[i] = True
+    return rejected
+
+
+@dataclass(frozen=True)
+class Whiteness:
+    """How far residuals are from white noise.
+
+    Args:
+        lag_1: Correlation of neighbours.
+        time: Integrated correlation time, samples: 1 for white noise.
+        Q: Ljung and Box's statistic over `lags` lags (1978, doi 10.1093/biomet/65.2.297).
+        lags: How many.
+        p: Probability of that or more in white noise.
+    """
+
+    lag_1: float
+    time: float
+    Q: float
+    lags: int
+    p: float
+
+
+def whiteness(r: Array, logs: Sequence[int]) -> Whiteness:
+    """Look for correlation in residuals (N,) of logs of so many rows; none reaches across logs."""
+    from scipy.special import chdtrc  # noqa: PLC0415 - slow to import
+
+    lags = max(min(LAGS, len(r) // 5), 1)
+    total = np.zeros(lags + 1)
+    for part in parts(r, logs):
+        products = autocovariance(part - part.mean(), lags + 1)
+        total[: len(products)] += products
+    if not total[0] > 0:
+        return Whiteness(0.0, 1.0, 0.0, lags, 1.0)
+    rho, n = total[1:] / total[0], len(r)
+    Q = float(n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1))))
+    return Whiteness(float(rho[0]), correlation_time(r, logs), Q, lags, float(chdtrc(lags, Q)))
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """What a fit costs by Akaike, corrected for few samples (Hurvich and Tsai 1989), and Schwarz.
+
+    With so few samples in effect that a criterion has no meaning, it is inf.
+    """
+
+    aicc: float
+    bic: float
+
+
+def criteria(mean_square: float, free: int, effective: float) -> Criteria:
+    """The criteria for normal residuals.
+
+    Args:
+        mean_square: Of the training residuals.
+        free: Parameters that were found; the variance counts as one more.
+        effective: Samples in effect: rows over their correlation time.
+    """
+    k = free + 1
+    if not mean_square > 0:
+        return Criteria(float("-inf"), float("-inf"))
+    fit = effective * float(np.log(mean_square))
+    spare = effective - k - 1
+    aicc = fit + 2 * k + 2 * k * (k + 1) / spare if spare > 0 else float("inf")
+    return Criteria(aicc, fit + k * float(np.log(effective)))
