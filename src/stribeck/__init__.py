@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .identify.fit import identify
     from .identify.found import Fit
     from .identify.problem import problem
+    from .identify.select import Selection, select
     from .identify.validate import validate
     from .optimize import METHODS, Run, Search, minimize
     from .rig import RIGS, Rig
@@ -40,6 +41,7 @@ __all__ = [
     "Rig",
     "Run",
     "Search",
+    "Selection",
     "Space",
     "card",
     "identify",
@@ -47,6 +49,7 @@ __all__ = [
     "problem",
     "read",
     "read_card",
+    "select",
     "validate",
 ]
 
@@ -63,12 +66,14 @@ _HOMES = {
     "Rig": "rig",
     "Run": "optimize",
     "Search": "optimize",
+    "Selection": "identify.select",
     "Space": "space",
     "card": "identify.card",
     "minimize": "optimize",
     "problem": "identify.problem",
     "read": "data",
     "read_card": "identify.card",
+    "select": "identify.select",
     "validate": "identify.validate",
 }
 

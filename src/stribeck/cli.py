@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .identify.card import Card
     from .identify.found import Fit
     from .identify.problem import Parameters
+    from .identify.select import Selection
     from .report.stopwatch import Stopwatch
     from .rig import Rig
 
@@ -42,8 +43,10 @@ app = typer.Typer(
 GC_THRESHOLD = 50_000
 #: Options that may be given more than once.
 REPEATABLE = frozenset(
-    {"--train", "--holdout", "--set", "--bounds", "--tie", "--setting", "--range"}
+    {"--train", "--holdout", "--set", "--bounds", "--tie", "--setting", "--range", "--test"}
 )
+#: Options that take all that follows up to the next one.
+GREEDY = frozenset({"--test"})
 FORMS = {
     "--set": "NAME=VALUE",
     "--setting": "NAME=VALUE",
@@ -78,7 +81,7 @@ def main() -> None:
     atexit.register(gc.freeze)  # to look through it all once more at the end takes half a second
     _open_streams()
     try:
-        given = _checked(sys.argv[1:]) or ["--help"]
+        given = _spread(_checked(sys.argv[1:])) or ["--help"]
         with typer.main.get_command(app).make_context("stribeck", given) as context:
             context.command.invoke(context)
     except typer.Exit as done:
@@ -140,6 +143,21 @@ def _checked(given: list[str]) -> list[str]:
         if name not in REPEATABLE and options.count(name) > 1:
             raise InputError(f"{name} is given twice: give it once")
     return given
+
+
+def _spread(given: list[str]) -> list[str]:
+    """The arguments with `--test A B` written as `--test A --test B`, as shells expand names."""
+    spread: list[str] = []
+    taking, fresh = "", False
+    for text in given:
+        if text.startswith("-"):
+            taking, fresh = (text, True) if text in GREEDY else ("", False)
+        elif taking and not fresh:
+            spread.append(taking)
+        else:
+            fresh = False
+        spread.append(text)
+    return spread
 
 
 def _print_version(asked: bool) -> None:
@@ -306,6 +324,83 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     if fit.ended == "interrupted":
         where = f"in {out / 'card.json'}" if out is not None else "printed above"
         _fail(f"interrupted: the partial result is {where}", 130)
+
+
+@app.command()
+def select(
+    logs: Logs,
+    rig: RigName,
+    laws: Annotated[str | None, typer.Option(metavar="A,B,...", help="Laws to compare; those of the rig by default.")] = None,
+    train: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or 10s:40s) to train on.")] = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to hold out.")] = None,
+    test: Annotated[list[Path] | None, typer.Option(metavar="LOG...", help="Other logs to hold out as a whole.")] = None,
+    set_: Set = None,
+    bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LO:HI", help="Search range of a parameter.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")] = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
+    folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write selection.json, the card of the recommended law and a figure there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Compare friction laws on data held out, and recommend the simplest that holds."""
+    from .identify.select import select as selected
+    from .report.folder import check_folder
+    from .report.selection import Climb
+
+    if out is not None:
+        check_folder(out)
+    ladder = None if laws is None else [name.strip() for name in laws.split(",") if name.strip()]
+    chosen, fixed = _constants(_rig(rig), set_ or [])
+    ends = {n: _interval(v, n) for n, v in _pairs("--bounds", bounds)}
+    _each_once("--train", train)
+    _each_once("--holdout", holdout)
+    recordings = _read([*logs, *(test or [])], chosen, columns)
+    with Climb(chosen.shows.get("position", "m")) as climb:
+        selection = selected(
+            recordings[: len(logs)],
+            rig=chosen,
+            laws=ladder,
+            train=train or None,
+            holdout=holdout or None,
+            test=recordings[len(logs) :] or None,
+            fixed=fixed,
+            bounds=ends,
+            seed=seed,
+            budget=budget,
+            folds=folds,
+            look=climb.look,
+        )
+    _tell_selection(selection, out, json)
+
+
+def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
+    from .report.selection import selection_text, show_selection, write_figure, write_selection
+
+    unwritten: InputError | None = None
+    try:
+        if out is not None:
+            write_selection(selection, out)
+    except InputError as error:  # the work is still told
+        unwritten = error
+    if json:
+        typer.echo(selection_text(selection), nl=False)
+    else:
+        show_selection(selection)
+    sys.stdout.flush()
+    if unwritten is not None:
+        raise unwritten
+    if out is not None:
+        try:
+            write_figure(selection, out)
+        except KeyboardInterrupt:
+            _fail(f"interrupted: the result is in {out}, without its figure", 130)
+        if not json:
+            typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
+    if selection.left:
+        where = f"in {out}" if out is not None else "printed above"
+        left = ", ".join(selection.left)
+        _fail(f"interrupted: the partial result is {where}, without {left}", 130)
 
 
 @app.command()
@@ -520,6 +615,16 @@ def _set(
                 f"{', '.join([*known, *(q.name for q in rig.parameters(about))])}"
             )
     return rig.set(**constants), fixed
+
+
+def _constants(rig: Rig, given: Sequence[str]) -> tuple[Rig, dict[str, float]]:
+    """The same where there are several laws: which of them knows a parameter is asked later."""
+    known = [c.name for c in rig.constants]
+    pairs = [(n, _float(text, f"--set {n}")) for n, text in _pairs("--set", given)]
+    return (
+        rig.set(**{n: v for n, v in pairs if n in known}),
+        {n: v for n, v in pairs if n not in known},
+    )
 
 
 def _paper(rig: Rig, asked: dict[str, Any]) -> dict[str, Any]:
