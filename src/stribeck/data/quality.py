@@ -11,6 +11,8 @@ import numpy as np
 
 from ..space import Array
 from ..units import unit
+from .breakaway import Breakaway, Presliding, presliding, ramps
+from .force import EXACT, both_ways, spikes
 from .recording import CHANNELS
 from .segment import Segments, Slip, Stroke, segment, step
 
@@ -25,8 +27,19 @@ _FEW_SLIPS, _STICKY = 3, 0.1
 _ONE_SPEED = 1.7
 _MANY = 1e4  # millimetres or milliradians: better in metres or radians
 _COARSE = 5  # samples in a slip
+#: Slips are those of stick-slip if most are shorter than this share of the stroke they lie in.
+_OF_STROKE = 0.5
+#: Below so many steps (or widths of the noise) of the sensor in all, travel gives no velocity.
+_TRAVEL = 200
+_DISTINCT = 8  # values of a channel below which one that repeats is no clipping
 _SHOWN = {"m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m/s**2": "mm/s**2",
-          "rad/s**2": "rad/s**2"}  # fmt: skip
+          "rad/s**2": "rad/s**2", "Pa": "bar"}  # fmt: skip
+
+
+_MOVED = (
+    "no stick-slip: the force is a function of the position, so the axis rests and moves as it is "
+    "moved by hand or swings"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +65,8 @@ class Quality:
         rests: How many rests.
         slips: Jumps from rest to rest.
         clipped: Channel -> share of samples at an extreme, where that looks like saturation.
+        breakaways: Ramps of a measured force, and where the axis broke away in them.
+        presliding: Stiffness of the contact, if force cycles below breakaway; else None.
         notes: What was mended when the log was read.
         verdict: What the log is good enough for and what not, a sentence each.
     """
@@ -74,6 +89,8 @@ class Quality:
     rests: int
     slips: tuple[Slip, ...]
     clipped: Mapping[str, float]
+    breakaways: tuple[Breakaway, ...]
+    presliding: Presliding | None
     notes: tuple[str, ...]
     verdict: tuple[str, ...]
 
@@ -113,6 +130,8 @@ class Quality:
                 else "none",
             ),
             *(("suspected clipping", f"{n}: {s:.1%} of samples") for n, s in self.clipped.items()),
+            *(("breakaway", self._breakaway(b)) for b in self.breakaways),
+            *([("presliding", self._presliding(self.presliding))] if self.presliding else []),
             *(("mended", note) for note in self.notes),
         ]
         return table + [("verdict", line) for line in self.verdict]
@@ -122,6 +141,22 @@ class Quality:
         low, high = self.spans[name]
         comb = f", step {_shown(self.steps[name], si)}" if self.steps[name] else ""
         return f"{_shown(low, si)} to {_shown(high, si)}{comb}"
+
+    def _breakaway(self, b: Breakaway) -> str:
+        F = CHANNELS["force"][self.rotary]
+        ramp = f"a ramp of {_shown(b.rate, F)}/s to {_shown(b.reached, F)}"
+        if b.by_speed is None:
+            return f"none below {_shown(abs(b.reached), F)}, in {ramp}"
+        other = "" if b.by_stiffness is None else f" ({_shown(b.by_stiffness, F)} by stiffness)"
+        return f"at {_shown(b.by_speed, F)} by speed{other}, in {ramp}"
+
+    def _presliding(self, seen: Presliding) -> str:
+        F, x = CHANNELS["force"][self.rotary], CHANNELS["position"][self.rotary]
+        return (
+            f"sigma_0 {seen.stiffness:.5g} {F}/{x}: amplitude {_shown(seen.amplitude, F)} over "
+            f"{_shown(seen.travel, x)} peak to peak, {seen.cycles} settled cycles; secant "
+            f"{seen.secant:.5g} {F}/{x}"
+        )
 
     def _strokes(self, v: str) -> str:
         said = []
@@ -141,6 +176,7 @@ def check(recording: Recording) -> Quality:
     clipped = {n: s for n in _CLIPS if n in channels and (s := _clipped(channels[n]))}
     velocity = _moving(recording, found)
     speeds = np.quantile(np.abs(velocity), [0.1, 0.5, 0.9]).tolist()
+    breakaways, cycles = ramps(recording), presliding(recording)
     return Quality(
         file=recording.label,
         rows=len(recording),
@@ -160,13 +196,17 @@ def check(recording: Recording) -> Quality:
         rests=len(found.rests),
         slips=found.slips,
         clipped=MappingProxyType(clipped),
+        breakaways=breakaways,
+        presliding=cycles,
         notes=recording.notes,
-        verdict=tuple(_verdict(recording, found, velocity, clipped)),
+        verdict=tuple(_verdict(recording, found, velocity, clipped, _tested(breakaways, cycles))),
     )
 
 
 def _clipped(a: Array) -> float:
     """The share of samples at an extreme, if they come in runs too long for chance; else 0."""
+    if len(np.unique(a)) < _DISTINCT:
+        return 0.0  # a step that was held, or a sensor that hardly moved
     for extreme in (a.max(), a.min()):
         at = a == extreme
         edges = np.flatnonzero(np.diff(at.astype(np.int8), prepend=0, append=0))
@@ -192,17 +232,37 @@ def _moving(recording: Recording, found: Segments) -> Array:
     return np.asarray(velocity[both]) if both.any() else np.zeros(1)
 
 
+def _tested(breakaways: tuple[Breakaway, ...], cycles: Presliding | None) -> str:
+    """What a log of force below or up to breakaway is called; empty for any other."""
+    if breakaways:
+        broke = any(b.by_speed is not None for b in breakaways)
+        return "a ramp of force to breakaway" if broke else "a ramp of force below breakaway"
+    return "" if cycles is None else "cycles of force below breakaway"
+
+
 def _verdict(
-    recording: Recording, found: Segments, velocity: Array, clipped: Mapping[str, float]
+    recording: Recording,
+    found: Segments,
+    velocity: Array,
+    clipped: Mapping[str, float],
+    tested: str,
 ) -> list[str]:
-    said = [_on_sticking(recording, found), _on_force(recording), _on_command(recording)]
+    sticky = not tested and _sticky(found)
+    few = "" if sticky or tested else _few(recording, found)
+    said = [
+        _on_sticking(recording, found, tested, few, sticky=sticky),
+        _on_force(recording, tested, few),
+        _on_pressure(recording),
+        _on_command(recording),
+    ]
     signs = {s.direction for s in found.strokes}
     if len(signs) == 1:
         said.append("moves one way only: nothing can be said about the other direction, and an "
                     "offset looks like friction")  # fmt: skip
-    if len(found.slips) < _FEW_SLIPS and all(_one_speed(velocity * sign) for sign in (1, -1)):
+    slips_few = len(found.slips) < _FEW_SLIPS and not tested and not few
+    if slips_few and all(_one_speed(velocity * sign) for sign in (1, -1)):
         said.append("one speed a direction: viscous friction cannot be told from Coulomb friction")
-    if found.slips and (n := np.median([s.stop - s.start for s in found.slips])) < _COARSE:
+    if sticky and (n := np.median([s.stop - s.start for s in found.slips])) < _COARSE:
         said.append(f"slips last {n:.0f} samples: too few to see their speed, F_V and v_SS will be "
                     "weak")  # fmt: skip
     said += [f"{name} sits at its limit in {share:.1%} of the samples: it may be clipped"
@@ -210,26 +270,85 @@ def _verdict(
     return [line for line in said if line]
 
 
-def _on_sticking(recording: Recording, found: Segments) -> str:
+def _sticky(found: Segments) -> bool:
+    """Whether the axis sticks and slips: several slips, most of them a part of their stroke."""
+    return (
+        len(found.slips) >= _FEW_SLIPS
+        and found.stuck > _STICKY
+        and 2 * _steps(found) >= len(found.slips)
+    )
+
+
+def _steps(found: Segments) -> int:
+    """How many slips are a part of the stroke they lie in: a swing or a move is all of it."""
+    steps = 0
+    for slip in found.slips:
+        middle = (slip.start + slip.stop) // 2
+        stroke = next((s for s in found.strokes if s.rows.start <= middle < s.rows.stop), None)
+        steps += stroke is None or abs(slip.jump) < _OF_STROKE * stroke.travel
+    return steps
+
+
+def _few(recording: Recording, found: Segments) -> str:
+    """Why travel is too short to be differentiated, if it is."""
+    fine = float(np.hypot(found.step, 3.5 * found.noise))
+    count = float(np.ptp(recording.position)) / fine if fine > 0 else np.inf
+    return f"the whole travel is {count:.0f} steps of the sensor" if count < _TRAVEL else ""
+
+
+def _by_position(recording: Recording) -> bool:
+    if recording.force is None:
+        return False
+    share = both_ways(recording.t, recording.position, recording.force)
+    return share is not None and share <= EXACT
+
+
+def _on_sticking(
+    recording: Recording, found: Segments, tested: str, few: str, *, sticky: bool
+) -> str:
     n = len(found.slips)
-    if n >= _FEW_SLIPS and found.stuck > _STICKY:
+    if tested:
+        return f"{tested}: no stick-slip, Stribeck parameters cannot be identified"
+    if few or _by_position(recording):
+        return f"hardly any motion: {few}" if few else _MOVED
+    if sticky:
         jump = float(np.median([abs(s.jump) for s in found.slips]))
         size = _shown(jump, CHANNELS["position"][recording.rotary])
         return (f"stick-slip present: {n} slips of {size}, stuck {found.stuck:.0%} of the time: "
                 "Stribeck parameters can be identified by simulation")  # fmt: skip
+    if n and 2 * _steps(found) < n:
+        return (f"no stick-slip: {n} move{'s' * (n != 1)} from rest to rest, each about a whole "
+                "stroke: swings or single moves")  # fmt: skip
     if n:
         return (f"hardly any stick-slip: {n} slip{'s' * (n != 1)}, stuck {found.stuck:.0%} of the "
                 "time: Stribeck parameters will be weak at best")  # fmt: skip
     return "no stick-slip: breakaway and Stribeck parameters cannot be identified"
 
 
-def _on_force(recording: Recording) -> str:
+def _on_force(recording: Recording, tested: str, few: str) -> str:
     if recording.force is not None:
-        return "force measured: the force-balance road is open (mass, Coulomb, viscous)"
+        if tested or few:
+            simulated = f"rig presliding{'-rotary' * recording.rotary} simulates it"
+            what = f"as {tested}" if tested else few
+            return f"force measured, but {what}: the force-balance road is closed, {simulated}"
+        if _by_position(recording):
+            return ("force is an exact function of the position, a command and not a measurement: "
+                    "the force-balance road is closed")  # fmt: skip
+        spiky = spikes([recording.force])
+        hard = (
+            f", but {spiky:.0%} of its variance is spikes: expect wide intervals" if spiky else ""
+        )
+        return f"force measured: the force-balance road is open (mass, Coulomb, viscous){hard}"
     if other := [n for n in ("current", "voltage") if getattr(recording, n) is not None]:
         return (f"no measured force: the force-balance road is closed unless {other[0]} is mapped "
                 "to force by its factor")  # fmt: skip
     return "no measured force: the force-balance road is closed"
+
+
+def _on_pressure(recording: Recording) -> str:
+    if recording.pressure is None or recording.force is None:
+        return ""
+    return "pressure recorded: rig cylinder takes its share off the force, every other leaves it in"
 
 
 def _on_command(recording: Recording) -> str:

@@ -110,8 +110,20 @@ def _recording(table: Table, mapped: Mapping[str, Entry], source: Source) -> Rec
         extra=mender.extra,
         rotary=_rotary(chosen),
         source=source,
-        notes=(*mender.notes, *notes),
+        notes=(*mender.notes, *notes, *_scaled(chosen)),
     )
+
+
+def _scaled(chosen: Mapping[str, Choice]) -> list[str]:
+    """A word on a force that is another quantity times a number."""
+    force = chosen.get("force")
+    if force is None or isinstance(force.factor, str) or abs(force.factor) == 1:
+        return []
+    said = (
+        f"force is {shortened(force.column)} times {force.factor:g}: every parameter of force and "
+        "mass scales with that factor, and is no better known than it is"
+    )
+    return [said]
 
 
 def _rotary(chosen: Mapping[str, Choice]) -> bool:

@@ -165,6 +165,11 @@ def step(values: Array) -> float:
     return 0.0
 
 
+def turns(values: Array, back: float) -> NDArray[np.int64]:
+    """Samples where a channel turns, its ends included: extremes left by at least `back`."""
+    return _turns(np.ascontiguousarray(values), back)
+
+
 def _comb(gaps: Array, guess: float, most: float) -> tuple[float, float]:
     """The increment nearest to a guess, and how far nine of ten gaps keep to its multiples."""
     small = gaps[gaps < most]

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..data.coupling import EXACT, both_ways
+from ..data.force import EXACT, both_ways
+from ..data.force import spikes as single_samples
 from ..errors import InputError
 from ..rig.forced import POSITION
 from ..space import Array
@@ -39,14 +40,13 @@ _REACH, _TRIED = 1.0, 41
 DELAY_GAIN, _HELD = 0.1, 1.25
 #: Gravity is told to be missing if sine and cosine of the angle take this share off it.
 GRAVITY_GAIN = 0.4
-#: A force has spikes if what stands away from both neighbours makes this share of its variance, and
-#: its fourth moment is that of few large ones (white noise has 7).
-SPIKES, KURTOSIS = 0.05, 12.0
 #: Speeds of a direction within this ratio, tenth to ninetieth percentile, are one speed.
 ONE_SPEED = 1.7
 #: Speeds are apart by a fifth, and count where this share of the rows has them; a Stribeck curve
 #: of three levels and a speed takes at least so many.
 _APART, _SHARE, SPEEDS = 1.2, 0.02, 5
+#: An offset is told to flatter the error if without it the error is so many times as large.
+_BESIDE = 2.0
 #: Rows that make a direction.
 _FEW = 10
 #: A factor for residuals of a normal distribution: median deviation to standard deviation.
@@ -109,6 +109,8 @@ def doubts(
     of_logs, wide = block_errors(found)
     said = [
         *commands,
+        *(hidden_load(log, system) for log in recordings),
+        offset(system, found),
         delay(system, found),
         spikes(system, found),
         gravity(system, found),
@@ -219,17 +221,11 @@ def _left(W: Array, y: Array) -> float:
 def spikes(system: System, found: inverse.Balance) -> str:
     """Single samples of the force far from both of their neighbours: least squares follows them."""
     rig, law = system.wanted.rig, system.wanted.law
-    alone, size, left = [], [], []
-    for log in system.logs:
-        neighbours = np.median([log.raw[:-2], log.raw[1:-1], log.raw[2:]], axis=0)
-        alone.append(log.raw[1:-1] - neighbours)
-        size.append(log.raw - log.raw.mean())
-        left.append(log.raw - rig.force(law, found.values, log.v, log.a, log.loads))
-    d, r = np.concatenate(alone), np.concatenate(left)
-    square = float(np.mean(d**2))
-    share = square / max(float(np.mean(np.concatenate(size) ** 2)), 1e-300)
-    if share < SPIKES or np.mean(d**4) < KURTOSIS * square**2:
+    share = single_samples([log.raw for log in system.logs])
+    if not share:
         return ""
+    left = [log.raw - rig.force(law, found.values, log.v, log.a, log.loads) for log in system.logs]
+    r = np.concatenate(left)
     r = np.abs(r - np.median(r))
     far = float(np.mean(r > 3 * _MAD * np.median(r)))
     return (
@@ -255,6 +251,36 @@ def gravity(system: System, found: inverse.Balance) -> str:
     return (
         f"the torque goes with the sine of the angle: gravity would leave "
         f"{np.sqrt(then / now):.0%} of the residual: use rig forced-pendulum"
+    )
+
+
+def hidden_load(recording: Recording, system: System) -> str:
+    """A recorded pressure that the rig leaves in the force."""
+    rig = system.wanted.rig
+    if recording.pressure is None or "normal" in rig.loads:
+        return ""
+    return (
+        f"{recording.label}: the force holds that of the recorded pressure, which rig {rig.name} "
+        "takes for offset or friction: use rig cylinder"
+    )
+
+
+def offset(system: System, found: inverse.Balance) -> str:
+    """A constant that is most of the force, so that a relative error of all of it looks small."""
+    if "offset" not in found.names:
+        return ""
+    p = np.zeros(len(found.values))
+    at = found.names.index("offset")
+    p[at] = found.values[at]
+    own = np.zeros(len(p))
+    constant = (system.predicted(p[None]) - system.predicted(own[None]))[:, 0]
+    beside = float(np.linalg.norm(system.y - constant))
+    error = 100 * float(np.linalg.norm(found.residuals)) / beside if beside > 0 else 0.0
+    if error < _BESIDE * found.relative_error or error < inverse.UNEXPLAINED:
+        return ""
+    return (
+        f"most of the force is the constant offset: of what is beside it, {error:.0f} % is not "
+        "explained"
     )
 
 

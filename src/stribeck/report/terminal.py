@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 from rich.console import Console
@@ -163,15 +163,14 @@ def quality_text(quality: Quality) -> str:
     """The same as JSON, SI."""
     said: dict[str, Any] = {"schema": "stribeck-quality/1"}
     for f in fields(quality):
-        value = getattr(quality, f.name)
-        if f.name in ("strokes", "slips"):
-            value = [{n: _plain(v) for n, v in vars(part).items()} for part in value]
-        said[f.name] = _plain(value)
+        said[f.name] = _plain(getattr(quality, f.name))
     return json.dumps(said, indent=2, ensure_ascii=False) + "\n"
 
 
 def _plain(value: Any) -> Any:
     """A value as JSON has it: a slice as its two ends, what is not finite as null."""
+    if is_dataclass(value):
+        return {n: _plain(v) for n, v in vars(value).items()}
     if isinstance(value, slice):
         return [value.start, value.stop]
     if isinstance(value, Mapping):

@@ -1,6 +1,8 @@
-"""Whether a force was measured, or computed from the position."""
+"""What a force column is: measured, or computed from the position; clean, or full of spikes."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,6 +11,9 @@ from ..space import Array
 #: A force that keeps this close to a function of the position, as a share of its own spread,
 #: whichever way the axis moves, was computed from it.
 EXACT = 0.03
+#: A force has spikes if what stands away from both neighbours makes this share of its variance, and
+#: its fourth moment is that of few large ones (white noise has 7).
+SPIKES, KURTOSIS = 0.05, 12.0
 #: Bins of position; those passed both ways that it takes, and samples each way in one.
 _BINS, _BOTH, _WAY = 60, 8, 4
 
@@ -38,3 +43,15 @@ def both_ways(t: Array, position: Array, force: Array) -> float | None:
         return None
     spread = float(np.std(np.concatenate(total)))
     return float(np.sqrt(left / n)) / spread if spread > 0 else None
+
+
+def spikes(forces: Sequence[Array]) -> float:
+    """The share of a force's variance that single samples make, far from both of their neighbours.
+
+    0 if they are not few and large. Several stretches of one force count together.
+    """
+    alone = [f[1:-1] - np.median([f[:-2], f[1:-1], f[2:]], axis=0) for f in forces]
+    d, about = np.concatenate(alone), np.concatenate([f - f.mean() for f in forces])
+    square, whole = float(np.mean(d**2)), float(np.mean(about**2))
+    few = float(np.mean(d**4)) >= KURTOSIS * square**2
+    return square / whole if few and square >= SPIKES * whole and whole > 0 else 0.0
