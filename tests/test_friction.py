@@ -300,6 +300,17 @@ def test_a_law_has_as_many_elements_as_its_name_says() -> None:
         assert math.isclose(six.levels(p)[1], F_C, rel_tol=1e-14)
 
 
+@pytest.mark.parametrize("stem", ["maxwell-slip", "gms"])
+def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> None:
+    # Compiled here or on disk, in any order: an address leads to the right one.
+    for n in (6, 2, 4, 6, 1):
+        law = law_named(f"{stem}:{n}")
+        p = draws(law, 1)[0]
+        ratio = p[law.names.index("ratio")] if "ratio" in law.names else 1.0
+        through = slips(addressed(law.slip), np.array([1e-9]), p)
+        assert math.isclose(through[0], p[:n].sum() * ratio, rel_tol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [

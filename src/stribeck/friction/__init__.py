@@ -1,16 +1,11 @@
-"""What rubs: friction laws, each one declaration. A new law is a file and its name in LAWS."""
+"""What rubs: friction laws, each one declaration. A new law is a file and its name in `_FILES`."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import cast
+from importlib import import_module
+from typing import Any, cast
 
 from ..errors import InputError
-from .bam import BAM_M1, BAM_M2, BAM_M3, BAM_M4, BAM_M5, BAM_M6
-from .coulomb import COULOMB_VISCOUS, COULOMB_VISCOUS_DIRECTIONAL
-from .dahl import DAHL
-from .elasto_plastic import ELASTO_PLASTIC
-from .gms import GMS, gms
-from .karnopp import KARNOPP, KARNOPP_DIRECTIONAL
 from .law import (
     LOADS,
     RUB_SIGNATURE,
@@ -24,20 +19,6 @@ from .law import (
     rub_law,
     slip_law,
     stick,
-)
-from .load import COULOMB_LOAD
-from .lugre import LUGRE
-from .makkar import MAKKAR, MAKKAR_DIRECTIONAL
-from .maxwell import MAXWELL_SLIP, maxwell_slip
-from .rational import STRIBECK_RATIONAL, STRIBECK_RATIONAL_DIRECTIONAL
-from .smooth import STRIBECK_SMOOTH, STRIBECK_SMOOTH_DIRECTIONAL
-from .stribeck import (
-    STRIBECK,
-    STRIBECK_DIRECTIONAL,
-    STRIBECK_FREE,
-    STRIBECK_FREE_DIRECTIONAL,
-    STRIBECK_GAUSS,
-    STRIBECK_GAUSS_DIRECTIONAL,
 )
 
 __all__ = [
@@ -57,43 +38,62 @@ __all__ = [
     "stick",
 ]
 
-LAWS: dict[str, Law] = {
-    law.name: law
-    for law in (
-        COULOMB_VISCOUS,
-        COULOMB_VISCOUS_DIRECTIONAL,
-        COULOMB_LOAD,
-        STRIBECK,
-        STRIBECK_DIRECTIONAL,
-        STRIBECK_GAUSS,
-        STRIBECK_GAUSS_DIRECTIONAL,
-        STRIBECK_FREE,
-        STRIBECK_FREE_DIRECTIONAL,
-        STRIBECK_RATIONAL,
-        STRIBECK_RATIONAL_DIRECTIONAL,
-        STRIBECK_SMOOTH,
-        STRIBECK_SMOOTH_DIRECTIONAL,
-        MAKKAR,
-        MAKKAR_DIRECTIONAL,
-        KARNOPP,
-        KARNOPP_DIRECTIONAL,
-        DAHL,
-        LUGRE,
-        ELASTO_PLASTIC,
-        MAXWELL_SLIP,
-        GMS,
-        BAM_M1,
-        BAM_M2,
-        BAM_M3,
-        BAM_M4,
-        BAM_M5,
-        BAM_M6,
-    )
+#: Every shipped law, in the order in which people see them, and the file that declares it under
+#: the same name in capitals.
+_FILES = {
+    "coulomb-viscous": "coulomb",
+    "coulomb-viscous-directional": "coulomb",
+    "coulomb-load": "load",
+    "stribeck": "stribeck",
+    "stribeck-directional": "stribeck",
+    "stribeck-gauss": "stribeck",
+    "stribeck-gauss-directional": "stribeck",
+    "stribeck-free": "stribeck",
+    "stribeck-free-directional": "stribeck",
+    "stribeck-rational": "rational",
+    "stribeck-rational-directional": "rational",
+    "stribeck-smooth": "smooth",
+    "stribeck-smooth-directional": "smooth",
+    "makkar": "makkar",
+    "makkar-directional": "makkar",
+    "karnopp": "karnopp",
+    "karnopp-directional": "karnopp",
+    "dahl": "dahl",
+    "lugre": "lugre",
+    "elasto-plastic": "elasto_plastic",
+    "maxwell-slip": "maxwell",
+    "gms": "gms",
+    "bam-m1": "bam",
+    "bam-m2": "bam",
+    "bam-m3": "bam",
+    "bam-m4": "bam",
+    "bam-m5": "bam",
+    "bam-m6": "bam",
 }
 
 #: Laws of as many elements as their name says, after a colon: `maxwell-slip:6`.
-ELEMENTS: dict[str, Callable[[int], Law]] = {"maxwell-slip": maxwell_slip, "gms": gms}
+ELEMENTS = ("maxwell-slip", "gms")
 _MOST_ELEMENTS = 20
+
+
+class Laws(Mapping[str, Law]):
+    """The shipped laws by name. A law is loaded when it is asked for: compiled ones take time."""
+
+    def __getitem__(self, name: str) -> Law:
+        law: Law = _declared(name, name.upper())
+        return law
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_FILES)
+
+    def __len__(self) -> int:
+        return len(_FILES)
+
+    def __contains__(self, name: object) -> bool:
+        return name in _FILES
+
+
+LAWS = Laws()
 
 
 @cache
@@ -124,4 +124,10 @@ def _of_elements(stem: str, count: str) -> Law:
             f"law {stem}:{count}: the number of elements goes from 1 to {_MOST_ELEMENTS}, "
             f"as in {stem}:6"
         )
-    return ELEMENTS[stem](int(count))
+    of: Callable[[int], Law] = _declared(stem, stem)
+    return of(int(count))
+
+
+def _declared(law: str, name: str) -> Any:
+    """What the file of a law declares under a name."""
+    return getattr(import_module(f".{_FILES[law]}", __name__), name.replace("-", "_"))

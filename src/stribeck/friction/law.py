@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Literal
+from zlib import crc32
 
 import numpy as np
 from numba import float64, njit, types
@@ -69,11 +70,26 @@ def rub_law(function: Callable[..., float]) -> Any:
     return _compiled(RUB_SIGNATURE, function)
 
 
+@cache
 def _compiled(signature: Any, function: Callable[..., float]) -> Any:
+    function.__qualname__ += f"_{_print(function):08x}"
     try:
         return njit(signature, cache=True, error_model="numpy")(function)
     except RuntimeError:  # typed at a prompt: there is no file to keep it beside
         return njit(signature, error_model="numpy")(function)
+
+
+def _print(function: Callable[..., float]) -> int:
+    """What tells a function from others of its name, the same in every process.
+
+    The linker knows compiled functions by name and a count that begins anew in each process. Of
+    two functions of one name (a factory's, or one that was changed at a prompt), one from the disk
+    and one from here, an address could lead to the other.
+    """
+    code = function.__code__
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    plain = [value for value in (*code.co_consts, *cells) if isinstance(value, int | float | str)]
+    return crc32(code.co_code + repr((code.co_names, plain)).encode())
 
 
 class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
