@@ -32,6 +32,7 @@ unit: setup
 docs: demo
 	cp demo/left/training.png docs/figures/readme.png
 	$(BIN)/python tools/physics_figures.py
+	$(BIN)/python tools/law_figures.py
 	$(BIN)/python tools/docs.py
 
 # The slow studies whose results are committed in docs/data: an hour and more.
