@@ -173,7 +173,7 @@ def test_budget_is_never_exceeded(
     fit = identify(log, train="112:295", budget=budget, repeats=1)
     assert fit.evaluations <= budget
     assert fit.known is not None  # the look back at the answer has a budget of its own
-    assert fit.known.rows <= PROFILES
+    assert fit.known.profiles.rows <= PROFILES
     assert asked <= budget + fit.known.rows
 
 

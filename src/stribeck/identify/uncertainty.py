@@ -130,7 +130,8 @@ class Uncertainty:
     def notes(self, made: Parameters, misfit: str = "J") -> list[str]:
         """What a reader must know, a sentence each."""
         said = []
-        gain = 1 - np.sqrt(self.profiles.squares / self.profiles.before)
+        squares, before = self.profiles.squares, self.profiles.before
+        gain = 1 - np.sqrt(squares / before) if before > 0 else 0.0
         if self.profiles.improved and gain > TOLD:
             said.append(
                 f"the profiles met a fit with {100 * gain:.2g} % less {misfit} than the search "
