@@ -26,6 +26,8 @@ from ..space import Array
 from .segment import noise, step, turns
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .recording import Recording
 
 #: A ramp keeps this close to a line, as a share of its span (or three standard deviations of the
@@ -33,8 +35,8 @@ if TYPE_CHECKING:
 _LINE, _SHARE, _MOST = 0.005, 0.1, 0.75
 #: Force turns once it has come back by this share of its range.
 _BACK = 0.1
-#: Sliding begins at this multiple of the ramp's mean speed. A ramp whose top speed is less than so
-#: many times that has not broken away.
+#: Sliding begins at this multiple of the ramp's mean speed. A ramp whose speed never is so many
+#: times the mean has not broken away.
 _PACE, _BROKEN = 2.0, 15.0
 #: Speed is taken over this share of the ramp, or over so many steps of the sensor at mean speed if
 #: that is longer, but never over more than the second share.
@@ -198,10 +200,10 @@ def _straight(recording: Recording) -> Iterator[slice]:
 
 def _noise_of(u: Array) -> float:
     third = np.diff(u, 3)
-    return float(np.median(np.abs(third))) / 0.6745 / np.sqrt(20)
+    return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20))
 
 
-def _longest(near: Array) -> tuple[int, int]:
+def _longest(near: NDArray[np.bool_]) -> tuple[int, int]:
     """First and last place of the longest run of True."""
     edges = np.flatnonzero(np.diff(near.astype(np.int8), prepend=0, append=0))
     starts, stops = edges[::2], edges[1::2]
@@ -217,29 +219,48 @@ def _breakaway(recording: Recording, rows: slice) -> Breakaway:
     way = 1.0 if u[-1] > u[0] else -1.0
     x = way * recording.position[rows]
     rate = float((u[-1] - u[0]) / (t[-1] - t[0]))
-    pace = float(x[-1] - x[0]) / float(t[-1] - t[0])
-    speed, half = _speed(recording, t, x, pace)
+    fine = float(np.hypot(step(recording.position), 3.5 * noise(recording)))
+    speed, half = _speed(t, x, fine)
     inner = slice(half, len(t) - half)
+    end = _end(t, x, speed, half, fine)
     by_speed = by_stiffness = None
-    if pace > 0 and speed.max() >= _BROKEN * pace:
+    if end is not None:
+        pace = float(x[end] - x[0]) / float(t[end] - t[0])
         by_speed = float(u[inner][np.argmax(speed > _PACE * pace)])
-        by_stiffness = _by_stiffness(x, way * u, speed / abs(rate), inner)
+        by_stiffness = _by_stiffness(x, way * u, speed / abs(rate), inner, abs(by_speed))
     return Breakaway(rows, rate, float(u[-1]), by_speed,
                      None if by_stiffness is None else way * by_stiffness)  # fmt: skip
 
 
-def _speed(recording: Recording, t: Array, x: Array, pace: float) -> tuple[Array, int]:
+def _end(t: Array, x: Array, speed: Array, half: int, fine: float) -> int | None:
+    """Up to which sample a ramp's mean speed is taken; None if the axis never breaks away.
+
+    All of it, unless it slides for so long that sliding makes the mean: then only until it is
+    first fifteen times as fast as on average until then.
+    """
+    travelled, passed = (a[half : len(x) - half] - a[0] for a in (x, t))
+    broken = speed * passed >= _BROKEN * np.maximum(travelled, 10 * fine)
+    broken[: int(_SHARE * len(broken))] = False
+    whole = (x[-1] - x[0]) / (t[-1] - t[0])
+    if speed.max() >= _BROKEN * whole > 0:
+        return len(x) - 1
+    return int(np.argmax(broken)) + half if broken.any() else None
+
+
+def _speed(t: Array, x: Array, fine: float) -> tuple[Array, int]:
     """Central differences over a window that noise and steps of the sensor do not fill."""
-    fine = np.hypot(step(recording.position), 3.5 * noise(recording))
     span = float(t[-1] - t[0])
+    pace = float(x[-1] - x[0]) / span
     window = max(_WINDOW * span, _STEPS * fine / pace if pace > 0 else 0.0)
-    half = max(1, round(min(window, _WIDEST * span) / recording.dt / 2))
+    half = max(1, round(min(window, _WIDEST * span) / span * (len(t) - 1) / 2))
     return (x[2 * half :] - x[: -2 * half]) / (t[2 * half :] - t[: -2 * half]), half
 
 
-def _by_stiffness(x: Array, u: Array, compliance: Array, inner: slice) -> float | None:
+def _by_stiffness(
+    x: Array, u: Array, compliance: Array, inner: slice, start: float
+) -> float | None:
     """Where compliance is a hundred times that of the ramp's beginning, which it defines itself."""
-    level = float(u[-1])
+    level = start
     for _ in range(10):
         low, high = (share * level for share in _BEGINNING)
         at = (u > low) & (u < high)

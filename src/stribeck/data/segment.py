@@ -167,7 +167,8 @@ def step(values: Array) -> float:
 
 def turns(values: Array, back: float) -> NDArray[np.int64]:
     """Samples where a channel turns, its ends included: extremes left by at least `back`."""
-    return _turns(np.ascontiguousarray(values), back)
+    found: NDArray[np.int64] = _turns(np.ascontiguousarray(values), back)
+    return found
 
 
 def _comb(gaps: Array, guess: float, most: float) -> tuple[float, float]:
