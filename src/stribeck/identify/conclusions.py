@@ -135,8 +135,8 @@ def sentences(
     if blocks < FEWEST and len(laws) > 1:
         said.append(
             f"Only {blocks} block{'s' * (blocks != 1)} of what was held out can be taken as "
-            f"independent: nothing was tested, and {MARGIN:.0%} more error counted as worse. Hold "
-            "out more."
+            f"independent: there nothing was tested, and {MARGIN:.0%} more error counted "
+            "as worse. Hold out more."
         )
     said += _doubts(laws[taken])
     return (*said, _colour(laws))
@@ -199,7 +199,7 @@ def _doubts(one: Candidate) -> list[str]:
     if not one.unseen:
         return []
     names = ", ".join(one.unseen)
-    return [f"Of {one.name}, the data do not identify {names}: do not read anything into it."]
+    return [f"Of {one.name}, the data do not identify {names}: read nothing into the values."]
 
 
 def _colour(laws: Sequence[Candidate]) -> str:

@@ -11,9 +11,10 @@ import numpy as np
 from ..optimize import MemeticTabuSearch
 from ..rig.rig import Simulated
 from .balance import balanced
+from .fit import LITTLE
 from .found import Fit
-from .problem import stretches
-from .score import Score, held_out, scores
+from .score import held_out, scores
+from .stretch import stretches
 from .uncertainty import bound_warnings, correlation_warnings, estimates, uncertainty
 
 if TYPE_CHECKING:
@@ -86,8 +87,9 @@ def _simulated(
     budget = PROFILES * rung.problem.space.dim
     known = uncertainty(rung.problem, rung.x, among=free, budget=budget, keep=True)
     correlation = known.correlation[:free, :free]
-    found = estimates(made, rung.p, known, np.full(free, np.nan))
-    score: Score = scores(made, rung.p, rung.train)
+    score = scores(made, rung.p, rung.train)
+    doubtful = score.value > LITTLE * score.smooth
+    found = estimates(made, rung.p, known, np.full(free, np.nan), doubtful=doubtful)
     return Fit(
         parameters=made,
         p=rung.p,

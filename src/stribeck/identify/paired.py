@@ -1,10 +1,11 @@
 """Is one model worse than another on the same held-out samples, or only unlucky?
 
-Both models answer for the same samples, so what counts is the difference of their squared errors,
-sample by sample. These differences correlate in time; they are summed over blocks that are much
-longer than that, and the blocks are taken as independent: a ratio of two means with Student's t
-over the blocks (Cochran 1977, Sampling Techniques, section 6). For a force balance or a motion
-alike, the ratio of the mean squares is that of the errors that people read, squared.
+Both models answer for the same samples, so what counts is how their squared errors differ there.
+Differences correlate in time: they are summed over blocks that are several correlation times
+long, which are taken as independent. Of each block the ratio of the two errors is taken, and
+Student's t is asked of the logarithms of these ratios. A logarithm, because errors differ from
+block to block by factors: one block in which everything goes wrong (a motion that slips a moment
+too late) would otherwise drown what all others say.
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from .residuals import parts
 #: A one-sided test of this size; and by how much an error must be greater to matter in practice.
 LEVEL, MARGIN = 0.05, 0.01
 #: Blocks are so many correlation times long, and at most so many.
-TIMES, MOST = 5.0, 24
+TIMES, MOST = 3.0, 24
 #: Blocks below which nothing is tested.
 FEWEST = 3
+#: What is below this share of all squared errors counts as this.
+EXACT = 1e-12
 #: Lags of the test for whiteness.
 LAGS = 20
 
@@ -34,7 +37,8 @@ class Paired:
     """One model's held-out error against another's.
 
     Args:
-        change: Relative change of the error, 0.05 for 5 % worse.
+        change: Relative change of the error in a typical block (their geometric mean), 0.05 for
+            5 % worse.
         low: Lower end of its 90 % interval, so that 5 % lie beyond each end; nan if not tested.
         high: Upper end.
         p: Probability of such a change or a greater one if the error were at most 1 % greater;
@@ -54,19 +58,11 @@ class Paired:
         return self.change > MARGIN if np.isnan(self.p) else self.p < LEVEL
 
 
-def blocks(rivals: Sequence[Sequence[Array]], best: int) -> list[list[slice]]:
-    """How each held-out piece is cut, the same for all models.
-
-    Args:
-        rivals: The residuals of each model, a piece an array; all models have the same samples.
-        best: The model that the others are compared with.
-    """
-    pieces = [len(r) for r in rivals[best]]
-    squares = [np.concatenate(r) ** 2 for r in rivals]
-    slowest = max(
-        correlation_time(s - squares[best], pieces) for s in squares if np.isfinite(s).all()
-    )
-    length = max(TIMES * slowest, sum(pieces) / MOST)
+def blocks(one: Sequence[Array], other: Sequence[Array]) -> list[list[slice]]:
+    """How each held-out piece is cut, for two models' residuals of the same samples."""
+    pieces = [len(r) for r in one]
+    differences = np.concatenate([a * a - b * b for a, b in zip(one, other, strict=True)])
+    length = max(TIMES * correlation_time(differences, pieces), sum(pieces) / MOST)
     cut = []
     for n in pieces:
         edges = np.linspace(0, n, max(int(n / length), 1) + 1).round().astype(int)
@@ -74,45 +70,32 @@ def blocks(rivals: Sequence[Sequence[Array]], best: int) -> list[list[slice]]:
     return cut
 
 
-def paired(one: Sequence[Array], other: Sequence[Array], cut: Sequence[Sequence[slice]]) -> Paired:
-    """How much worse `one` is than `other`, residuals of the same pieces, cut in blocks."""
+def paired(one: Sequence[Array], other: Sequence[Array]) -> Paired:
+    """How much worse `one` is than `other`: residuals of the same pieces."""
+    nan = float("nan")
+    for r, change in ((one, float("inf")), (other, -1.0)):
+        if not all(np.isfinite(piece).all() for piece in r):
+            return Paired(change, nan, nan, 0.0 if change > 0 else 1.0, len(r))
+    cut = blocks(one, other)
     A, B = (
         np.array([float(r[b] @ r[b]) for r, bs in zip(model, cut, strict=True) for b in bs])
         for model in (one, other)
     )
-    nan = float("nan")
-    if not np.isfinite(A).all() or not B.sum() > 0:
-        return Paired(float("inf"), nan, nan, 0.0, len(A))
-    ratio = float(A.sum() / B.sum())
-    change = float(np.sqrt(ratio)) - 1.0
-    if len(A) < FEWEST:
-        return Paired(change, nan, nan, nan, len(A))
+    least = EXACT * float(A.sum() + B.sum())
+    if not least > 0:
+        return Paired(0.0, 0.0, 0.0, 1.0, len(A))
+    logs = 0.5 * np.log((A + least) / (B + least))
+    mean = float(logs.mean())
+    if len(logs) < FEWEST:
+        return Paired(float(np.expm1(mean)), nan, nan, nan, len(logs))
     from scipy.special import stdtr, stdtrit  # noqa: PLC0415 - slow to import
 
-    dof, limit = len(A) - 1, (1.0 + MARGIN) ** 2
-
-    error = float(np.std(A - ratio * B, ddof=1) * np.sqrt(len(A)) / B.sum())
+    dof, over = len(logs) - 1, mean - float(np.log1p(MARGIN))
+    error = float(np.std(logs, ddof=1) / np.sqrt(len(logs)))
+    p = float(stdtr(dof, -over / error if error > 0 else np.copysign(np.inf, -over)))
     reach = float(stdtrit(dof, 1 - LEVEL)) * error
-    beyond = (ratio - limit) / error if error > 0 else np.copysign(np.inf, ratio - limit)
-    p = float(stdtr(dof, -beyond))
-    low, high = (float(np.sqrt(max(end, 0.0))) - 1.0 for end in (ratio - reach, ratio + reach))
-    return Paired(change, low, high, p, len(A))
-
-
-def holm(found: Sequence[float], level: float = LEVEL) -> list[bool]:
-    """Which of several tests reject, by Holm's rule (1979): the family errs at that level.
-
-    Args:
-        found: The p of each; nan for what was not tested, which does not reject.
-        level: Of the family.
-    """
-    tested = [i for i, p in enumerate(found) if not np.isnan(p)]
-    rejected = [False] * len(found)
-    for rank, i in enumerate(sorted(tested, key=lambda i: found[i])):
-        if found[i] >= level / (len(tested) - rank):
-            break
-        rejected[i] = True
-    return rejected
+    low, high = (float(np.expm1(end)) for end in (mean - reach, mean + reach))
+    return Paired(float(np.expm1(mean)), low, high, p, len(logs))
 
 
 @dataclass(frozen=True)

@@ -19,20 +19,22 @@ from ..space import Array
 from . import inverse
 from .ladder import embedded
 from .polish import Polished, polish
-from .problem import MotionProblem, Parameters, Stretch, stretches
+from .problem import MotionProblem, Parameters
 from .residuals import parts
 from .splits import Portion
 from .starts import StartedProblem, free_starts, from_starts
+from .stretch import Stretch, stretches
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from .splits import Mask
 
 #: Evaluations that a search may spend on one fit, and after how many for each parameter without
-#: anything better it has settled: the simpler laws' answers are candidates as well.
-BUDGET, SETTLE = 4_000, 100
+#: anything better it has settled: more in stick-slip, where there are many basins. The simpler
+#: laws' answers are candidates as well.
+BUDGET, SETTLE, SETTLE_STICK_SLIP = 4_000, 60, 200
 #: How many answers of simpler laws are refined, and what that may take for each parameter.
-STARTS, REFINED = 2, 40
+STARTS, REFINED = 2, 25
 
 #: Called with the searches after every step.
 Look = Callable[[Sequence[Search]], None]
@@ -96,12 +98,13 @@ class Rung:
 def climb(
     made: Parameters, on: Sequence[Portion], below: Sequence[Rung], plan: Plan, key: int = 0
 ) -> Rung:
-    """Fit a law, from the answers of simpler ones too: it trains no worse than any it contains.
+    """Fit a law, from other answers too: it trains no worse than any law that it contains.
 
     Args:
         made: Its parameters.
         on: What to train on.
-        below: Simpler laws fitted to the same.
+        below: Simpler laws fitted to the same, and the law itself fitted to more: where to
+            start decides nothing but which of several minima is seen.
         plan: How to search.
         key: Which round this is, so that rounds draw different numbers.
 
@@ -124,7 +127,8 @@ def _searched(
 ) -> Rung:
     problem = MotionProblem(made, _stretches(made, on))
     seed = SeedSequence(plan.seed, spawn_key=(crc32(made.law.name.encode()), key))
-    method = configure(MemeticTabuSearch.name, settle=SETTLE)
+    settle = SETTLE_STICK_SLIP if free_starts(problem) else SETTLE
+    method = configure(MemeticTabuSearch.name, settle=settle)
     search = Search(problem.space, method, budget=plan.budget, seed=seed)
     for _ in steps(problem, [search]):
         if plan.look is not None:
@@ -174,7 +178,8 @@ def _carried(rung: Rung, made: Parameters, whole: MotionProblem | StartedProblem
     x = embedded(rung.made, rung.p, made)
     if not isinstance(whole, StartedProblem):
         return x
-    return np.concatenate([x, rung.x[len(rung.made.free) :]])
+    starts, own = rung.x[len(rung.made.free) :], whole.nominal
+    return np.concatenate([x, starts if len(starts) == len(own) else own])
 
 
 def _stretches(made: Parameters, on: Sequence[Portion]) -> list[Stretch]:

@@ -2,8 +2,10 @@
 
 A richer law trains at least as well as one that it contains; that says nothing. So each is held
 against data that it was not trained on, and the simplest is taken whose error there is not worse
-than the best's: by a paired test over blocks (`paired`), by Holm's rule for the whole ladder, and
-by more than 1 %, so that a difference too small to matter decides nothing.
+than the best's: by a paired test over blocks (`paired`), and by more than 1 %, so that a
+difference too small to matter decides nothing. The laws are tested in their order, the simplest
+first, up to the first that passes: so the whole ladder errs no more often than one test
+(Westfall and Krishen 2001, doi 10.1016/S0378-3758(01)00077-5).
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from .conclusions import Finding, findings, sentences
 from .fitted import fitted
 from .found import Fit
 from .ladder import ingredients
-from .paired import Criteria, Paired, Whiteness, blocks, criteria, holm, paired, whiteness
+from .paired import Criteria, Paired, Whiteness, criteria, paired, whiteness
 from .problem import Parameters, chosen, listed, parameters, ranges
 from .rungs import BUDGET, Held, Plan, Rung, climb, held
 from .splits import Splits, splits
@@ -51,7 +53,7 @@ class Candidate:
         white: How far its training residuals are from white noise.
         unseen: Parameters that the data do not identify.
         against: Held-out error against the best law's; None for that one.
-        worse: Whether it is worse, the whole ladder considered.
+        worse: Whether it is worse than the best law.
         ingredients: What it has beyond a level and a slope.
         evaluations: Of the cost, all rounds together.
         seconds: They took.
@@ -90,7 +92,7 @@ class Selection:
         chosen: Which of them is recommended.
         best: Which has the least held-out error.
         splits: What was held out.
-        blocks: How many blocks the comparisons rest on.
+        blocks: How many blocks the comparisons rest on at least.
         effective: Training samples in effect, for the criteria.
         findings: Which ingredients are warranted.
         said: What a reader must know, a sentence each; the recommendation first.
@@ -273,7 +275,7 @@ class _Ladder:
             rung = main
             if self.rounds.kind != "hold-out":
                 plan = self._plan(f"{name}, round {k} of {len(rounds)}")
-                rung = climb(made, split.train, self._below[k], plan, k)
+                rung = climb(made, split.train, [*self._below[k], main], plan, k)
                 found.append(rung)
             part = held(rung, split.held)
             seen = part if seen is None else seen.joined(part)
@@ -302,12 +304,9 @@ def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) 
         raise InputError("no law here can be simulated on what was held out")
     best = int(np.argmin(errors))
     pieces = [part.residuals for part in seen]
-    cut = blocks(pieces, best)
-    against = [paired(one, pieces[best], cut) for one in pieces]
+    against = [paired(one, pieces[best]) for one in pieces]
     others = [i for i in range(len(rungs)) if i != best]
-    tested = not any(np.isnan(against[i].p) for i in others)
-    rejected = dict(zip(others, holm([against[i].p for i in others]), strict=True))
-    worse = [i != best and (rejected[i] if tested else against[i].worse) for i in range(len(rungs))]
+    worse = [i != best and against[i].worse for i in range(len(rungs))]
     ruler = min(rungs, key=lambda r: float(np.mean(r.residuals**2)))
     effective = len(ruler.residuals) / whiteness(ruler.residuals, ruler.logs).time
     made = []
@@ -335,11 +334,11 @@ def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) 
         [(c.name, c.free) for c in made],
         has,
         taken,
-        lambda simple, rich: paired(pieces[simple], pieces[rich], cut),
+        lambda simple, rich: paired(pieces[simple], pieces[rich]),
         [c.error for c in made],
     )
     left = tuple(names[len(made) :])
-    count = sum(map(len, cut))
+    count = min((against[i].blocks for i in others), default=0)
     said = sentences(made, taken, best, found, count, left)
     return Selection(
         axis, tuple(made), taken, best, plan.rounds, count, effective, found, said,

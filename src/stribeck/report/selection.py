@@ -213,8 +213,10 @@ def figure(selection: Selection) -> Figure:
 
     s = selection
     n = len(s.candidates)
-    drawn = Figure(figsize=(8.4, 1.9 + 0.42 * n), layout="constrained")
-    left, right = drawn.subplots(1, 2, sharey=True, width_ratios=[1.25, 1])
+    drawn = Figure(figsize=(8.8, 2.1 + 0.42 * n), layout="constrained")
+    left, right = drawn.subplots(
+        1, 2, sharey=True, width_ratios=[1.25, 1], gridspec_kw={"wspace": 0.08}
+    )
     rows = list(range(n))
     shown = [k for k in rows if math.isfinite(s.candidates[k].held)]
     left.plot([c.error for c in s.candidates], rows, "o", color=MEASURED, ms=6, label="training")
@@ -243,7 +245,7 @@ def figure(selection: Selection) -> Figure:
             ends = [100 * c.against.low, 100 * c.against.high]
             right.plot(ends, [k, k], color=colour, lw=2)
         right.plot([100 * c.against.change], [k], "D", color=colour, ms=5)
-    right.set(xlabel="Held-out error against the best / %")
+    right.set(xlabel="Held-out error against the best / %,\nwith 90 % intervals")
     right.margins(x=0.1)
     for axes in (left, right):
         axes.axhspan(s.chosen - 0.45, s.chosen + 0.45, color="#dbeafe", zorder=-1, lw=0)
@@ -251,8 +253,7 @@ def figure(selection: Selection) -> Figure:
         axes.grid(visible=False, axis="y")
     label = left.get_yticklabels()[s.chosen]
     label.set(fontweight="bold", color=ACCENT)
-    left.set_title(f"Recommended: {s.law}")
-    right.set_title("Differences, 90 % intervals", fontweight="normal")
+    drawn.suptitle(f"Recommended: {s.law}", x=0.01, ha="left", fontsize=11, fontweight="bold")
     drawn.supxlabel(
         "In brackets: free parameters. Grey band: 1 %, below which a difference does not matter.",
         fontsize=8.5,
