@@ -25,6 +25,8 @@ CHANCE = 1e-3
 #: A combination of parameters counts as seen by the levels of the logs if it moves them by this
 #: share of what the best seen one does, and a parameter if this much of it lies in such.
 _SEEN, _WITHIN = 0.01, 0.9
+#: A parameter that the levels show only together with others counts if it makes this share of them.
+_TENTH = 0.1
 #: An interval is told as 1.96 standard errors.
 _NORMAL = 1.96
 
@@ -176,9 +178,14 @@ def _lack(found: Balance, levels: Levels, half: int) -> tuple[float, int, float,
         return None
     left = r - U[:, kept] @ (U[:, kept].T @ r)
     statistic = float(np.sum(levels.cycles * left**2)) / between / levels.scatter
+    # What the levels show is regressed on; of what they only show together, each may be it alone.
     shown = (Vt[kept] ** 2).sum(axis=0) >= _WITHIN
-    spread = np.sqrt(left @ left / between * ((Vt[kept].T / s[kept]) ** 2).sum(axis=1))
+    alone = np.linalg.norm(here[:, at_home], axis=0)
+    share = np.where(
+        shown, np.sqrt(((Vt[kept].T / s[kept]) ** 2).sum(axis=1)), 1 / np.fmax(alone, 1e-300)
+    )
+    share[~shown & (alone < _TENTH * s[0])] = 0.0
     errors = np.zeros(len(size))
-    errors[at_home] = np.where(shown, spread * t.ppf(0.975, between) / _NORMAL, 0.0)
+    errors[at_home] = share * np.sqrt(left @ left / between) * t.ppf(0.975, between) / _NORMAL
     chance = float(f.sf(statistic, between, levels.within))
     return statistic, between, chance, errors * size
