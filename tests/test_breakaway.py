@@ -28,6 +28,8 @@ def test_the_breakaway_of_a_ramp_is_where_sliding_sets_in(at: float, rate: float
     (found,) = ramps(slides(at, rate))
     assert found.rate == pytest.approx(rate, rel=1e-6)
     assert found.reached == pytest.approx(rate * 29.99, rel=1e-6)
+    assert found.by_speed is not None
+    assert found.by_stiffness is not None
     # A hundredth of the ramp is what its speed is taken over.
     assert abs(found.by_speed) == pytest.approx(at, abs=0.15)
     assert abs(found.by_stiffness) == pytest.approx(at, abs=0.15)

@@ -112,6 +112,83 @@ def test_a_million_samples_take_seconds() -> None:
     assert time.process_time() - started < 10  # a quadratic step would take hours
 
 
+# What is no stick-slip, and what is no log for a force balance
+
+
+def rests_and_moves(moves: list[float]) -> tuple[Array, Array]:
+    """Time and position of an axis that rests for 3 s before each smooth move of 2 s."""
+    t = T[: 500 * len(moves)]
+    x = np.zeros(len(t))
+    for k, move in enumerate(moves):
+        phase = np.clip((t - 5 * k - 3) / 2, 0, 1)
+        x += move * (phase - np.sin(2 * np.pi * phase) / (2 * np.pi))
+    return t, x
+
+
+def test_a_pendulum_that_swings_and_rests_does_not_stick_and_slip() -> None:
+    t, x = rests_and_moves([6.0, 0.2, -6.0, -0.2, 6.0, 0.2, -6.0, -0.2])
+    force = 0.5 * np.gradient(np.gradient(x, t), t) + 0.1 * np.sign(np.gradient(x, t))
+    q = check(Recording(t, x, force=force, rotary=True))
+    assert len(q.slips) >= 3  # as moves from rest to rest they are found
+    assert says(q, "swings or single moves")
+    assert not says(q, "stick-slip present")
+    assert says(q, "force-balance road is open")
+
+
+def test_an_arm_that_is_led_by_hand_does_not_stick_and_slip() -> None:
+    t, x = rests_and_moves([-1.6, -1.0, -1.5, 1.7, 1.2, 1.2])
+    q = check(Recording(t, x, force=3.3 * np.sin(x), rotary=True))
+    assert says(q, "no stick-slip: the force is a function of the position")
+    assert says(q, "a command and not a measurement: the force-balance road is closed")
+    assert not says(q, "stick-slip present")
+
+
+def test_a_ramp_of_force_tells_its_breakaway_and_no_more() -> None:
+    t = T[:3000]
+    x = 5e-5 * np.minimum(t, 16.0) + 0.01 * np.maximum(t - 16.0, 0.0) ** 2
+    q = check(Recording(t, x, force=0.5 * t, rotary=True))
+    assert len(q.breakaways) == 1
+    said = dict(q.lines())["breakaway"]
+    assert said.endswith("in a ramp of 0.5 N m/s to 15 N m")
+    assert float(said.split()[1]) == pytest.approx(8.0, abs=0.15)
+    assert says(q, "a ramp of force to breakaway: no stick-slip")
+    assert says(q, "road is closed, rig presliding-rotary simulates it")
+    assert not says(q, "hardly any stick-slip")
+    lines = dict(check(Recording(t, 5e-5 * t, force=0.5 * t)).lines())
+    assert lines["breakaway"].startswith("none below 15 N")
+
+
+def test_cycles_below_breakaway_tell_a_stiffness_and_no_more() -> None:
+    t = T[:3000]
+    x = 1.5e-4 * np.sin(2 * np.pi * t / 3 - 0.3)
+    q = check(Recording(t, x, force=6 * np.sin(2 * np.pi * t / 3), rotary=True))
+    assert q.presliding is not None
+    said = dict(q.lines())["presliding"]
+    assert said.startswith("sigma_0 20000 N m/rad: amplitude 6 N m over 0.3 mrad")
+    assert "9 settled cycles; secant 4000" in said
+    assert says(q, "cycles of force below breakaway: the force-balance road is closed")
+
+
+def test_travel_of_a_few_steps_is_no_motion_to_differentiate() -> None:
+    t = T[:3000]
+    force = np.where((t > 5) & (t < 20), 6.0, 0.0)
+    coarse = 6e-6 * np.round(5e-5 * force * (1 - np.exp(-np.maximum(t - 5, 0))) / 6e-6)
+    q = check(Recording(t, coarse, force=force, rotary=True))
+    assert says(q, "hardly any motion: the whole travel is")
+    assert says(q, "road is closed")
+    assert not q.clipped  # a step that was held
+
+
+def test_spikes_and_a_pressure_are_told() -> None:
+    x = 0.1 * np.sin(T)
+    force = 5.0 * np.sign(np.cos(T))
+    force[::90] += 60.0
+    q = check(Recording(T, x, force=force, pressure=2e5 + 0 * T))
+    assert says(q, "of its variance is spikes: expect wide intervals")
+    assert says(q, "rig cylinder takes its share off the force")
+    assert dict(q.lines())["pressure"] == "2 bar to 2 bar"
+
+
 @real
 @pytest.mark.parametrize(
     ("file", "words"),
@@ -121,7 +198,26 @@ def test_a_million_samples_take_seconds() -> None:
         ("pneumatic/Kidney_1bar.csv", "one speed a direction"),
         ("pneumatic/Kidney_1bar.csv", "no stick-slip"),
         ("direct_drive/est_j1_05_exp1.csv", "one way only"),
+        ("openarm/collect_joint_1.csv", "55 slips of 33.37 mrad, stuck 75% of the time"),
+        ("openarm/compensate_joint_2.csv", "stick-slip present"),
+        ("openarm/identification_joint_2.csv", "stick-slip present"),
+        ("openarm/collect_joint_3.csv", "force-balance road is open"),
     ],
 )
 def test_real_logs(file: str, words: str) -> None:
     assert says(check(read(REAL / file)), words)
+
+
+@real
+@pytest.mark.parametrize("name", ["DATA_EMPS", "DATA_EMPS_PULSES"])
+def test_emps_is_a_log_for_a_force_balance(name: str) -> None:
+    columns = {
+        "time": "t [s]", "position": "qm [m]", "command": "qg [m]",
+        "force": {"column": "vir", "factor": "gtau", "unit": "N"},
+    }  # fmt: skip
+    q = check(read(REAL / f"emps/{name}.mat", columns=columns))
+    assert q.verdict == (
+        "no stick-slip: breakaway and Stribeck parameters cannot be identified",
+        "force measured: the force-balance road is open (mass, Coulomb, viscous)",
+        "command recorded: motion can be simulated from it",
+    )

@@ -1,0 +1,179 @@
+"""A cylinder whose seals rub the more the higher the pressure: recovery, refusals, the card."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck import InputError, Recording, cli, identify, read, read_card, validate
+from stribeck.friction import LAWS, law_named
+from stribeck.identify.inverse import balance
+from stribeck.rig import RIGS
+from stribeck.rig.cylinder import CYLINDER
+from stribeck.rig.forced import FORCED, rubs
+from stribeck.space import Array
+
+T: Array = np.arange(0.0, 40.0, 0.01)
+AREA = np.pi / 4 * 0.025**2
+#: F_C, F_V, mu [m^2], M, offset, b [m^2].
+TRUTH = np.array([4.0, 60.0, 0.5e-5, 8.0, 1.5, 0.2e-5])
+
+
+def log(bar: float, seed: int = 0, more: float = 0.0, file: str = "") -> Recording:
+    """Strokes at many speeds under a pressure, force with a little noise."""
+    w = 2 * np.pi / 8.0
+    x = 0.04 * np.sin(w * T) + 0.01 * np.sin(2.7 * w * T)
+    v = 0.04 * w * np.cos(w * T) + 0.027 * w * np.cos(2.7 * w * T)
+    a = -0.04 * w**2 * np.sin(w * T) - 0.0729 * w**2 * np.sin(2.7 * w * T)
+    p = 1e5 * bar * (1 + 0.02 * np.sin(0.3 * T))
+    F_C, F_V, mu, M, offset, b = TRUTH
+    force = M * a + (F_C + mu * p + more) * np.sign(v) + F_V * v + (AREA + b) * p + offset
+    force += 0.05 * np.random.default_rng(seed).standard_normal(len(T))
+    made = Recording(T, x, force=force, pressure=p)
+    return replace(made, source=replace(made.source, file=file))
+
+
+def logs(*more: float) -> list[Recording]:
+    return [log(bar, k, m) for k, (bar, m) in enumerate(zip((1, 3, 5, 7), more, strict=True))]
+
+
+def test_everything_comes_back_and_pressure_is_told_per_bar() -> None:
+    fit = identify(logs(0, 0, 0, 0), rig="cylinder")
+    assert fit.law.name == "coulomb-load"
+    # Reversals inside the filter cost the last percent.
+    np.testing.assert_allclose(fit.p[[0, 2, 3]], TRUTH[[0, 2, 3]], rtol=0.03)
+    np.testing.assert_allclose(fit.p[[4, 5]], TRUTH[[4, 5]], rtol=0.06)
+    said = {e.name: e for e in fit.estimates}
+    assert list(said) == ["F_C", "F_V", "mu_p", "M", "offset", "b"]
+    assert (said["mu_p"].unit, said["b"].unit) == ("N/bar", "N/bar")
+    assert said["mu_p"].verdict == "identified"
+    assert said["mu_p"].low < TRUTH[2] < said["mu_p"].high
+    assert not any("does not follow one law" in w for w in fit.warnings)
+
+
+def test_the_error_is_of_the_force_without_the_pressure() -> None:
+    one = log(5)
+    assert one.force is not None
+    assert one.pressure is not None
+    fit = identify(one, rig="cylinder")
+    own = FORCED.measured(one) - AREA * one.pressure
+    assert fit.balance is not None
+    size = np.sqrt(np.mean(own**2))
+    assert size < 0.06 * np.sqrt(np.mean(one.force**2))
+    assert fit.score.value == pytest.approx(100 * fit.balance.residual_sd / size, rel=0.1)
+    np.testing.assert_allclose(CYLINDER.measured(one), own)
+    np.testing.assert_allclose(
+        CYLINDER.set(bore=50.0).measured(one) - own, -3 * AREA * one.pressure
+    )
+
+
+def test_a_seal_without_one_slope_is_told_and_its_interval_takes_logs_as_units() -> None:
+    even, odd = (identify(logs(*m), rig="cylinder") for m in ((0, 0, 0, 0), (0, 0, 1.5, -1.5)))
+    assert any(
+        "the friction of the logs does not follow one law" in w and "mu_p" in w
+        for w in odd.warnings
+    )
+    wide, narrow = (
+        next(e.high - e.low for e in fit.estimates if e.name == "mu_p") for fit in (odd, even)
+    )
+    assert wide > 10 * narrow
+    assert next(e.verdict for e in odd.estimates if e.name == "mu_p") == "weak"
+
+
+def test_the_friction_range_is_twice_the_friction_whatever_the_offset() -> None:
+    way = np.sign(np.sin(2 * np.pi * T / 8.0))
+    x = np.cumsum(0.01 * way) * 0.01
+    pressure = 3e5 + 0 * T
+    made = Recording(T, x, force=6.0 * way + 2.5 + AREA * pressure, pressure=pressure)
+    assert CYLINDER.friction_range(made) == pytest.approx(12.0, rel=0.01)
+    fit = identify(replace(made, source=replace(made.source, file="a.csv")), rig="cylinder")
+    assert fit.balance is not None
+    assert fit.balance.figures()["friction_range_N a.csv"] == pytest.approx(12.0, rel=0.01)
+    with pytest.raises(InputError, match="strokes both ways"):
+        CYLINDER.friction_range(replace(made, position=0.01 * T))
+
+
+def test_static_laws_run_on_it_too() -> None:
+    fit = identify(log(3), rig="cylinder", law="coulomb-viscous-directional")
+    assert "offset" not in fit.values
+    assert fit.values["F_C+"] - TRUTH[4] == pytest.approx(4.0 + 1.5, abs=0.4)
+
+
+def test_a_law_with_a_load_is_its_own_formula() -> None:
+    law = LAWS["coulomb-load"]
+    loads = np.zeros((4, 5))
+    loads[:, 2] = [0.0, 2.0, -2.0, 5.0]
+    found = rubs(law.rub, np.array([1.0, -1.0, 0.0, 2.0]), loads, np.array([3.0, 10.0, 0.5]))
+    np.testing.assert_allclose(found, [13.0, -14.0, 0.0, 25.5])
+
+
+@pytest.mark.parametrize(
+    ("law", "rig", "words"),
+    [
+        ("lugre", "forced", "law lugre has inner states, which a force balance cannot follow"),
+        ("maxwell-slip", "forced-rotary", "law maxwell-slip has inner states"),
+        ("bam-m3", "forced-rotary", "law bam-m3 depends on the force of the drive"),
+        ("coulomb-load", "forced", "law coulomb-load depends on the normal load, which rig forced"),
+    ],
+)
+def test_laws_that_a_force_balance_cannot_follow(law: str, rig: str, words: str) -> None:
+    made = replace(log(1), rotary=RIGS[rig].rotary)
+    one: Any = RIGS[rig]
+    with pytest.raises(InputError, match=words) as told:
+        balance(made, LAWS[law], one)
+    assert "\n" not in str(told.value)
+
+
+def test_a_cylinder_needs_a_pressure_and_a_temperature_term_a_temperature() -> None:
+    with pytest.raises(InputError, match="needs the pressure in the cylinder"):
+        identify(replace(log(1), pressure=None), rig="cylinder")
+    with pytest.raises(InputError, match="needs a temperature"):
+        balance(log(1), law_named("coulomb-viscous+temperature"), FORCED)
+
+
+def test_a_temperature_term_multiplies_all_friction() -> None:
+    law = law_named("coulomb-viscous+temperature")
+    w = 2 * np.pi / 8.0
+    x, v, a = 0.04 * np.sin(w * T), 0.04 * w * np.cos(w * T), -0.04 * w * w * np.sin(w * T)
+    warm = 293.15 + T
+    force = 5 * a + (8 * np.sign(v) + 200 * v) * (1 - 0.01 * (warm - 293.15))
+    found = balance(Recording(T, x, force=force, temperature=warm), law, FORCED)
+    assert found["temp_slope"] == pytest.approx(-0.01, rel=0.02)
+    assert found["F_C"] == pytest.approx(8.0, rel=0.02)
+
+
+def test_the_card_of_a_csv_is_held_against_another_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, bar in (("one", 2.0), ("two", 6.0), ("three", 4.0)):
+        r = log(bar)
+        assert r.force is not None
+        assert r.pressure is not None
+        table = np.column_stack([1e3 * r.t, 1e3 * r.position, 1e-5 * r.pressure, r.force])
+        np.savetxt(tmp_path / f"{name}.csv", table, "%.6f", ",", header="t_ms,x_mm,p_bar,F_N",
+                   comments="")  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["stribeck", *arguments])
+        try:
+            cli.main()
+        except SystemExit as done:
+            return int(done.code or 0)
+        return 0
+
+    made = ("--rig", "cylinder", "--set", "bore=25", "--set", "F_V=60", "--out", "fit")
+    assert run("identify", "one.csv", "two.csv", *made) == 0
+    assert "friction range N one.csv" in capsys.readouterr().out
+    assert run("validate", "fit/card.json", "three.csv", "--max-error", "15") == 0
+    assert run("validate", "fit/card.json", "three.csv", "--max-error", "0.1") == 1
+    card = read_card(tmp_path / "fit" / "card.json")
+    ((_, _, score),) = validate(card, read(tmp_path / "three.csv"))
+    assert score.value < 15.0
+    made_of, p = card.model()
+    assert dict(made_of.values(p))["mu"] == pytest.approx(0.5e-5, rel=0.05)
