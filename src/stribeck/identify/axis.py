@@ -62,7 +62,7 @@ class Axis:
 
     def repeated(self, interval: float) -> Array:
         """The inflation at another sampling interval: what repeats itself does so in time."""
-        return np.maximum(self.inflation * self.interval / interval, 1.0)
+        return 1.0 + (self.inflation - 1.0) * self.interval / interval
 
     def value(self, name: str) -> float:
         """A parameter by name."""
@@ -71,6 +71,8 @@ class Axis:
 
     def place(self, position: float) -> str:
         """A position as people see it."""
+        if abs(position) < 1e-3 * (self.high - self.low):
+            position = 0.0
         return self.shown("position", position, "rad" if self.made.rig.rotary else "m")
 
     def rate(self, speed: float) -> str:
@@ -84,7 +86,8 @@ class Axis:
     def shown(self, what: str, value: float, si: str) -> str:
         """A quantity in the unit its rig shows."""
         written = self.made.rig.shows.get(what, si)
-        return f"{float(unit(written).from_si(value)):.3g} {written}"
+        figure = float(f"{float(unit(written).from_si(value)):.3g}")
+        return f"{figure:g} {written}"
 
 
 def counted(log: Recording, rows: Sequence[slice]) -> tuple[float, int]:
@@ -99,5 +102,5 @@ def speeds(t: Array, x: Array) -> tuple[float, float]:
     n = min(_REACH, (len(x) - 1) // 2)
     v = np.abs((x[2 * n :] - x[: -2 * n]) / (t[2 * n :] - t[: -2 * n]))
     top = float(v.max())
-    moving = v > 0.05 * top  # noqa: PLR2004 - slower is standstill
+    moving = v > 0.05 * top
     return (float(v[moving].mean()) if moving.any() else 0.0), top

@@ -50,7 +50,7 @@ def course(
 ) -> Course:
     """A command that is linear between knots, at the sampling interval of the axis."""
     seconds = float(t[-1])
-    clock = axis.interval * np.arange(max(int(seconds / axis.interval), 2) + 1)
+    clock: Array = axis.interval * np.arange(max(int(seconds / axis.interval), 2) + 1, dtype=float)
     return Course(clock, np.interp(clock, t, x), extra, start)
 
 
@@ -190,12 +190,7 @@ def within(
             )
         elif least < low - spare or most > high + spare:
             end = least if least < low - spare else most
-            left.append(
-                (
-                    experiment.name,
-                    f"it goes to {axis.place(end)}, the log from {axis.place(low)} to "
-                    f"{axis.place(high)}",
-                )
-            )
+            seen = f"the log from {axis.place(low)} to {axis.place(high)}"
+            left.append((experiment.name, f"it goes to {axis.place(end)}, {seen}"))
         else:
             yield experiment

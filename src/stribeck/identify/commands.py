@@ -98,7 +98,7 @@ def _servo(axis: Axis, seconds: float, left: Left) -> Iterator[Offer]:
     )
     mass, weight = 2 * run["mass"], rig["g"] * run["length"]
     stall = axis.value("k_t") * run["vin"] / axis.value("R")
-    if mass * weight > 0.8 * stall:  # noqa: PLR2004 - some torque is left to move it
+    if mass * weight > 0.8 * stall:
         left.append(("more mass", f"{mass:.3g} kg is more than the servo can lift well"))
     else:
         yield offer("more mass", f"{about}, {period:.2g} s a turn, with {mass:.3g} kg", sine,
@@ -146,7 +146,7 @@ def _pushes(axis: Axis, seconds: float) -> Iterator[Offer]:
     log = axis.logs[0]
     assert log.force is not None  # noqa: S101 - the rig needs it
     turns = np.count_nonzero(np.diff(np.sign(log.force - float(np.mean(log.force)))) != 0)
-    period = 2 * float(log.t[-1] - log.t[0]) / max(turns, 2)
+    period = 2 * float(log.t[-1] - log.t[0]) / max(int(turns), 2)
     period = min(period, seconds / 3)
     seen = float(np.abs(forces - offset).max())
 
@@ -176,4 +176,5 @@ def _pushes(axis: Axis, seconds: float) -> Iterator[Offer]:
 
 
 def _clock(axis: Axis, seconds: float) -> Array:
-    return axis.interval * np.arange(int(seconds / axis.interval) + 1)
+    clock: Array = axis.interval * np.arange(int(seconds / axis.interval) + 1, dtype=float)
+    return clock

@@ -73,7 +73,7 @@ class Box:
     lower: Array
     upper: Array
     prior: Array
-    physical: Callable[[Array], Array]
+    physical: Callable[[Array], NDArray[np.bool_]]
 
     @property
     def log(self) -> NDArray[np.bool_]:
@@ -99,11 +99,10 @@ class Box:
         """How fast a point, SI, (dim,), goes as the scales do."""
         return np.where(self.log, x, 1.0)
 
-    def inside(self, x: Array) -> Array:
+    def inside(self, x: Array) -> NDArray[np.bool_]:
         """Which of (n, dim) points are in the box and mean something."""
         within = ((x >= self.lower) & (x <= self.upper)).all(axis=1)
-        found: Array = within & np.asarray(self.physical(x), dtype=bool)
-        return found
+        return np.asarray(within & self.physical(x), dtype=bool)
 
     def steps(self, x: Array) -> Array:
         """Finite differences at a point, SI, (dim,)."""
@@ -128,7 +127,7 @@ def slopes(of: Experiment, x: Array, box: Box) -> Array:
     at = np.zeros(n)
     at[:dim] = x
     rows = np.vstack([at[None], at + np.diag(h), at - np.diag(h)])
-    good = np.asarray(box.physical(rows[:, :dim]), dtype=bool)
+    good = box.physical(rows[:, :dim])
     seen = of.predict(rows[good])
     f = np.full((len(rows), seen.shape[1]), np.nan)
     f[good] = seen
@@ -206,7 +205,7 @@ def factors(now: Array, more: Array) -> Array:
         more: Of the experiment, in the same order; nan where it cannot be run.
     """
     good = np.isfinite(more).all(axis=(1, 2))
-    if 2 * np.count_nonzero(good) < len(good):
+    if 2 * np.count_nonzero(good) < len(more):
         return np.full(now.shape[1], np.nan)
     ratios = [errors(a) / errors(a, b) for a, b in zip(now[good], more[good], strict=True)]
     found: Array = np.median(ratios, axis=0)

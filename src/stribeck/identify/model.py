@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data.ranges import windows
 from ..data.segment import segment
@@ -27,6 +28,7 @@ from .problem import MotionProblem, Parameters, parameters, parts, ranges
 from .regression import System, Wanted
 from .residuals import BalanceResiduals
 from .residuals import physical as meaningful
+from .rows import Rows
 from .rows import logs_of as made_ready
 from .starts import StartedProblem, free_starts
 from .stretch import Stretch, stretches
@@ -58,6 +60,7 @@ class Present:
         cards: What the card says of them.
         ways: Directions in which the axis was driven.
         loads: What an axis with a measured force was exposed to.
+        explained: The misfit as a share of that of a smooth motion, or of the force itself.
         said: What is odd about the logs, a sentence each.
     """
 
@@ -68,6 +71,7 @@ class Present:
     cards: tuple[ParameterCard, ...]
     ways: tuple[int, ...]
     loads: Loads | None
+    explained: float
     said: tuple[str, ...]
 
     def ends(self, i: int, factor: float) -> tuple[float, float]:
@@ -116,6 +120,7 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
         tuple(cards),
         ways,
         loads,
+        _explained(card),
         _strangers(card, logs),
     )
 
@@ -171,6 +176,14 @@ def _half(q: Param, c: ParameterCard, *, by_log: bool) -> float:
     return 0.5 * float(np.log(ends[1] / ends[0])) if by_log else 0.5 * (ends[1] - ends[0])
 
 
+def _explained(card: Card) -> float:
+    """The misfit of a card, as a share of doing without a model."""
+    if card.objective.unit == "%":
+        return card.objective.value / 100
+    without = card.objective.baselines.get("smooth", np.inf)
+    return card.objective.value / without if without > 0 else np.inf
+
+
 def _strangers(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
     """A sentence for each log that the card does not know."""
     known = {d.sha256 for d in card.data}
@@ -218,7 +231,7 @@ def _moved(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) ->
     axis = Axis(
         made, x, tuple(logs), box, noise, rest_noise(logs), inflation, seconds / n, seconds,
         float(travel.min()), float(travel.max()), float(np.mean([v for v, _ in both])),
-        max(v for _, v in both), max(_lag(log) for log in logs), max(forces) if np.isfinite(forces).all() else np.inf,
+        max(v for _, v in both), max(_lag(log) for log in logs), max(forces),
     )  # fmt: skip
     ways = tuple(sorted({s.direction for s in train}, reverse=True))
     if made.law.directional:
@@ -254,19 +267,14 @@ def _box(card: Card, made: Parameters) -> Box:
         for q, by_log in zip(made.free, log, strict=True)
     ])  # fmt: skip
 
-    def allowed(x: Array) -> Array:
-        found: Array = np.asarray(
-            made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool
-        )
-        return found
+    def allowed(x: Array) -> NDArray[np.bool_]:
+        return np.asarray(made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool)
 
     return Box(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
 
 
 def _data(predict: object, dim: int, starts: int) -> Experiment:
-    return Experiment(
-        "the data", "what was recorded", 0.0, predict, 1.0, np.ones(dim), starts
-    )  # type: ignore[arg-type]
+    return Experiment("the data", "what was recorded", 0.0, predict, 1.0, np.ones(dim), starts)  # type: ignore[arg-type]
 
 
 def _around(data: Experiment, at: Array, dim: int) -> Experiment:
@@ -316,7 +324,7 @@ def _balanced(card: Card, made: Parameters, x: Array, logs: Sequence[Recording])
         float(q.min()), float(q.max()), float(np.abs(v).mean()), top, 0.0, force,
     )  # fmt: skip
     exposed = _loads(a, loads, rig)
-    ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))  # noqa: PLR2004 - moving
+    ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
     seen = replace(data, noise=noise, inflation=look.ratio, seconds=n * interval)
     return axis, seen, ways, exposed
 
@@ -333,13 +341,13 @@ def _loads(a: Array, loads: Array, rig: Forced) -> Loads:
 
 def _counting(
     card: Card, made: Parameters, logs: Sequence[Recording]
-) -> tuple[list[Recording], list[Array | None]]:
+) -> tuple[list[Recording], list[Rows | None]]:
     """The logs that pass the card's training ranges, and which of their samples count."""
     within = ranges(card.train or None, made.rig)
     if not within:
         return list(logs), [None] * len(logs)
     chosen: list[Recording] = []
-    masks: list[Array | None] = []
+    masks: list[Rows | None] = []
     missing: list[InputError] = []
     for log in logs:
         mask, seen = np.zeros(len(log), dtype=bool), segment(log)

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 DRAWS = 9
 #: Seconds that a candidate takes at most unless told otherwise.
 LONGEST = 120.0
+#: Half-width of a 95 % interval, in standard errors.
+NORMAL = 1.96
 #: Candidates whose promise is checked.
 CHECKED = 3
 #: A force gauge, by hand, is good to this share.
@@ -46,6 +48,10 @@ FINER, FASTER = 3.0, 4.0
 #: A scale of forces that is sure to a ten-thousandth; and the share of the errors that is left
 #: with it, below which it is told.
 SURE, SHARED = 1e4, 0.7
+#: An uncertainty above this many times a value is no figure to print.
+MUCH = 3.0
+#: A misfit above this share of that of doing without the model explains little.
+LITTLE = 0.5
 #: Verdicts of parameters that a plan is for.
 DOUBTFUL = ("weak", "not identifiable")
 
@@ -208,7 +214,9 @@ def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, A
     here = told(now.data, x[None], box)[0]
     if not np.isfinite(here).all():
         raise InputError("the model of the card cannot be simulated on these logs: check the card")
-    at = draws(x, covariance(here, prior), count, box, rng)
+    C = covariance(here, prior)
+    wide = now.half / NORMAL / np.sqrt(np.diag(C))  # as wide as on the card, whatever slopes say
+    at = draws(x, C * np.outer(wide, wide), count, box, rng)
     known = told(now.data, at, box) + prior
     good = np.isfinite(known).all(axis=(1, 2))
     return at[good], known[good]
@@ -221,7 +229,7 @@ def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
         now.data,
         name="the same again",
         words="what was recorded, once more"
-        if seconds >= 0.99 * axis.trained  # noqa: PLR2004 - as long as it was
+        if seconds >= 0.99 * axis.trained
         else f"what was recorded, {seconds:.3g} s of it once more",
         seconds=seconds,
     )
@@ -246,17 +254,20 @@ def _sensors(now: Present, same: Experiment) -> list[Experiment]:
     if np.isfinite(axis.sensor):
         rest = max(axis.noise**2 - axis.sensor**2, 0.0)
         noise = np.sqrt(rest + (min(axis.sensor, axis.noise) / FINER) ** 2)
-        words = f"the same again with a position sensor of a third of the noise, {axis.place(axis.sensor / FINER)}"
+        words = (
+            "the same again with a position sensor of a third of the noise, "
+            f"{axis.place(axis.sensor / FINER)}"
+        )
         found.append(
             replace(same, name="finer sensor", words=words, noise=float(noise), kind="sensor")
         )
-    slower = axis.repeated(axis.interval / FASTER) / axis.repeated(axis.interval)
+    faster = axis.repeated(axis.interval / FASTER)
     words = (
         f"the same again with a position sensor that measures {FASTER:g} times as often, at "
         f"{FASTER / axis.interval:.3g} Hz"
     )
     if now.simulated:
-        inflation = same.inflation * slower / FASTER
+        inflation = faster / FASTER  # of the samples that there are
         found.append(
             replace(same, name="faster sensor", words=words, inflation=inflation, kind="sensor")
         )
@@ -305,18 +316,14 @@ def _incurable(
     now: Present, known: Array, motions: Sequence[Array], proposals: Sequence[Proposal]
 ) -> list[str]:
     """What no motion cures, and what would help."""
-    axis, said = now.axis, []
+    axis, said = now.axis, list[str]()
     everything = np.sum([np.where(np.isfinite(F), F, 0.0) for F in motions], axis=0)
     shrunk = factors(known, everything)
     reach = now.half / shrunk
     size = np.where(axis.box.log, 1.0, np.abs(axis.x))
     short = [i for i in _doubtful(now) if reach[i] > IDENTIFIED * size[i]]
+    aided = []
     for i in short:
-        of = f"{reach[i] / size[i]:.0%} of its value" if size[i] else "more than its value"
-        text = (
-            f"{now.labels[i]} stays known to ±{of} after all these motions together: "
-            "motion alone does not make it identified"
-        )
         aids = [
             (g.factor, p.experiment.name)
             for p in proposals
@@ -325,17 +332,28 @@ def _incurable(
             if g.name == now.labels[i] and g.factor > shrunk[i]
         ]
         if aids:
-            text += f"; a {max(aids)[1]} does more for it"
-        said.append(text)
-    return [*said, *_scale(now, known), *_bounds(now)]
+            aided.append(f"a {max(aids)[1]} does more for {now.labels[i]}")
+    if short:
+        known_to = ", ".join(
+            f"{now.labels[i]} to ±{_share(reach[i], float(size[i]))}" for i in short
+        )
+        more = "".join(f"; {text}" for text in aided)
+        said.append(f"all these motions together leave {known_to}: none of them cures that{more}")
+    said += [t for t in (_scale(now, known), _bounds(now), _doubts(now)) if t is not None]
+    return said
 
 
-def _scale(now: Present, known: Array) -> list[str]:
+def _share(reach: float, size: float) -> str:
+    """An uncertainty as a share of a value."""
+    return f"{100 * reach / size:.0f} %" if reach < MUCH * size else "much more than its value"
+
+
+def _scale(now: Present, known: Array) -> str | None:
     """Whether all forces and stiffnesses share a scale that the data hardly know."""
     made, x = now.axis.made, now.axis.x
     at = [i for i, q in enumerate(made.free) if q.unit.startswith("N")]
     if not isinstance(made.rig, SlideBed) or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
-        return []
+        return None
     along = np.zeros(len(x))
     along[at] = SURE / (len(at) * x[at])
 
@@ -344,20 +362,31 @@ def _scale(now: Present, known: Array) -> list[str]:
 
     share = float(np.median([relative(F + np.outer(along, along)) / relative(F) for F in known]))
     if share > SHARED:
-        return []
-    return [
+        return None
+    return (
         f"{', '.join(now.labels[i] for i in at)} share a scale: if one of them were known from "
         f"elsewhere, the relative errors of all would shrink {1 / share:.2g}-fold; as long as only "
         "positions are fitted, the rig's known gains and mass alone set it: check them, or measure "
         "a force"
-    ]
+    )
 
 
-def _bounds(now: Present) -> list[str]:
+def _bounds(now: Present) -> str | None:
     """Parameters that sit at the end of their range."""
-    return [
-        f"{n} sits at the {c.at_bound} end of its search range: widen it (--bounds) and identify "
-        "again before believing what is expected of it"
-        for n, c in zip(now.labels, now.cards, strict=True)
-        if c.at_bound
-    ]
+    at = [n for n, c in zip(now.labels, now.cards, strict=True) if c.at_bound]
+    if not at:
+        return None
+    return (
+        f"{', '.join(at)} at an end of the search range: widen it (--bounds) and identify again "
+        "before believing what is expected"
+    )
+
+
+def _doubts(now: Present) -> str | None:
+    """Whether the model holds at all: a plan for one that does not is a plan for another axis."""
+    if now.explained <= LITTLE:
+        return None
+    return (
+        "the model of the card explains little of its own data: what is expected here holds for "
+        "an axis that behaves as the model; find a better model first"
+    )

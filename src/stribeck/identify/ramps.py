@@ -15,6 +15,11 @@ if TYPE_CHECKING:
 
 Offer = tuple["Experiment", Sequence[Course]]
 
+#: Why an axis is not reversed that was driven one way.
+ONE_WAY = (
+    "the data go one way, and nothing says that friction is the same on the way back: record both "
+    "ways and identify --directional"
+)
 #: Speeds of ramps, as multiples of the one in the log.
 SPEEDS = (0.2, 0.5, 2.0, 5.0)
 #: Speeds of the staircase of speeds.
@@ -36,11 +41,7 @@ def slide_bed(axis: Axis, ways: Sequence[int], seconds: float, left: Left) -> li
     """
     axis = thinned(axis, seconds)
     if len(ways) == 1:
-        left.append((
-            "reversal",
-            "the data go one way, and nothing says that friction is the same on the way back: "
-            "record both ways and identify --directional",
-        ))  # fmt: skip
+        left.append(("reversal", ONE_WAY))
     return list(within(axis, _offers(axis, ways, seconds), left))
 
 
@@ -56,8 +57,8 @@ def _offers(axis: Axis, ways: Sequence[int], seconds: float) -> Iterator[Offer]:
 
 
 def _run_in(axis: Axis) -> float:
-    """Way at the pace of the log that winds the drive up, so that slow motion starts in stick-slip."""
-    return axis.lag if axis.lag < 0.4 * (axis.high - axis.low) else 0.0  # noqa: PLR2004 - most is left
+    """Way at the pace of the log that winds the drive up, before a slow motion."""
+    return axis.lag if axis.lag < 0.4 * (axis.high - axis.low) else 0.0
 
 
 def _slow(axis: Axis, ways: Sequence[int], speed: float, seconds: float, name: str) -> Offer:

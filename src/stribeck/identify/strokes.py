@@ -58,7 +58,11 @@ def strokes(axis: Axis, seen: Loads, seconds: float, left: Left) -> list[Experim
     """
     found = []
     for experiment in _offers(axis, seen, seconds):
-        force = float(np.abs(experiment.predict(axis.x[None])).max())
+        predicted = experiment.predict(axis.x[None])
+        if not predicted.size:
+            left.append((experiment.name, "all of it is slower than the balance uses"))
+            continue
+        force = float(np.abs(predicted).max())
         if not np.isfinite(force):
             left.append((experiment.name, "the model cannot be run there"))
         elif force > MARGIN * axis.force:
@@ -131,7 +135,7 @@ def _levels(axis: Axis, seen: Loads, seconds: float) -> Experiment:
     levels = np.linspace(low, high, 4)
     pace = [s * axis.fastest for s in (0.1, 0.3, 1.0)]
     one = [_shuttle(axis, pace, GENTLE * seen.acceleration, seconds / len(levels))] * len(levels)
-    motion = tuple(np.concatenate([part[k] for part in one]) for k in range(3))
+    q, v, a = (np.concatenate([part[k] for part in one]) for k in range(3))
     share = len(one[0][0])
     normal = np.repeat(levels, share)
     listed = ", ".join(f"{v:.3g}" for v in levels)
@@ -139,11 +143,12 @@ def _levels(axis: Axis, seen: Loads, seconds: float) -> Experiment:
         f"strokes there and back at {', '.join(axis.rate(v) for v in pace)}, at normal loads of "
         f"{listed} (SI) one after the other"
     )
-    return _made(axis, seen, "load levels", words, motion, normal)
+    return _made(axis, seen, "load levels", words, (q, v, a), normal)
 
 
 def _clock(axis: Axis, seconds: float) -> Array:
-    return axis.interval * np.arange(max(int(seconds / axis.interval), 10))
+    clock: Array = axis.interval * np.arange(max(int(seconds / axis.interval), 10), dtype=float)
+    return clock
 
 
 def _shuttle(
