@@ -183,7 +183,7 @@ def start_of(found: Segments, window: Window) -> Start | None:
     rows = window.rows
     rests = [
         r
-        for r in map(_inner, found.rests)
+        for r in map(inner, found.rests)
         if r.stop - r.start >= FEWEST and r.stop > window.since and r.start < rows.stop - FEWEST
     ]
     if not rests:
@@ -193,7 +193,7 @@ def start_of(found: Segments, window: Window) -> Start | None:
     return Start(rest, slice(max(rows.start, rest.start), rows.stop))
 
 
-def _inner(rest: slice) -> slice:
+def inner(rest: slice) -> slice:
     """A rest without the tail of the slip before it and the onset of the next."""
     length = rest.stop - rest.start
     head = length // 4 if rest.start > 0 else 0

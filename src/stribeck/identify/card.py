@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,11 +20,13 @@ from ..rig import RIGS, Rig
 from ..rig.rig import shown_in
 from ..space import Param
 from ..units import convertible, unit
+from .measure import Measure
 from .problem import Parameters, parameters
 from .profile import Ended
 
 if TYPE_CHECKING:
     from .found import Fit
+    from .score import Score
 
 #: What a person is told instead of the checker's own words.
 _WORDS = {
@@ -64,14 +66,24 @@ class ParameterCard(_Part):
     meaning: str = ""
 
 
+class StaircaseCard(_Part):
+    """How the axis, or the model, stuck and slipped: slips, their median in m or rad, a share."""
+
+    slips: int
+    jump: Finite
+    stuck: Finite
+
+
 class ObjectiveCard(_Part):
     """The misfit on the training data."""
 
-    name: Literal["position_rmse", "relative_error"]
+    name: Literal["position_rmse", "position_mae", "relative_error"]
     value: Finite
     unit: str
     baselines: dict[str, Finite] = {}
     samples: int
+    restart: bool = False
+    staircase: dict[Literal["measured", "modelled"], StaircaseCard] = {}
 
 
 class HoldoutCard(_Part):
@@ -82,6 +94,7 @@ class HoldoutCard(_Part):
     unit: str
     baselines: dict[str, Finite] = {}
     samples: int
+    staircase: dict[Literal["measured", "modelled"], StaircaseCard] = {}
 
 
 class SearchCard(_Part):
@@ -169,7 +182,10 @@ class Card(_Part):
         # One parameter is left free, so that the parts which need one can be used; it is not
         # searched for.
         last = every[-1].name
-        made = parameters(rig, law, fixed={n: v for n, v in values.items() if n != last})
+        absolute = self.objective.name == "position_mae"
+        measure = Measure("absolute" if absolute else "squares", self.objective.restart)
+        fixed = {n: v for n, v in values.items() if n != last}
+        made = parameters(rig, law, fixed=fixed, measure=measure)
         return made, p
 
     def _value(self, rig: Rig, param: Param) -> float:
@@ -233,6 +249,8 @@ def card(fit: Fit) -> Card:
             unit=fit.score.unit,
             baselines=fit.score.baselines(),
             samples=fit.score.samples,
+            restart=fit.parameters.measure.restart,
+            staircase=_staircase(fit.score),
         ),
         train=[r.text for r in fit.train_ranges],
         holdout=[
@@ -242,6 +260,7 @@ def card(fit: Fit) -> Card:
                 unit=h.score.unit,
                 baselines=h.score.baselines(),
                 samples=h.score.samples,
+                staircase=_staircase(h.score),
             )
             for h in fit.holdout
         ],
@@ -266,6 +285,15 @@ def card(fit: Fit) -> Card:
         warnings=list(fit.warnings),
         software={"stribeck": __version__},
     )
+
+
+def _staircase(score: Score) -> dict[Literal["measured", "modelled"], StaircaseCard]:
+    if score.measured is None or score.modelled is None:
+        return {}
+    return {
+        "measured": StaircaseCard(**asdict(score.measured)),
+        "modelled": StaircaseCard(**asdict(score.modelled)),
+    }
 
 
 def _balance(fit: Fit) -> dict[str, float]:

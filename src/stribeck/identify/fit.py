@@ -21,26 +21,27 @@ from ..space import Array
 from ..units import unit
 from .balance import balanced
 from .found import Fit
+from .measure import Loss, Measure
 from .polish import Polished, polish, polish_run
 from .problem import (
     MotionProblem,
     Parameters,
-    Stretch,
     chosen,
     listed,
     parameters,
     parts,
     ranges,
-    stretches,
 )
 from .score import Score, held_out, scores
 from .starts import StartedProblem, free_starts, from_starts
+from .stretch import Stretch, stretches
 from .uncertainty import (
     Estimate,
     Uncertainty,
     bound_warnings,
     correlation_warnings,
     estimates,
+    rest_noise,
     uncertainty,
 )
 
@@ -85,6 +86,8 @@ def identify(
     target: float | None = None,
     polishing: bool | None = None,
     settings: Mapping[str, Any] | None = None,
+    loss: Loss = "squares",
+    restart: bool = False,
     look: Look | None = None,
 ) -> Fit:
     """Identify the friction of an axis.
@@ -113,6 +116,8 @@ def identify(
         polishing: Whether least squares polishes what a search found; by default it does, but for
             `mbts`, which does that itself.
         settings: Settings of the search method.
+        loss: `squares` of the position errors, or their `absolute` size; see `Measure`.
+        restart: Whether the simulation starts anew at every rest; see `Measure`.
         look: Called with the searches after every step; a progress bar looks here.
 
     Raises:
@@ -120,7 +125,8 @@ def identify(
     """
     rig, law = chosen(rig, law)
     logs = listed(recordings)
-    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+    measure = Measure(loss, restart)
+    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     trained, held = ranges(train, rig), ranges(holdout, rig)
     if not isinstance(rig, Simulated):
         asked = {
@@ -131,6 +137,8 @@ def identify(
             "target": target,
             "polishing": polishing,
             "settings": settings or None,
+            "loss": None if loss == "squares" else loss,
+            "restart": restart or None,
         }
         if idle := [name for name, value in asked.items() if value is not None]:
             raise InputError(
@@ -138,8 +146,8 @@ def identify(
                 f"{', '.join(idle)} does not apply"
             )
         return balanced(made, logs, trained, held)
-    train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r)]
-    tests = [(r, stretches(logs, rig, r)) for r in held]
+    train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
+    tests = [(r, stretches(logs, rig, r, restart=restart)) for r in held]
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
     problem = MotionProblem(made, train_on)
     plan = _Plan(
@@ -243,9 +251,15 @@ def _conclude(
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
     made = problem.parameters
+    if loss_is_bent := made.measure.loss == "absolute" and not interrupted:
+        problem = problem.finer()
     try:
         spent = sum(r.evaluations for r in runs) + sum(d.evaluations for d in done)
         left = 0 if interrupted else plan.budget * plan.repeats - spent
+        if loss_is_bent and plan.polishing is not False and left > 1:
+            near = polish(problem, best.x, float(problem(best.x[None])[0]), min(left, POLISH) - 1)
+            best = Polished(near.x, near.cost, best.evaluations + near.evaluations + 1)
+            left -= near.evaluations + 1
         begun = _begun(problem, plan, best, min(left, POLISH))
     except KeyboardInterrupt:
         begun, interrupted = None, True
@@ -255,7 +269,7 @@ def _conclude(
     x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
     p = made.full(x[None, :free])[0]
-    rivals = [d.x for d in done if d.cost <= RIVAL * best.cost]
+    rivals = [d.x for d in done if d.cost <= RIVAL * done[0].cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
     score = scores(made, p, train)
     doubtful = score.value > LITTLE * score.smooth
@@ -273,7 +287,7 @@ def _conclude(
         method=plan.method,
         seed=plan.seed,
         evaluations=sum(r.evaluations for r in runs)
-        + sum(d.evaluations for d in (*done, *(begun or ())[1:])),
+        + sum(d.evaluations for d in (best, *done[1:], *(begun or ())[1:])),
         seconds=seconds,
         ended="interrupted" if interrupted else runs[0].ended,
         train=train,
@@ -324,8 +338,12 @@ def _begun(
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
-    """What the sensors alone leave of J: noise and quantisation, in the unit of J."""
+    """What the sensors alone leave of J: noise and quantisation, in the unit of J.
+
+    Rests show it as it is; elsewhere it is taken from the third differences of the motion.
+    """
     floors = [np.hypot(noise(log), step(log.position) / np.sqrt(12)) for log in logs]
+    floors += [sd for log in logs if np.isfinite(sd := rest_noise([log]))]
     return float(unit(rig.shows.get("position", "m")).from_si(max(floors)))
 
 

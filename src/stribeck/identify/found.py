@@ -10,8 +10,9 @@ from ..optimize import Run
 from ..rig import Rig
 from ..space import Array
 from .polish import Polished
-from .problem import Parameters, Stretch
+from .problem import Parameters
 from .score import HeldOut, Score
+from .stretch import Stretch
 from .uncertainty import Estimate, Uncertainty
 
 if TYPE_CHECKING:

@@ -3,116 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..data.hold import fresh
-from ..data.ranges import Range, Window, start_of, windows
-from ..data.segment import Segments, segment
+from ..data.ranges import Range
 from ..errors import InputError
 from ..friction import Law, law_named
+from ..optimize import rms
 from ..rig import RIGS, Rig
 from ..rig.custom import rig_file
 from ..rig.rig import Simulated, in_si
-from ..rig.track import Track
 from ..space import Array, Param, Space
 from ..units import unit
+from .measure import FINER, KNEE, PLAIN, Loss, Measure, bent
+from .stretch import Stretch, stretches
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
-
-
-@dataclass(frozen=True, eq=False)
-class Stretch:
-    """One stretch of a recording, ready to be simulated.
-
-    Args:
-        recording: Where it comes from.
-        rows: The samples that count.
-        begin: The sample at which the simulation starts, at rest; at or before `rows`.
-        track: Command, samples and measured positions from `begin` to the end of `rows`.
-        still: Samples before `rows` at which the axis rests where it starts; none as a rule
-            where a simulation starts in motion.
-    """
-
-    recording: Recording
-    rows: slice
-    begin: int
-    track: Track
-    still: slice
-
-    @property
-    def direction(self) -> int:
-        """+1 if the axis went rightward over it, else -1."""
-        x = self.recording.position
-        return 1 if x[self.rows.stop - 1] >= x[self.rows.start] else -1
-
-
-def stretches(
-    recordings: Sequence[Recording], rig: Simulated, within: Range | None
-) -> list[Stretch]:
-    """The stretches of a range in all recordings, each from the last rest before it.
-
-    Raises:
-        InputError: no recording passes the range, or the axis never rests before it.
-    """
-    found: list[Stretch] = []
-    missing: list[InputError] = []
-    for recording in recordings:
-        try:
-            found += _stretches(recording, rig, within)
-        except InputError as error:
-            missing.append(error)
-    if not found:
-        raise missing[0]
-    return found
-
-
-def _stretches(recording: Recording, rig: Simulated, within: Range | None) -> list[Stretch]:
-    if recording.rotary != rig.rotary:
-        kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
-        instead = ": use forced-rotary if the torque was measured" if recording.rotary else ""
-        raise InputError(
-            f"{recording.label}: its position is {kinds[0]}, and rig {rig.name} is "
-            f"{kinds[1]}{instead}"
-        )
-    seen = segment(recording)
-    return [
-        _from_rest(recording, rig, within, seen, window)
-        if rig.from_rest
-        else _from_state(recording, rig, window)
-        for window in windows(recording, within, seen)
-    ]
-
-
-def _from_rest(
-    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
-) -> Stretch:
-    start = start_of(seen, window)
-    if start is None:
-        raise InputError(
-            f"{recording.label}: the axis never rests"
-            f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
-            "simulate from: this rig is for logs with stick-slip"
-        )
-    samples = slice(start.rest.start, start.rows.stop)
-    t = recording.t[samples]
-    score = (fresh(recording)[samples] & (t >= recording.t[start.rows.start])).astype(float)
-    x0 = float(recording.position[start.rest].mean())
-    on = rig.track(recording, samples, x0, score)
-    still = slice(start.rest.start, min(start.rest.stop, start.rows.start))
-    return Stretch(recording, start.rows, start.rest.start, on, still)
-
-
-def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch:
-    rows = window.rows
-    score = fresh(recording)[rows].astype(float)
-    x0 = float(recording.position[rows.start])
-    on = rig.track(recording, rows, x0, score)
-    return Stretch(recording, rows, rows.start, on, slice(rows.start, rows.start))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +39,7 @@ class Parameters:
         free: Those to be found, in the same order.
         fixed: Values of the others, SI, by name.
         tied: Name of the parameter that another one equals, by name.
+        measure: How the model is held against the data.
     """
 
     rig: Rig
@@ -135,6 +48,7 @@ class Parameters:
     free: tuple[Param, ...]
     fixed: Mapping[str, float]
     tied: Mapping[str, str]
+    measure: Measure = PLAIN
 
     def full(self, x: Array) -> Array:
         """(n, dim) free values to (n, k) complete parameter sets, SI."""
@@ -158,6 +72,7 @@ def parameters(
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     tied: Mapping[str, str] | None = None,
+    measure: Measure | None = None,
 ) -> Parameters:
     """Sort a rig's parameters under a law into free, fixed and tied ones.
 
@@ -168,6 +83,7 @@ def parameters(
         bounds: Search ranges by name, in the unit the rig shows; frees a parameter that the
             law holds fixed, such as an exponent.
         tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+        measure: How the model is held against the data; squares of whole motions by default.
 
     Raises:
         InputError: an unknown name, a parameter that is two of these at once, a value or a
@@ -203,7 +119,7 @@ def parameters(
             raise InputError(f"{name} is set to {value}: it must be a finite number")
         if value < 0 <= every[name].lower:
             raise InputError(f"{name} is set to {value}: it must not be below 0")
-    made = Parameters(rig, law, tuple(every.values()), free, values, tied)
+    made = Parameters(rig, law, tuple(every.values()), free, values, tied, measure or PLAIN)
     _check_meaning(made)
     return made
 
@@ -249,6 +165,10 @@ class MotionProblem:
     (mm for the slide bed, as in the paper). A point that is not physical, or that cannot be
     simulated, costs nan. Rows are independent bit for bit, however many are asked at once.
 
+    Where absolute errors are asked for, residuals are bent (`measure.bent`) so that the sum of
+    their squares grows as that of the errors' sizes, and J is the RMS of what they are bent to.
+    Where the rig knows positions only up to a constant, each stretch's residuals have mean zero.
+
     `scale` is `unit` in SI, `logs` how many samples count in each stretch, in order.
     """
 
@@ -266,17 +186,21 @@ class MotionProblem:
                     "column to temperature"
                 )
         self.space = Space(made.free)
-        self.samples = int(sum(s.track.sums[0, -1] for s in train))
+        self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
+        self.samples = sum(self.logs)
         self.unit = made.rig.shows.get("position", "m")
         self._rig = made.rig
         self.scale = unit(self.unit).factor
-        self.logs = tuple(int(s.track.sums[0, -1]) for s in self.train)
+        widest = max(float(np.ptp(s.recording.position)) for s in train)
+        self._knee = KNEE * widest / self.scale if made.measure.loss == "absolute" else np.inf
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
-        p = self.parameters.full(np.atleast_2d(x))
+        x = np.atleast_2d(x)
+        if self._rig.floating or np.isfinite(self._knee):
+            return rms(self.residuals(x))
+        p, good = self._physical(x)
         law = self.parameters.law
-        good = np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
         sse = np.full(len(p), np.nan)
         if good.any():
             sse[good] = sum(self._rig.misfits(law, p[good], s.track) for s in self.train)
@@ -290,14 +214,25 @@ class MotionProblem:
 
     def apart(self, x: Array, stretch: Stretch) -> Array:
         """The residuals of one stretch, (n, its samples that count); nan where not physical."""
-        p = self.parameters.full(x)
-        law, counts = self.parameters.law, stretch.track.score > 0
-        good = np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
+        p, good = self._physical(x)
+        counts = stretch.track.score > 0
         found = np.full((len(p), int(counts.sum())), np.nan)
         if good.any():
-            motion = self._rig.move(law, p[good], stretch.track)
+            motion = self._rig.move(self.parameters.law, p[good], stretch.track)
             found[good] = (stretch.track.measured - motion.position)[:, counts] / self.scale
-        return found
+        if self._rig.floating:
+            found -= found.mean(axis=1, keepdims=True)
+        return bent(found, self._knee) if np.isfinite(self._knee) else found
+
+    def finer(self) -> MotionProblem:
+        """The same with a knee that lies lower: absolute errors nearly to the letter."""
+        finer = copy(self)
+        finer._knee = self._knee * FINER  # noqa: SLF001 - its own
+        return finer
+
+    def _physical(self, x: Array) -> tuple[Array, NDArray[np.bool_]]:
+        p, law = self.parameters.full(x), self.parameters.law
+        return p, np.asarray(law.physical(p[:, : len(law.params)]), dtype=bool)
 
 
 def problem(
@@ -309,6 +244,8 @@ def problem(
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     tied: Mapping[str, str] | None = None,
+    loss: Loss = "squares",
+    restart: bool = False,
 ) -> MotionProblem:
     """What `identify` searches on a rig whose law is found by simulation.
 
@@ -320,15 +257,19 @@ def problem(
         fixed: See `parameters`.
         bounds: See `parameters`.
         tied: See `parameters`.
+        loss: See `Measure`.
+        restart: See `Measure`.
     """
     rig, law = chosen(rig, law)
     if not isinstance(rig, Simulated):
         raise InputError(
             f"rig {rig.name} is identified by force balance: it poses no search problem"
         )
-    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+    measure = Measure(loss, restart)
+    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     logs = listed(recordings)
-    return MotionProblem(made, [s for r in parts(train, rig) for s in stretches(logs, rig, r)])
+    every = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
+    return MotionProblem(made, every)
 
 
 def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:

@@ -12,11 +12,13 @@ import numpy as np
 from ..rig.rig import Simulated
 from ..space import Array
 from ..units import unit
+from .staircase import Staircase, staircases
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..rig import Motion
-    from .problem import Parameters, Stretch
+    from .problem import Parameters
+    from .stretch import Stretch
 
 
 @dataclass(frozen=True)
@@ -24,20 +26,25 @@ class Score:
     """A misfit and its two baselines.
 
     Args:
-        name: What was measured: `position_rmse`, J (4.5), or `relative_error` of the force.
+        name: What was measured: `position_rmse`, J (4.5), `position_mae`, the mean size of the
+            same errors, or `relative_error` of the force.
         value: The model's.
         unit: Of the three.
         still: Of an axis that never moves.
         smooth: Of the best smooth motion without stick-slip, a line in the command.
         samples: That count.
+        measured: How the axis stuck and slipped, where it did and the whole motion was simulated.
+        modelled: How the model did.
     """
 
-    name: Literal["position_rmse", "relative_error"]
+    name: Literal["position_rmse", "position_mae", "relative_error"]
     value: float
     unit: str
     still: float
     smooth: float
     samples: int
+    measured: Staircase | None = None
+    modelled: Staircase | None = None
 
     def baselines(self) -> dict[str, float]:
         """Those that there are."""
@@ -76,24 +83,33 @@ def simulated(made: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]
 
 
 def scores(made: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
-    """J (4.5) over stretches, and its baselines."""
+    """J (4.5) over stretches, or the mean absolute error if that is the measure; and baselines."""
     written = made.rig.shows.get("position", "m")
     motions = simulated(made, p, on)
-    total = sum(int(s.track.sums[0, -1]) for s in on)
-    model = still = smooth = 0.0
+    floating = isinstance(made.rig, Simulated) and made.rig.floating
+    model, still, smooth = [], [], []
     for s, motion in zip(on, motions, strict=True):
         counts = s.track.score > 0
         x = s.track.measured[counts]
         command = np.interp(s.track.t, s.track.knots_t, s.track.knots_x)[counts]
-        model += float(np.sum((x - motion.position[0][counts]) ** 2))
-        still += float(np.sum((x - s.track.x0) ** 2))
-        smooth += _line_misfit(command, x)
-    rms = [float(unit(written).from_si(np.sqrt(sse / total))) for sse in (model, still, smooth)]
-    return Score("position_rmse", rms[0], written, rms[1], rms[2], total)
+        off = x - motion.position[0][counts]
+        model.append(off - off.mean() if floating else off)
+        still.append(x - (x.mean() if floating else s.track.x0))
+        smooth.append(_beside_a_line(command, x))
+    absolute = made.measure.loss == "absolute"
+    sizes = [
+        float(unit(written).from_si(np.mean(np.abs(r)) if absolute else np.sqrt(np.mean(r * r))))
+        for r in (np.concatenate(part) for part in (model, still, smooth))
+    ]
+    stairs = (None, None) if made.measure.restart else staircases(on, motions)
+    name: Literal["position_rmse", "position_mae"]
+    name = "position_mae" if absolute else "position_rmse"
+    return Score(name, sizes[0], written, sizes[1], sizes[2], sum(map(len, model)), *stairs)
 
 
-def _line_misfit(command: Array, x: Array) -> float:
-    """Sum of squares about the best a + b command."""
+def _beside_a_line(command: Array, x: Array) -> Array:
+    """What the best a + b command leaves."""
     regressors = np.column_stack([np.ones(len(x)), command - command.mean()])
     weights, *_ = np.linalg.lstsq(regressors, x, rcond=None)
-    return float(np.sum((x - regressors @ weights) ** 2))
+    left: Array = x - regressors @ weights
+    return left

@@ -19,7 +19,8 @@ from ..data.segment import noise, step
 from ..optimize import rms
 from ..rig.rig import Simulated
 from ..space import Array, Param, Space
-from .problem import MotionProblem, Stretch
+from .problem import MotionProblem
+from .stretch import Stretch
 
 #: How far a start may lie from where it was seen, in standard errors of that, and in quantisation
 #: steps of the sensor.

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Protocol
 from ..rig.rig import Simulated
 from ..space import Array
 from .balance import balance_scores
-from .problem import Parameters, listed, parts, stretches
+from .problem import Parameters, listed, parts
 from .score import Score, scores
+from .stretch import stretches
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -48,5 +49,6 @@ def validate(
 
 def _score(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
     if isinstance(made.rig, Simulated):
-        return scores(made, p, stretches([log], made.rig, within))
+        on = stretches([log], made.rig, within, restart=made.measure.restart)
+        return scores(made, p, on)
     return balance_scores(made, p, log, within)

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .rig import constant
 from .stepped import Stepped
-from .stepping import JOINT
+from .track import JOINT
 
 if TYPE_CHECKING:
     from ..data.recording import Recording

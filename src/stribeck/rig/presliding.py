@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .rig import Constant, constant
 from .stepped import Stepped
-from .stepping import FORCE
+from .track import FORCE
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -20,7 +20,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Presliding(Stepped):
-    """M dv/dt = F − offset − F_f; the measured force F is linear between samples."""
+    """M dv/dt = F − offset − F_f; the measured force F is linear between samples.
+
+    Bristles remember, so a motion is simulated from the start of its log; and what a first load
+    has left behind shifts all that follows, so positions are compared up to a constant.
+    """
+
+    history: bool = True
+    floating: bool = True
 
     kind: ClassVar[int] = FORCE
     held: ClassVar[tuple[bool, ...]] = (False,)
@@ -44,10 +51,10 @@ _LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")
 
 
 def _tolerance(written: str) -> Constant:
-    return constant("tolerance", 1e-4, written, "way by which a step may be off", "docs/rigs.md")
+    return constant("tolerance", 0.1, written, "way by which a step may be off", "docs/rigs.md")
 
 
-_STEP = constant("step", 1.0, "ms", "longest step of the simulation", "docs/rigs.md")
+_STEP = constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md")
 
 PRESLIDING = Presliding(
     name="presliding",

@@ -198,11 +198,16 @@ class Simulated(Rig):
             the measured state at the first sample of a range.
         free_start: Whether a motion depends so much on where it starts that this is found
             together with the parameters.
+        history: Whether what came before a range matters so much that a simulation starts with
+            the log.
+        floating: Whether positions are known only up to a constant, which is left open.
     """
 
     loads: tuple[str, ...] = ("drive", "external", "position", "temperature")
     from_rest: bool = True
     free_start: bool = False
+    history: bool = False
+    floating: bool = False
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """The samples of a recording made ready to be simulated, from a start at position x0.

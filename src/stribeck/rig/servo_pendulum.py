@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .rig import constant
 from .stepped import Stepped
-from .stepping import SERVO
+from .track import SERVO
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -103,17 +103,24 @@ SERVO_PENDULUM = ServoPendulum(
         constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),
     params=(
-        Param("k_t", 0.1, 1.0, "N m/A", "k_t", doc="torque constant"),
-        Param("R", 0.5, 10.0, "ohm", "R", doc="resistance of the winding"),
-        Param("armature", 1e-5, 0.02, "kg m**2", "J_a", True, doc="inertia of rotor and gears"),
-        Param("q_offset", -0.2, 0.2, "rad", "q_0", doc="minus the angle at which it hangs"),
+        Param("k_t", 0.1, 1.0, "N m/A", "k_t", True, doc="torque constant"),
+        Param("R", 1.0, 20.0, "ohm", "R", True, doc="resistance of the winding"),
+        Param("armature", 1e-4, 1e-2, "kg m**2", "J_a", True, doc="inertia of rotor and gears"),
+        Param("q_offset", -0.1, 0.1, "rad", "q_0", doc="minus the angle at which it hangs"),
     ),
     laws=("coulomb-viscous", "stribeck", "stribeck-free", *(f"bam-m{i}" for i in range(1, 7))),
     ranges={
-        "F_S": (0.0, 0.2),
-        "F_C": (0.0, 0.2),
-        "F_V": (0.0, 0.1),
+        "F_S": (0.0, 0.1),
+        "F_C": (0.0, 0.05),
+        "F_V": (0.0, 0.05),
         "v_SS": (0.1, 10.0),
+        "K_c": (0.0, 0.05),
+        "K_v": (0.0, 0.05),
+        "K_cs": (0.0, 0.05),
+        "w_s": (0.1, 10.0),
+        "alpha": (0.5, 10.0),
+        **dict.fromkeys(("K_l", "K_ls", "K_m", "K_e", "K_ms", "K_es"), (0.0, 0.6)),
+        **dict.fromkeys(("K_mq", "K_eq"), (0.0, 1.0)),
     },
     shows={"position": "mrad", "velocity": "rad/s", "q_offset": "mrad"},
     columns=_COLUMNS,

@@ -16,8 +16,7 @@ from . import reference
 from .drive import Drive
 from .kernel import misfits, trajectories
 from .rig import Constant, Motion, Simulated, constant
-from .stepping import SLIDE, motions
-from .track import Track
+from .track import SLIDE, Track
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -189,6 +188,8 @@ class SlideBed(Simulated):
         if scheme == "fast" and law.static:
             x, v = trajectories(law, laws, c, on)
         elif scheme == "fast":
+            from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
+
             x, v, _ = motions(
                 law, SLIDE, laws, c, _with_inputs(on), self["step"], self["tolerance"]
             )

@@ -12,8 +12,7 @@ from ..errors import InputError
 from ..space import Array
 from .drive import Drive
 from .rig import Motion, Simulated
-from .stepping import WIDTH, motions
-from .track import Track
+from .track import WIDTH, Track
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -116,6 +115,8 @@ class Stepped(Simulated):
         c = np.zeros((len(p), WIDTH))
         made = self.candidates(law, p[:, k:], on.given)
         c[:, : made.shape[1]] = made
+        from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
+
         q, v, F = motions(law, self.kind, p[:, :k], c, on, step, tolerance)
         return Motion(on.t, q, v, F)
 

@@ -30,16 +30,12 @@ from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
 from ..friction.law import TERMS
 from ..space import Array
 from . import crew
+from .track import FORCE, JOINT, SERVO, SLIDE
 
 if TYPE_CHECKING:
     from ..friction import Law
     from .track import Track
 
-#: The kinds of drive. What each reads of a candidate's constants c and of its inputs u stands in
-#: `_driven`; u[0] and u[1] are the normal load and the temperature of every kind.
-SLIDE, SERVO, JOINT, FORCE = range(4)
-#: Constants that a candidate may have.
-WIDTH = 10
 #: A step is halved so often at most.
 FINEST = 14
 WHOLE = 1 << FINEST
@@ -66,8 +62,11 @@ def _no_rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> 
 
 _NO_RUB = rub_law(_no_rub)
 
+# Arrays are handed over by seven words each, which takes longer than most of what follows, so what
+# is called in every step is written out in its caller.
 
-@njit(cache=True, error_model="numpy")
+
+@njit(cache=True, error_model="numpy", inline="always")
 def _driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
@@ -103,7 +102,7 @@ def _driven(
     return c[0], load[0], 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _rubs(
     slip: Any, rub: Any, general: bool, scale: float, v: float, h: float, z: Array, load: Array,
     p: Array, out: Array,
@@ -114,7 +113,7 @@ def _rubs(
     return scale * slip(v, p)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _quick(
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, s: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int, least: float,
@@ -266,7 +265,7 @@ def _bristled(
     return w  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _step(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     u: Array, h: float, q: float, v: float, z: Array, load: Array, out: Array, slopes: Array,
@@ -290,7 +289,7 @@ def _step(
     return _solved(slip, rub, general, states, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _solved(
     slip: Any, rub: Any, general: bool, states: int, scale: float, M: float, P: float, h: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int,
@@ -304,7 +303,7 @@ def _solved(
     return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _scale(term: Array, p: Array, load: Array) -> float:
     """What a law's terms multiply its friction by; `term` says where their parameters are."""
     scale = 1.0
@@ -318,7 +317,7 @@ def _scale(term: Array, p: Array, load: Array) -> float:
     return max(scale, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
     """The inputs at a share of the interval after sample k: between its ends, or held."""
     for i in range(len(u)):
@@ -368,6 +367,8 @@ def _rows(  # noqa: C901 - a loop over candidates, samples, steps and their halv
 ) -> None:  # fmt: skip
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
     m = len(inputs)
+    term, t, parts = crew.lent(term), crew.lent(t), crew.lent(parts)
+    inputs, held, start = crew.lent(inputs), crew.lent(held), crew.lent(start)
     own = np.empty((6, max(states, 1)))
     own_u, own_load, own_slopes = np.empty(m), np.empty(5), np.empty(2)
     u, load, slopes = crew.lent(own_u), crew.lent(own_load), crew.lent(own_slopes)
