@@ -25,9 +25,21 @@ from .uncertainty import bound_warnings, correlation_warnings, estimates, uncert
 
 
 def balanced(
-    made: Parameters, logs: Sequence[Recording], train: Sequence[Range], holdout: Sequence[Range]
+    made: Parameters,
+    logs: Sequence[Recording],
+    train: Sequence[Range],
+    holdout: Sequence[Range],
+    *,
+    draws: int = 0,
 ) -> Fit:
     """Solve the force balance of one or several logs, and score what was held out.
+
+    Args:
+        made: What is to be found.
+        logs: The recordings.
+        train: Ranges to use; everything if there are none.
+        holdout: Ranges to score besides.
+        draws: Data sets of a block bootstrap.
 
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
@@ -42,7 +54,7 @@ def balanced(
     correlation = _correlation(found.covariance)
     wanted = Wanted(made.law, rig, fixed, dict(made.tied))
     system = BalanceResiduals(System(wanted, logs_of(chosen, made.law, rig, None, rows)))
-    known = uncertainty(system, found.values[free], keep=True)
+    known = uncertainty(system, found.values[free], keep=True, draws=draws)
     seen = estimates(
         made,
         found.values,
@@ -86,6 +98,7 @@ def balanced(
         warnings=tuple(dict.fromkeys(warnings)),
         balance=found,
         known=known,
+        residuals=system,
     )
 
 

@@ -88,6 +88,7 @@ def identify(
     settings: Mapping[str, Any] | None = None,
     loss: Loss = "squares",
     restart: bool = False,
+    draws: int = 0,
     look: Look | None = None,
 ) -> Fit:
     """Identify the friction of an axis.
@@ -118,6 +119,8 @@ def identify(
         settings: Settings of the search method.
         loss: `squares` of the position errors, or their `absolute` size; see `Measure`.
         restart: Whether the simulation starts anew at every rest; see `Measure`.
+        draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
+            those of the profiles; none by default, 200 are usual.
         look: Called with the searches after every step; a progress bar looks here.
 
     Raises:
@@ -145,7 +148,7 @@ def identify(
                 f"rig {rig.name} is solved by least squares, without a search: "
                 f"{', '.join(idle)} does not apply"
             )
-        return balanced(made, logs, trained, held)
+        return balanced(made, logs, trained, held, draws=draws)
     train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
     tests = [(r, stretches(logs, rig, r, restart=restart)) for r in held]
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
@@ -158,6 +161,7 @@ def identify(
         REPEATS if repeats is None else repeats,
         target,
         polishing,
+        draws,
     )
     began = time.perf_counter()
     searches = plan.searches(problem)
@@ -187,6 +191,7 @@ class _Plan:
     repeats: int
     target: float | None
     polishing: bool | None
+    draws: int
 
     def algorithm(self) -> Algorithm:
         own = {"settle": SETTLE} if self.method == MemeticTabuSearch.name else {}
@@ -197,7 +202,7 @@ class _Plan:
         return 0 if itself or self.polishing is False else min(POLISH, self.budget // 4)
 
     def searches(self, problem: MotionProblem) -> list[Search]:
-        for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
+        for name, least in (("budget", 1), ("repeats", 1), ("seed", 0), ("draws", 0)):
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
                 raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
@@ -309,6 +314,7 @@ def _conclude(
             *known.notes(made),
         ),
         known=known,
+        residuals=on,
     )
 
 
@@ -319,7 +325,9 @@ def _known(
     quick, keep = 4 * len(x), plan.polishing is False
     if not interrupted:
         try:
-            return uncertainty(on, x, among=free, budget=PROFILES, keep=keep)
+            return uncertainty(
+                on, x, among=free, budget=PROFILES, keep=keep, draws=plan.draws, seed=plan.seed
+            )
         except KeyboardInterrupt:
             pass
     return uncertainty(on, x, among=free, budget=quick, keep=True)

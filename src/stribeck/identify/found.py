@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
     from .inverse import Balance
+    from .residuals import Residuals
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,6 +46,7 @@ class Fit:
         warnings: What a reader must know, a sentence each.
         balance: The force balance of a rig on the inverse road, else None.
         known: How well the parameters are known: profiles, weights, blind directions.
+        residuals: What was asked for that: `posterior(fit.residuals, fit.known.x)` asks more.
     """
 
     parameters: Parameters
@@ -66,6 +68,7 @@ class Fit:
     warnings: tuple[str, ...]
     balance: Balance | None = field(default=None, repr=False)
     known: Uncertainty | None = field(default=None, repr=False)
+    residuals: Residuals | None = field(default=None, repr=False)
 
     @property
     def rig(self) -> Rig:
