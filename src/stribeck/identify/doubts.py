@@ -17,6 +17,7 @@ import numpy as np
 from ..data.force import EXACT, both_ways
 from ..data.force import spikes as single_samples
 from ..errors import InputError
+from ..friction import TERMS
 from ..rig.forced import POSITION
 from ..space import Array
 from ..units import unit
@@ -184,11 +185,12 @@ def _moved(system: System, found: inverse.Balance, furthest: Array, i: int) -> s
 def delay(system: System, found: inverse.Balance) -> str:
     """A force that is ahead of the motion or behind it, if that explains the logs better."""
     rig = system.wanted.rig
-    W, _ = _basis(found)
+    W = _basis(found)
+    base = _unmoved(found)
     reach = _REACH / rig.filtering.cutoff(min(_rate(log) for log in system.logs))
     lags = np.linspace(-reach, reach, _TRIED)
-    left = np.array([_left(W, system.at_lag(lag)) for lag in lags])
-    best, now = int(np.argmin(left)), _left(W, system.y)
+    left = np.array([_left(W, system.at_lag(lag) - base) for lag in lags])
+    best, now = int(np.argmin(left)), _left(W, system.y - base)
     if not 0 < best < _TRIED - 1 or left[best] > (1 - DELAY_GAIN) * now:
         return ""
     a, b, c = left[best - 1 : best + 2]
@@ -196,9 +198,10 @@ def delay(system: System, found: inverse.Balance) -> str:
     if abs(lag) < _HELD / min(_rate(log) for log in system.logs):
         return ""
     word = "behind" if lag > 0 else "ahead of"
+    alike = "; a contact that gives before it slips looks the same" if lag > 0 else ""
     return (
         f"the force is {abs(lag) * 1e3:.3g} ms {word} the motion: moved by that, it leaves "
-        f"{100 * np.sqrt(left[best] / now):.0f} % of the residual: align the channels in time"
+        f"{100 * np.sqrt(left[best] / now):.0f} % of the residual: align the channels in time{alike}"
     )
 
 
@@ -206,10 +209,20 @@ def _rate(log: Log) -> float:
     return float(len(log.v) - 1) / float(log.clock[-1] - log.clock[0])
 
 
-def _basis(found: inverse.Balance) -> tuple[Array, Array]:
-    """Columns of one length that span what the free parameters can do, and their residuals."""
-    W = found.jacobian[:, np.isfinite(found.jacobian).all(axis=0) & found.jacobian.any(axis=0)]
-    return W / np.linalg.norm(W, axis=0), found.residuals
+def _basis(found: inverse.Balance) -> Array:
+    """Columns of one length that span what the parameters do that are free to."""
+    W = found.jacobian[:, np.isfinite(np.diag(found.covariance))]
+    return np.asarray(W / np.linalg.norm(W, axis=0))
+
+
+def _unmoved(found: inverse.Balance) -> Array:
+    """What fixed and stopped parameters and the curve's shape make of the force, (rows,)."""
+    wanted, variances = found.system.wanted, np.diag(found.covariance)
+    p = found.values.copy()
+    for k, i in enumerate(wanted.free):
+        if i in wanted.linear and np.isfinite(variances[k]):
+            p[i] = 0.0
+    return found.system.predicted(p[None])[:, 0]
 
 
 def _left(W: Array, y: Array) -> float:
@@ -240,7 +253,7 @@ def gravity(system: System, found: inverse.Balance) -> str:
     rig = system.wanted.rig
     if not rig.rotary or "g_sin" in found.names:
         return ""
-    W, r = _basis(found)
+    W, r = _basis(found), found.residuals
     turn = [
         np.concatenate([log.thin(f(log.loads[:, POSITION])) for log in system.logs])
         for f in (np.sin, np.cos)
@@ -312,12 +325,18 @@ def speeds(system: System, found: inverse.Balance) -> list[str]:
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
             f"{shown.written}): hold one, as with --set F_V=0"
         )
-    if "v_SS" in free and (n := max((_distinct(w) for w in ways), default=0)) < SPEEDS:
+    if _curved(system) and (n := max((_distinct(w) for w in ways), default=0)) < SPEEDS:
         said.append(
             f"too few speeds for a Stribeck curve: the log dwells at {n}, and it takes {SPEEDS}: "
             "record strokes at more speeds, some of them slow"
         )
     return said
+
+
+def _curved(system: System) -> bool:
+    """Whether a parameter that shapes the law's curve over speed is to be found."""
+    of_terms = {q.name for parameters in TERMS.values() for q in parameters}
+    return any(system.wanted.names[i] not in of_terms for i in system.wanted.shape)
 
 
 def _distinct(speed: Array) -> int:
