@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .ladder import INGREDIENTS, step
-from .paired import FEWEST, MARGIN, Paired
+from .paired import COARSE, FEWEST, MARGIN, Paired
 
 if TYPE_CHECKING:
     from .select import Candidate
@@ -135,7 +135,7 @@ def sentences(
     if blocks < FEWEST and len(laws) > 1:
         said.append(
             f"Only {blocks} block{'s' * (blocks != 1)} of what was held out can be taken as "
-            f"independent: there nothing was tested, and {MARGIN:.0%} more error counted "
+            f"independent: there nothing was tested, and {COARSE:.0%} more error counted "
             "as worse. Hold out more."
         )
     said += _doubts(laws[taken])

@@ -24,8 +24,9 @@ from .residuals import parts
 LEVEL, MARGIN = 0.05, 0.01
 #: Blocks are so many correlation times long, and at most so many.
 TIMES, MOST = 3.0, 24
-#: Blocks below which nothing is tested.
-FEWEST = 3
+#: Blocks below which nothing is tested, because no test would see much; and what counts as worse
+#: there.
+FEWEST, COARSE = 4, 0.1
 #: What is below this share of all squared errors counts as this.
 EXACT = 1e-12
 #: Lags of the test for whiteness.
@@ -54,8 +55,8 @@ class Paired:
 
     @property
     def worse(self) -> bool:
-        """Whether this test alone says that it is worse; by the margin where nothing is tested."""
-        return self.change > MARGIN if np.isnan(self.p) else self.p < LEVEL
+        """Whether it is worse: significantly, or by more than a tenth where nothing is tested."""
+        return self.change > COARSE if np.isnan(self.p) else self.p < LEVEL
 
 
 def blocks(one: Sequence[Array], other: Sequence[Array]) -> list[list[slice]]:
