@@ -390,18 +390,25 @@ def _warnings(
             "not confirmed; raise --repeats"
         )
     seen = {s.direction for s in train}
+    assert isinstance(made.rig, Simulated)  # noqa: S101 - others are not searched
+    one_way = made.rig.from_rest and not made.law.directional
     for within, held in tests:
         if any(_overlap(a, b) for a in held for b in train):
             said.append(
                 f"hold-out {within.text} overlaps the training data: there its error says "
                 "nothing about new data"
             )
-        if not made.law.directional and {s.direction for s in held} - seen:
+        if one_way and {s.direction for s in held} - seen:
             said.append(f"hold-out {within.text} runs in a direction that was not trained on")
-    if not made.law.directional and len(seen) > 1:
+    if one_way and len(seen) > 1:
         said.append(
             "both directions share one parameter set: use the law "
             f"{made.law.name}-directional, or train on one direction"
+        )
+    if made.rig.scale:
+        said.append(
+            f"forces, masses and stiffnesses are in proportion to {made.rig.scale}: if those are "
+            "10 % off, so are all of these, and no motion would show it"
         )
     said += [f"{log.label}: {note}" for log in logs for note in log.notes]
     return said

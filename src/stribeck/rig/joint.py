@@ -106,4 +106,5 @@ JOINT_RIG = Joint(
     shows={"position": "mrad", "velocity": "rad/s"},
     columns=_COLUMNS,
     rotary=True,
+    scale="the gains of the loop (gain, kp, kd)",
 )

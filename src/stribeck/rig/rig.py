@@ -201,6 +201,8 @@ class Simulated(Rig):
         history: Whether what came before a range matters so much that a simulation starts with
             the log.
         floating: Whether positions are known only up to a constant, which is left open.
+        scale: What sets the scale of all forces, so that no motion can tell it from them: the
+            gain of a loop, a torque constant. Empty where a known mass or weight sets it.
     """
 
     loads: tuple[str, ...] = ("drive", "external", "position", "temperature")
@@ -208,6 +210,7 @@ class Simulated(Rig):
     free_start: bool = False
     history: bool = False
     floating: bool = False
+    scale: str = ""
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """The samples of a recording made ready to be simulated, from a start at position x0.
