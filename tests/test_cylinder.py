@@ -14,7 +14,8 @@ from stribeck import InputError, Recording, cli, identify, read, read_card, vali
 from stribeck.friction import LAWS, law_named
 from stribeck.identify.inverse import balance
 from stribeck.rig import RIGS
-from stribeck.rig.cylinder import CYLINDER
+from stribeck.rig.custom import rig_file
+from stribeck.rig.cylinder import CYLINDER, Cylinder
 from stribeck.rig.forced import FORCED, rubs
 from stribeck.space import Array
 
@@ -110,6 +111,28 @@ def test_a_law_with_a_load_is_its_own_formula() -> None:
     loads[:, 2] = [0.0, 2.0, -2.0, 5.0]
     found = rubs(law.rub, np.array([1.0, -1.0, 0.0, 2.0]), loads, np.array([3.0, 10.0, 0.5]))
     np.testing.assert_allclose(found, [13.0, -14.0, 0.0, 25.5])
+
+
+def test_a_rig_file_maps_a_pressure_of_any_name_and_unit(tmp_path: Path) -> None:
+    one = log(4)
+    assert one.force is not None
+    assert one.pressure is not None
+    table = np.column_stack([one.t, 1e3 * one.position, 1e-3 * one.pressure, one.force])
+    file = tmp_path / "log.csv"
+    np.savetxt(file, table, "%.6f", ",", header="t_s,x_mm,Kammer A,F_N", comments="")
+    rig = tmp_path / "press.toml"
+    rig.write_text(
+        'kind = "cylinder"\nconstants = { bore = 40.0 }\n'
+        'columns = { pressure = "Kammer A [kPa]" }\n'
+    )
+    made = rig_file(rig)
+    found = read(file, columns=dict(made.columns))
+    assert found.pressure is not None
+    np.testing.assert_allclose(found.pressure, one.pressure, rtol=1e-6)
+    assert isinstance(made, Cylinder)
+    assert made.area == pytest.approx(np.pi * 0.02**2)
+    assert read(file).pressure is None  # unmapped, it is a further column
+    assert list(read(file).extra) == ["Kammer A"]
 
 
 @pytest.mark.parametrize(

@@ -199,9 +199,10 @@ def delay(system: System, found: inverse.Balance) -> str:
         return ""
     word = "behind" if lag > 0 else "ahead of"
     alike = "; a contact that gives before it slips looks the same" if lag > 0 else ""
+    rest = 100 * np.sqrt(left[best] / now)
     return (
         f"the force is {abs(lag) * 1e3:.3g} ms {word} the motion: moved by that, it leaves "
-        f"{100 * np.sqrt(left[best] / now):.0f} % of the residual: align the channels in time{alike}"
+        f"{rest:.0f} % of the residual: align the channels in time{alike}"
     )
 
 
