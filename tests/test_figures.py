@@ -1,14 +1,59 @@
-"""What the figures compute for themselves."""
+"""What the figures compute for themselves, and what they show."""
 
+from __future__ import annotations
+
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from scipy.signal import savgol_filter
 
 from stribeck import identify
-from stribeck.report.figures import DRAWN, draw, local_quadratics, reach
+from stribeck.identify.found import Fit
+from stribeck.identify.score import simulated
+from stribeck.report.figures import DRAWN, draw, drawings, local_quadratics, reach
+from stribeck.report.motions import MOST, Traces, many, slips, stuck_slips, traces
+from stribeck.report.style import STYLE, short, thinned
 from stribeck.rig.testbed import TestBed
+
+
+@pytest.fixture(scope="module")
+def fit() -> Fit:
+    log = TestBed().run("up", seed=2).recording
+    return identify(log, train="112:295", holdout="44:112", budget=600, repeats=1)
+
+
+@pytest.fixture(scope="module")
+def drawn(fit: Fit) -> dict[str, Figure]:
+    return drawings(fit)
+
+
+def line(figure: Figure, axes: int, label: str) -> tuple[Any, Any]:
+    """The data of the line of that name."""
+    (found,) = [a for a in figure.axes[axes].get_lines() if a.get_label() == label]
+    return np.asarray(found.get_xdata()), np.asarray(found.get_ydata())
+
+
+def legend(figure: Figure) -> list[str]:
+    (found,) = figure.legends
+    return [text.get_text() for text in found.get_texts()]
+
+
+def boxes(figure: Figure) -> list[Any]:
+    """Where all texts of a figure stand, in pixels, ticks' aside."""
+    figure.canvas.draw()  # as large as it is seen
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    texts = [t for part in figure.legends for t in part.get_texts()] + list(figure.texts)
+    for axes in figure.axes:
+        texts += [axes.xaxis.label, axes.yaxis.label, *axes.texts]
+        texts += [child for child in axes.get_children() if isinstance(child, Text)]
+    seen = {id(t): t for t in texts if t.get_visible() and t.get_text()}
+    return [t.get_window_extent(renderer) for t in seen.values()]
 
 
 def test_local_quadratics_are_those_of_savitzky_and_golay() -> None:
@@ -19,14 +64,12 @@ def test_local_quadratics_are_those_of_savitzky_and_golay() -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
-def test_a_fit_is_drawn_under_names_that_are_known(tmp_path: Path) -> None:
-    log = TestBed().run("up", seed=2).recording
-    fit = identify(log, train="112:295", holdout="44:112", budget=600, repeats=1)
-    drawn = draw(fit, tmp_path)
-    stems = {"convergence", "training", "holdout_44_112", "friction", "stribeck_curve"}
-    assert {file.stem for file in drawn} == stems
-    assert all(DRAWN.fullmatch(file.name) for file in drawn)
-    assert all(file.stat().st_size > 5000 for file in drawn)
+def test_a_fit_is_drawn_under_names_that_are_known(fit: Fit, tmp_path: Path) -> None:
+    files = draw(fit, tmp_path)
+    stems = {"convergence", "training", "holdout_44_112", "friction", "stribeck_curve", "slips"}
+    assert {file.stem for file in files} == stems
+    assert all(DRAWN.fullmatch(file.name) for file in files)
+    assert all(file.stat().st_size > 5000 for file in files)
     # The law is drawn up to the speed of the slips, some tens of mm/s.
     assert reach(fit) == pytest.approx(0.07, rel=0.5)
 
@@ -39,3 +82,145 @@ def test_the_same_fit_has_the_same_drawings(tmp_path: Path) -> None:
     second.mkdir()
     for one, other in zip(draw(fit, first), draw(fit, second), strict=True):
         assert one.read_bytes() == other.read_bytes()
+
+
+def test_a_motion_is_drawn_as_it_was_measured_and_modelled(
+    fit: Fit, drawn: dict[str, Figure]
+) -> None:
+    figure, (stretch,) = drawn["training"], fit.train
+    (motion,) = simulated(fit.parameters, fit.p, fit.train)
+    t, x = line(figure, 0, "measured")
+    np.testing.assert_array_equal(t, stretch.track.t)
+    np.testing.assert_allclose(x, stretch.track.measured * 1e3)
+    t, x = line(figure, 0, "model")
+    np.testing.assert_allclose(x, np.interp(t, stretch.track.t, motion.position[0] * 1e3))
+    t, command = line(figure, 0, "command")
+    np.testing.assert_allclose(np.diff(command) / np.diff(t), 5.0, rtol=1e-6)  # mm/s, the ramp
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["Displacement / mm", "Residual / mm", "Motor force / N"]
+    assert figure.axes[0].get_title("left") == "Training: rightward, 112 to 294 mm"
+    assert figure.axes[1].get_title("left") == f"RMS {fit.score.value:.3g} mm"
+    assert legend(figure) == ["command", "measured", "model", "not scored"]
+
+
+def test_slips_are_drawn_large_from_rest_to_rest(fit: Fit, drawn: dict[str, Figure]) -> None:
+    figure = drawn["slips"]
+    titles = [axes.get_title("left") for axes in figure.axes]
+    starts = [fit.recordings[0].t[s.start] for s in stuck_slips(fit.recordings[0])]
+    assert titles
+    assert {f"at {t:.4g} s" for t in starts} >= set(titles)
+    for k in range(len(titles)):
+        t, x = line(figure, k, "measured")
+        before, after = x[t < 0], x[t > 0.7 * t[-1]]
+        # The axis rests on both sides (0.3 mm of noise) and goes some twenty mm between.
+        assert before.std() < 0.6 > after.std()
+        assert abs(after.mean() - before.mean()) > 10
+        low, high = figure.axes[k].get_ylim()
+        assert low < x.min() < x.max() < high
+
+
+def test_free_swings_are_no_slips() -> None:
+    log = TestBed().run("up", seed=2).recording
+    t = log.t
+    swing = replace(log, position=0.05 * np.sin(3.0 * t), command=np.zeros(len(t)))
+    assert len(stuck_slips(log)) > 4
+    assert stuck_slips(swing) == []
+
+
+def test_the_curve_names_the_levels_that_were_found(fit: Fit, drawn: dict[str, Figure]) -> None:
+    axes = drawn["stribeck_curve"].axes[0]
+    said = [text.get_text() for text in axes.texts]
+    F_S, F_C = fit.values["F_S"], fit.values["F_C"]
+    assert f"$F_{{S+}}$ = {F_S:.4g} N" in said
+    assert f"$F_{{S-}}$ = {-F_S:.4g} N" in said
+    assert said.count(f"$F_C$ = {F_C:.4g} N, slope $F_V$") == 2
+    v, F = line(drawn["stribeck_curve"], 0, "law: stribeck")
+    p = fit.values
+    slip = F_C + (F_S - F_C) * np.exp(-v * 1e-3 / p["v_SS"]) + p["F_V"] * v * 1e-3
+    np.testing.assert_allclose(F, slip, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["training", "holdout_44_112", "convergence", "friction", "slips"])
+def test_no_text_lies_on_another(drawn: dict[str, Figure], name: str, tmp_path: Path) -> None:
+    from stribeck.report.style import save  # noqa: PLC0415 - it gives the figure its canvas
+
+    with mpl.rc_context(STYLE):
+        save(drawn[name], tmp_path, name)
+        found = boxes(drawn[name])
+    overlapping = [(a, b) for k, a in enumerate(found) for b in found[:k] if a.overlaps(b)]
+    assert overlapping == []
+    width, height = drawn[name].get_size_inches() * drawn[name].dpi
+    assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in found)
+
+
+def trace(error: float, label: str = "log") -> Traces:
+    log = TestBed().run("up", seed=2).recording
+    t = np.linspace(0.0, 6.0, 2000)
+    x = 100 * np.sin(t)
+    counts = np.ones(len(t), dtype=bool)
+    return Traces(label, log, t, x, x - error, counts, 3 * x)
+
+
+def test_many_motions_share_a_figure_and_a_scale_of_errors() -> None:
+    errors = [3.0, -1.0, 5.0, 2.0, 0.5]
+    figure = many([trace(e, f"log {e}") for e in errors], "Training", "Angle / mrad", "mrad")
+    above, strips = figure.axes[::2], figure.axes[1::2]
+    assert [a.get_title("left") for a in above] == [f"log {e}" for e in errors]
+    assert [a.get_title("right") for a in above] == [f"RMS {abs(e):.3g}" for e in errors]
+    assert len({a.get_ylim() for a in strips}) == 1
+    assert strips[0].get_ylim()[1] > 5.0
+    for a, e in zip(strips, errors, strict=True):
+        np.testing.assert_allclose(a.get_lines()[0].get_ydata(), e)
+
+
+def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted() -> None:
+    errors = np.arange(1.0, 41.0)
+    figure = many([trace(e, f"{e:.0f}") for e in errors], "Held out", "Angle / mrad", "mrad")
+    shown = [a.get_title("left") for a in figure.axes[::2]]
+    assert shown == [f"{e:.0f}" for e in errors[-MOST:]]
+    assert f"the {MOST} of 40 with the greatest errors" in figure.texts[0].get_text()
+
+
+def test_legs_between_rests_are_one_motion_with_gaps() -> None:
+    log = TestBed().run("up", seed=2).recording
+    fit = identify(log, train="112:295", budget=200, repeats=1, restart=True)
+    assert len(fit.train) > 3
+    (joined,) = traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
+    assert np.isnan(joined.t).sum() == len(fit.train)
+    assert joined.scored.sum() == fit.score.samples
+    assert joined.rms == pytest.approx(fit.score.value, rel=1e-9)
+    assert "training" in drawings(fit)
+
+
+def test_too_few_slips_have_no_figure(fit: Fit) -> None:
+    seen = traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
+    cut = seen[0].t < stuck_time(fit, 2)
+    first = replace(
+        seen[0], t=seen[0].t[cut], measured=seen[0].measured[cut], model=seen[0].model[cut],
+        scored=seen[0].scored[cut],
+    )  # fmt: skip
+    assert slips(fit.rig, [first]) is None
+
+
+def stuck_time(fit: Fit, k: int) -> float:
+    """When the k-th slip of the training data begins."""
+    log, t0 = fit.recordings[0], float(fit.train[0].track.t[0])
+    starts = [float(log.t[s.start]) for s in stuck_slips(log)]
+    return [t for t in starts if t > t0][k]
+
+
+def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
+    t = np.arange(100_000) / 1000
+    y = np.sin(t)
+    y[54_321], y[70_000] = 9.0, np.nan
+    kept, drawn = thinned(t, y, 300)
+    assert len(kept) <= 605
+    assert drawn[kept == 54.321] == 9.0
+    assert np.isnan(drawn[kept == 70.0]).all()
+    assert (kept[0], kept[-1]) == (t[0], t[-1])
+    assert np.interp(kept[:100], t, y) == pytest.approx(drawn[:100])
+
+
+def test_a_long_name_loses_its_middle() -> None:
+    assert short("short.csv", 20) == "short.csv"
+    assert short("a-very-long-name-of-a-recording.csv", 15) == "a-very-…ing.csv"

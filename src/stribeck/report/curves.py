@@ -1,0 +1,249 @@
+"""The identified law as a figure: its curve, its loop if it has states, its budget under load."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..friction import LOADS
+from ..identify.score import simulated
+from ..rig.presliding import Presliding
+from ..units import unit
+from .style import ACCENT, INK, MEASURED, MODEL, force_unit, legend_above, one, shown, written
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..friction import Law
+    from ..identify.found import Fit
+    from ..space import Array
+
+#: A loop is walked in so many steps a stroke, as far as bristles slip, and this much further.
+_STEPS, _BEYOND = 200, 1.5
+#: Bristles slip where the force has come so near that of steady sliding; ways tried, m or rad.
+_SLIPPING, _WAYS = 0.97, np.geomspace(1e-9, 10.0, 60)
+
+
+def law_figure(fit: Fit) -> Figure:
+    """The figure that suits a law: with states, under load, or a curve with its levels."""
+    if fit.law.states:
+        return bristles(fit)
+    if any(load in ("drive", "external", "normal") for load in fit.law.loads):
+        return budget(fit)
+    return stribeck_curve(fit)
+
+
+def stribeck_curve(fit: Fit) -> Figure:
+    """The law itself, with its levels and its crossover marked (figure 4)."""
+    figure, axes = one(6.4, 4.2)
+    p = own(fit)
+    named = dict(zip(fit.law.names, p, strict=True))
+    v_SS = max((named[n] for n in named if n.startswith("v_SS")), default=None)
+    fast = reach(fit)
+    far = fast if v_SS is None else min(max(8 * v_SS, 0.05 * fast), max(fast, v_SS))
+    force = force_unit(fit.rig)
+    law_curve(fit, axes, -far, far)
+    scale = unit(shown(fit.rig, "velocity")).factor
+    if fit.law.directional:
+        v = np.concatenate([[0.0], far * np.geomspace(1e-4, 1.0, 400)])
+        axes.plot(-v / scale, -fit.law.friction(v, p), color=MEASURED, lw=1, ls="--",
+                  label="the + side, mirrored")  # fmt: skip
+        legend_above(figure, axes)
+    minus, plus = fit.law.levels(p)
+    axes.plot([0, 0], [minus, plus], "o", color=MODEL, ms=5, mfc="white")
+    for level, sign, place, side, edge in (
+        (plus, "+", -10, "right", "bottom"),
+        (minus, "-", 10, "left", "top"),
+    ):
+        if level:  # the upper left and the lower right are empty, whatever the law
+            name = "breakaway" if v_SS is None else f"$F_{{S{sign}}}$ ="
+            axes.annotate(f"{name} {level:.4g} {force}", (0, level), (place, 0), ha=side,
+                          textcoords="offset points", color=MODEL, size=9, va=edge)  # fmt: skip
+    for way in (1, -1) if v_SS is not None else ():
+        side = "+" if way > 0 else "-"
+        F_C = named.get("F_C", named.get(f"F_C{side}", np.nan))
+        F_V = named.get("F_V", named.get(f"F_V{side}", np.nan))
+        if not np.isfinite(F_C + F_V):
+            continue
+        v = np.array([0.0, way * far])
+        axes.plot(v / scale, way * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
+        axes.annotate(f"$F_C$ = {F_C:.4g} {force}, slope $F_V$", (0, way * F_C), (-10 * way, 0),
+                      textcoords="offset points", color=ACCENT, fontsize=9,
+                      ha="right" if way > 0 else "left",
+                      va="top" if way > 0 else "bottom")  # fmt: skip
+    axes.set(title=f"{fit.law.name}: the identified curve")
+    axes.margins(y=0.15)
+    return figure
+
+
+def bristles(fit: Fit) -> Figure:
+    """A law with states: steady sliding, and the loops of slow strokes to and fro."""
+    figure = Figure(figsize=(9.6, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    fast, p = reach(fit), own(fit)
+    law_curve(fit, left, -fast, fast)
+    left.set(title="Steady sliding")
+    pace = 0.01 * fast if not isinstance(fit.rig, Presliding) else _pace(fit)
+    way = _way(fit, pace)
+    length, scale = shown(fit.rig, "position"), unit(shown(fit.rig, "position")).factor
+    for share, colour, text in ((1.0, MODEL, "to and fro"), (0.35, ACCENT, "a third as far")):
+        x, F = loop(fit.law, p, share * way, pace)
+        right.plot(x / scale, F, color=colour, lw=1.6, label=text)
+    right.axhline(0, color=INK, lw=0.8)
+    right.axvline(0, color=INK, lw=0.8)
+    angle = "Angle" if fit.rig.rotary else "Displacement"
+    right.set(xlabel=f"{angle} / {written(length)}", ylabel=f"Friction / {force_unit(fit.rig)}")
+    right.set_title(f"Slow strokes, {pace / scale:.2g} {written(length)}/s")
+    figure.suptitle(
+        f"{fit.law.name}: the identified law", x=0.01, ha="left", fontsize=12, weight="bold"
+    )
+    legend_above(figure, right)
+    return figure
+
+
+def loop(law: Law, p: Array, way: float, pace: float) -> tuple[Array, Array]:
+    """Displacement and force from relaxed bristles to `way`, back to −way, and to `way` again."""
+    turns = way * np.array([0.0, 1.0, -1.0, 1.0])
+    x = np.concatenate(
+        [np.linspace(a, b, _STEPS, endpoint=False) for a, b in itertools.pairwise(turns)]
+        + [turns[-1:]]
+    )
+    return x, walked(law, p, x, pace)
+
+
+def walked(law: Law, p: Array, x: Array, pace: float) -> Array:
+    """Force of a law at positions that are passed one after the other at a pace, without load."""
+    z, out, load = np.zeros(law.states), np.zeros(law.states), np.zeros(len(LOADS))
+    F = np.zeros(len(x))
+    for k, step in enumerate(np.diff(x), 1):
+        F[k] = law.rub(np.copysign(pace, step), abs(step) / pace, z, load, p, out)
+        z, out = out, z
+    return F
+
+
+def _way(fit: Fit, pace: float) -> float:
+    """How far strokes go that show the loop: as far as was measured, or until bristles slip."""
+    p = own(fit)
+    if isinstance(fit.rig, Presliding):
+        spans = [np.ptp(s.track.measured[s.track.score > 0]) for s in fit.train]
+        return 0.5 * float(max(spans))
+    steady = float(fit.law.slip(pace, p))
+    for way in _WAYS:
+        if walked(fit.law, p, np.linspace(0.0, way, _STEPS), pace)[-1] >= _SLIPPING * steady:
+            return float(_BEYOND * way)
+    return float(_WAYS[-1])
+
+
+def _pace(fit: Fit) -> float:
+    """The mean speed of the motions, m/s (rad/s)."""
+    ways = [(np.abs(np.diff(s.track.measured)).sum(), np.ptp(s.track.t)) for s in fit.train]
+    return float(sum(a for a, _ in ways) / sum(b for _, b in ways))
+
+
+def budget(fit: Fit) -> Figure:
+    """A law under load: its curve at three loads, and its level against the load."""
+    figure = Figure(figsize=(9.6, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    p, fast, most = own(fit), reach(fit), _most(fit)
+    scale = unit(shown(fit.rig, "velocity")).factor
+    force = force_unit(fit.rig)
+    normal = "normal" in fit.law.loads
+    v = np.concatenate([[0.0], fast * np.geomspace(1e-4, 1.0, 300)])
+    ways = {"normal load": "normal"} if normal else _WORK
+    across = np.linspace(0.0, most, 200)
+    first = next(iter(ways.values()))
+    for share, colour in ((0.0, MEASURED), (0.5, ACCENT), (1.0, MODEL)):
+        curve = [under(fit.law, p, s, first, share * most) for s in v]
+        text = f"{share * most:.3g} {'' if normal else force}".strip()
+        left.plot(v / scale, curve, color=colour, lw=1.8)
+        left.annotate(text if share else "no load", (v[-1] / scale, curve[-1]), (0, 5), size=9,
+                      textcoords="offset points", color=colour, ha="right")  # fmt: skip
+    left.set(xlabel=f"Velocity / {written(shown(fit.rig, 'velocity'))}")
+    left.set(ylabel=f"Friction / {force}")
+    left.set_title("Curve" if normal else "Curve, motor against load", fontsize=10)
+    moving = f"at {fast / scale:.3g} {written(shown(fit.rig, 'velocity'))}"
+    lines: dict[str, Array] = {}
+    for text, way in ways.items():
+        F = np.array([[under(fit.law, p, u, way, x) for x in across] for u in (0.0, fast)])
+        same = next((t for t, other in lines.items() if np.allclose(other, F)), None)
+        if same is not None:  # two lines on one another have one name
+            lines[f"{same.removesuffix(' alone')} or {text}"] = lines.pop(same)
+        else:
+            lines[text] = F
+    for (text, F), style in zip(lines.items(), ("-", "--", ":"), strict=False):
+        for k, colour in enumerate((MODEL, ACCENT)):
+            label = f"{text}, {moving if k else 'at rest'}"
+            right.plot(across, F[k], color=colour, ls=style, lw=1.6, label=label)
+    what = "Normal load" if normal else f"{'Torque' if fit.rig.rotary else 'Force'} / {force}"
+    right.set(xlabel=what)
+    right.set_title("Level against load", fontsize=10)
+    left.set_ylim(bottom=0)
+    handles, labels = right.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(lines), fontsize=9)
+    figure.suptitle(
+        f"{fit.law.name}: friction under load", x=0.01, ha="left", fontsize=12, weight="bold"
+    )
+    return figure
+
+
+#: How motor and surroundings share the work, in words.
+_WORK = {"motor against load": "both", "motor alone": "drive", "load alone": "external"}
+
+
+def under(law: Law, p: Array, v: float, way: str, size: float) -> float:
+    """The friction of a law at a speed (its level at +0) under a load of some size.
+
+    Args:
+        law: A law that reads loads.
+        p: Its parameters.
+        v: The speed, m/s or rad/s.
+        way: Which load; `both` if the drive holds what the surroundings apply.
+        size: How large it is.
+    """
+    load, nothing = np.zeros(len(LOADS)), np.zeros(law.states)
+    for name in ("drive", "external") if way == "both" else (way,):
+        load[LOADS.index(name)] = -size if (way, name) == ("both", "external") else size
+    return float(law.rub(v, 0.0, nothing, load, p, nothing.copy()))
+
+
+def _most(fit: Fit) -> float:
+    """The greatest load of the training data, in the law's unit."""
+    if "normal" in fit.law.loads:
+        seen = [a for log in fit.recordings if (a := log.pressure) is not None]
+        return max((float(np.abs(a).max()) for a in seen), default=1.0)
+    if fit.balance is not None:
+        return max(float(np.abs(b.measured).max()) for b in fit.balance.signals)
+    motions = simulated(fit.parameters, fit.p, fit.train)
+    return max(float(np.abs(m.force).max()) for m in motions)
+
+
+def law_curve(fit: Fit, axes: Axes, low: float, high: float) -> None:
+    """The law between two speeds, with a jump at rest."""
+    p = own(fit)
+    scale = unit(shown(fit.rig, "velocity")).factor
+    label: str | None = f"law: {fit.law.name}"
+    for sign, end in ((1.0, high), (-1.0, low)):
+        if sign * end > 0:
+            v = np.concatenate([[sign * 0.0], end * np.geomspace(1e-4, 1.0, 400)])
+            axes.plot(v / scale, fit.law.friction(v, p), color=MODEL, lw=2, label=label)
+            label = None
+    axes.axhline(0, color=INK, lw=0.8)
+    axes.axvline(0, color=INK, lw=0.8)
+    axes.set(xlabel=f"Velocity / {written(shown(fit.rig, 'velocity'))}")
+    axes.set(ylabel=f"Friction / {force_unit(fit.rig)}")
+
+
+def own(fit: Fit) -> Array:
+    """The law's parameters."""
+    return np.ascontiguousarray(fit.p[: len(fit.law.params)])
+
+
+def reach(fit: Fit) -> float:
+    """The greatest speed of the training data, m/s (rad/s)."""
+    if fit.balance is not None:
+        return max(float(np.abs(b.velocity).max()) for b in fit.balance.signals)
+    motions = simulated(fit.parameters, fit.p, fit.train)
+    return max(float(np.abs(m.velocity).max()) for m in motions)
