@@ -39,6 +39,7 @@ PARTS = {
     "identification": "Evaluations to identify the slide bed",
     "surfaces": "The paper's functions and their twins",
     "bbob_area": "BBOB",
+    "selection": "Which law two real axes need",
     "gpu": "Many candidates on a GPU",
 }
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")

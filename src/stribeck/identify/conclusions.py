@@ -64,11 +64,11 @@ class Finding:
 
 
 def percent(share: float) -> str:
-    """0.0413 as `4.1 %`; what is many times as much, as a factor."""
+    """0.0413 as `4.1 %`, 2.0 as `a factor of 3`."""
     if not np.isfinite(share):
         return "beyond measure"
     if share > 1:
-        return f"{100 * share:.3g} %"
+        return f"a factor of {share + 1:.2g}"
     return "under 0.05 %" if abs(share) < 5e-4 else f"{100 * share:.2g} %"  # noqa: PLR2004
 
 

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 SCHEMA = "stribeck-selection/1"
 #: File names in a folder of results.
 FILE, CARD, FIGURE = "selection.json", "card.json", "selection"
+#: Percent beyond which differences are drawn on a logarithmic scale.
+FAR = 100
 
 
 def show_selection(selection: Selection) -> None:
@@ -85,15 +87,19 @@ def _less(value: float, least: float) -> str:
 
 
 def against(found: Paired | None) -> str:
-    """A held-out error against the best's: the change and its 90 % interval, in percent."""
+    """A held-out error against the best's with its 90 % interval: in percent, or as a factor."""
     if found is None:
         return ""
     if not math.isfinite(found.change):
         return "cannot be run"
-    change = f"{100 * found.change:+.2g} %"
-    if math.isnan(found.low):
-        return change
-    return f"{change} ({100 * found.low:+.2g} to {100 * found.high:+.2g})"
+    ends = [found.change, *(e for e in (found.low, found.high) if not math.isnan(e))]
+    if max(ends) > 1:
+        shown = [f"{1 + e:.3g}" for e in ends]
+        shown[0] += " times"
+    else:
+        shown = [f"{100 * e:+.2g}" for e in ends]
+        shown[0] += " %"
+    return shown[0] if len(ends) == 1 else f"{shown[0]} ({shown[1]} to {shown[2]})"
 
 
 def selection_text(selection: Selection) -> str:
@@ -247,6 +253,9 @@ def figure(selection: Selection) -> Figure:
         right.plot([100 * c.against.change], [k], "D", color=colour, ms=5)
     right.set(xlabel="Held-out error against the best / %,\nwith 90 % intervals")
     right.margins(x=0.1)
+    ends = [abs(e) for c in s.candidates if c.against for e in (c.against.change, c.against.high)]
+    if max((100 * e for e in ends if math.isfinite(e)), default=0) > FAR:
+        right.set_xscale("symlog", linthresh=10)
     for axes in (left, right):
         axes.axhspan(s.chosen - 0.45, s.chosen + 0.45, color="#dbeafe", zorder=-1, lw=0)
         axes.tick_params(axis="y", length=0)
