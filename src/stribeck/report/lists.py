@@ -113,7 +113,7 @@ def show_rigs(rig: Rig | None) -> None:
                 left=5,
             )
         )
-    law = LAWS[rig.laws[0]]
+    law = law_named(rig.laws[0])
     rows = [[rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)]
     out.print(
         grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4)

@@ -5,25 +5,31 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import sys
+import textwrap
 import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from ..identify.score import scores
 from ..rig.rig import shown_in
+from ..units import unit
 
 if TYPE_CHECKING:
     from ..data.quality import Quality
     from ..identify.card import Card
     from ..identify.found import Fit
+    from ..identify.score import Score
     from ..optimize import Search
     from .stopwatch import Stopwatch
 
@@ -31,6 +37,11 @@ if TYPE_CHECKING:
 PACE = 2.0
 #: Columns of a line that nobody wraps.
 UNCUT = 1000
+
+
+#: How many logs are listed one by one, from and up to, and what stands before a warning.
+SEVERAL, LISTED = 2, 20
+_HEAD = "warning: "
 
 
 class _Out(Console):
@@ -82,8 +93,10 @@ def show_fit(fit: Fit) -> None:
     table = grid(f"{fit.law.name} on {fit.rig.name}", heads, rows)
     table.columns[2].justify = table.columns[5].justify = table.columns[6].justify = "left"
     out.print(table)
-    out.print()
-    out.print(_scores(fit))
+    for part in (_scores(fit), _staircases(fit), _logs(fit)):
+        if part is not None:
+            out.print()
+            out.print(part)
     if fit.balance is not None:
         figures = fit.balance.figures()
         out.print()
@@ -99,8 +112,32 @@ def show_fit(fit: Fit) -> None:
             f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
             f"repeat{'s' * (len(fit.runs) > 1)}, {fit.seconds:.1f} s, ended: {fit.ended}"
         )
-    for warning in fit.warnings:
-        out.print(Text.assemble(("warning:", "yellow"), " ", warning))
+    show_warnings(fit.warnings)
+
+
+def show_warnings(warnings: Sequence[str]) -> None:
+    """Warnings, a paragraph each; what is said of several logs is said once."""
+    out = console()
+    for warning in gathered(warnings):
+        lines = textwrap.wrap(warning, max(40, out.width - len(_HEAD)), break_on_hyphens=False)
+        for k, line in enumerate(lines or [""]):
+            out.print(Text.assemble((_HEAD, "yellow") if k == 0 else " " * len(_HEAD), line))
+
+
+def gathered(warnings: Sequence[str]) -> list[str]:
+    """Warnings of which those that differ in the log and in numbers only are told by the first."""
+    alike: dict[str, list[str]] = {}
+    for warning in warnings:
+        log, colon, note = warning.partition(": ")
+        about = colon and not re.search(r"\s", log) and "." in log  # the name of a file
+        key = re.sub(r"\d+(\.\d+)?", "#", note) if about else warning
+        alike.setdefault(key, []).append(warning)
+    return [
+        first
+        if not more
+        else f"{first} (and much the same of {len(more)} more log{'s' * (len(more) > 1)})"
+        for first, *more in alike.values()
+    ]
 
 
 def show_time(clock: Stopwatch) -> None:
@@ -112,16 +149,76 @@ def _scores(fit: Fit) -> Table:
     s = fit.score
     trained = ", ".join(r.text for r in fit.train_ranges) or "all"
     rows = [[f"training {trained}", *_score_cells(s)]]
-    rows += [
-        [f"held out {h.within.text if h.within else 'all'}", *_score_cells(h.score)]
-        for h in fit.holdout
-    ]
-    named = "J" if s.name == "position_rmse" else s.name.replace("_", " ")
-    heads = [f"{named} / {s.unit}", "model", "smooth, no stick-slip", "never moves", "samples"]
+    rows += [[f"held out {_within(h)}", *_score_cells(h.score)] for h in fit.holdout]
+    heads = [_error(s), "model", "smooth, no stick-slip", "never moves", "samples"]
     if not math.isfinite(s.smooth):
         rows = [[row[0], row[1], row[-1]] for row in rows]
         heads = [heads[0], heads[1], heads[-1]]
     return grid("", heads, rows)
+
+
+def _staircases(fit: Fit) -> Table | None:
+    """How often and how far the axis slipped, and how the model did."""
+    rows = []
+    every = [("training", fit.score), *((f"held out {_within(h)}", h.score) for h in fit.holdout)]
+    shown = fit.rig.shows.get("position", "rad" if fit.rig.rotary else "m")
+    for name, score in every:
+        for who, s in (("axis", score.measured), ("model", score.modelled)):
+            if s is not None:
+                jump = float(unit(shown).from_si(s.jump))
+                rows.append([f"{name}, {who}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
+    heads = ["stick-slip", "slips", f"median jump / {shown}", "time at rest"]
+    return grid("", heads, rows) if rows else None
+
+
+def _within(held: Any) -> str:
+    return held.within.text if held.within else "all"
+
+
+def _logs(fit: Fit) -> Table | None:
+    """The error on each log, where there are several; the greatest of very many."""
+    if len(fit.recordings) < SEVERAL:
+        return None
+    rows = log_errors(fit)
+    held = any(math.isfinite(error) for _, _, errors in rows for error in errors[1:])
+    order = sorted(range(len(rows)), key=lambda k: np.nan_to_num(-_worst(rows[k][2])))[:LISTED]
+    which = "each log" if len(rows) <= LISTED else f"the {LISTED} worst of {len(rows)} logs"
+    heads = [f"{which}, {_error(fit.score)}", "training", "samples", "held out"]
+    cells = [
+        [log, number(errors[0], 4), f"{samples:,}", number(_worst(errors[1:]), 4)][: 3 + held]
+        for log, samples, errors in (rows[k] for k in sorted(order))
+    ]
+    return grid("", heads[: 3 + held], cells)
+
+
+def _worst(errors: Sequence[float]) -> float:
+    return max((e for e in errors if math.isfinite(e)), default=math.nan)
+
+
+def log_errors(fit: Fit) -> list[tuple[str, int, list[float]]]:
+    """The misfit on each log: (log, samples trained on, misfits); nan where it was not used.
+
+    The misfits are on the training data and then on each range held out, as `fit.score` has them.
+    """
+    found = []
+    for k, log in enumerate(fit.recordings):
+        errors = []
+        if fit.balance is not None:
+            b = fit.balance.signals[k]
+            left = float(np.linalg.norm(b.measured - b.predicted) / np.linalg.norm(b.measured))
+            errors = [100.0 * left]
+        else:
+            for on in (fit.train, *(h.stretches for h in fit.holdout)):
+                own = [s for s in on if s.recording is log]
+                errors.append(scores(fit.parameters, fit.p, own).value if own else math.nan)
+        found.append((log.label, fit.used(log), errors))
+    return found
+
+
+def _error(score: Score) -> str:
+    """The misfit of a score as tables have it."""
+    said = {"position_rmse": "J", "position_mae": "mean size of the error"}
+    return f"{said.get(score.name, score.name.replace('_', ' '))} / {score.unit}"
 
 
 def _score_cells(score: Any) -> list[str]:
@@ -135,10 +232,9 @@ def _score_cells(score: Any) -> list[str]:
 
 def show_validation(card: Card, rows: Sequence[tuple[str, str, Any]]) -> None:
     """A card's misfit on logs and ranges: (log, range, score) a row."""
-    unit = rows[0][2].unit if rows else ""
-    name = rows[0][2].name.replace("_", " ") if rows else ""
     cells = [[log, within, *_score_cells(score)] for log, within, score in rows]
-    heads = ["log", "range", f"{name} / {unit}", "smooth", "never moves", "samples"]
+    error = _error(rows[0][2]) if rows else ""
+    heads = ["log", "range", error, "smooth", "never moves", "samples"]
     console().print(grid(f"{card.law} on {card.rig}", heads, cells, left=2))
 
 
