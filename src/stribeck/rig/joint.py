@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 #: Columns of a log that say the command's velocity and the feed-forward torque, if it has them.
 _RATE, _AHEAD = "qd_cmd_rad_s", "tau_ff_Nm"
+_HOLDS = (0.0, 1.0, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +28,9 @@ class Joint(Stepped):
 
     The torque of the drive is limited to +-limit. Without a column of the command's velocity,
     w_c is the command's slope; without a feed-forward column, ff is zero.
+
+    A controller that runs as slowly as it logs holds the torque that it has computed: with
+    `hold` = 1 until the next sample, with `hold` = 2 from the next sample until the one after.
     """
 
     kind: ClassVar[int] = JOINT
@@ -51,6 +55,11 @@ class Joint(Stepped):
         n, gain = len(own), self["gain"]
         if not self["limit"] > 0:
             raise InputError(f"rig {self.name}: limit must be above zero")
+        if self["hold"] not in _HOLDS:
+            raise InputError(
+                f"rig {self.name}: hold = {self['hold']:g}: it is 0 for a torque that follows the "
+                "axis at all times, 1 for one held for a sample, 2 for one that acts a sample late"
+            )
         return np.column_stack(
             [
                 J,
@@ -60,6 +69,7 @@ class Joint(Stepped):
                 g_cos,
                 g_0,
                 np.full(n, self["limit"]),
+                np.full(n, self["hold"]),
             ]
         )
 
@@ -82,6 +92,13 @@ JOINT_RIG = Joint(
         constant("kd", 5.0, "N m s/rad", "velocity gain", "the controller"),
         constant("gain", 1.0, "", "share of the feedback that acts", "the controller"),
         constant("limit", 1000.0, "N m", "largest torque of the drive", "the drive"),
+        constant(
+            "hold",
+            0.0,
+            "",
+            "1: torque held from sample to sample, 2: and a sample late",
+            "the controller",
+        ),
         constant("step", 6.0, "ms", "longest step of the simulation", "docs/rigs.md"),
         constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),

@@ -73,7 +73,7 @@ def _driven(
     """Mass, force of drive and surroundings without damping, and the drive's damping.
 
     Writes what a law may depend on into `load`: drive and external force, normal load, position
-    and temperature.
+    and temperature. A drive that holds its torque finds it there.
     """
     load[2], load[3], load[4] = u[0], q, u[1]
     if kind == SERVO:  # c: J, k_t/R, k_t^2/R, m g l, q_offset, volts a radian, volts at most
@@ -82,9 +82,11 @@ def _driven(
         load[1] = -c[3] * np.sin(q + c[4])
         load[0] = on * (c[1] * volts - c[2] * v)
         return c[0], on * c[1] * volts + load[1], on * c[2]
-    if kind == JOINT:  # c: J, k_p, k_d, g_sin, g_cos, g_0, largest torque
-        asked = u[4] + c[1] * (u[2] - q) + c[2] * u[3]
+    if kind == JOINT:  # c: J, k_p, k_d, g_sin, g_cos, g_0, largest torque, hold
         load[1] = -(c[3] * np.sin(q) + c[4] * np.cos(q) + c[5])
+        if c[7] > 0.0:  # the drive's torque stands there already
+            return c[0], load[0] + load[1], 0.0
+        asked = u[4] + c[1] * (u[2] - q) + c[2] * u[3]
         load[0] = min(max(asked - c[2] * v, -c[6]), c[6])
         if abs(asked - c[2] * v) >= c[6]:
             return c[0], load[0] + load[1], 0.0
@@ -100,6 +102,13 @@ def _driven(
         load[0] = c[4] * e + min(c[2] * e + c[5], 0.0)
     load[1] = 0.0
     return c[0], load[0], 0.0
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _commanded(c: Array, u: Array, q: float, v: float) -> float:
+    """The torque that the controller of a joint computes at a sample."""
+    asked = u[4] + c[1] * (u[2] - q) + c[2] * (u[3] - v)
+    return min(max(asked, -c[6]), c[6])  # type: ignore[no-any-return]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -360,7 +369,7 @@ def _begun(
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _rows(  # noqa: C901 - a loop over candidates, samples, steps and their halves
+def _rows(  # noqa: C901, PLR0915 - a loop over candidates, samples, steps and their halves
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
     out_q: Array, out_v: Array, out_F: Array, taken: Array,
@@ -384,11 +393,18 @@ def _rows(  # noqa: C901 - a loop over candidates, samples, steps and their halv
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         _mixed(inputs, held, 0, 0.0, u)
+        hold = b[7] if kind == JOINT else 0.0
+        before = _commanded(b, u, q, v) if hold > 0.0 else 0.0
+        load[0] = before
         _, F, d = _driven(kind, b, u, q, v, load)
         if states > 0:
             _begun(rub, _scale(term, a, load), F - d * v, v, load, a, coarse, z)
         for k in range(len(t)):
             _mixed(inputs, held, k, 0.0, u)
+            if hold > 0.0:
+                now = _commanded(b, u, q, v)
+                load[0] = now if hold == 1.0 else before
+                before = now
             _driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
