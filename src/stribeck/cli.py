@@ -438,6 +438,32 @@ def validate(
 
 
 @app.command()
+def plan(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="The logs of the card; by default those that it names, beside it.")] = None,
+    seconds: Annotated[float | None, typer.Option(metavar="S", help="Length of an experiment; as long as the data, two minutes at most, by default.")] = None,
+    check: Annotated[int, typer.Option(metavar="N", help="Try the best three on N twins, simulated and refitted.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the draws and twins.")] = 0,
+    columns: Columns = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Rank experiments by how much they would tell of what is badly known."""
+    from .identify.model import logs_beside
+    from .identify.plan import plan as planned
+    from .report.planning import plan_text, show_plan
+
+    if seconds is not None:
+        _above_zero("--seconds", seconds)
+    written, made, _ = _card(card)
+    recordings = _read(logs or logs_beside(written, card), made.rig, columns)
+    found = planned(written, recordings, seconds=seconds, check=check, seed=seed)
+    if json:
+        typer.echo(plan_text(found), nl=False)
+    else:
+        show_plan(found)
+
+
+@app.command()
 def simulate(
     card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
     log: Annotated[

@@ -72,7 +72,8 @@ def tracks(axis: Axis, courses: Sequence[Course]) -> list[Track]:
             extra={k: np.broadcast_to(v, (n,)) for k, v in c.extra.items()},
             rotary=rig.rotary,
         )
-        made.append(rig.track(log, slice(0, n), x0, np.ones(n))._replace(v0=0.0))
+        with np.errstate(divide="ignore", invalid="ignore"):  # the speed at a start is not asked
+            made.append(rig.track(log, slice(0, n), x0, np.ones(n))._replace(v0=0.0))
     return made
 
 

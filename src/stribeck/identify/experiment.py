@@ -19,8 +19,9 @@ from ..space import Array
 
 Kind = Literal["motion", "sensor", "gauge"]
 
-#: Finite difference: this share of a range, but no more than that share of a value.
-STEP, OF_VALUE = 1e-6, 1e-4
+#: Finite difference: this share of a range, but no more than that share of a value; and the
+#: least share of a range, below which it would be rounding.
+STEP, OF_VALUE, LEAST = 1e-6, 1e-4, 1e-10
 #: From this ratio of its ends on, a range is one of a logarithm.
 DECADES = 100.0
 #: Tries to draw a parameter set that the data allow, before it is brought nearer to the fit.
@@ -106,8 +107,9 @@ class Box:
 
     def steps(self, x: Array) -> Array:
         """Finite differences at a point, SI, (dim,)."""
-        size = np.where(x == 0.0, np.inf, np.abs(x))
-        return np.minimum(STEP * (self.upper - self.lower), OF_VALUE * size)
+        width = self.upper - self.lower
+        size = np.where(x == 0.0, np.inf, OF_VALUE * np.abs(x))
+        return np.minimum(STEP * width, np.maximum(size, LEAST * width))
 
 
 def decades(lower: Array, upper: Array) -> NDArray[np.bool_]:

@@ -291,7 +291,7 @@ def _gauges(now: Present) -> list[Experiment]:
 
     words = (
         "disconnect the drive and pull with a force gauge until the axis breaks away: F_S to "
-        f"{GAUGE:.0%}"
+        f"{100 * GAUGE:g} %"
     )
     plain = np.ones(len(axis.x))
     return [Experiment("force gauge", words, now.axis.trained, predict, noise, plain, kind="gauge")]
@@ -377,7 +377,7 @@ def _bounds(now: Present) -> str | None:
     if not at:
         return None
     return (
-        f"{', '.join(at)} at an end of the search range: widen it (--bounds) and identify again "
+        f"{', '.join(at)} at an end of the search range: widen that (--bounds) and identify again "
         "before believing what is expected"
     )
 

@@ -1,0 +1,395 @@
+"""Plans: information in closed form, rankings that answer to the data, limits, promises kept."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stribeck import RIGS, Card, InputError, card, identify, read_card
+from stribeck.data.recording import Recording
+from stribeck.friction import LAWS
+from stribeck.identify.experiment import (
+    Box,
+    Experiment,
+    covariance,
+    draws,
+    errors,
+    factors,
+    information,
+    told,
+)
+from stribeck.identify.model import logs_beside, present
+from stribeck.identify.plan import Plan, Proposal, plan
+from stribeck.identify.promise import promise
+from stribeck.report.planning import plan_text, show_plan
+from stribeck.rig.testbed import TestBed
+from stribeck.space import Array
+
+RIGHT = TestBed().run("up", seed=3).recording
+
+
+def line(slopes: Array, noise: float, **more: Any) -> Experiment:
+    """An experiment that shows a line: signals (N,) are slopes (N, dim) times parameters."""
+
+    def predict(x: Array) -> Array:
+        found: Array = x @ slopes.T
+        return found
+
+    dim = slopes.shape[1] - more.get("starts", 0)
+    return Experiment(
+        "a line", "", 1.0, predict, noise, more.pop("inflation", np.ones(dim)), **more
+    )
+
+
+def box(dim: int, wide: float = 1e6, prior: float = 1e6) -> Box:
+    def all_of_them(x: Array) -> NDArray[np.bool_]:
+        return np.ones(len(x), dtype=bool)
+
+    return Box(np.full(dim, -wide), np.full(dim, wide), np.full(dim, prior), all_of_them)
+
+
+A = np.random.default_rng(1).standard_normal((40, 3))
+
+
+# --- information in closed form -----------------------------------------------------------------
+
+
+def test_the_information_of_a_line_is_its_normal_matrix() -> None:
+    found = information(line(A, 0.2), np.array([1.0, -2.0, 3.0]), box(3))
+    np.testing.assert_allclose(found, A.T @ A / 0.04, rtol=1e-6)
+
+
+def test_an_unknown_start_takes_its_share_of_the_information() -> None:
+    # a straight line with slope b from an unknown start: var b = noise^2 / sum (t - mean t)^2
+    t = np.linspace(0.0, 2.0, 21)
+    e = line(np.column_stack([t, np.ones(21)]), 0.1, starts=1, reach=1e-3)
+    found = errors(information(e, np.array([0.7]), box(1)))
+    assert found[0] == pytest.approx(0.1 / np.sqrt(np.sum((t - 1.0) ** 2)), rel=1e-6)
+
+
+def test_repeated_noise_widens_each_error_by_its_own_root() -> None:
+    white, rough = line(A, 0.2), line(A, 0.2, inflation=np.array([1.0, 4.0, 9.0]))
+    a, b = (errors(information(e, np.ones(3), box(3))) for e in (white, rough))
+    np.testing.assert_allclose(b / a, [1.0, 2.0, 3.0], rtol=1e-6)
+
+
+def test_more_of_the_same_shrinks_by_the_root_of_two() -> None:
+    at = np.array([[1.0, -2.0, 3.0], [1.5, -2.5, 2.0]])
+    F = told(line(A, 0.2), at, box(3))
+    np.testing.assert_allclose(factors(F, F), np.sqrt(2.0), rtol=1e-9)
+    np.testing.assert_allclose(factors(F, 3 * F), 2.0, rtol=1e-9)
+
+
+def test_an_experiment_on_one_parameter_shrinks_that_one_as_precisions_add() -> None:
+    now = np.diag([4.0, 25.0])[None]
+    more = np.diag([12.0, 0.0])[None]
+    np.testing.assert_allclose(factors(now, more), [2.0, 1.0], rtol=1e-12)
+
+
+def test_a_correlated_partner_shrinks_with_the_one_that_is_measured() -> None:
+    # correlation 0.8: measuring the first exactly leaves the second sqrt(1 - 0.8^2) of its error
+    now = np.linalg.inv(np.array([[1.0, 0.8], [0.8, 1.0]]))[None]
+    found = factors(now, np.diag([1e12, 0.0])[None])
+    assert found[1] == pytest.approx(1 / 0.6, rel=1e-6)
+
+
+def test_a_range_of_decades_counts_by_its_logarithm() -> None:
+    # y = p: relative error noise / p, whatever p is
+    wide = Box(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
+    found = errors(information(line(np.ones((1, 1)), 1e-3), np.array([0.02]), wide))
+    assert found[0] == pytest.approx(1e-3 / 0.02, rel=1e-6)
+
+
+def test_an_experiment_that_can_seldom_be_run_has_no_factor() -> None:
+    F = np.array([np.eye(2)] * 5)
+    broken = F.copy()
+    broken[:3] = np.nan
+    assert np.isnan(factors(F, broken)).all()
+    broken[2] = 3 * np.eye(2)
+    np.testing.assert_allclose(factors(F, broken), np.median([2.0, 1.41421356, 1.41421356]))
+
+
+def test_draws_have_the_covariance_and_stay_where_points_mean_something() -> None:
+    C = np.array([[4.0, 1.2], [1.2, 1.0]])
+    open_ = draws(np.zeros(2), C, 4001, box(2), np.random.default_rng(0))
+    assert (open_[0] == 0).all()
+    np.testing.assert_allclose(np.cov(open_[1:].T), C, atol=0.2)
+
+    def ordered(x: Array) -> NDArray[np.bool_]:
+        return np.asarray(x[:, 0] >= x[:, 1], dtype=bool)
+
+    half = Box(np.full(2, -1.0), np.full(2, 1.0), np.ones(2), ordered)
+    found = draws(np.zeros(2), C, 200, half, np.random.default_rng(0))
+    assert half.inside(found).all()
+    assert np.ptp(found[:, 0]) > 1.0
+
+
+def test_twins_of_a_line_keep_its_promise() -> None:
+    limits = Box(np.full(3, -50.0), np.full(3, 50.0), np.full(3, 1e3), box(3).physical)
+    B = 3.0 * A
+    x = np.array([[1.0, -2.0, 3.0]])
+    kept = promise(line(A, 0.2), line(B, 0.2), limits, x, 200, seed=1)
+    np.testing.assert_allclose(kept.factors, np.sqrt(10.0), rtol=0.3)
+    expected = np.sqrt(np.diag(covariance(A.T @ A / 0.04)))
+    np.testing.assert_allclose(kept.before.std(axis=0), expected, rtol=0.15)
+
+
+# --- the slide bed ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def bed() -> Card:
+    return card(identify(RIGHT, train="112:295", repeats=1))
+
+
+@pytest.fixture(scope="module")
+def planned(bed: Card) -> Plan:
+    return plan(bed, RIGHT)
+
+
+def named(made: Plan, name: str) -> Proposal:
+    return next(p for p in made.proposals if p.experiment.name == name)
+
+
+def factor(p: Proposal, name: str) -> float:
+    return next(g.factor for g in p.gains if g.name == name)
+
+
+def test_a_faster_ramp_leads_and_beats_the_same_again(planned: Plan) -> None:
+    best, same = planned.proposals[0], named(planned, "the same again")
+    assert best.experiment.kind == "motion"
+    assert best.experiment.name.startswith("ramp ×")
+    assert best.score > 1.5 * same.score
+    assert [p.score for p in planned.proposals] == sorted(
+        (p.score for p in planned.proposals), reverse=True
+    )
+    assert factor(same, "F_C") == pytest.approx(np.sqrt(2.0), rel=0.05)
+
+
+def test_the_best_ramp_really_shrinks_what_it_promises(bed: Card) -> None:
+    found = plan(bed, RIGHT, check=16, seed=2)
+    best = found.proposals[0]
+    assert best.kept is not None
+    assert best.kept.twins == 16
+    at = [i for i, g in enumerate(best.gains) if g.doubtful]
+    promised = np.exp(np.mean([np.log(best.gains[i].factor) for i in at]))
+    kept = np.exp(np.mean(np.log(best.kept.factors[at])))
+    assert kept > 1.6  # more than any repetition of the log could
+    assert 0.4 < kept / promised < 2.5
+
+
+def test_a_plan_is_the_same_for_the_same_seed(bed: Card, planned: Plan) -> None:
+    assert plan_text(plan(bed, RIGHT)) == plan_text(planned)
+    assert plan_text(plan(bed, RIGHT, seed=1)) != plan_text(planned)
+
+
+def test_the_scale_that_forces_share_is_told(planned: Plan) -> None:
+    (said,) = [text for text in planned.said if "share a scale" in text]
+    assert "F_S" in said
+    assert "k_spring" in said
+
+
+def test_one_way_is_not_reversed_and_both_ways_are(planned: Plan) -> None:
+    assert "reversal" in dict(planned.left)
+    assert "reversal" not in [p.experiment.name for p in planned.proposals]
+    both = TestBed().run("both", seed=3).recording
+    fit = identify(both, law="stribeck-directional", train=["112:295", "325:127"],
+                   repeats=1, budget=3000)  # fmt: skip
+    names = [p.experiment.name for p in plan(card(fit), both, count=3).proposals]
+    assert "reversal" in names
+
+
+def test_a_direction_that_was_never_driven_comes_first() -> None:
+    made = {"law": "stribeck-directional", "train": "112:295", "repeats": 1, "budget": 2000}
+    found = plan(card(identify(RIGHT, **made)), RIGHT, count=3)  # type: ignore[arg-type]
+    best, same = found.proposals[0], named(found, "the same again")
+    assert factor(best, "F_C-") > 3
+    assert factor(same, "F_C-") == pytest.approx(1.0, abs=0.05)
+
+
+def test_every_experiment_stays_within_the_travel_and_the_force(bed: Card) -> None:
+    now = present(bed, [RIGHT])
+    assert RIGHT.command is not None
+    assert now.axis.low == pytest.approx(0.05)
+    assert now.axis.high == pytest.approx(0.35)
+    for p in plan(bed, RIGHT).proposals:
+        if p.experiment.kind == "motion" and p.experiment.name != "the same again":
+            shown = p.experiment.predict(now.axis.x[None])
+            assert shown.min() > now.axis.low - 1e-3
+            assert shown.max() < now.axis.high + 1e-3
+            assert p.experiment.seconds <= 37.5
+
+
+def test_a_weak_drive_is_not_asked_for_more_than_it_has_shown(bed: Card) -> None:
+    assert RIGHT.force is not None
+    weak = Recording(
+        t=RIGHT.t, position=RIGHT.position, command=RIGHT.command, force=0.5 * RIGHT.force
+    )
+    found = plan(bed, weak, count=2)
+    assert [p.experiment.name for p in found.proposals if p.experiment.kind == "motion"] == [
+        "the same again"
+    ]
+    assert "the log shows" in dict(found.left)["ramp × 5"]
+
+
+def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
+    now = present(bed, [RIGHT])
+    assert now.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
+    found = named(plan(bed, RIGHT), "finer sensor").experiment
+    rest = max(now.axis.noise**2 - now.axis.sensor**2, 0.0)
+    assert found.noise**2 == pytest.approx(rest + min(now.axis.sensor, now.axis.noise) ** 2 / 9)
+
+
+def test_a_slow_creep_is_run_in_first(planned: Plan) -> None:
+    words = named(planned, "breakaway").experiment.words
+    assert "to wind up the drive" in words
+    assert "0.499 mm/s" in words or "0.5 mm/s" in words
+
+
+# --- a measured force ---------------------------------------------------------------------------
+
+
+def pushed(speeds: list[float], p: dict[str, float], seed: int = 0) -> Recording:
+    """A log of strokes there and back at constant speeds under a Stribeck friction."""
+    dt, parts = 1e-3, list[Array]()
+    for top in speeds:
+        for sign in (1.0, -1.0) * 2:
+            n = int(2.0 / len(speeds) / dt)
+            ramp = np.minimum(np.minimum(np.arange(n), np.arange(n)[::-1]) * dt * 5.0, top)
+            parts.append(sign * ramp)
+    v: Array = np.concatenate(parts)
+    t: Array = dt * np.arange(len(v), dtype=float)
+    a: Array = np.gradient(v, dt)
+    law = LAWS["stribeck"]
+    q = np.array([p[n] for n in law.names])
+    F = np.where(v == 0, 0.0, law.friction(v, q)) + 2.0 * a
+    noise = np.random.default_rng(seed).standard_normal(len(v))
+    return Recording(t=t, position=np.cumsum(v) * dt, force=F + 0.3 * noise)
+
+
+TRUTH = {"F_S": 9.0, "F_C": 6.0, "F_V": 30.0, "v_SS": 0.01, "exponent": 1.0}
+
+
+def test_a_log_at_one_speed_asks_for_several_speeds() -> None:
+    log = pushed([0.05], TRUTH)
+    found = plan(card(identify(log, rig="forced", law="coulomb-viscous")), log)
+    several, same = named(found, "several speeds"), named(found, "the same again")
+    assert factor(several, "F_V") > 1.5 * factor(same, "F_V")
+    assert factor(several, "F_V") > 1.2 * factor(named(found, "one speed"), "F_V")
+    assert factor(same, "M") == pytest.approx(np.sqrt(2.0), rel=0.05)
+
+
+def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
+    log = pushed([0.03, 0.5], TRUTH)
+    found = plan(card(identify(log, rig="forced", law="stribeck")), log)
+    names = [p.experiment.name for p in found.proposals if p.experiment.kind == "motion"]
+    assert names[0] in ("slow speeds", "slow sine", "several speeds")
+    slow, fast = named(found, "slow speeds"), named(found, "fast speeds")
+    assert factor(slow, "F_S") > 4 * factor(fast, "F_S")  # it shows below v_SS alone
+    assert factor(named(found, names[0]), "v_SS") > 1.2 * factor(fast, "v_SS")
+
+
+def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
+    log = pushed([0.05, 0.2], TRUTH)
+    made = card(identify(log, rig="forced", law="coulomb-viscous"))
+    now = present(made, [log])
+    assert now.loads is not None
+    assert now.axis.fastest == pytest.approx(0.2, rel=0.02)
+    assert now.loads.acceleration == pytest.approx(5.0, rel=0.1)
+    limit = 1.2 * now.axis.force
+    for p in plan(made, log).proposals:
+        if p.experiment.kind == "motion":
+            assert np.abs(p.experiment.predict(now.axis.x[None])).max() <= limit
+
+
+def test_pressure_levels_are_offered_to_a_cylinder() -> None:
+    dry = pushed([0.05, 0.2], TRUTH)
+    assert dry.force is not None
+    pressure = 2e5 * (1 + 0.04 * np.sin(dry.t))
+    way = np.sign(np.gradient(dry.position, dry.t))
+    log = Recording(
+        t=dry.t,
+        position=dry.position,
+        pressure=pressure,
+        force=dry.force + 2e-5 * pressure * way + RIGS["cylinder"].area * pressure,  # type: ignore[attr-defined]
+    )
+    found = plan(card(identify(log, rig="cylinder", law="coulomb-load")), log, count=3)
+    levels, same = named(found, "load levels"), named(found, "the same again")
+    assert factor(levels, "mu_p") > 2 * factor(same, "mu_p")
+
+
+# --- what is told, and refused ------------------------------------------------------------------
+
+
+def test_json_says_what_the_terminal_says(planned: Plan, capsys: Any) -> None:
+    show_plan(planned)
+    shown = capsys.readouterr().out
+    data = json.loads(plan_text(planned))
+    assert data["schema"] == "stribeck-plan/1"
+    assert [e["name"] for e in data["experiments"]] == [
+        p.experiment.name for p in planned.proposals
+    ]
+    for k, e in enumerate(data["experiments"], 1):
+        assert f"{k}. {e['name']}: {e['words']}" in shown
+    first = data["experiments"][0]["parameters"]["F_C"]
+    now = data["now"]["F_C"]
+    width = now["high"] - now["low"]
+    expected = first["expected_high"] - first["expected_low"]
+    assert expected == pytest.approx(width / first["factor"], rel=1e-6)
+
+
+def test_logs_are_found_beside_their_card_by_their_hash(tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    assert RIGHT.command is not None
+    rows = np.column_stack([RIGHT.t, RIGHT.position * 1e3, RIGHT.command * 1e3])
+    text = "t_s,position_mm,command_mm\n" + "\n".join(",".join(map(repr, r)) for r in rows.tolist())
+    log.write_text(text + "\n", encoding="utf-8")
+    from stribeck.data import read  # noqa: PLC0415 - for this test alone
+
+    folder = tmp_path / "out"
+    folder.mkdir()
+    file = folder / "card.json"
+    made = card(identify(read(log), train="112:295", repeats=1, budget=200))
+    file.write_text(made.text(), encoding="utf-8")
+    assert logs_beside(read_card(file), file) == [log]
+    log.write_text(text.replace("1", "2"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"run\.csv is not beside it: give the log"):
+        logs_beside(read_card(file), file)
+
+
+def without_parameters(made: Card) -> Card:
+    fixed = {n: c.model_copy(update={"verdict": "fixed"}) for n, c in made.parameters.items()}
+    return made.model_copy(update={"parameters": fixed})
+
+
+@pytest.mark.parametrize(
+    ("change", "asked", "said"),
+    [
+        (without_parameters, {}, "nothing to plan for"),
+        (lambda c: c, {"check": -1}, "check must be a whole number >= 0"),
+        (lambda c: c, {"seed": -1}, "seed must be"),
+        (lambda c: c, {"seconds": 0.0}, "seconds must be a number above 0"),
+        (lambda c: c, {"seconds": float("nan")}, "seconds must be a number above 0"),
+        (lambda c: c.model_copy(update={"train": ["400:500"]}), {}, "holds no motion"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused_in_a_line(
+    bed: Card, change: Callable[[Card], Card], asked: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        plan(change(bed), RIGHT, **asked)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_stranger_among_the_logs_is_told(bed: Card) -> None:
+    from dataclasses import replace  # noqa: PLC0415 - for this test alone
+
+    source = replace(RIGHT.source, file="other.csv", sha256="0" * 64)
+    found = plan(bed, replace(RIGHT, source=source), count=2)
+    assert any("other.csv is not a log" in text for text in found.said)
