@@ -54,9 +54,9 @@ def test_the_table_names_the_recommended_law_and_says_why(stribeck_: Any) -> Non
     said = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "c.csv")
     assert said.status == 0
     lines = said.out.splitlines()
-    assert lines[0] == "laws on forced, held out: 2 test logs" + lines[0][37:]
-    (taken,) = [line for line in lines if "  recommended  " in line]
-    assert taken.split()[0] == "coulomb-viscous-directional"
+    assert lines[0].rstrip() == "laws on forced, held out: 2 test logs; → recommended"
+    (taken,) = [line for line in lines[1:] if line.startswith("→")]
+    assert taken.split()[1] == "coulomb-viscous-directional"
     (sentence,) = [line for line in lines if " is recommended" in line]
     assert sentence.startswith("coulomb-viscous-directional is recommended")
     assert "Parameters of their own for each direction: warranted." in said.out
@@ -65,6 +65,18 @@ def test_the_table_names_the_recommended_law_and_says_why(stribeck_: Any) -> Non
         for name in ("coulomb-viscous", "coulomb-viscous-directional", "stribeck")
         for part in ("", ", intervals")
     ]
+
+
+def test_the_tables_fit_a_terminal_of_80_columns(
+    stribeck_: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    said = stribeck_("select", "a.csv", *ASK, "--test", "b.csv")
+    names = ("coulomb-viscous", "coulomb-viscous-directional", "stribeck")
+    lines = said.out.splitlines()
+    for name in names:  # each law is one line in each of the two tables
+        assert sum(name in line.split() for line in lines[: lines.index("") + 6]) == 2
+    assert max(map(len, lines)) <= 80
 
 
 def test_the_folder_has_the_comparison_the_card_and_the_figure(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.status import Status
+from rich.table import Table
 from rich.text import Text
 
 from .. import __version__
@@ -35,50 +36,61 @@ FAR = 100
 def show_selection(selection: Selection) -> None:
     """The laws in a table, the recommended one marked, and what a reader must know."""
     out, s = console(), selection
+    heads = ["", "law", "free", f"training/{s.unit}", f"held out/{s.unit}", "against the best"]
+    rows = [
+        [
+            "→" if k == s.chosen else "",
+            c.name,
+            str(c.free),
+            number(c.error, 4),
+            number(c.held, 4),
+            f"{'best' if k == s.best else against(c.against)}{', worse' * c.worse}",
+        ]
+        for k, c in enumerate(s.candidates)
+    ]
+    title = f"laws on {s.rig.name}, held out: {s.splits.text}; → recommended"
+    table = grid(title, heads, rows, left=2)
+    table.columns[1].no_wrap = True
+    table.columns[-1].justify = "left"
+    table.rows[s.chosen].style = "bold"
+    out.print(table)
+    out.print()
+    out.print(_diagnoses(s))
+    out.print()
+    for k, sentence in enumerate(s.said):
+        out.print(Text(sentence, style="bold" if k == 0 else ""))
+    seconds = sum(c.seconds for c in s.candidates)
+    compared = f"{s.blocks} blocks or more; " if len(s.candidates) > 1 else ""
+    out.print(
+        Text(
+            f"{compared}{s.effective:,.0f} training samples in effect; fits took {seconds:.1f} s",
+            style="dim",
+        )
+    )
+
+
+def _diagnoses(s: Selection) -> Table:
+    """What else there is to know of each law."""
     searched = s.seed is not None
-    heads = ["law", "", "free", f"training / {s.unit}", f"held out / {s.unit}", "against the best",
-             "ΔAICc", "ΔBIC", "lag 1", *(["evaluations"] if searched else []),
+    heads = ["law", "ΔAICc", "ΔBIC", "lag 1", *(["evaluations"] if searched else []),
              "not identifiable"]  # fmt: skip
     aicc = min(c.criteria.aicc for c in s.candidates)
     bic = min(c.criteria.bic for c in s.candidates)
     rows = [
         [
             c.name,
-            _mark(s, k),
-            str(c.free),
-            number(c.error, 4),
-            number(c.held, 4),
-            against(c.against),
             _less(c.criteria.aicc, aicc),
             _less(c.criteria.bic, bic),
-            f"{c.white.lag_1:.2f}",
+            f"{c.white.lag_1:.3f}",
             *([f"{c.evaluations:,}"] if searched else []),
             ", ".join(c.unseen),
         ]
-        for k, c in enumerate(s.candidates)
+        for c in s.candidates
     ]
-    table = grid(f"laws on {s.rig.name}, held out: {s.splits.text}", heads, rows, left=2)
-    table.columns[-1].justify = table.columns[5].justify = "left"
-    out.print(table)
-    out.print()
-    for k, sentence in enumerate(s.said):
-        out.print(Text(sentence, style="bold" if k == 0 else ""))
-    whole = sum(c.seconds for c in s.candidates)
-    out.print(
-        Text(
-            f"paired over {s.blocks} blocks; {s.effective:,.0f} training samples in effect; "
-            f"fits took {whole:.1f} s",
-            style="dim",
-        )
-    )
-
-
-def _mark(s: Selection, k: int) -> str:
-    if k == s.chosen:
-        return "recommended"
-    if s.candidates[k].worse:
-        return "worse"
-    return "best" if k == s.best else ""
+    table = grid("", heads, rows)
+    table.columns[0].no_wrap = True
+    table.columns[-1].justify = "left"
+    return table
 
 
 def _less(value: float, least: float) -> str:
