@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..data.segment import rests
+from ..data.segment import noise, rests, step
 from ..errors import InputError
 from ..space import Array
 from .drive import Drive
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..friction import Law
 
 #: Samples that a velocity at the start is taken from where none was recorded.
-_FEW = 4
+_FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,8 @@ class Stepped(Simulated):
 
     Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
     or rad. A law with states starts where the axis would be
-    had it been pushed, from relaxed bristles, by the force of the first sample.
+    had it been pushed, from relaxed bristles, by the force of the first sample. A rig whose
+    motions start with the log takes the axis to rest there.
     """
 
     from_rest: bool = False
@@ -80,7 +81,7 @@ class Stepped(Simulated):
             super()
             .track(recording, rows, x0, score)
             ._replace(
-                v0=_velocity(recording, rows.start),
+                v0=0.0 if self.history else _velocity(recording, rows.start),
                 inputs=np.array([a[rows] for a in every]),
                 held=held,
                 given=self.given(recording),
@@ -134,4 +135,6 @@ def _velocity(recording: Recording, row: int) -> float:
     if recording.velocity is not None:
         return float(recording.velocity[row])
     few = slice(row, row + _FEW)
-    return float(np.polyfit(recording.t[few], recording.position[few], 1)[0])
+    t, x = recording.t[few], recording.position[few]
+    seen = 2.5 * step(recording.position) + 6.0 * noise(recording)  # what a sensor can tell
+    return float(np.polyfit(t, x, 1)[0]) if np.ptp(x) > seen else 0.0
