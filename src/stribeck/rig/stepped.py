@@ -137,4 +137,4 @@ def _velocity(recording: Recording, row: int) -> float:
     few = slice(row, row + _FEW)
     t, x = recording.t[few], recording.position[few]
     seen = 2.5 * step(recording.position) + 6.0 * noise(recording)  # what a sensor can tell
-    return float(np.polyfit(t, x, 1)[0]) if np.ptp(x) > seen else 0.0
+    return float(np.polyfit(t - t[0], x, 2)[-2]) if np.ptp(x) > seen else 0.0
