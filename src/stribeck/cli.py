@@ -9,7 +9,7 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
 
@@ -59,7 +59,7 @@ NOISIEST = 100.0
 LONGEST = 600
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB.")
+    list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON.")
 ]
 Columns = Annotated[
     Path | None,
@@ -239,6 +239,9 @@ def identify(
     repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches.")] = None,
     target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J.")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
+    loss: Annotated[str, typer.Option(metavar="squares|absolute", help="What of the errors counts.")] = "squares",
+    restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
+    bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
     columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json and figures there.")] = None,
     json: Json = False,
@@ -260,6 +263,8 @@ def identify(
     _each_once("--holdout", holdout)
     if target is not None:
         _above_zero("--target", target)
+    if bootstrap < 0:
+        raise InputError(f"--bootstrap: give a whole number of refits, got {bootstrap}")
     asked: dict[str, Any] = {
         "method": method,
         "target": target,
@@ -283,6 +288,9 @@ def identify(
             tied=ties,
             seed=seed,
             settings=settings,
+            loss=cast("Any", loss),
+            restart=restart,
+            draws=bootstrap,
             look=watch,
             **asked,
         )
