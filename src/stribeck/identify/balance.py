@@ -61,6 +61,7 @@ def balanced(
         known,
         errors=found.standard_errors[free],
         ends=ends,
+        resting={n: at for n, at in found.at_bound.items() if n not in ends},
         misfit="the force error",
     )
     doubted = doubts(chosen, found, rows)

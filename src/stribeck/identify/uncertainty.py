@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -22,7 +23,7 @@ from .descent import Meter, Terrain
 from .directions import Direction, directions
 from .meaning import Weight, half_widths, sentence, share_of_range, weights
 from .profile import BUDGET, Ended, Profile, Profiles, profiles, start
-from .residuals import Residuals, logs_of
+from .residuals import Residuals, logs_of, orders_of
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -74,7 +75,8 @@ class Estimate:
         verdict: `identified` if the data set both ends within 10 % of the value. `not
             identifiable` if other recordings of the same kind would give values all over the
             range: the interval takes two thirds of it, or is open on one side and reaches over
-            50 % of the value on the other. `weak` otherwise, and at best where the model as a
+            50 % of the value on the other; or if it rests on another parameter that it may not
+            pass. `weak` otherwise, and at best where the model as a
             whole explains little.
         unit: In which people see it.
         low_ended: Why the interval ends there, see `Side`; None for a fixed parameter.
@@ -194,6 +196,7 @@ def estimates(
     *,
     errors: Array | None = None,
     ends: Mapping[str, str] | None = None,
+    resting: Mapping[str, str] = MappingProxyType({}),
     doubtful: bool = False,
     misfit: str = "J",
 ) -> tuple[Estimate, ...]:
@@ -207,6 +210,8 @@ def estimates(
         errors: Standard errors to be told in place of those of `found`, SI, (dim,).
         ends: Which end of its range a parameter sits at, by name, if that is known; else what
             lies within a thousandth of a range of its end counts as sitting there.
+        resting: On which other parameter one rests, by name: the law's order forbids it to pass,
+            as F_S may not fall below F_C. Then nothing in the data asks for a difference.
         doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
         misfit: What the root mean square of the residuals is called.
     """
@@ -237,15 +242,33 @@ def estimates(
                 profile.low.end,
                 profile.high.end,
                 at,
-                verdict(profile, made.free[i], doubtful=doubtful),
+                "not identifiable"
+                if own in resting
+                else verdict(profile, made.free[i], doubtful=doubtful),
                 written,
                 profile.low.ended,
                 profile.high.ended,
-                sentence(label, profile, weight, show, misfit),
+                _rests(label, made.rig.label(resting[own]))
+                if own in resting
+                else sentence(label, profile, weight, show, misfit),
                 None if drawn is None else (float(drawn.low[i]), float(drawn.high[i])),
             )
         )
     return tuple(made_of)
+
+
+def _rests(name: str, other: str) -> str:
+    return f"{name} rests on {other}: nothing in the data asks for a difference between the two"
+
+
+def resting(problem: Residuals, x: Array) -> dict[str, str]:
+    """Which parameters rest on which others at a fit, SI, (dim,): the orders that hold it."""
+    names, width = problem.space.names, problem.space.upper - problem.space.lower
+    return {
+        names[i]: names[j]
+        for i, j in orders_of(problem)
+        if x[i] - x[j] <= AT_END * AT_END * max(width[i], width[j])
+    }
 
 
 def verdict(profile: Profile, param: Param, *, doubtful: bool = False) -> Verdict:
