@@ -130,7 +130,7 @@ def _from_rests(
 
 
 def _in(rest: slice, rows: slice) -> bool:
-    return rows.start <= rest.start and rest.stop <= rows.stop and rest.stop > rest.start
+    return bool(rows.start <= rest.start < rest.stop <= rows.stop)
 
 
 def _resting(recording: Recording, rig: Simulated, rest: slice, rows: slice) -> Stretch:
