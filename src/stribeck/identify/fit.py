@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.random import SeedSequence
 
-from ..data.segment import noise, step
+from ..data.segment import noise, segment, step
 from ..errors import InputError
 from ..friction import Law
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure, steps
@@ -23,6 +23,7 @@ from .balance import balanced
 from .found import Fit
 from .measure import Loss, Measure
 from .polish import Polished, polish, polish_run
+from .presliding import never_slid
 from .problem import (
     MotionProblem,
     Parameters,
@@ -42,6 +43,7 @@ from .uncertainty import (
     correlation_warnings,
     estimates,
     rest_noise,
+    resting,
     uncertainty,
 )
 
@@ -53,10 +55,15 @@ if TYPE_CHECKING:
 #: quarter at most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
-#: Rows that profiles may evaluate.
-PROFILES = 6_000
-#: Evaluations a parameter after which `mbts` has settled, if they brought nothing better.
-SETTLE = 200
+#: Rows that profiles may evaluate: as many as the search did, so that a motion that takes long to
+#: simulate does not make the intervals take longer than the answer, and at least so many for each
+#: parameter; but never more than the first.
+PROFILES, PROFILED = 6_000, 200
+#: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
+#: stick-slip, where a misfit has many basins, and where motions are smooth.
+SETTLE, SETTLE_SMOOTH = 200, 60
+#: Fewer slips in the data are no stick-slip.
+SLIPS = 5
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
 #: A misfit above this share of the best smooth motion's explains little.
@@ -193,8 +200,9 @@ class _Plan:
     polishing: bool | None
     draws: int
 
-    def algorithm(self) -> Algorithm:
-        own = {"settle": SETTLE} if self.method == MemeticTabuSearch.name else {}
+    def algorithm(self, problem: MotionProblem) -> Algorithm:
+        settle = SETTLE if _slips(problem) else SETTLE_SMOOTH
+        own = {"settle": settle} if self.method == MemeticTabuSearch.name else {}
         return configure(self.method, **own | self.settings)
 
     def polish_budget(self) -> int:
@@ -206,13 +214,27 @@ class _Plan:
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
                 raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
-        algorithm = self.algorithm()
+        algorithm = self.algorithm(problem)
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget()
         return [
             Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
             for s in SeedSequence(self.seed).spawn(self.repeats)
         ]
+
+
+def _slips(problem: MotionProblem) -> bool:
+    """Whether the axis sticks and slips in what is trained on, or elements of its law do."""
+    if free_starts(problem) or problem.parameters.law.states > 1:
+        return True
+    logs = {id(s.recording): s.recording for s in problem.train}
+    slips = {key: segment(log).slips for key, log in logs.items()}
+    inside = (
+        s.rows.start <= slip.start and slip.stop <= s.rows.stop
+        for s in problem.train
+        for slip in slips[id(s.recording)]
+    )
+    return sum(inside) >= SLIPS
 
 
 def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
@@ -270,7 +292,11 @@ def _conclude(
         begun, interrupted = None, True
     free = len(best.x)
     on = problem if begun is None else begun[0]
-    known = _known(on, best.x if begun is None else begun[1].x, free, plan, interrupted)
+    evaluations = sum(r.evaluations for r in runs) + sum(
+        d.evaluations for d in (best, *done[1:], *(begun or ())[1:])
+    )
+    budget = min(PROFILES, max(evaluations, PROFILED * on.space.dim))
+    known = _known(on, best.x if begun is None else begun[1].x, free, plan, budget, interrupted)
     x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
     p = made.full(x[None, :free])[0]
@@ -278,7 +304,7 @@ def _conclude(
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
     score = scores(made, p, train)
     doubtful = score.value > LITTLE * score.smooth
-    found = estimates(made, p, known, spread, doubtful=doubtful)
+    found = estimates(made, p, known, spread, resting=resting(on, x), doubtful=doubtful)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
         parameters=made,
@@ -291,8 +317,7 @@ def _conclude(
         polished=tuple(done),
         method=plan.method,
         seed=plan.seed,
-        evaluations=sum(r.evaluations for r in runs)
-        + sum(d.evaluations for d in (best, *done[1:], *(begun or ())[1:])),
+        evaluations=evaluations,
         seconds=seconds,
         ended="interrupted" if interrupted else runs[0].ended,
         train=train,
@@ -319,14 +344,19 @@ def _conclude(
 
 
 def _known(
-    on: MotionProblem | StartedProblem, x: Array, free: int, plan: _Plan, interrupted: bool
+    on: MotionProblem | StartedProblem,
+    x: Array,
+    free: int,
+    plan: _Plan,
+    budget: int,
+    interrupted: bool,
 ) -> Uncertainty:
     """How well the first `free` parameters are known; a quick look if somebody is waiting."""
     quick, keep = 4 * len(x), plan.polishing is False
     if not interrupted:
         try:
             return uncertainty(
-                on, x, among=free, budget=PROFILES, keep=keep, draws=plan.draws, seed=plan.seed
+                on, x, among=free, budget=budget, keep=keep, draws=plan.draws, seed=plan.seed
             )
         except KeyboardInterrupt:
             pass
@@ -372,6 +402,7 @@ def _warnings(
         said.append("interrupted: the search or its polishing had not ended")
     said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
+    said += never_slid(made, list({id(s.recording): s.recording for s in train}.values()))
     floor = _noise_floor(made.rig, logs)
     if score.value > LITTLE * score.smooth:
         said.append(
