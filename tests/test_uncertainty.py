@@ -61,8 +61,8 @@ DECADES = Param("p", 0.01, 100.0, log=True)
         (told(0.95, 1.05, low_ended="order"), RANGE, "weak"),
         (told(0.6, 10.0, high_ended="bound"), RANGE, "not identifiable"),  # 94 % of the range
         (told(4.0, 10.0, high_ended="flat", value=6.0), RANGE, "weak"),
-        (told(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "not identifiable"),
-        (told(0.4, 2.0, high_ended="bound"), RANGE, "not identifiable"),  # 60 % down, open above
+        (told(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "weak"),  # below 4 is excluded
+        (told(0.0, 1.2, low_ended="bound", value=0.4), RANGE, "weak"),  # above 1.2 is excluded
         (told(0.02, 6.5), RANGE, "weak"),  # 65 % of the range
         (told(0.02, 6.8), RANGE, "not identifiable"),
         (told(0.3, 6.8), DECADES, "weak"),  # 1.4 of 4 decades

@@ -43,10 +43,10 @@ __all__ = [
 
 Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
 
-#: Half-width of an interval as a share of the value, up to which a parameter is identified; and
-#: above which an interval with an open end says nothing.
-IDENTIFIED, WEAK = 0.1, 0.5
-#: Share of the search range, in the search scale, from which an interval says nothing.
+#: Half-width of an interval as a share of the value, up to which a parameter is identified.
+IDENTIFIED = 0.1
+#: Share of the search range, in the search scale, from which an interval says nothing: nine in ten
+#: estimates of other recordings would spread over 1.645 / 1.96 of it, which is most of the range.
 ALL_OVER = 2 / 3
 #: Correlation above which the data know a combination of two parameters rather than each.
 TOGETHER = 0.95
@@ -74,10 +74,9 @@ class Estimate:
         at_bound: Which end of its search range it sits at, if any.
         verdict: `identified` if the data set both ends within 10 % of the value. `not
             identifiable` if other recordings of the same kind would give values all over the
-            range: the interval takes two thirds of it, or is open on one side and reaches over
-            50 % of the value on the other; or if it rests on another parameter that it may not
-            pass. `weak` otherwise, and at best where the model as a
-            whole explains little.
+            range: the interval takes two thirds of it, or the data end it on neither side; or
+            if it rests on another parameter that it may not pass. `weak` otherwise, and at best
+            where the model as a whole explains little.
         unit: In which people see it.
         low_ended: Why the interval ends there, see `Side`; None for a fixed parameter.
         high_ended: The same for the upper end.
@@ -277,8 +276,6 @@ def verdict(profile: Profile, param: Param, *, doubtful: bool = False) -> Verdic
     size = abs(profile.value)
     closed = [side.ended not in ("bound", "flat") for side in (profile.low, profile.high)]
     if share_of_range(profile, param) >= ALL_OVER or not any(closed):
-        return "not identifiable"
-    if not all(closed) and (down if closed[0] else up) > WEAK * size:
         return "not identifiable"
     by_data = profile.low.ended == profile.high.ended == "threshold"
     if by_data and max(down, up) <= IDENTIFIED * size and not doubtful:
