@@ -13,9 +13,16 @@ from ..rig.rig import Simulated
 from .balance import balanced
 from .fit import LITTLE
 from .found import Fit
+from .residuals import BalanceResiduals
 from .score import held_out, scores
 from .stretch import stretches
-from .uncertainty import bound_warnings, correlation_warnings, estimates, uncertainty
+from .uncertainty import (
+    bound_warnings,
+    correlation_warnings,
+    estimates,
+    uncertainty,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -44,6 +51,17 @@ def fitted(
         _balanced(rung, trained, out, logs)
         if rung.problem is None
         else _simulated(rung, trained, out, logs, seed)
+    )
+
+
+def unseen(rung: Rung) -> tuple[str, ...]:
+    """The parameters that a solved force balance does not identify, as their rig calls them."""
+    assert rung.balance is not None  # noqa: S101 - the inverse road's
+    known = uncertainty(BalanceResiduals(rung.balance.system), rung.x, keep=True).by_name()
+    return tuple(
+        rung.made.rig.label(q.name)
+        for q in rung.made.free
+        if verdict(known[q.name][0], q) == "not identifiable"
     )
 
 

@@ -11,7 +11,8 @@ first, up to the first that passes: so the whole ladder errs no more often than 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from numbers import Integral
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ from ..optimize import Search
 from ..rig import Rig
 from ..rig.rig import Simulated
 from .conclusions import Finding, findings, sentences
-from .fitted import fitted
+from .fitted import fitted, unseen
 from .found import Fit
 from .ladder import ingredients
 from .paired import Criteria, Paired, Whiteness, criteria, paired, whiteness
@@ -46,8 +47,8 @@ class Candidate:
     """One law of the ladder.
 
     Args:
-        fit: Fitted to all that may be trained on.
-        error: Its misfit there, J or percent.
+        made: Its parameters.
+        error: Its misfit on all that may be trained on, J or percent.
         held: Its error on what was held out.
         criteria: Of Akaike and Schwarz.
         white: How far its training residuals are from white noise.
@@ -57,9 +58,10 @@ class Candidate:
         ingredients: What it has beyond a level and a slope.
         evaluations: Of the cost, all rounds together.
         seconds: They took.
+        conclude: Makes its fit.
     """
 
-    fit: Fit
+    made: Parameters
     error: float
     held: float
     criteria: Criteria
@@ -70,16 +72,22 @@ class Candidate:
     ingredients: frozenset[str]
     evaluations: int
     seconds: float
+    conclude: Callable[[], Fit] = field(repr=False)
+
+    @cached_property
+    def fit(self) -> Fit:
+        """Fitted to all that may be trained on, with all that an identification says of it."""
+        return self.conclude()
 
     @property
     def name(self) -> str:
         """The law's."""
-        return self.fit.law.name
+        return self.made.law.name
 
     @property
     def free(self) -> int:
         """How many parameters were found."""
-        return len(self.fit.parameters.free)
+        return len(self.made.free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +263,7 @@ class _Ladder:
 
     def __init__(self, rounds: Splits, seed: int, budget: int, look: Look | None) -> None:
         self.rounds, self.seed, self.budget, self._look = rounds, seed, budget, look
-        self.done: list[tuple[Rung, Held, Fit, float, int]] = []
+        self.done: list[tuple[Rung, Held, tuple[str, ...], Callable[[], Fit], float, int]] = []
         self._below: list[list[Rung]] = [[] for _ in (rounds.whole, *rounds.rounds)]
 
     def climb(
@@ -282,9 +290,15 @@ class _Ladder:
         assert seen is not None  # noqa: S101 - there is at least one round
         if self._look is not None:
             self._look(f"{name}, intervals", [])
-        fit = fitted(main, trained, out, logs, self.seed)
+        conclude = partial(fitted, main, trained, out, logs, self.seed)
+        if main.problem is None:  # the rest takes as long as the fit, and may wait
+            blind = unseen(main)
+        else:
+            fit = conclude()
+            blind = tuple(e.name for e in fit.estimates if e.verdict == "not identifiable")
+            conclude = partial(_kept, fit)
         seconds, spent = sum(r.seconds for r in found), sum(r.evaluations for r in found)
-        self.done.append((main, seen, fit, seconds, spent))
+        self.done.append((main, seen, blind, conclude, seconds, spent))
         for below, rung in zip(self._below, found, strict=False):
             below.append(rung)
 
@@ -294,6 +308,10 @@ class _Ladder:
             return Plan(self.seed, self.budget)
         look(doing, [])
         return Plan(self.seed, self.budget, lambda searches: look(doing, searches))
+
+
+def _kept(fit: Fit) -> Fit:
+    return fit
 
 
 def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) -> Selection:
@@ -310,21 +328,22 @@ def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) 
     ruler = min(rungs, key=lambda r: float(np.mean(r.residuals**2)))
     effective = len(ruler.residuals) / whiteness(ruler.residuals, ruler.logs).time
     made = []
-    for i, (rung, part, fit, seconds, spent) in enumerate(plan.done):
+    for i, (rung, part, blind, conclude, seconds, spent) in enumerate(plan.done):
         r, free = rung.residuals, len(rung.made.free)
         made.append(
             Candidate(
-                fit=fit,
+                made=rung.made,
                 error=rung.error,
                 held=part.error,
                 criteria=criteria(float(np.mean(r**2)), free, effective),
                 white=whiteness(r, rung.logs),
-                unseen=tuple(e.name for e in fit.estimates if e.verdict == "not identifiable"),
+                unseen=blind,
                 against=None if i == best else against[i],
                 worse=worse[i],
                 ingredients=ingredients(rung.made.law, [q.name for q in rung.made.free]),
                 evaluations=spent,
                 seconds=seconds,
+                conclude=conclude,
             )
         )
     able = [i for i in range(len(made)) if not worse[i]]
