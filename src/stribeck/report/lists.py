@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
 
+from rich.padding import Padding
+
 from ..errors import InputError
 from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
@@ -36,8 +38,10 @@ def show_laws(name: str | None) -> None:
     law = law_named(name)
     out.print(f"{law.name}: {law.doc}\n")
     for line in law.formula.split(",  "):
-        out.print(f"  {line}")
-    out.print(f"\n  {law.cite}\n")
+        out.print(_inset(line))
+    out.print()
+    out.print(_inset(law.cite))
+    out.print()
     if law.states:
         out.print(f"  {_kind(law)}, at zero to begin with; continuous through rest")
     reads = [*law.loads, *(term for term in law.terms if term not in law.loads)]
@@ -66,6 +70,11 @@ _READS = {
     "position": "position",
     "temperature": "temperature",
 }
+
+
+def _inset(text: str) -> Padding:
+    """A paragraph that stands in by two columns, all of its lines."""
+    return Padding(text, (0, 0, 0, 2), expand=False)
 
 
 def _kind(law: Law) -> str:
@@ -102,7 +111,10 @@ def show_rigs(rig: Rig | None) -> None:
         rows = [[n, r.road, r.doc] for n, r in RIGS.items()]
         out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
         return
-    out.print(f"{rig.name}: {rig.doc}\n  identified by {_ROADS[rig.road]}\n  {rig.cite}\n")
+    out.print(f"{rig.name}: {rig.doc}")
+    for line in (f"identified by {_ROADS[rig.road]}", rig.cite):
+        out.print(_inset(line))
+    out.print()
     if rig.constants:
         rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
         out.print(
