@@ -234,7 +234,7 @@ def _slips(problem: MotionProblem) -> bool:
         for s in problem.train
         for slip in slips[id(s.recording)]
     )
-    return sum(inside) >= SLIPS
+    return bool(sum(inside) >= SLIPS)
 
 
 def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
