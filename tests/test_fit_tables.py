@@ -9,8 +9,17 @@ import pytest
 
 from stribeck import identify
 from stribeck.data import Recording
+from stribeck.identify.card import card
 from stribeck.identify.found import Fit
-from stribeck.report.terminal import LISTED, gathered, log_errors, show_fit, show_warnings
+from stribeck.identify.validate import validate
+from stribeck.report.terminal import (
+    LISTED,
+    gathered,
+    log_errors,
+    show_fit,
+    show_validation,
+    show_warnings,
+)
 from stribeck.rig.testbed import TestBed
 
 
@@ -64,6 +73,18 @@ def test_how_it_stuck_and_slipped_is_said(fit: Fit, capsys: pytest.CaptureFixtur
     (line,) = [text for text in said.splitlines() if text.startswith("training, axis")]
     assert line.split()[2:] == [
         str(measured.slips), f"{measured.jump * 1e3:.3g}", f"{measured.stuck:.0%}",
+    ]  # fmt: skip
+
+
+def test_many_validations_are_pooled_as_the_fit_pools_them(
+    fit: Fit, capsys: pytest.CaptureFixture[str]
+) -> None:
+    show_validation(card(fit), validate(fit, fit.recordings, "200:295"))
+    *_, last = capsys.readouterr().out.splitlines()
+    held = fit.holdout[0].score
+    assert last.split() == [
+        "all", "of", "these", f"{held.value:.4g}", f"{held.smooth:.4g}", f"{held.still:.4g}",
+        str(held.samples),
     ]  # fmt: skip
 
 

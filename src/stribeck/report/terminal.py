@@ -235,7 +235,20 @@ def show_validation(card: Card, rows: Sequence[tuple[str, str, Any]]) -> None:
     cells = [[log, within, *_score_cells(score)] for log, within, score in rows]
     error = _error(rows[0][2]) if rows else ""
     heads = ["log", "range", error, "smooth", "never moves", "samples"]
+    if (pooled := _pooled([score for _, _, score in rows])) is not None:
+        cells.append(["all of these", "", *pooled])
     console().print(grid(f"{card.law} on {card.rig}", heads, cells, left=2))
+
+
+def _pooled(every: Sequence[Score]) -> list[str] | None:
+    """One misfit of many, where it can be had from theirs; None for one, and for forces."""
+    n = [s.samples for s in every]
+    power = {"position_rmse": 2, "position_mae": 1}.get(every[0].name if every else "")
+    if power is None or len(every) < SEVERAL:
+        return None
+    kinds = ([getattr(s, part) for s in every] for part in ("value", "smooth", "still"))
+    means = [float(np.average(np.power(v, power), weights=n)) ** (1 / power) for v in kinds]
+    return [*(number(m, 4) for m in means), str(sum(n))]
 
 
 def validation_text(card: Card, rows: Sequence[tuple[str, str, Any]]) -> str:
