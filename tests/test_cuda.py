@@ -95,6 +95,11 @@ try:
     cuda.misfits(here.replace(law, slip=abs), p, c, on)
 except here.InputError as error:
     print(json.dumps(["refused", str(error)]))
+for name in ("lugre", "makkar", "coulomb-load"):
+    try:
+        rig.misfits(here.LAWS[name], here.np.ones((1, 1 + len(here.LAWS[name].params))), on)
+    except here.InputError as error:
+        print(json.dumps([name, str(error)]))
 """
 
 
@@ -132,6 +137,12 @@ def test_a_rig_on_the_device_computes_its_misfits_there(simulated: dict[str, Any
 
 def test_a_law_without_a_source_is_refused_in_a_line(simulated: dict[str, Any]) -> None:
     assert simulated["refused"].startswith("law stribeck: device cuda compiles a law from its")
+
+
+@pytest.mark.parametrize("name", ["lugre", "makkar", "coulomb-load"])
+def test_a_law_that_is_stepped_is_refused_in_a_line(name: str, simulated: dict[str, Any]) -> None:
+    expected = f"law {name}: device cuda takes static laws that stick at rest; use device cpu"
+    assert simulated[name] == expected
 
 
 # --- as NVIDIA's compiler makes them --------------------------------------------------------------

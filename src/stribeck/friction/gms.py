@@ -8,7 +8,7 @@ import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
-from .maxwell import ELEMENTS, elements
+from .maxwell import ELEMENTS, VISCOUS, elements
 
 
 def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:
@@ -61,7 +61,7 @@ def gms(n: int) -> Law:
         name="gms" if n == ELEMENTS else f"gms:{n}",
         params=(
             *elements(n),
-            Param("F_V", 0.0, 5000.0, "N s/m", "F_V", doc="viscous friction"),
+            VISCOUS,
             Param("ratio", 1.0, 5.0, "", "F_S/F_C", doc="static over Coulomb friction"),
             Param("v_s", 1e-4, 1e-1, "m/s", "v_s", log=True, doc="Stribeck velocity"),
             Param("tau", 1e-4, 1.0, "s", "\\tau", log=True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import Any, Literal
 from zlib import crc32
@@ -170,6 +170,12 @@ class Law:
     def static(self) -> bool:
         """Whether `slip` says it all: no states, no loads, no terms."""
         return self.rub is None and not self.terms
+
+    @cached_property
+    def sticks(self) -> bool:
+        """Whether it has levels of its own that hold an axis at rest: no states, not all zero."""
+        ends = np.array([q.upper if q.fixed is None else q.fixed for q in self.params])
+        return self.states == 0 and any(self.levels(ends))
 
     def with_term(self, term: Term) -> Law:
         """The same law, all of its friction multiplied by a term with parameters of its own.

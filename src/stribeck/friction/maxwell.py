@@ -11,6 +11,9 @@ from .law import Law, rub_law, slip_law
 
 #: How many elements the law has unless its name says so: `maxwell-slip:6`.
 ELEMENTS = 4
+#: Levels, distances and this one are searched by their decades: elements that differ in the size of
+#: all that they have are what the law is about.
+VISCOUS = Param("F_V", 1e-1, 1e5, "N s/m", "F_V", log=True, doc="viscous friction")
 
 
 def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:
@@ -41,7 +44,8 @@ def elements(n: int) -> tuple[Param, ...]:
     """Levels and yield distances of n elements, in an order that no permutation repeats."""
     return (
         *(
-            Param(f"W_{i}", 0.0, 1000.0, "N", f"W_{i}", doc=f"level at which element {i} slips")
+            Param(f"W_{i}", 1e-3, 1e3, "N", f"W_{i}", log=True,
+                  doc=f"level at which element {i} slips")
             for i in range(1, n + 1)
         ),
         Param("d_1", 1e-7, 1e-3, "m", "d_1", log=True, doc="displacement at which element 1 slips"),
@@ -60,7 +64,7 @@ def maxwell_slip(n: int) -> Law:
         name="maxwell-slip" if n == ELEMENTS else f"maxwell-slip:{n}",
         params=(
             *elements(n),
-            Param("F_V", 0.0, 5000.0, "N s/m", "F_V", doc="viscous friction"),
+            VISCOUS,
         ),
         slip=slip_of(n),
         rub=rub_law(_rub),

@@ -70,7 +70,7 @@ def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
         return ()
     at = {q.name: i for i, q in enumerate(made.free)}
     names = [made.tied.get(q.name, q.name) for q in made.law.params]
-    pairs = ((names[i], names[j]) for i, j in separable.orders(made.law))
+    pairs = ((names[i], names[j]) for i, j in separable.orders(made.law, every=True))
     return tuple(dict.fromkeys((at[a], at[b]) for a, b in pairs if a in at and b in at))
 
 

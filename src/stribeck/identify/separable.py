@@ -113,22 +113,26 @@ def triangle(A: Array) -> Array:
     return R
 
 
-def orders(law: Law) -> list[Order]:
-    """The pairs (i, j) of linear parameters for which `law.physical` demands p_i >= p_j.
+def orders(law: Law, *, every: bool = False) -> list[Order]:
+    """The pairs (i, j) of parameters for which `law.physical` demands p_i >= p_j.
 
     Asked of the law itself: with all levels equal it must hold, with p_j raised it must not, and
     with p_i raised too it must hold again.
+
+    Args:
+        law: The law.
+        every: Whether parameters that the law is not linear in are asked about, too.
     """
     p = np.array([0.5 * (q.lower + q.upper) if q.fixed is None else q.fixed for q in law.params])
-    linear = [i for i, q in enumerate(law.params) if q.name in law.linear]
-    for unit in {law.params[i].unit for i in linear}:
-        alike = [i for i in linear if law.params[i].unit == unit]
+    asked = [i for i, q in enumerate(law.params) if every or q.name in law.linear]
+    for unit in {law.params[i].unit for i in asked}:
+        alike = [i for i in asked if law.params[i].unit == unit]
         p[alike] = min(p[alike])
     if not _holds(law, p):
         return []
     return [
         (i, j)
-        for i, j in permutations(linear, 2)
+        for i, j in permutations(asked, 2)
         if law.params[i].unit == law.params[j].unit
         and not _holds(law, _raised(p, j))
         and _holds(law, _raised(p, i, j))

@@ -144,6 +144,10 @@ def _compiled(law: Law) -> Any:
             f"law {law.name}: device cuda compiles a law from its source, and this one is no "
             "function that numba has compiled (see slip_law); use device cpu"
         )
+    if not (law.static and law.sticks):
+        raise InputError(
+            f"law {law.name}: device cuda takes static laws that stick at rest; use device cpu"
+        )
     try:
         return _program(law.slip)
     except Exception as error:  # numba's errors have no common ancestor across its packages

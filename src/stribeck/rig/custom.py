@@ -11,9 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ..data.columns import mapping
 from ..data.page import page
 from ..errors import InputError
-from ..friction import LAWS
+from ..friction import law_named
 from . import RIGS
-from .rig import Rig, in_si
+from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -93,15 +93,14 @@ def _made(said: _RigFile, name: str) -> Rig:
     mapping(said.columns)  # says which channels there are
     laws = kind.laws
     if said.law is not None:
-        if said.law not in LAWS:
-            raise InputError(f"no law {said.law!r}: there are {', '.join(LAWS)}")
+        law_named(said.law)  # says which laws there are
         laws = (said.law, *(law for law in kind.laws if law != said.law))
     rig = kind.set(**said.constants)
-    every = {q.name: q for law in laws for q in rig.parameters(LAWS[law])}
+    every = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
     by_label = {rig.label(q): q for q in every}
     ranges = {}
-    # A range may be given for both directions at once, by the name without its sign.
-    stems = {q.name.rstrip("+-"): q for q in every.values()}
+    # A range may be given at once for both directions, or for all elements of a law.
+    stems = {stem(q.name): q for q in every.values()}
     for label, (low, high) in said.ranges.items():
         key = by_label.get(label, label)
         param = every.get(key) or stems.get(key)

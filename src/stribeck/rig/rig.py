@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -55,6 +56,18 @@ _ROTARY = {
 }
 
 
+#: A name of one direction or of one element.
+_ONE = re.compile(r"(?<=^[A-Za-z])_\d+$|[+-]$")
+
+
+def stem(name: str) -> str:
+    """What the parameters of both directions are called together, or those of all elements.
+
+    `F_S+` is one of F_S, `W_3` one of W.
+    """
+    return _ONE.sub("", name)
+
+
 def constant(name: str, shown: float, written: str, doc: str, source: str) -> Constant:
     """A constant given in the unit people see."""
     return Constant(name, float(unit(written).to_si(shown)), written, doc, source)
@@ -90,7 +103,8 @@ class Rig:
         constants: Known quantities.
         params: Free parameters of its own, beside the law's, SI.
         laws: Laws it was made for; the first is the default. Every other law works too.
-        ranges: Search ranges (lower, upper) that replace a law's own, SI, by parameter.
+        ranges: Search ranges (lower, upper) that replace a law's own, SI, by parameter, or by
+            the stem of several: F_S is for F_S+ and F_S-, W for W_1, W_2 and so on.
         shows: The unit in which people see a parameter or quantity, by name; SI where silent.
         labels: What the rig's literature calls a parameter, by the law's name for it.
         columns: Columns of its log format: channel -> "head", "head [unit]", or a table as the
@@ -160,7 +174,7 @@ class Rig:
 
     def unit_of(self, param: Param) -> str:
         """The unit in which people see a parameter."""
-        return self.shows.get(param.name, self.shows.get(param.name.rstrip("+-"), param.unit))
+        return self.shows.get(param.name, self.shows.get(stem(param.name), param.unit))
 
     def label(self, name: str) -> str:
         """What people see a parameter called."""
@@ -177,9 +191,8 @@ class Rig:
         raise InputError(f"rig {self.name} cannot be simulated from {recording.label}")
 
     def _ranged(self, param: Param) -> Param:
-        lower, upper = self.ranges.get(
-            param.name, self.ranges.get(param.name.rstrip("+-"), (param.lower, param.upper))
-        )
+        own = (param.lower, param.upper)
+        lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), own))
         written = _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
         return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
 

@@ -54,9 +54,11 @@ def _constants() -> tuple[Constant, ...]:
         constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", named),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
-        constant("step", 1.0, "ms", "longest step for laws with states, loads or terms",
-                 "docs/rigs.md"),
-        constant("tolerance", 1e-5, "mm", "way by which such a step may be off", "docs/rigs.md"),
+        constant("step", 1.0, "ms",
+                 "longest step where a law reads more than speed, or never sticks", "docs/rigs.md"),
+        # So small that a slip starts when it should: under a friction that falls by more than
+        # m/step, an implicit step does not feel that rest is not stable, and lingers.
+        constant("tolerance", 1e-7, "mm", "way by which such a step may be off", "docs/rigs.md"),
     )  # fmt: skip
 
 
@@ -185,7 +187,7 @@ class SlideBed(Simulated):
             dt: Step of the last two, s.
         """
         laws, c = self.split(law, p)
-        if scheme == "fast" and law.static:
+        if scheme == "fast" and _jumps(law):
             x, v = trajectories(law, laws, c, on)
         elif scheme == "fast":
             from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
@@ -208,14 +210,12 @@ class SlideBed(Simulated):
 
     def misfits(self, law: Law, p: Array, on: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
-        if not law.static:
-            return super().misfits(law, p, on)
         laws, c = self.split(law, p)
         if self.device == "cuda":
             from . import cuda  # noqa: PLC0415 - half a second that only this needs
 
             return cuda.misfits(law, laws, c, on)
-        return misfits(law, laws, c, on)
+        return misfits(law, laws, c, on) if _jumps(law) else super().misfits(law, p, on)
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
         """Measured friction: what is left of the drive force at stretches e, speeds v, and a.
@@ -228,6 +228,15 @@ class SlideBed(Simulated):
             self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
         )
         return drive - motor - self["m"] * a
+
+
+def _jumps(law: Law) -> bool:
+    """Whether a slide rests and slips under a law: the kernel goes from one event to the next.
+
+    A law that is smooth through rest has none, and is so steep there that only an implicit step
+    keeps its pace.
+    """
+    return law.static and law.sticks
 
 
 def _with_inputs(on: Track) -> Track:
