@@ -40,6 +40,7 @@ PARTS = {
     "surfaces": "The paper's functions and their twins",
     "bbob_area": "BBOB",
     "selection": "Which law two real axes need",
+    "intervals": "Whether intervals hold the truth",
     "gpu": "Many candidates on a GPU",
 }
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")

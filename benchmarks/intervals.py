@@ -1,0 +1,398 @@
+"""Do intervals hold the truth? Recordings whose truth is known, identified as a user would.
+
+    python benchmarks/run.py --only intervals
+
+Every recording that is done is a line of intervals.part.jsonl, beside this file: a run that was
+interrupted goes on from there. Once all are done it becomes intervals.jsonl, and the next run
+begins anew.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from scipy.stats import beta
+
+from interval_twins import MEMORY, SWINGS, Known, bed, loop, pendulum
+from stribeck import Fit, identify
+from stribeck.bench.engines import cores
+from stribeck.bench.tables import Cell, Table, number
+from stribeck.space import Param, Space
+
+HERE = Path(__file__).parent
+#: One recording that is done: which, and what was found.
+Row = dict[str, Any]
+
+VERDICTS = ("identified", "weak", "not identifiable")
+#: What a nominal 95 % interval of an identified parameter should hold.
+GOAL = (0.90, 0.99)
+#: Data sets a bootstrap draws here; a user's default is twice as many.
+DRAWS = 100
+#: Noise of so many seeds on each of a handful of slide beds: some whose interval takes most of a
+#: range, some whose interval is short and ends at the range.
+SEEDS, BEDS = 20, (2, 14, 19, 25, 28)
+
+
+@dataclass(frozen=True)
+class Study:
+    """One kind of recordings.
+
+    Args:
+        title: Of its table.
+        made: Recording number k.
+        count: How many, and how many in a short pass.
+        draws: Data sets of the bootstrap; 0 for none.
+        note: What a reader must know.
+    """
+
+    title: str
+    made: Callable[[int], Known]
+    count: tuple[int, int]
+    draws: int = 0
+    note: str = ""
+
+
+def _seeded(k: int) -> Known:
+    return bed(BEDS[k % len(BEDS)], seed=1_000 + k // len(BEDS))
+
+
+STUDIES = {
+    "bed": Study(
+        "Slide beds with random true parameters, white noise",
+        bed,
+        (200, 3),
+        note="One stroke each, in turn rightward and leftward; noise of 0.05 to 0.5 mm, 20 to "
+        "200 Hz.",
+    ),
+    "bed, correlated": Study(
+        "Slide beds, noise that forgets within five samples",
+        lambda k: bed(k, memory=MEMORY),
+        (100, 1),
+        draws=DRAWS,
+        note=f"A first-order autoregression; the bootstrap draws {DRAWS} data sets.",
+    ),
+    "loop": Study(
+        "EMPS loops, white noise on the force",
+        loop,
+        (100, 2),
+        draws=DRAWS,
+        note="24 s at 1 kHz, 3 to 30 N of noise before filtering.",
+    ),
+    "loop, correlated": Study(
+        "EMPS loops, noise that forgets within fifty samples",
+        lambda k: loop(k, memory=10 * MEMORY),
+        (100, 1),
+        draws=DRAWS,
+        note="Fifty samples of the log are five rows of the balance.",
+    ),
+    "loop, held": Study(
+        "EMPS loops, the force logged as the controller writes it",
+        lambda k: loop(k, held=True),
+        (100, 1),
+        note="The controller holds its output for a sample, so the logged force is half a sample "
+        "ahead of the motion. No interval knows of that: these hold the truth where the noise is "
+        "larger than what half a millisecond does.",
+    ),
+    "pendulum": Study(
+        "Servo pendulums, white noise on the angle",
+        pendulum,
+        (20, 1),
+        note=f"{SWINGS} logs each.",
+    ),
+    "seeds": Study("", _seeded, (SEEDS * len(BEDS), 0)),
+}
+
+
+def measure(quick: bool = False) -> dict[str, Any]:
+    """Identify all recordings, or what is left of them, and count.
+
+    Args:
+        quick: A few of each kind.
+    """
+    folder = HERE / "quick" if quick else HERE
+    folder.mkdir(exist_ok=True)
+    part, whole = folder / "intervals.part.jsonl", folder / "intervals.jsonl"
+    wanted = [(name, k) for name, s in STUDIES.items() for k in range(s.count[quick])]
+    rows = done(part, wanted)
+    part.replace(whole)
+    return summary(rows)
+
+
+# --- recordings, one by one -----------------------------------------------------------------------
+
+
+def done(file: Path, wanted: Sequence[tuple[str, int]]) -> list[Row]:
+    """Identify what is wanted and not in the file yet; every line of it, in the order asked."""
+    known = {(r["study"], r["k"]): r for r in read(file)}
+    left = [w for w in wanted if w not in known]
+    with file.open("a", encoding="utf-8") as out:
+        for row in _each(left):
+            known[row["study"], row["k"]] = row
+            out.write(json.dumps(row) + "\n")
+            out.flush()
+    return [known[w] for w in wanted]
+
+
+def read(file: Path) -> list[Row]:
+    """The lines of a file; one that was cut off while it was written is left out."""
+    if not file.exists():
+        return []
+    lines = file.read_text(encoding="utf-8").split("\n")
+    if lines[-1]:
+        file.write_text("".join(f"{line}\n" for line in lines[:-1]), encoding="utf-8")
+    return [json.loads(line) for line in lines[:-1]]
+
+
+def _each(left: Sequence[tuple[str, int]]) -> Iterator[Row]:
+    if min(cores(), len(left)) < 2:  # noqa: PLR2004 - one core needs no other process
+        numba.set_num_threads(1)
+        yield from (one(*w) for w in left)
+        return
+    fresh = get_context("spawn")
+    with ProcessPoolExecutor(min(cores(), len(left)), fresh, numba.set_num_threads, (1,)) as pool:
+        for ended in as_completed([pool.submit(one, *w) for w in left]):
+            yield ended.result()
+
+
+def one(study: str, k: int) -> Row:
+    """Identify recording k of a study."""
+    known, draws = STUDIES[study].made(k), STUDIES[study].draws
+    began = time.perf_counter()
+    fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=draws)
+    seconds = time.perf_counter() - began
+    return {
+        "study": study,
+        "k": k,
+        "noise": known.noise,
+        "rate": round(known.rate, 3),
+        "misfit": fit.score.value,
+        "seconds": round(seconds, 2),
+        "parameters": _parameters(fit, known.truth),
+    }
+
+
+def _parameters(fit: Fit, truth: dict[str, float]) -> dict[str, Row]:
+    """What was found of each, with its place in the search range."""
+    errors: dict[str, float] = {}
+    if fit.known is not None:
+        errors |= zip(
+            (q.name for q in fit.parameters.free), fit.known.errors.tolist(), strict=False
+        )
+    found = {}
+    for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
+        if e.verdict != "fixed":
+            found[q.name] = {
+                "truth": _short(truth[q.name]),
+                "value": _short(e.value),
+                "at": round(_at(q, e.value), 5),
+                "error": _short(errors.get(q.name, math.nan)),
+                "interval": [_short(e.low), _short(e.high)],
+                "ended": [e.low_ended, e.high_ended],
+                "verdict": e.verdict,
+                "resampled": e.resampled and [_short(x) for x in e.resampled],
+            }
+    return found
+
+
+def _at(q: Param, value: float) -> float:
+    return float(Space((q,)).encode(np.array([[value]]))[0, 0])
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.7g}") if math.isfinite(value) else None
+
+
+# --- counting -------------------------------------------------------------------------------------
+
+
+def summary(rows: Sequence[Row]) -> dict[str, Any]:
+    """The counts of every study."""
+    by: dict[str, list[Row]] = {}
+    for row in rows:
+        by.setdefault(row["study"], []).append(row)
+    seeds = by.pop("seeds", [])
+    return {
+        "draws": DRAWS,
+        "seeds": SEEDS,
+        "studies": {name: study(of) for name, of in by.items()},
+        "spread": spread(seeds),
+    }
+
+
+def study(rows: Sequence[Row]) -> dict[str, Any]:
+    """The counts of one study, for each parameter and for all together."""
+    names = list(rows[0]["parameters"])
+    counted: dict[str, Any] = {n: _counts([r["parameters"][n] for r in rows]) for n in names}
+    counted["all"] = _counts([p for r in rows for p in r["parameters"].values()])
+    missed = [
+        [r["k"], name, p["verdict"]]
+        for r in rows
+        for name, p in r["parameters"].items()
+        if not _inside(p)
+    ]
+    return {
+        "recordings": len(rows),
+        "missed": [" ".join(map(str, m)) for m in missed],
+        "seconds": float(np.median([r["seconds"] for r in rows])),
+        "parameters": counted,
+    }
+
+
+def _counts(found: Sequence[Row]) -> dict[str, Any]:
+    by = {v: held([p for p in found if p["verdict"] == v]) for v in VERDICTS}
+    drawn = [p for p in found if p["resampled"] and None not in p["resampled"]]
+    return {
+        **by,
+        "every": held(found),
+        "bootstrap": held(drawn, "resampled") if drawn else None,
+        "z": _z(found),
+    }
+
+
+def held(found: Sequence[Row], which: str = "interval") -> dict[str, Any]:
+    """How often the truth lies in the interval, with the 95 % interval of that share.
+
+    The half-width is the median of half the interval over the value.
+    """
+    inside = sum(_inside(p, which) for p in found)
+    wide = [(p[which][1] - p[which][0]) / 2 / abs(p["value"]) for p in found if p["value"]]
+    return {
+        "of": len(found),
+        "held": inside,
+        "share": list(binomial(inside, len(found))),
+        "half_width": float(np.median(wide)) if wide else None,
+    }
+
+
+def _inside(p: Row, which: str = "interval") -> bool:
+    return bool(p[which][0] <= p["truth"] <= p[which][1])
+
+
+def _z(found: Sequence[Row]) -> float | None:
+    """Root mean square of the errors over their standard errors; 1 if these are right."""
+    z = [(p["value"] - p["truth"]) / p["error"] for p in found if p["error"]]
+    return float(np.sqrt(np.mean(np.square(z)))) if z else None
+
+
+def binomial(hits: int, of: int, level: float = 0.95) -> tuple[float, float]:
+    """Clopper and Pearson's interval of a share (1934, doi 10.1093/biomet/26.4.404)."""
+    tail = (1 - level) / 2
+    low = float(beta.ppf(tail, hits, of - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1 - tail, hits + 1, of - hits)) if hits < of else 1.0
+    return low, high
+
+
+def spread(rows: Sequence[Row]) -> list[Row]:
+    """For every bed and parameter: how often each verdict, and how far the estimates spread."""
+    found = []
+    for n, k in enumerate(BEDS):
+        mine = [r for r in rows if r["k"] % len(BEDS) == n]
+        if not mine:
+            continue
+        for name in mine[0]["parameters"]:
+            of = [r["parameters"][name] for r in mine]
+            verdicts = [p["verdict"] for p in of]
+            low, high = np.percentile([p["at"] for p in of], [5, 95])
+            found.append({
+                "bed": k,
+                "parameter": name,
+                "seeds": len(of),
+                "verdict": max(VERDICTS, key=verdicts.count),
+                "so_often": max(verdicts.count(v) for v in VERDICTS),
+                "spread": float(high - low),
+            })  # fmt: skip
+    return found
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+
+def tables(found: dict[str, Any]) -> list[str]:
+    """What was counted, in Markdown."""
+    said = [_table(STUDIES[name], of).markdown() for name, of in found["studies"].items()]
+    if found["spread"]:
+        said.append(_spread(found).markdown())
+    return said
+
+
+def _table(study: Study, of: dict[str, Any]) -> Table:
+    counted: dict[str, Any] = of["parameters"]
+    drawn = counted["all"]["bootstrap"] is not None
+    heads = ("parameter", "identified", "± / %", "weak", "± / %", "not identifiable", "every")
+    rows = []
+    for name, c in counted.items():
+        cells = [Cell(name, name), *_held(c["identified"]), *_held(c["weak"])]
+        cells += [_held(c["not identifiable"])[0], _held(c["every"])[0]]
+        if drawn:
+            cells.append(_held(c["bootstrap"])[0])
+        rows.append((*cells, Cell.of(math.nan if c["z"] is None else c["z"], 3)))
+    return Table(
+        f"{study.title}: how often a nominal 95 % interval holds the truth",
+        (*heads, *(("bootstrap",) if drawn else ()), "rms z"),
+        tuple(rows),
+        " ".join(_notes(study, of)),
+    )
+
+
+def _held(c: dict[str, Any]) -> tuple[Cell, Cell]:
+    if not c["of"]:
+        return Cell("–"), Cell("–")
+    low, high = c["share"]
+    text = f"{c['held']}/{c['of']}, {100 * low:.0f} to {100 * high:.1f} %"
+    return Cell(text, text), Cell.of(100 * (c["half_width"] or math.nan), 2)
+
+
+def _notes(study: Study, of: dict[str, Any]) -> Iterable[str]:
+    yield f"{of['recordings']} recordings. {study.note}"
+    yield "Held/of, and the binomial 95 % interval of that share (Clopper and Pearson);"
+    yield "±: median half-width over the value;"
+    yield "rms z: error over standard error, root mean square."
+    yield f"Goal: {GOAL[0]:.0%} to {GOAL[1]:.0%} of the identified: {_met(of['parameters'])}."
+
+
+def _met(counted: dict[str, Any]) -> str:
+    """Which parameters meet the goal: by their share, and by what so many of them can tell."""
+    low, high = GOAL
+    missed: list[str] = []
+    few: list[str] = []
+    for name, by in counted.items():
+        c = by["identified"]
+        if name == "all" or not c["of"] or low <= c["held"] / c["of"] <= high:
+            continue
+        beyond = c["share"][1] < low or c["share"][0] > high
+        (missed if beyond else few).append(f"{name} ({c['held']}/{c['of']})")
+    said = [f"missed by {', '.join(missed)}"] if missed else []
+    said += [f"outside, but within their binomial interval: {', '.join(few)}"] if few else []
+    return "; ".join(said) or "met by each"
+
+
+def _spread(found: dict[str, Any]) -> Table:
+    rows = [
+        (
+            Cell(str(s["bed"]), s["bed"]),
+            Cell(s["parameter"], s["parameter"]),
+            Cell(s["verdict"], s["verdict"]),
+            Cell(f"{s['so_often']}/{s['seeds']}", f"{s['so_often']}/{s['seeds']}"),
+            Cell.of(100 * s["spread"], 2),
+        )
+        for s in found["spread"]
+    ]
+    least = min((s["spread"] for s in found["spread"] if s["verdict"] == VERDICTS[-1]), default=0)
+    said = f"Least among the not identifiable: {number(100 * least, 2)} %." if least else ""
+    return Table(
+        "Estimates across seeds of the noise: the share of the search range that they take",
+        ("bed", "parameter", "verdict", "so often", "spread / %"),
+        tuple(rows),
+        f"{found['seeds']} seeds each; from the 5th to the 95th percentile, in the scale of the "
+        f"search; the verdict is the one given most often. {said}".strip(),
+    )
