@@ -4,7 +4,7 @@ A richer law trains at least as well as one that it contains; that says nothing.
 against data that it was not trained on, and the simplest is taken whose error there is not worse
 than the best's: by a paired test over blocks (`paired`), and by more than 1 %, so that a
 difference too small to matter decides nothing. The laws are tested in their order, the simplest
-first, up to the first that passes: so the whole ladder errs no more often than one test
+first, up to the first that passes: so a long ladder errs no more often than one test, nominally
 (Westfall and Krishen 2001, doi 10.1016/S0378-3758(01)00077-5).
 """
 
