@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from stribeck import identify
 from stribeck.data import Recording
@@ -13,6 +14,7 @@ from stribeck.friction import law_named
 from stribeck.identify.found import Fit
 from stribeck.report.curves import law_figure, loop, under
 from stribeck.report.figures import drawings
+from stribeck.rig.testbed import TestBed
 
 M6 = np.array([0.01, 0.005, 0.02, 1.0, 1.0, 0.2, 0.1, 0.05, 0.03, 0.4, 0.3])
 
@@ -126,3 +128,17 @@ def test_a_law_under_load_is_drawn_against_the_load(swung: Fit) -> None:
     assert labels[2] == "motor or load alone, at rest"
     assert len(labels) == 4
     assert right.get_xlabel() == "Torque / N m"
+
+
+@pytest.mark.parametrize("levels", [(0.5, 0.2), (0.5, 0.0), (0.5, 0.49), (0.02, 0.01)])
+def test_names_of_levels_do_not_lie_on_one_another(levels: tuple[float, float]) -> None:
+    log = TestBed().run("up", seed=2).recording
+    fit = identify(log, train="112:295", budget=40, repeats=1)
+    F_S, F_C = levels
+    p = {"F_S": F_S, "F_C": F_C, "F_V": 100.0, "v_SS": 1e-3, "exponent": 1.0}
+    drawn = replace(fit, p=np.array([p.get(n, 900.0) for n in fit.values]))
+    figure = law_figure(drawn)
+    FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(boxes) == 4
+    assert not [1 for k, a in enumerate(boxes) for b in boxes[:k] if a.overlaps(b)]

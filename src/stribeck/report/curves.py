@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _STEPS, _BEYOND = 200, 1.5
 #: Bristles slip where the force has come so near that of steady sliding; ways tried, m or rad.
 _SLIPPING, _WAYS = 0.97, np.geomspace(1e-9, 10.0, 60)
+#: A level below this share of a figure's range is next to its axis.
+_LOW = 0.12
 
 
 def law_figure(fit: Fit) -> Figure:
@@ -54,29 +56,44 @@ def stribeck_curve(fit: Fit) -> Figure:
         legend_above(figure, axes)
     minus, plus = fit.law.levels(p)
     axes.plot([0, 0], [minus, plus], "o", color=MODEL, ms=5, mfc="white")
-    for level, sign, place, side, edge in (
-        (plus, "+", -10, "right", "bottom"),
-        (minus, "-", 10, "left", "top"),
-    ):
-        if level:  # the upper left and the lower right are empty, whatever the law
+    span = max(float(np.abs(line.get_ydata()).max()) for line in axes.get_lines()[:2])
+    for level, way in ((plus, 1), (minus, -1)):
+        sign = "+" if way > 0 else "-"
+        F_C = named.get("F_C", named.get(f"F_C{sign}", np.nan)) if v_SS is not None else np.nan
+        F_V = named.get("F_V", named.get(f"F_V{sign}", np.nan))
+        low = _LOW * span > F_C  # its name would lie on the axis, were it below its level
+        if level:
             name = "breakaway" if v_SS is None else f"$F_{{S{sign}}}$ ="
-            axes.annotate(f"{name} {level:.4g} {force}", (0, level), (place, 0), ha=side,
-                          textcoords="offset points", color=MODEL, size=9, va=edge)  # fmt: skip
-    for way in (1, -1) if v_SS is not None else ():
-        side = "+" if way > 0 else "-"
-        F_C = named.get("F_C", named.get(f"F_C{side}", np.nan))
-        F_V = named.get("F_V", named.get(f"F_V{side}", np.nan))
-        if not np.isfinite(F_C + F_V):
-            continue
-        v = np.array([0.0, way * far])
-        axes.plot(v / scale, way * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
-        axes.annotate(f"$F_C$ = {F_C:.4g} {force}, slope $F_V$", (0, way * F_C), (-10 * way, 0),
-                      textcoords="offset points", color=ACCENT, fontsize=9,
-                      ha="right" if way > 0 else "left",
-                      va="top" if way > 0 else "bottom")  # fmt: skip
+            up = 13 if low and abs(level) - F_C < _LOW * span else 0
+            _aside(axes, f"{name} {level:.4g} {force}", level, way, MODEL, outside=True, up=up)
+        if np.isfinite(F_C + F_V):
+            v = np.array([0.0, way * far])
+            axes.plot(v / scale, way * F_C + F_V * v, color=ACCENT, ls=":", lw=1.2)
+            text = f"$F_C$ = {F_C:.4g} {force}, slope $F_V$"
+            _aside(axes, text, way * F_C, way, ACCENT, outside=low)
     axes.set(title=f"{fit.law.name}: the identified curve")
     axes.margins(y=0.15)
     return figure
+
+
+def _aside(
+    axes: Axes, text: str, level: float, way: int, colour: str, *, outside: bool, up: float = 0
+) -> None:
+    """The name of a level beside the axis, where no law has its curve: upper left, lower right.
+
+    Args:
+        axes: Where.
+        text: The name.
+        level: The level.
+        way: +1 for v > 0, −1 for v < 0.
+        colour: Of the text.
+        outside: Whether it stands on the far side of its level, seen from zero.
+        up: By how much farther, points.
+    """
+    above = outside == (way > 0)
+    axes.annotate(text, (0, level), (-10 * way, up * way), textcoords="offset points",
+                  color=colour, size=9, ha="right" if way > 0 else "left",
+                  va="bottom" if above else "top")  # fmt: skip
 
 
 def bristles(fit: Fit) -> Figure:
