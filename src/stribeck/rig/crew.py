@@ -118,13 +118,14 @@ class Crew:
         for k in range(1, n):
             Thread(target=self._serve, name=f"stribeck-{k}", daemon=True).start()
 
-    def share(self, work: Any, rows: int, arguments: tuple[Any, ...]) -> None:
+    def share(self, work: Any, rows: int, arguments: tuple[Any, ...], fewest: int = FEWEST) -> None:
         """Run `work(*arguments, counter)` in this thread and the others until no row is left.
 
         Args:
             work: Takes rows from the counter (`take`) until it passes the last one.
             rows: How many there are.
             arguments: What it is called with, before the counter.
+            fewest: Rows for each further thread; fewer where a row takes long.
         """
         try:
             slot = self._free.pop()
@@ -134,7 +135,7 @@ class Crew:
             counter = self._counters[slot]
             counter[0] = 0
         call = (work, (*arguments, counter))
-        jobs = [_Job(call) for _ in range(min(self.n - 1, rows // FEWEST))]
+        jobs = [_Job(call) for _ in range(min(self.n - 1, rows // fewest))]
         for job in jobs:
             self._jobs.put(job)
         try:

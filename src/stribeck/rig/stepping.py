@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from ..friction import Law
     from .track import Track
 
+#: Rows for each further thread: one takes milliseconds.
+_FEWEST = 2
 #: A step is halved so often at most.
 FINEST = 14
 WHOLE = 1 << FINEST
@@ -475,6 +477,7 @@ def motions(
             general, law.states, kind, _ready(p), _places(law), _ready(c), t, _ready(on.inputs),
             on.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
+        _FEWEST,
     )  # fmt: skip
     return q, v, F
 
