@@ -170,7 +170,7 @@ def test_many_motions_share_a_figure_and_a_scale_of_errors() -> None:
     assert len({a.get_ylim() for a in strips}) == 1
     assert strips[0].get_ylim()[1] > 5.0
     for a, e in zip(strips, errors, strict=True):
-        np.testing.assert_allclose(a.get_lines()[0].get_ydata(), e)
+        np.testing.assert_allclose(np.asarray(a.get_lines()[0].get_ydata()), e)
 
 
 def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted() -> None:
