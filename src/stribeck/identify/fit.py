@@ -303,7 +303,7 @@ def _conclude(
     rivals = [d.x for d in done if d.cost <= RIVAL * done[0].cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
     score = scores(made, p, train)
-    doubtful = score.value > LITTLE * score.smooth
+    doubtful = _explains_little(made, score)
     found = estimates(made, p, known, spread, resting=resting(on, x), doubtful=doubtful)
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
@@ -375,6 +375,12 @@ def _begun(
     return started, Polished(found.x, found.cost, found.evaluations + 1)
 
 
+def _explains_little(made: Parameters, score: Score) -> bool:
+    """Whether a smooth motion, or none where each stretch is a slip, does nearly as well."""
+    beside = score.still if made.measure.restart else score.smooth
+    return score.value > LITTLE * beside
+
+
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
     """What the sensors alone leave of J: noise and quantisation, in the unit of J.
 
@@ -404,7 +410,7 @@ def _warnings(
     said += correlation_warnings(made, correlation)
     said += never_slid(made, list({id(s.recording): s.recording for s in train}.values()))
     floor = _noise_floor(made.rig, logs)
-    if score.value > LITTLE * score.smooth:
+    if _explains_little(made, score):
         said.append(
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
             f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data.hold import fresh
 from ..data.ranges import Range, Window, inner, start_of, windows
@@ -136,7 +137,9 @@ def _in(rest: slice, rows: slice) -> bool:
 def _resting(recording: Recording, rig: Simulated, rest: slice, rows: slice) -> Stretch:
     """A stretch that starts at a rest, whose mean is its position."""
     samples = slice(rest.start, rows.stop)
-    score = fresh(recording)[samples] & (np.arange(samples.start, samples.stop) >= rows.start)
+    score = _counting(recording, rig)[samples] & (
+        np.arange(samples.start, samples.stop) >= rows.start
+    )
     x0 = float(recording.position[rest].mean())
     on = rig.track(recording, samples, x0, score.astype(float))._replace(v0=0.0)
     return Stretch(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
@@ -147,7 +150,12 @@ def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch
     rows = window.rows
     begin = 0 if rig.history else rows.start
     samples = slice(begin, rows.stop)
-    score = fresh(recording)[samples] & (np.arange(begin, rows.stop) >= rows.start)
+    score = _counting(recording, rig)[samples] & (np.arange(begin, rows.stop) >= rows.start)
     x0 = float(recording.position[begin])
     on = rig.track(recording, samples, x0, score.astype(float))
     return Stretch(recording, rows, begin, on, slice(begin, begin))
+
+
+def _counting(recording: Recording, rig: Simulated) -> NDArray[np.bool_]:
+    """Which samples may count: not those that a sensor holds, where a rig has such a sensor."""
+    return fresh(recording) if rig.holds else np.ones(len(recording), dtype=bool)

@@ -214,6 +214,7 @@ class Simulated(Rig):
         history: Whether what came before a range matters so much that a simulation starts with
             the log.
         floating: Whether positions are known only up to a constant, which is left open.
+        holds: Whether the position sensor may be slower than the log, so that it repeats itself.
         scale: What sets the scale of all forces, so that no motion can tell it from them: the
             gain of a loop, a torque constant. Empty where a known mass or weight sets it.
     """
@@ -223,6 +224,7 @@ class Simulated(Rig):
     free_start: bool = False
     history: bool = False
     floating: bool = False
+    holds: bool = True
     scale: str = ""
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:

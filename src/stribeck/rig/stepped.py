@@ -33,6 +33,7 @@ class Stepped(Simulated):
     """
 
     from_rest: bool = False
+    holds: bool = False  # an encoder repeats itself where the axis rests
     #: Which drive of `stepping`.
     kind: ClassVar[int]
     #: Which inputs keep their value until the next sample, after normal load and temperature.
