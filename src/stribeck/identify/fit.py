@@ -62,7 +62,7 @@ PROFILES, PROFILED = 6_000, 200
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
 #: stick-slip, where a misfit has many basins, and where motions are smooth.
 SETTLE, SETTLE_SMOOTH = 200, 60
-#: Fewer slips in the data are no stick-slip.
+#: Fewer slips a log are no stick-slip.
 SLIPS = 5
 #: A repeat whose J is within this factor of the best explains the data as well for all we know.
 RIVAL = 1.1
@@ -234,7 +234,7 @@ def _slips(problem: MotionProblem) -> bool:
         for s in problem.train
         for slip in slips[id(s.recording)]
     )
-    return bool(sum(inside) >= SLIPS)
+    return bool(sum(inside) >= SLIPS * len(logs))
 
 
 def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
