@@ -27,6 +27,7 @@ from interval_twins import MEMORY, SWINGS, Known, bed, loop, pendulum
 from stribeck import Fit, identify
 from stribeck.bench.engines import cores
 from stribeck.bench.tables import Cell, Table, number
+from stribeck.errors import InputError
 from stribeck.space import Param, Space
 
 HERE = Path(__file__).parent
@@ -36,8 +37,8 @@ Row = dict[str, Any]
 VERDICTS = ("identified", "weak", "not identifiable")
 #: What a nominal 95 % interval of an identified parameter should hold.
 GOAL = (0.90, 0.99)
-#: Data sets a bootstrap draws here; a user's default is twice as many.
-DRAWS = 100
+#: Data sets a bootstrap draws here; a user's default is 200.
+DRAWS = 60
 #: Noise of so many seeds on each of a handful of slide beds: some whose interval takes most of a
 #: range, some whose interval is short and ends at the range.
 SEEDS, BEDS = 20, (2, 14, 19, 25, 28)
@@ -74,6 +75,7 @@ STUDIES = {
         note="One stroke each, in turn rightward and leftward; noise of 0.05 to 0.5 mm, 20 to "
         "200 Hz.",
     ),
+    "seeds": Study("", _seeded, (SEEDS * len(BEDS), 0)),
     "bed, correlated": Study(
         "Slide beds, noise that forgets within five samples",
         lambda k: bed(k, memory=MEMORY),
@@ -109,7 +111,6 @@ STUDIES = {
         (20, 1),
         note=f"{SWINGS} logs each.",
     ),
-    "seeds": Study("", _seeded, (SEEDS * len(BEDS), 0)),
 }
 
 
@@ -165,16 +166,16 @@ def _each(left: Sequence[tuple[str, int]]) -> Iterator[Row]:
 
 
 def one(study: str, k: int) -> Row:
-    """Identify recording k of a study."""
+    """Identify recording k of a study, or say why that was refused."""
     known, draws = STUDIES[study].made(k), STUDIES[study].draws
+    about = {"study": study, "k": k, "noise": known.noise, "rate": round(known.rate, 3)}
     began = time.perf_counter()
-    fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=draws)
+    try:
+        fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=draws)
+    except InputError as error:
+        return about | {"seconds": 0.0, "refused": str(error), "parameters": {}}
     seconds = time.perf_counter() - began
-    return {
-        "study": study,
-        "k": k,
-        "noise": known.noise,
-        "rate": round(known.rate, 3),
+    return about | {
         "misfit": fit.score.value,
         "seconds": round(seconds, 2),
         "parameters": _parameters(fit, known.truth),
@@ -231,7 +232,9 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
 
 def study(rows: Sequence[Row]) -> dict[str, Any]:
     """The counts of one study, for each parameter and for all together."""
-    names = list(rows[0]["parameters"])
+    refused = [r["refused"] for r in rows if "refused" in r]
+    recordings, rows = len(rows), [r for r in rows if "refused" not in r]
+    names = list(rows[0]["parameters"]) if rows else []
     counted: dict[str, Any] = {n: _counts([r["parameters"][n] for r in rows]) for n in names}
     counted["all"] = _counts([p for r in rows for p in r["parameters"].values()])
     missed = [
@@ -241,9 +244,11 @@ def study(rows: Sequence[Row]) -> dict[str, Any]:
         if not _inside(p)
     ]
     return {
-        "recordings": len(rows),
+        "recordings": recordings,
+        "refused": len(refused),
+        "refusals": sorted(set(refused)),
         "missed": [" ".join(map(str, m)) for m in missed],
-        "seconds": float(np.median([r["seconds"] for r in rows])),
+        "seconds": float(np.median([r["seconds"] for r in rows])) if rows else None,
         "parameters": counted,
     }
 
@@ -296,7 +301,7 @@ def spread(rows: Sequence[Row]) -> list[Row]:
     """For every bed and parameter: how often each verdict, and how far the estimates spread."""
     found = []
     for n, k in enumerate(BEDS):
-        mine = [r for r in rows if r["k"] % len(BEDS) == n]
+        mine = [r for r in rows if r["k"] % len(BEDS) == n and r["parameters"]]
         if not mine:
             continue
         for name in mine[0]["parameters"]:
@@ -348,12 +353,14 @@ def _held(c: dict[str, Any]) -> tuple[Cell, Cell]:
     if not c["of"]:
         return Cell("–"), Cell("–")
     low, high = c["share"]
-    text = f"{c['held']}/{c['of']}, {100 * low:.0f} to {100 * high:.1f} %"
+    text = f"{c['held']}/{c['of']}, {100 * low:.1f} to {100 * high:.1f} %"
     return Cell(text, text), Cell.of(100 * (c["half_width"] or math.nan), 2)
 
 
 def _notes(study: Study, of: dict[str, Any]) -> Iterable[str]:
     yield f"{of['recordings']} recordings. {study.note}"
+    if of["refused"]:
+        yield f"{of['refused']} were refused: {' '.join(f'“{r}”' for r in of['refusals'])}."
     yield "Held/of, and the binomial 95 % interval of that share (Clopper and Pearson);"
     yield "±: median half-width over the value;"
     yield "rms z: error over standard error, root mean square."

@@ -14,7 +14,7 @@ import interval_twins
 import intervals
 import run
 from interval_twins import bed, loop, pendulum, remembering
-from stribeck import identify
+from stribeck import InputError, identify
 
 
 def found(
@@ -171,6 +171,21 @@ def test_a_run_goes_on_where_it_was_cut_off(
     assert asked == [("loop", 0)]
     assert [(r["study"], r["k"]) for r in rows] == wanted
     assert [(r["study"], r["k"]) for r in intervals.read(file)] == wanted
+
+
+def test_a_recording_that_is_refused_is_counted_and_costs_no_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise InputError("the axis never rests")
+
+    monkeypatch.setattr(intervals, "identify", refused)
+    rows = [intervals.one("loop", 0), row(1, "loop", F=found(10, 9, 11))]
+    of = intervals.study(rows)
+    assert (of["recordings"], of["refused"]) == (2, 1)
+    assert of["parameters"]["F"]["every"]["of"] == 1
+    (text,) = intervals.tables({"studies": {"loop": of}, "spread": []})
+    assert "1 were refused: “the axis never rests”." in text
 
 
 def test_what_is_found_of_a_loop_stands_in_its_row() -> None:
