@@ -76,23 +76,46 @@ def number(value: float, digits: int = 5) -> str:
     return f"{value:.{digits}g}" if math.isfinite(value) else "–"
 
 
-def show_fit(fit: Fit) -> None:
-    """The parameters, the misfit beside its baselines, what was held out, and the warnings."""
-    out = console()
+def _parameters(fit: Fit) -> Table:
+    """Each parameter with its interval and verdict; published errors where there are some."""
     rows = []
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
         if e.verdict == "fixed" and q.fixed == e.value:
             continue
-        shown = float(shown_in(fit.rig, q, e.value))
-        factor = shown / e.value if e.value else float(shown_in(fit.rig, q, 1.0))
+
+        def shown(x: float, q: Any = q) -> float:
+            return float(shown_in(fit.rig, q, x))
+
+        free = e.verdict != "fixed"
         rows.append([
-            e.name, number(shown), e.unit, number(e.standard_error * factor, 3),
-            number(e.spread * factor, 3), e.at_bound or "", e.verdict,
+            e.name, number(shown(e.value)), e.unit,
+            _end(shown(e.low), e.low_ended) if free else "–",
+            _end(shown(e.high), e.high_ended) if free else "–",
+            *([number(shown(e.standard_error) - shown(0.0), 3)] if fit.balance else []),
+            e.verdict,
         ])  # fmt: skip
-    heads = ["parameter", "value", "unit", "std. error", "spread", "at bound", "verdict"]
+    errors = ["std. error"] if fit.balance else []
+    heads = ["parameter", "value", "unit", "95 % from", "to", *errors, "verdict"]
     table = grid(f"{fit.law.name} on {fit.rig.name}", heads, rows)
-    table.columns[2].justify = table.columns[5].justify = table.columns[6].justify = "left"
-    out.print(table)
+    table.columns[2].justify = table.columns[-1].justify = "left"
+    return table
+
+
+def _end(value: float, ended: str | None) -> str:
+    """An end of an interval, and what stopped it if it was not the data."""
+    words = {"bound": "range", "flat": "range", "budget": "guessed", "unrunnable": "fails"}
+    said = words.get(ended or "threshold", ended)
+    return number(value, 4) if ended in (None, "threshold") else f"{number(value, 4)} ({said})"
+
+
+def show_fit(fit: Fit) -> None:
+    """The parameters, the misfit beside its baselines, what was held out, and the warnings."""
+    out = console()
+    out.print(_parameters(fit))
+    for e in fit.estimates:
+        if e.verdict in ("weak", "not identifiable") and e.meaning:
+            said = re.sub("^(Doubling|Halving)", lambda first: first[0].lower(), e.meaning)
+            _paragraph(f"{e.name} is {e.verdict}: {said}", "  ")
     for part in (_scores(fit), _staircases(fit), _logs(fit)):
         if part is not None:
             out.print()
@@ -117,11 +140,16 @@ def show_fit(fit: Fit) -> None:
 
 def show_warnings(warnings: Sequence[str]) -> None:
     """Warnings, a paragraph each; what is said of several logs is said once."""
-    out = console()
     for warning in gathered(warnings):
-        lines = textwrap.wrap(warning, max(40, out.width - len(_HEAD)), break_on_hyphens=False)
-        for k, line in enumerate(lines or [""]):
-            out.print(Text.assemble((_HEAD, "yellow") if k == 0 else " " * len(_HEAD), line))
+        _paragraph(warning, _HEAD)
+
+
+def _paragraph(said: str, head: str) -> None:
+    """A paragraph that hangs beside its head."""
+    out = console()
+    lines = textwrap.wrap(said, max(40, out.width - len(head)), break_on_hyphens=False)
+    for k, line in enumerate(lines or [""]):
+        out.print(Text.assemble((head, "yellow") if k == 0 else " " * len(head), line))
 
 
 def gathered(warnings: Sequence[str]) -> list[str]:
