@@ -39,6 +39,8 @@ VERDICTS = ("identified", "weak", "not identifiable")
 GOAL = (0.90, 0.99)
 #: Data sets a bootstrap draws here; a user's default is 200.
 DRAWS = 60
+#: Half of a normal distribution lies within so many standard deviations.
+QUARTILE = 0.6745
 #: Noise of so many seeds on each of a handful of slide beds: some whose interval takes most of a
 #: range, some whose interval is short and ends at the range.
 SEEDS, BEDS = 20, (2, 14, 19, 25, 28)
@@ -284,9 +286,9 @@ def _inside(p: Row, which: str = "interval") -> bool:
 
 
 def _z(found: Sequence[Row]) -> float | None:
-    """Root mean square of the errors over their standard errors; 1 if these are right."""
-    z = [(p["value"] - p["truth"]) / p["error"] for p in found if p["error"]]
-    return float(np.sqrt(np.mean(np.square(z)))) if z else None
+    """The scale of errors over standard errors, from their median; 1 if these are right."""
+    z = [abs(p["value"] - p["truth"]) / p["error"] for p in found if p["error"]]
+    return float(np.median(z)) / QUARTILE if z else None
 
 
 def binomial(hits: int, of: int, level: float = 0.95) -> tuple[float, float]:
@@ -343,7 +345,7 @@ def _table(study: Study, of: dict[str, Any]) -> Table:
         rows.append((*cells, Cell.of(math.nan if c["z"] is None else c["z"], 3)))
     return Table(
         f"{study.title}: how often a nominal 95 % interval holds the truth",
-        (*heads, *(("bootstrap",) if drawn else ()), "rms z"),
+        (*heads, *(("bootstrap",) if drawn else ()), "z"),
         tuple(rows),
         " ".join(_notes(study, of)),
     )
@@ -363,7 +365,7 @@ def _notes(study: Study, of: dict[str, Any]) -> Iterable[str]:
         yield f"{of['refused']} were refused: {' '.join(f'“{r}”' for r in of['refusals'])}."
     yield "Held/of, and the binomial 95 % interval of that share (Clopper and Pearson);"
     yield "±: median half-width over the value;"
-    yield "rms z: error over standard error, root mean square."
+    yield "z: error over standard error, the median over the normal's 0.6745, 1 if it is right."
     yield f"Goal: {GOAL[0]:.0%} to {GOAL[1]:.0%} of the identified: {_met(of['parameters'])}."
 
 

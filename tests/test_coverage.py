@@ -112,7 +112,7 @@ def test_truths_are_counted_by_verdict() -> None:
     assert (G["bootstrap"]["held"], G["bootstrap"]["of"]) == (0, 1)
     assert F["bootstrap"] is None
     assert (both["every"]["held"], both["every"]["of"]) == (4, 6)
-    assert F["z"] == pytest.approx(math.sqrt((0 + 1 + 0.25) / 3))
+    assert F["z"] == pytest.approx(0.5 / 0.6745)  # of 0, 1 and 0.5
     assert of["missed"] == ["0 G weak", "1 F identified"]
 
 
