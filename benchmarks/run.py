@@ -40,6 +40,7 @@ PARTS = {
     "surfaces": "The paper's functions and their twins",
     "bbob_area": "BBOB",
     "selection": "Which law two real axes need",
+    "axes": "Real axes, beside what others published",
     "intervals": "Whether intervals hold the truth",
     "gpu": "Many candidates on a GPU",
 }

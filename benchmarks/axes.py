@@ -1,0 +1,55 @@
+"""Real axes: what comes out, beside what others published.
+
+    python benchmarks/run.py --only axes
+
+What is found is kept in axes.json as it is found: an interrupted run goes on where it stopped, and
+a part is measured anew after its keys have been taken out of that file. The recordings are not
+part of the repository: `../shared/data` beside it, see docs/axes.md.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import axis_joints
+import axis_servo
+
+FILE = Path(__file__).with_name("axes.json")
+
+
+def measure(*, quick: bool = False) -> dict[str, Any]:
+    """The servo with load-dependent friction, and three joints in stick-slip."""
+    keep = _kept(FILE.with_name("axes_quick.json") if quick else FILE)
+    return {
+        "servo": axis_servo.measure(keep, quick=quick),
+        "joints": axis_joints.measure(keep, quick=quick),
+    }
+
+
+def _kept(file: Path) -> Callable[[str, Callable[[], Any]], Any]:
+    """What a key stands for, measured if the file does not say."""
+
+    def keep(key: str, made: Callable[[], Any]) -> Any:
+        known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        if key not in known:
+            print(f"  {key}", flush=True)
+            known[key] = made()
+            beside = file.with_name(f".{file.name}.new")
+            beside.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+            beside.replace(file)
+        return known[key]
+
+    return keep
+
+
+def tables(found: Mapping[str, Any]) -> list[str]:
+    """Markdown, the servo's tables first."""
+    made = [*axis_servo.tables(found["servo"]), *axis_joints.tables(found["joints"])]
+    return made or ["The logs are not beside the repository: nothing was measured.\n"]
+
+
+if __name__ == "__main__":
+    print("\n\n".join(tables(measure(quick=True))))

@@ -1,0 +1,405 @@
+"""Three joints of a robot arm in stick-slip: one half of a log predicted from the other.
+
+Recordings: YIZHIXIAOCANGSHU/Friction-Identification-for-Manipulators. Their controller computes a
+torque once a row of the log and holds it until the next; see `hold` of the rig.
+
+A model may be held against a half in two ways: in one simulation from its first rest, and from
+each rest to the next (`restart`). And its staircase may be compared: how often it slips, how far,
+for how much of the time it rests. What the slips of the measured axis scatter by is seen at their
+onsets, and what such a scatter does to a prediction is tried on an axis that is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from stribeck import RIGS, Fit, identify, read
+from stribeck.data.ranges import Range
+from stribeck.data.recording import Recording
+from stribeck.data.segment import segment
+from stribeck.friction import law_named
+from stribeck.identify.measure import PLAIN, Measure
+from stribeck.identify.problem import Parameters, parameters
+from stribeck.identify.score import scores
+from stribeck.identify.staircase import Staircase
+from stribeck.identify.stretch import stretches
+from stribeck.rig.rig import Simulated
+from stribeck.space import Array
+
+DATA = Path(__file__).parents[2] / "shared" / "data" / "openarm"
+GAINS = {1: (115.0, 5.0), 3: (35.0, 2.2), 4: (40.0, 2.0)}
+#: Share of the feedback that acts, and the longest step: the held torque has no stiffness.
+GAIN, STEP = 0.2, 20.0
+#: cos q tells nothing that a constant does not where a joint moves over a few tenths of a radian.
+FIXED = {"g_cos": 0.0}
+BOUNDS = {
+    "J": (0.01, 1.0), "g_sin": (-12.0, 12.0), "g_0": (-2.0, 2.0), "F_S": (0.0, 2.0),
+    "F_C": (0.0, 2.0), "F_V": (0.0, 4.0), "v_SS": (1e-3, 0.5),
+}  # fmt: skip
+
+
+class Model(NamedTuple):
+    """A law, and whether its F_S is the mean breakaway of the training half's slips."""
+
+    law: str
+    onsets: bool = False
+
+
+PLAIN_NAME, GAUSS, SEEN = "Coulomb-viscous", "Stribeck, exponent 2", "the same, F_S at the onsets"
+MODELS = {
+    PLAIN_NAME: Model("coulomb-viscous"),
+    GAUSS: Model("stribeck-gauss"),
+    SEEN: Model("stribeck-gauss", onsets=True),
+    "Stribeck, exponent 1": Model("stribeck"),
+    "Stribeck, exponent 2, directional": Model("stribeck-gauss-directional"),
+}
+ROADS = {"whole": False, "rest to rest": True}
+#: What the tables call them.
+WORDS = {"whole": "whole", "rest to rest": "legs"}
+#: Slips shorter than this are creep, rad.
+SHORTEST = 4e-3
+#: Seeds of the known axes.
+SEEDS = (1, 2)
+#: Whether their breakaway scatters, by what they are called.
+KINDS = {"scattered": 1.0, "steady": 0.0}
+
+Keep = Callable[[str, Callable[[], Any]], Any]
+
+
+class Half(NamedTuple):
+    """Half a log, cut at a rest."""
+
+    log: Recording
+    within: str
+
+
+def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
+    """Whatever has been kept is not measured again."""
+    if not DATA.exists():
+        return {}
+    return {str(joint): _joint(joint, keep, quick=quick) for joint in ((3,) if quick else GAINS)}
+
+
+def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
+    log = recording(joint)
+    both = halves(log)
+    found: dict[str, Any] = {
+        "onsets": keep(f"joints/{joint}/onsets", partial(onsets, log)),
+        "halves": {},
+        "known": {},
+    }
+    for name in (PLAIN_NAME, SEEN) if quick else MODELS:
+        for k in (0,) if quick else (0, 1):
+            for road in ("rest to rest",) if quick else ROADS:
+                key = f"{k + 1}/{name}/{road}"
+                task = partial(
+                    predicted, joint, both[k], both[1 - k], MODELS[name], restart=ROADS[road]
+                )
+                found["halves"][key] = keep(f"joints/{joint}/{key}", task)
+    for kind in () if quick else KINDS:
+        for seed in SEEDS:
+            key = f"{kind}/{seed}"
+            task = partial(known_axis, joint, found, seed, KINDS[kind])
+            found["known"][key] = keep(f"joints/{joint}/known/{key}", task)
+    return found
+
+
+def recording(joint: int) -> Recording:
+    """The log of a joint."""
+    return read(DATA / f"collect_joint_{joint}.csv")
+
+
+def rig(joint: int) -> Simulated:
+    """The rig of a joint: the gains that its authors state, a torque held from row to row."""
+    kp, kd = GAINS[joint]
+    made = RIGS["joint"].set(kp=kp, kd=kd, gain=GAIN, hold=1.0, step=STEP)
+    assert isinstance(made, Simulated)  # noqa: S101 - it is
+    return made
+
+
+def halves(log: Recording) -> tuple[Half, Half]:
+    """Both halves of a log, cut in the rest that is nearest to its middle."""
+    middle = 0.5 * (log.t[0] + log.t[-1])
+    inside = [0.5 * (log.t[r.start] + log.t[r.stop - 1]) for r in segment(log).rests]
+    cut = min(inside, key=lambda t: abs(t - middle))
+    return Half(log, f"{log.t[0]:.2f}s:{cut:.2f}s"), Half(log, f"{cut:.2f}s:{log.t[-1]:.2f}s")
+
+
+# --- one half from the other ----------------------------------------------------------------------
+
+
+def predicted(
+    joint: int, train: Half, test: Half, model: Model, *, restart: bool
+) -> dict[str, Any]:
+    """A model identified on one half, held against the other in both ways."""
+    fit = _fitted(joint, train, model, restart=restart)
+    return {
+        "train": fit.score.value,
+        "evaluations": fit.evaluations,
+        "seconds": fit.seconds,
+        "estimates": {e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates},
+        **held_against(fit.parameters, fit.p, test),
+    }
+
+
+def _fitted(joint: int, on: Half, model: Model, *, restart: bool) -> Fit:
+    fixed = dict(FIXED)
+    if model.onsets:
+        fixed["F_S"] = onsets(on.log, on.within)["F_S"]
+    names = [q.name for q in rig(joint).parameters(law_named(model.law)) if q.name not in fixed]
+    return identify(
+        on.log,
+        rig=rig(joint),
+        law=model.law,
+        train=on.within,
+        fixed=fixed,
+        bounds={n: BOUNDS[n.rstrip("+-")] for n in names if n.rstrip("+-") in BOUNDS},
+        restart=restart,
+    )
+
+
+def held_against(made: Parameters, p: Array, test: Half) -> dict[str, Any]:
+    """RMSE of the whole half and from rest to rest, mrad, and both staircases."""
+    within = Range.parse(test.within, "mrad")
+    assert isinstance(made.rig, Simulated)  # noqa: S101 - it is
+    whole = scores(replace(made, measure=PLAIN), p, stretches([test.log], made.rig, within))
+    legs = stretches([test.log], made.rig, within, restart=True)
+    rested = scores(replace(made, measure=Measure(restart=True)), p, legs)
+    return {
+        "whole": whole.value,
+        "rest to rest": rested.value,
+        "still": rested.still,
+        "measured": _stairs(whole.measured),
+        "modelled": _stairs(whole.modelled),
+    }
+
+
+def _stairs(of: Staircase | None) -> list[float] | None:
+    return None if of is None else [of.slips, 1e3 * of.jump, of.stuck]
+
+
+# --- breakaway at the onsets of slips -------------------------------------------------------------
+
+
+def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
+    """What torque the axis broke away at, slip by slip: its mean, its scatter, its interval.
+
+    The last row before slip i computed a torque that the axis did not bear; the one before that
+    it did. Half-way between them, friction is at its breakaway level: the torque there is
+    s_i F_S + g_sin sin q_i + g_0 with the slip's direction s_i. Least squares over all slips gives
+    the mean F_S and gravity, and what is left is the scatter.
+    """
+    slips = [s for s in segment(log).slips if abs(s.jump) > SHORTEST]
+    if within is not None:
+        span = Range.parse(within, "mrad")
+        slips = [s for s in slips if span.start <= log.t[s.start] <= span.stop]
+    at = np.array([s.start for s in slips])
+    s = np.sign([x.jump for x in slips])
+    commanded = log.extra["tau_cmd_Nm"]
+    torque = 0.5 * (commanded[at] + commanded[np.maximum(at - 1, 0)])
+    A = np.column_stack([s, np.sin(log.position[at]), np.ones(len(at))])
+    weights, *_ = np.linalg.lstsq(A, torque, rcond=None)
+    left = torque - A @ weights
+    dof = len(at) - A.shape[1]
+    sd = float(np.sqrt(left @ left / dof))
+    error = sd * float(np.sqrt(np.linalg.inv(A.T @ A)[0, 0])) * float(stats.t.ppf(0.975, dof))
+    return {
+        "slips": len(at),
+        "F_S": float(weights[0]),
+        "interval": [float(weights[0]) - error, float(weights[0]) + error],
+        "scatter": sd,
+        "g_sin": float(weights[1]),
+        "g_0": float(weights[2]),
+    }
+
+
+# --- an axis that is known ------------------------------------------------------------------------
+
+
+def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -> dict[str, Any]:
+    """A made log of a Stribeck axis, whose breakaway scatters as the measured one's or not at all.
+
+    Its first half trains a Coulomb-viscous model; the second is predicted by that, and by the very
+    law and parameters that made the log (the mean F_S, where it scatters).
+    """
+    values = {n: row[0] for n, row in part["halves"][f"1/{SEEN}/rest to rest"]["estimates"].items()}
+    share = scatter * part["onsets"]["scatter"] / part["onsets"]["F_S"]
+    first, second = halves(made_log(recording(joint), joint, values, share, seed))
+    made = parameters(rig(joint), law_named(MODELS[SEEN].law))
+    p = np.array([values[q.name] for q in made.every])
+    plain = {
+        road: predicted(joint, first, second, MODELS[PLAIN_NAME], restart=restart)
+        for road, restart in ROADS.items()
+    }
+    return {
+        "truth": values,
+        "share": share,
+        "true": held_against(made, p, second),
+        "plain": {
+            road: {key: row[key] for key in (*ROADS, "modelled")} for road, row in plain.items()
+        },
+    }
+
+
+def made_log(
+    log: Recording, joint: int, p: Mapping[str, float], share: float, seed: int
+) -> Recording:
+    """What the joint would have done on the same command; a plain loop, F_S drawn at each stick."""
+    rng = np.random.default_rng(seed)
+    kp, kd = GAINS[joint]
+    t, command, q_step = log.t, _command(log), segment(log).step
+    rate, ahead = log.extra["qd_cmd_rad_s"], log.extra["tau_ff_Nm"]
+    q, v, level = float(log.position[0]), 0.0, p["F_S"]
+    x, torque = np.empty(len(t)), np.empty(len(t))
+    for k in range(len(t)):
+        x[k] = q
+        torque[k] = ahead[k] + GAIN * (kp * (command[k] - q) + kd * (rate[k] - v))
+        if k == len(t) - 1:
+            break
+        n = max(int(np.ceil((t[k + 1] - t[k]) / 5e-4)), 1)
+        h = (t[k + 1] - t[k]) / n
+        for _ in range(n):
+            force = torque[k] - p["g_sin"] * np.sin(q) - p["g_0"]
+            if v == 0.0 and abs(force) <= level:
+                break
+            s = np.sign(v) if v != 0.0 else np.sign(force)
+            fall = (level - p["F_C"]) * np.exp(-((v / p["v_SS"]) ** 2))
+            w = v + h * (force - s * (p["F_C"] + fall + p["F_V"] * abs(v))) / p["J"]
+            if v * w < 0.0:
+                w, level = 0.0, p["F_S"] * max(1 + share * rng.standard_normal(), 0.0)
+                level = max(level, p["F_C"])
+            v = w
+            q += h * v
+    seen = q_step * np.rint(x / q_step)
+    extra = dict(log.extra) | {"tau_cmd_Nm": torque}
+    return Recording(t=t, position=seen, command=command, rotary=True, extra=extra)
+
+
+def _command(log: Recording) -> Array:
+    assert log.command is not None  # noqa: S101 - these logs have one
+    return log.command
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+
+def tables(found: Mapping[str, Any]) -> Iterator[str]:
+    """Markdown: predictions, staircases, levels with intervals, the known axes."""
+    if not found:
+        return
+    for made in (_predictions, _staircases, _levels, _known):
+        lines = list(made(found))
+        if len(lines) > _HEAD:
+            yield "\n".join(lines)
+
+
+#: Lines of a table without rows.
+_HEAD = 3
+
+
+def _rows(part: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Mapping[str, Any]]]]:
+    """Half, law, and what it found by each road."""
+    for half in ("1", "2"):
+        for name in MODELS:
+            by = {road: part["halves"].get(f"{half}/{name}/{road}") for road in ROADS}
+            if all(by.values()):
+                yield half, name, {road: row for road, row in by.items() if row}
+
+
+def _predictions(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**Arm joints: one half predicted from the other, RMSE of position / mrad**\n"
+    yield (
+        "| joint | trained on | model | whole by whole | ratio | whole by legs | ratio | "
+        "legs by legs | ratio |"
+    )
+    yield "|---|---|---|---:|---:|---:|---:|---:|---:|"
+    for joint, part in found.items():
+        plain: dict[str, list[float]] = {}
+        for half, name, by in _rows(part):
+            values = [
+                by["whole"]["whole"],
+                by["rest to rest"]["whole"],
+                by["rest to rest"]["rest to rest"],
+            ]
+            base = plain.setdefault(half, values)
+            cells = " | ".join(
+                f"{v:.1f} | {v / b:.2f}" for v, b in zip(values, _against(base), strict=True)
+            )
+            yield f"| {joint} | half {half} | {name} | {cells} |"
+
+
+def _against(plain: Sequence[float]) -> tuple[float, float, float]:
+    """The best of Coulomb-viscous friction: on whole motions, of both its trainings."""
+    whole = min(plain[:2])
+    return whole, whole, plain[2]
+
+
+def _staircases(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**Arm joints: the staircase of the half that was not seen**\n"
+    yield "| joint | trained on | model | slips | median jump / mrad | stuck |"
+    yield "|---|---|---|---:|---:|---:|"
+    for joint, part in found.items():
+        for half, name, by in _rows(part):
+            start = f"| {joint} | half {half} |"
+            if name == PLAIN_NAME:
+                yield f"{start} **measured** | {_steps(by['whole']['measured'])} |"
+            for road, row in by.items():
+                yield f"{start} {name}, by {WORDS[road]} | {_steps(row['modelled'])} |"
+
+
+def _steps(of: Sequence[float] | None) -> str:
+    return f"{of[0]:.0f} | {of[1]:.0f} | {100 * of[2]:.0f} %" if of else "| | "
+
+
+def _levels(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**Arm joints: breakaway and sliding level / N m, 95 % intervals**\n"
+    yield (
+        "| joint | slips | F_S at the onsets | scatter | trained on | F_S by legs | F_C by legs | "
+        "F_C by legs, F_S at the onsets |"
+    )
+    yield "|---|---:|---|---:|---|---|---|---|"
+    for joint, part in found.items():
+        seen = part["onsets"]
+        for half, name, by in _rows(part):
+            if name != GAUSS:
+                continue
+            e = by["rest to rest"]["estimates"]
+            same = part["halves"].get(f"{half}/{SEEN}/rest to rest", by["rest to rest"])
+            low, high = seen["interval"]
+            yield (
+                f"| {joint} | {seen['slips']} | {seen['F_S']:.2f} ({low:.2f} to {high:.2f}) | "
+                f"± {seen['scatter']:.2f} | half {half} | {_level(e['F_S'])} | "
+                f"{_level(e['F_C'])} | {_level(same['estimates']['F_C'])} |"
+            )
+
+
+def _level(row: Sequence[Any]) -> str:
+    value, low, high, verdict = row
+    return f"{value:.2f} ({low:.2f} to {high:.2f}), {verdict}"
+
+
+def _known(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**A known axis on the same command: second half, RMSE of position / mrad**\n"
+    yield (
+        "| joint | breakaway | seed | whole: Coulomb-viscous | truth | ratio | "
+        "legs: Coulomb-viscous | truth | ratio |"
+    )
+    yield "|---|---|---:|---:|---:|---:|---:|---:|---:|"
+    for joint, part in found.items():
+        for key, row in part["known"].items():
+            kind, seed = key.split("/")
+            said = f"scatters by {100 * row['share']:.0f} %" if KINDS[kind] else "always the same"
+            whole = min(row["plain"][road]["whole"] for road in ROADS)
+            legs = row["plain"]["rest to rest"]["rest to rest"]
+            a, b = row["true"]["whole"], row["true"]["rest to rest"]
+            yield (
+                f"| {joint} | {said} | {seed} | {whole:.1f} | {a:.1f} | {a / whole:.2f} | "
+                f"{legs:.1f} | {b:.1f} | {b / legs:.2f} |"
+            )

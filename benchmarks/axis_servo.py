@@ -1,0 +1,238 @@
+"""A servo with a pendulum, 16 logs at once: load-dependent friction, and gains that were not seen.
+
+Recordings and the published figures: Rhoban/bam, M. Duclusaud et al. (2025), arXiv 2410.08650.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from stribeck import RIGS, identify, read, validate
+from stribeck.data.recording import Recording
+from stribeck.friction import law_named
+from stribeck.identify.measure import Loss, Measure
+from stribeck.identify.polish import polish
+from stribeck.identify.problem import MotionProblem, Parameters, parameters
+from stribeck.identify.rungs import BUDGET, Plan, Rung, climb
+from stribeck.identify.splits import Portion
+from stribeck.space import Array
+
+LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
+RIG = RIGS["servo-pendulum"]
+#: The published models and what they are called here; a richer one follows what it contains.
+LAWS = {
+    "m1": "coulomb-viscous", "m2": "stribeck-free", "m3": "bam-m3", "m4": "bam-m4",
+    "m5": "bam-m5", "m6": "bam-m6",
+}  # fmt: skip
+GAINS = (100, 200, 400, 800)
+#: The gain that nothing is chosen by.
+UNSEEN = 800
+LOSSES: tuple[Loss, ...] = get_args(Loss)
+#: Mean absolute errors of the published parameter files on these logs, and of an independent
+#: local simplex fit to them, mrad.
+PUBLISHED = {"m1": 59.9, "m2": 66.8, "m6": 55.7}
+SIMPLEX = {"m1": 57.2, "m2": 57.0, "m4": 43.4, "m5": 41.5}
+#: Evaluations that the last refinement of absolute errors may take for each parameter.
+_LAST = 25
+
+Keep = Callable[[str, Callable[[], Any]], Any]
+
+
+def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
+    """Whatever has been kept is not measured again."""
+    if not LOGS.exists():
+        return {}
+    logs = tuple(read(f, columns=dict(RIG.columns)) for f in sorted(LOGS.glob("*.json")))
+    names = list(LAWS)[:3:2] if quick else list(LAWS)
+    found: dict[str, Any] = {"identify": {}, "splits": {}}
+    for name in names:
+        task = partial(_identified, name, logs)
+        found["identify"][name] = keep(f"servo/identify/{name}", task)
+    for loss in LOSSES[1:] if quick else LOSSES:
+        for out in _splits(quick=quick):
+            key = f"{loss}/{'+'.join(map(str, out)) or 'none'}"
+            task = partial(_climbed, names, logs, out, loss)
+            found["splits"][key] = keep(f"servo/{key}", task)
+    return found
+
+
+def _splits(*, quick: bool) -> Iterator[tuple[int, ...]]:
+    """The gains that are left out: none, one, and one more beside the unseen one."""
+    if quick:
+        yield (UNSEEN,)
+        return
+    yield ()
+    yield from ((gain,) for gain in GAINS)
+    yield from ((gain, UNSEEN) for gain in GAINS if gain != UNSEEN)
+
+
+def _gain(log: Recording) -> int:
+    return round(float(log.extra["kp"][0]))
+
+
+# --- identify, as a user calls it -----------------------------------------------------------------
+
+
+def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
+    began, used = time.perf_counter(), time.process_time()
+    fit = identify(logs, rig=RIG, law=LAWS[name], loss="absolute")
+    wall, cpu = time.perf_counter() - began, time.process_time() - used
+    best = fit.runs[0].cost
+    return {
+        "mae": _mae(fit, logs),
+        "repeats": [run.cost for run in fit.runs],
+        "agreeing": sum(run.cost <= 1.01 * best for run in fit.runs),
+        "evaluations": fit.evaluations,
+        "search_seconds": fit.seconds,
+        "seconds": wall,
+        "processor_seconds": cpu,
+        "estimates": {
+            e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates
+        },
+    }  # fmt: skip
+
+
+# --- laws that climb on each other ----------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Model:
+    made: Parameters
+    p: Array
+
+    def model(self) -> tuple[Parameters, Array]:
+        """What `validate` asks for; errors are read as sizes, whatever they were fitted by."""
+        return replace(self.made, measure=Measure("absolute")), self.p
+
+
+def _mae(model: Any, logs: Sequence[Recording]) -> float:
+    """Mean over the logs of their mean absolute errors, mrad, as `validate` prints them."""
+    return float(np.mean([score.value for _, _, score in validate(model, logs)]))
+
+
+def _climbed(
+    names: Sequence[str], logs: Sequence[Recording], out: tuple[int, ...], loss: Loss
+) -> dict[str, Any]:
+    """Each law fitted to the gains that are not left out, tested on the first that is."""
+    train = [log for log in logs if _gain(log) not in out]
+    test = [log for log in logs if out and _gain(log) == out[0]]
+    below: list[Rung] = []
+    found: dict[str, Any] = {}
+    for name in names:
+        made = parameters(RIG, law_named(LAWS[name]), measure=Measure(loss))
+        rung = climb(made, [Portion(log, None) for log in train], below, Plan(0, BUDGET))
+        below.append(rung)
+        p, more = _last(rung)
+        model = _Model(made, p)
+        found[name] = {
+            "train": _mae(model, train),
+            "test": _mae(model, test) if test else None,
+            "evaluations": rung.evaluations + more,
+            "p": made.values(p),
+        }
+    return found
+
+
+def _last(rung: Rung) -> tuple[Array, int]:
+    """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
+    on, made = rung.problem, rung.made
+    assert isinstance(on, MotionProblem)  # noqa: S101 - no start is free here
+    if made.measure.loss != "absolute":
+        return rung.p, 0
+    fine = on.finer()
+    done = polish(fine, rung.x, float(fine(rung.x[None])[0]), _LAST * len(rung.x))
+    return made.full(done.x[None])[0], done.evaluations + 1
+
+
+# --- tables ---------------------------------------------------------------------------------------
+
+
+def tables(found: Mapping[str, Any]) -> Iterator[str]:
+    """Markdown: as identified, every split with both losses, and what the choice comes to."""
+    if not found:
+        return
+    yield "\n".join(_as_identified(found["identify"]))
+    yield "\n".join(_all_splits(found["splits"]))
+    yield "\n".join(_choice(found["splits"]))
+
+
+def _as_identified(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**XL330, 16 logs: mean absolute error of full roll-outs / mrad**\n"
+    yield (
+        "| law | published parameters | local simplex | `identify` | repeats within 1 % | "
+        "evaluations | processor / s |"
+    )
+    yield "|---|---:|---:|---:|---:|---:|---:|"
+    for name, row in found.items():
+        yield (
+            f"| {name} {LAWS[name]} | {_number(PUBLISHED.get(name))} | "
+            f"{_number(SIMPLEX.get(name))} | {row['mae']:.1f} | {row['agreeing']} of "
+            f"{len(row['repeats'])} | {row['evaluations']:,} | {row['processor_seconds']:.0f} |"
+        )
+
+
+def _all_splits(found: Mapping[str, Any]) -> Iterator[str]:
+    yield "**XL330, a gain left out: mean absolute error on the gain that was not seen / mrad**\n"
+    names = list(next(iter(found.values())))
+    yield f"| fitted by | left out | {' | '.join(names)} |"
+    yield f"|---|---|{'---:|' * len(names)}"
+    for key, rows in found.items():
+        loss, out = key.split("/")
+        tested = "train" if out == "none" else "test"
+        of = "nothing (training error)" if out == "none" else _said(out)
+        yield f"| {loss} | {of} | {' | '.join(f'{r[tested]:.1f}' for r in rows.values())} |"
+
+
+def _said(out: str) -> str:
+    first, *others = out.split("+")
+    return f"kp {first}" + "".join(f" (and {other})" for other in others)
+
+
+def choice(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Loss and law chosen on kp 100, 200 and 400 alone, and then tested once on kp 800.
+
+    `inner` are means over the three gains, each predicted from the other two.
+    """
+    seen = [gain for gain in GAINS if gain != UNSEEN]
+    inner: dict[str, dict[str, float]] = {}
+    for loss in LOSSES:
+        rows = [found.get(f"{loss}/{gain}+{UNSEEN}") for gain in seen]
+        if all(rows) and f"{loss}/{UNSEEN}" in found:
+            inner[loss] = {
+                name: float(np.mean([row[name]["test"] for row in rows if row])) for name in LAWS
+            }
+    if not inner:
+        return {}
+    by, law = min(((k, law) for k in inner for law in LAWS), key=lambda c: inner[c[0]][c[1]])
+    tests = {k: {n: found[f"{k}/{UNSEEN}"][n]["test"] for n in LAWS} for k in inner}
+    return {"inner": inner, "tests": tests, "loss": by, "law": law}
+
+
+def _choice(found: Mapping[str, Any]) -> Iterator[str]:
+    made = choice(found)
+    if not made:
+        return
+    yield "**XL330, chosen without kp 800, and what that comes to on kp 800 / mrad**\n"
+    yield "| fitted by | law | kp 100, 200, 400, each from the other two | kp 800 | to m1 there |"
+    yield "|---|---|---:|---:|---:|"
+    for by, of in made["inner"].items():
+        for name, error in of.items():
+            test, first = made["tests"][by][name], made["tests"][by]["m1"]
+            mark = "**" if (by, name) == (made["loss"], made["law"]) else ""
+            yield (
+                f"| {by} | {mark}{name}{mark} | {error:.1f} | {test:.1f} | "
+                f"{100 * (test / first - 1):+.0f} % |"
+            )
+    yield ""
+    yield f"Chosen: **{made['law']}**, fitted by {made['loss']}."
+
+
+def _number(value: float | None, digits: Literal[1, 2] = 1) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
