@@ -261,7 +261,12 @@ def _counts(found: Sequence[Row]) -> dict[str, Any]:
     return {
         **by,
         "every": held(found),
-        "bootstrap": held(drawn, "resampled") if drawn else None,
+        "bootstrap": {
+            which: held([p for p in drawn if p["verdict"] in verdicts], "resampled")
+            for which, verdicts in (("identified", VERDICTS[:1]), ("every", VERDICTS))
+        }
+        if drawn
+        else None,
         "z": _z(found),
     }
 
@@ -341,11 +346,11 @@ def _table(study: Study, of: dict[str, Any]) -> Table:
         cells = [Cell(name, name), *_held(c["identified"]), *_held(c["weak"])]
         cells += [_held(c["not identifiable"])[0], _held(c["every"])[0]]
         if drawn:
-            cells.append(_held(c["bootstrap"])[0])
+            cells += [_held(c["bootstrap"][which])[0] for which in ("identified", "every")]
         rows.append((*cells, Cell.of(math.nan if c["z"] is None else c["z"], 3)))
     return Table(
         f"{study.title}: how often a nominal 95 % interval holds the truth",
-        (*heads, *(("bootstrap",) if drawn else ()), "z"),
+        (*heads, *(("bootstrap: identified", "every") if drawn else ()), "z"),
         tuple(rows),
         " ".join(_notes(study, of)),
     )

@@ -109,7 +109,8 @@ def test_truths_are_counted_by_verdict() -> None:
     assert F["weak"]["half_width"] == pytest.approx(0.2)
     assert (G["weak"]["held"], G["weak"]["of"]) == (1, 2)
     assert G["not identifiable"]["held"] == 1
-    assert (G["bootstrap"]["held"], G["bootstrap"]["of"]) == (0, 1)
+    assert (G["bootstrap"]["every"]["held"], G["bootstrap"]["every"]["of"]) == (0, 1)
+    assert G["bootstrap"]["identified"]["of"] == 0
     assert F["bootstrap"] is None
     assert (both["every"]["held"], both["every"]["of"]) == (4, 6)
     assert F["z"] == pytest.approx(0.5 / 0.6745)  # of 0, 1 and 0.5
