@@ -55,8 +55,8 @@ if TYPE_CHECKING:
 #: quarter at most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
-#: Rows that profiles may evaluate: as many as the search did, so that a motion that takes long to
-#: simulate does not make the intervals take longer than the answer, and at least so many for each
+#: Rows that profiles may evaluate: half as many as the search did, so that where a motion takes
+#: long to simulate the intervals do not take longer than the answer, and at least so many for each
 #: parameter; but never more than the first.
 PROFILES, PROFILED = 6_000, 200
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
@@ -295,7 +295,7 @@ def _conclude(
     evaluations = sum(r.evaluations for r in runs) + sum(
         d.evaluations for d in (best, *done[1:], *(begun or ())[1:])
     )
-    budget = min(PROFILES, max(evaluations, PROFILED * on.space.dim))
+    budget = min(PROFILES, max(evaluations // 2, PROFILED * on.space.dim))
     known = _known(on, best.x if begun is None else begun[1].x, free, plan, budget, interrupted)
     x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
