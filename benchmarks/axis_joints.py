@@ -46,9 +46,10 @@ BOUNDS = {
 
 
 class Model(NamedTuple):
-    """A law, and whether its F_S is the mean breakaway of the training half's slips."""
+    """A law, how it is trained, and whether F_S is the mean breakaway of the training half."""
 
     law: str
+    roads: tuple[str, ...] = ("whole", "rest to rest")
     onsets: bool = False
 
 
@@ -56,7 +57,7 @@ PLAIN_NAME, GAUSS, SEEN = "Coulomb-viscous", "Stribeck, exponent 2", "the same, 
 MODELS = {
     PLAIN_NAME: Model("coulomb-viscous"),
     GAUSS: Model("stribeck-gauss"),
-    SEEN: Model("stribeck-gauss", onsets=True),
+    SEEN: Model("stribeck-gauss", ("rest to rest",), onsets=True),
     "Stribeck, exponent 1": Model("stribeck"),
     "Stribeck, exponent 2, directional": Model("stribeck-gauss-directional"),
 }
@@ -97,7 +98,7 @@ def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
     }
     for name in (PLAIN_NAME, SEEN) if quick else MODELS:
         for k in (0,) if quick else (0, 1):
-            for road in ("rest to rest",) if quick else ROADS:
+            for road in ("rest to rest",) if quick else MODELS[name].roads:
                 key = f"{k + 1}/{name}/{road}"
                 task = partial(
                     predicted, joint, both[k], both[1 - k], MODELS[name], restart=ROADS[road]
@@ -309,7 +310,7 @@ def _rows(part: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Mapp
     for half in ("1", "2"):
         for name in MODELS:
             by = {road: part["halves"].get(f"{half}/{name}/{road}") for road in ROADS}
-            if all(by.values()):
+            if by["rest to rest"]:
                 yield half, name, {road: row for road, row in by.items() if row}
 
 
@@ -324,21 +325,22 @@ def _predictions(found: Mapping[str, Any]) -> Iterator[str]:
         plain: dict[str, list[float]] = {}
         for half, name, by in _rows(part):
             values = [
-                by["whole"]["whole"],
+                by["whole"]["whole"] if "whole" in by else None,
                 by["rest to rest"]["whole"],
                 by["rest to rest"]["rest to rest"],
             ]
-            base = plain.setdefault(half, values)
+            base = plain.setdefault(half, [v for v in values if v is not None])
             cells = " | ".join(
-                f"{v:.1f} | {v / b:.2f}" for v, b in zip(values, _against(base), strict=True)
+                f"{v:.1f} | {v / b:.2f}" if v is not None else " | "
+                for v, b in zip(values, _against(base), strict=True)
             )
             yield f"| {joint} | half {half} | {name} | {cells} |"
 
 
 def _against(plain: Sequence[float]) -> tuple[float, float, float]:
     """The best of Coulomb-viscous friction: on whole motions, of both its trainings."""
-    whole = min(plain[:2])
-    return whole, whole, plain[2]
+    whole = min(plain[:-1])
+    return whole, whole, plain[-1]
 
 
 def _staircases(found: Mapping[str, Any]) -> Iterator[str]:
@@ -349,7 +351,7 @@ def _staircases(found: Mapping[str, Any]) -> Iterator[str]:
         for half, name, by in _rows(part):
             start = f"| {joint} | half {half} |"
             if name == PLAIN_NAME:
-                yield f"{start} **measured** | {_steps(by['whole']['measured'])} |"
+                yield f"{start} **measured** | {_steps(by['rest to rest']['measured'])} |"
             for road, row in by.items():
                 yield f"{start} {name}, by {WORDS[road]} | {_steps(row['modelled'])} |"
 
