@@ -41,6 +41,7 @@ PARTS = {
     "bbob_area": "BBOB",
     "selection": "Which law two real axes need",
     "axes": "Real axes, beside what others published",
+    "presliding": "Loops below breakaway",
     "intervals": "Whether intervals hold the truth",
     "gpu": "Many candidates on a GPU",
 }
