@@ -171,21 +171,28 @@ def _lack(found: Balance, levels: Levels, half: int) -> tuple[float, int, float,
     at_home = np.linalg.norm(here, axis=0) > np.linalg.norm(elsewhere, axis=0)
     if not at_home.any():
         return None
-    U, s, Vt = np.linalg.svd(here[:, at_home], full_matrices=False)
-    kept = s > _SEEN * s[0]
-    between = len(r) - int(kept.sum())
-    if between < 1:
+    # A level of many strokes is known better than one of few, and only weighted so is it an F.
+    weight = np.sqrt(levels.cycles)
+    scaled, between, *_ = _regressed(weight[:, None] * here[:, at_home], weight * r)
+    # The errors take each log as one observation, however long it is.
+    left, freedom, s, Vt = _regressed(here[:, at_home], r)
+    if min(between, freedom) < 1:
         return None
-    left = r - U[:, kept] @ (U[:, kept].T @ r)
-    statistic = float(np.sum(levels.cycles * left**2)) / between / levels.scatter
+    statistic = float(scaled @ scaled) / between / levels.scatter
     # What the levels show is regressed on; of what they only show together, each may be it alone.
-    shown = (Vt[kept] ** 2).sum(axis=0) >= _WITHIN
+    shown = (Vt**2).sum(axis=0) >= _WITHIN
     alone = np.linalg.norm(here[:, at_home], axis=0)
-    share = np.where(
-        shown, np.sqrt(((Vt[kept].T / s[kept]) ** 2).sum(axis=1)), 1 / np.fmax(alone, 1e-300)
-    )
+    share = np.where(shown, np.sqrt(((Vt.T / s) ** 2).sum(axis=1)), 1 / np.fmax(alone, 1e-300))
     share[~shown & (alone < _TENTH * s[0])] = 0.0
     errors = np.zeros(len(size))
-    errors[at_home] = share * np.sqrt(left @ left / between) * t.ppf(0.975, between) / _NORMAL
+    errors[at_home] = share * np.sqrt(left @ left / freedom) * t.ppf(0.975, freedom) / _NORMAL
     chance = float(f.sf(statistic, between, levels.within))
     return statistic, between, chance, errors * size
+
+
+def _regressed(W: Array, r: Array) -> tuple[Array, int, Array, Array]:
+    """What W leaves of r, its degrees of freedom, and W's singular values and rows that count."""
+    U, s, Vt = np.linalg.svd(W, full_matrices=False)
+    kept = s > _SEEN * s[0]
+    left: Array = r - U[:, kept] @ (U[:, kept].T @ r)
+    return left, len(r) - int(kept.sum()), s[kept], Vt[kept]
