@@ -184,6 +184,14 @@ def test_nothing_correlates_across_logs() -> None:
     assert np.isfinite(blind[:2, :2]).all()
 
 
+def test_a_log_that_is_shorter_than_what_residuals_remember_adds_what_it_has() -> None:
+    rng = np.random.default_rng(3)
+    W, e = rng.standard_normal((605, 1)), np.repeat([1.0, -1.0, 1.0], [300, 300, 5])
+    errors = [separable.sandwich(W[:n], e[:n], lengths)[0, 0]
+              for n, lengths in ((600, [600]), (605, [600, 5]))]  # fmt: skip
+    assert errors[1] == pytest.approx(errors[0], rel=0.1)
+
+
 def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
     rng = np.random.default_rng(7)
     found = balance(noisy(log(), 2.0, rng), STRIBECK, FORCED)

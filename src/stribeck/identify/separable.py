@@ -222,7 +222,7 @@ def _first_below_zero(residuals: Array, lengths: Sequence[int]) -> int:
     parts = [r - r.mean() for r in np.split(residuals, np.cumsum(lengths)[:-1]) if len(r)]
     most = max(2, len(residuals) // 10)
     for lag in range(1, most):
-        if sum(float(np.sum(r[lag:] * r[: len(r) - lag])) for r in parts) <= 0:
+        if sum(float(np.sum(r[lag:] * r[:-lag])) for r in parts if len(r) > lag) <= 0:
             return lag
     return most
 
