@@ -295,6 +295,18 @@ def test_nothing_correlates_across_logs() -> None:
     assert quick_look(W, r - r.mean(), (50,) * 40).ratio[0] < 1.5
 
 
+def test_an_end_of_a_range_that_holds_the_fit_is_no_correlation() -> None:
+    """White noise, and a second parameter held at 0, ten standard errors from where it would be."""
+    n, ratios = 400, []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        one, other, noise = rng.standard_normal((3, n))
+        J = np.stack([one, 0.9 * one + np.sqrt(1 - 0.9**2) * other])
+        y = noise + 10 / np.sqrt(n) * J[1]
+        ratios.append(quick_look(J, y - J[0] * (J[0] @ y) / (J[0] @ J[0]), (n,)).ratio)
+    assert np.mean(ratios, axis=0) == pytest.approx([1.1, 1.1], abs=0.1)
+
+
 @pytest.mark.parametrize(("a", "least"), [(0.0, 0.93), (0.7, 0.91)])
 def test_intervals_hold_the_truth(a: float, least: float) -> None:
     """300 lines with white or red noise, 3 parameters each, 600 rows.

@@ -101,7 +101,10 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
     """
     dim, rows = J.shape
     dof = max(rows - dim, 1)
-    shares = parts(np.einsum("ij,jm->im", C, J) * r, logs)
+    moves = np.einsum("ij,jm->im", C, J) * r
+    # They add up to zero but where an end of a range holds the fit, and how far it holds it from
+    # the least sum of squares is no noise.
+    shares = parts(moves - moves.mean(axis=1, keepdims=True), logs)
     a = _persistence(shares, rows)
     rest = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
     plain = float(_persistence([p[None] for p in parts(r, logs)], rows)[0])
