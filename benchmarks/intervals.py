@@ -78,13 +78,6 @@ STUDIES = {
         "200 Hz.",
     ),
     "seeds": Study("", _seeded, (SEEDS * len(BEDS), 0)),
-    "bed, correlated": Study(
-        "Slide beds, noise that forgets within five samples",
-        lambda k: bed(k, memory=MEMORY),
-        (100, 1),
-        draws=DRAWS,
-        note=f"A first-order autoregression; the bootstrap draws {DRAWS} data sets.",
-    ),
     "loop": Study(
         "EMPS loops, white noise on the force",
         loop,
@@ -112,6 +105,13 @@ STUDIES = {
         pendulum,
         (20, 1),
         note=f"{SWINGS} logs each.",
+    ),
+    "bed, correlated": Study(
+        "Slide beds, noise that forgets within five samples",
+        lambda k: bed(k, memory=MEMORY),
+        (60, 1),
+        draws=DRAWS,
+        note=f"A first-order autoregression; the bootstrap draws {DRAWS} data sets.",
     ),
 }
 
