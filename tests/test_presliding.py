@@ -10,6 +10,12 @@ import pytest
 
 from stribeck import Fit, Recording, identify, read, select, validate
 from stribeck.data.hold import fresh
+from stribeck.friction import law_named
+from stribeck.identify.presliding import never_slid
+from stribeck.identify.problem import parameters
+from stribeck.identify.separable import orders
+from stribeck.rig.presliding import PRESLIDING
+from stribeck.space import Array
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "direct_drive"
@@ -81,3 +87,59 @@ def test_that_it_never_slid_is_told() -> None:
     assert told["dahl"] == [head + "F_C cannot be known from this log"]
     assert told["lugre"] == [head + "F_S, F_C and v_s cannot be known from this log"]
     assert told["maxwell-slip:2"] == [head + "the levels W_i do not add up to its breakaway"]
+
+
+# --- made logs ------------------------------------------------------------------------------------
+
+
+def pulled(F: Array, seconds: float = 8.0) -> Recording:
+    """2 kg on a LuGre contact, 12 N Coulomb, 18 N static, under a force; rounded to 10 nm."""
+    t = np.linspace(0.0, seconds, len(F))
+    log = Recording(t, np.zeros(len(t)), velocity=np.zeros(len(t)), force=F)
+    p = np.array([1.2e6, 600.0, 18.0, 12.0, 2e-2, 50.0, 2.0, 0.0])
+    x = PRESLIDING.simulate(law_named("lugre"), p, log).position[0]
+    return Recording(t, np.round(x, 8), velocity=np.zeros(len(t)), force=F)
+
+
+CYCLES = np.sin(2 * np.pi * np.linspace(0.0, 5.0, 800))
+RAMP = np.clip(np.linspace(-0.1, 1.0, 800), 0.0, 1.0)
+
+
+def test_an_axis_that_slides_shows_its_levels_and_one_that_is_held_does_not() -> None:
+    made = parameters(PRESLIDING, law_named("lugre"))
+    for shape in (CYCLES, RAMP):
+        held, slid = pulled(9.0 * shape), pulled(24.0 * shape)
+        assert never_slid(made, [held]) == [
+            "the axis never slid: F_S, F_C and v_s cannot be known from this log"
+        ]
+        assert "these logs" in never_slid(made, [held, held])[0]
+        assert never_slid(made, [slid]) == never_slid(made, [held, slid]) == []
+
+
+def test_only_what_is_searched_is_told() -> None:
+    held = pulled(9.0 * CYCLES)
+    lugre = parameters(PRESLIDING, law_named("lugre"), fixed={"F_C": 12.0, "v_s": 0.02})
+    assert never_slid(lugre, [held])[0].endswith("never slid: F_S cannot be known from this log")
+    gms = parameters(PRESLIDING, law_named("gms:2"))
+    (said,) = never_slid(gms, [held])
+    assert said.endswith("tau cannot be known from this log; the levels W_i do not add up to its "
+                         "breakaway")  # fmt: skip
+    free = {"M": 2.0, "F_C": 12.0}
+    assert never_slid(parameters(PRESLIDING, law_named("dahl"), fixed=free), [held]) == []
+
+
+@pytest.mark.parametrize(
+    ("law", "pairs"),
+    [
+        ("lugre", {("F_S", "F_C")}),
+        ("elasto-plastic", {("F_S", "F_C")}),
+        ("makkar", {("g2", "g3")}),
+        ("maxwell-slip", set()),
+    ],
+)
+def test_what_must_be_above_what_is_asked_of_every_parameter(
+    law: str, pairs: set[tuple[str, str]]
+) -> None:
+    # A refit that breaks such an order cannot be run, and its interval would have no width.
+    names = law_named(law).names
+    assert {(names[i], names[j]) for i, j in orders(law_named(law), every=True)} == pairs

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck import LAWS, RIGS, InputError
+from stribeck.friction import law_named
 from stribeck.rig import Rig
 from stribeck.rig.custom import rig_file
 
@@ -55,6 +56,25 @@ def test_a_range_without_a_sign_is_for_both_directions(tmp_path: Path) -> None:
     assert (ranges["F_C+"], ranges["F_C-"]) == ((40.0, 80.0), (1.0, 2.0))
 
 
+def test_a_law_may_have_elements_and_terms_and_a_range_be_for_all_elements(tmp_path: Path) -> None:
+    made = rig(
+        tmp_path,
+        'kind = "presliding"\nlaw = "gms:6+temperature"\n'
+        "ranges = { W = [0.5, 20], W_3 = [1, 2], r = [1.5, 9], temp_slope = [-0.02, 0.02] }\n",
+    )
+    assert made.laws[0] == "gms:6+temperature"
+    ranges = {q.name: (q.lower, q.upper, q.log) for q in made.parameters(law_named(made.laws[0]))}
+    assert ranges["W_3"] == (1.0, 2.0, True)
+    assert {ranges[f"W_{k}"] for k in (1, 2, 4, 5, 6)} == {(0.5, 20.0, True)}
+    assert {ranges[f"r_{k}"] for k in range(2, 7)} == {(1.5, 9.0, True)}
+    assert ranges["temp_slope"] == (-0.02, 0.02, False)
+    # As well for a law that is named later, with elements that none of the rig's own has.
+    later = {q.name: (q.lower, q.upper) for q in made.parameters(law_named("maxwell-slip:9"))}
+    assert later["W_9"] == (0.5, 20.0)
+    with pytest.raises(InputError, match=r"ranges: no parameter 'sigma': there are W_1"):
+        rig(tmp_path, 'kind = "presliding"\nlaw = "gms"\nranges = { sigma = [1, 2] }\n')
+
+
 def test_columns_and_name(tmp_path: Path) -> None:
     made = rig(
         tmp_path, KIND + 'name = "bench 2"\ndoc = "mine"\ncolumns = { position = "actual [mm]" }\n'
@@ -90,6 +110,8 @@ def test_columns_and_name(tmp_path: Path) -> None:
         (KIND + "ranges = { F_S = 3 }", ["ranges.F_S", "pair"]),
         (KIND + "ranges = { F_S = [nan, 2] }", ["ranges.F_S", "finite"]),
         (KIND + 'law = "nope"', ["'nope'", "stribeck"]),
+        (KIND + 'law = "stribeck:3"', ["number of elements"]),
+        (KIND + 'law = "stribeck+damp"', ["'damp'", "temperature"]),
         (KIND + 'name = "emps"', ["'emps'", "another"]),
         (KIND + 'name = ""', ["name", "printable"]),
         (KIND + 'name = "a\\nb"', ["name", "printable"]),
