@@ -90,6 +90,8 @@ def scores(made: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
     model, still, smooth = [], [], []
     for s, motion in zip(on, motions, strict=True):
         counts = s.track.score > 0
+        if not counts.any():  # a rest from beginning to end, of a sensor without noise
+            continue
         x = s.track.measured[counts]
         command = np.interp(s.track.t, s.track.knots_t, s.track.knots_x)[counts]
         off = x - motion.position[0][counts]
