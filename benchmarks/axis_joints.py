@@ -105,7 +105,7 @@ def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
                 )
                 found["halves"][key] = keep(f"joints/{joint}/{key}", task)
     for kind in () if quick else KINDS:
-        for seed in SEEDS:
+        for seed in SEEDS if KINDS[kind] else SEEDS[:1]:
             key = f"{kind}/{seed}"
             task = partial(known_axis, joint, found, seed, KINDS[kind])
             found["known"][key] = keep(f"joints/{joint}/known/{key}", task)
