@@ -9,6 +9,8 @@ from scipy.integrate import solve_ivp
 from stribeck.data import Recording
 from stribeck.data.breakaway import levels, presliding, ramps
 from stribeck.errors import InputError
+from stribeck.friction import LAWS
+from stribeck.rig import RIGS
 from stribeck.space import Array
 
 T: Array = np.arange(3000, dtype=float) * 0.01
@@ -116,13 +118,35 @@ def loop(amplitude: float, travel: float, rotary: bool = True) -> Recording:
     return Recording(T, x + first, force=amplitude * np.sin(w * T), rotary=rotary)
 
 
-def test_stiffness_is_amplitude_over_the_settled_travel() -> None:
+def test_stiffness_is_the_slope_between_the_tips_of_settled_cycles() -> None:
     found = presliding(loop(6.0, 3e-4))
     assert found is not None
     assert found.cycles == 9
     assert found.amplitude == pytest.approx(6.0, rel=1e-4)
-    assert found.stiffness == pytest.approx(6.0 / 3e-4, rel=1e-3)
-    assert found.secant == pytest.approx(12.0 / 3e-4, rel=1e-3)
+    assert found.stiffness == pytest.approx(12.0 / 3e-4, rel=1e-3)
+    assert found.half == pytest.approx(6.0 / 3e-4, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("law", "p"),
+    [
+        ("lugre", [2e7, 1e3, 150.0, 100.0, 1e-3, 0.0]),
+        ("dahl", [2e7, 100.0, 1.0, 0.0]),
+        ("elasto-plastic", [2e7, 1e3, 150.0, 100.0, 1e-3, 0.0, 0.5]),
+    ],
+)
+def test_cycles_tell_the_stiffness_that_a_law_has(law: str, p: list[float]) -> None:
+    t = np.arange(0.0, 20.0, 0.02)
+    seen = []
+    for amplitude in (10.0, 60.0):
+        force = amplitude * np.sin(2 * np.pi * t / 4)
+        log = Recording(t, 1e-12 * np.sin(t), force=force)
+        x = RIGS["presliding"].simulate(LAWS[law], np.array([[*p, 1.0, 0.0]]), log).position[0]
+        found = presliding(Recording(t, x, force=force))
+        assert found is not None
+        seen.append(found.stiffness)
+    assert seen[0] == pytest.approx(2e7, rel=0.01)
+    assert 1e7 < seen[1] <= 2e7 * (1 + 1e-3)
 
 
 def test_a_swing_and_a_driven_mass_are_no_presliding() -> None:

@@ -53,7 +53,7 @@ def test_all_ramps_together_are_the_authors_mean_and_spread() -> None:
 
 def test_the_stiffness_by_the_authors_definition() -> None:
     found = [presliding(read(DATA / f"sig0_j1_6_exp{k}.csv")) for k in (1, 2, 3)]
-    each = [one.stiffness for one in found if one is not None]
+    each = [one.half for one in found if one is not None]
     assert len(each) == 3
     assert np.mean(each) == pytest.approx(20809.4, rel=1e-3)
     assert np.mean(each) == pytest.approx(21419.0, rel=0.05)  # as they print it

@@ -7,9 +7,10 @@ average over the ramp. The second is one of stiffness: it begins where the slope
 force is a hundred times that of the ramp's beginning. They differ by the half of a newton metre in
 fifteen where the axis creeps a long way, and that is what one such number is worth.
 
-What an axis does in cycles of force below breakaway gives the stiffness of the contact. By the
-definition common in the literature, sigma_0 is the amplitude of the force over the peak-to-peak
-position of settled cycles; the secant, twice that, is the slope of the line between the tips.
+What an axis does in cycles of force below breakaway gives the stiffness of the contact: the slope
+of the line between the tips of settled cycles. The sigma_0 of a law is the slope out of rest, which
+small cycles approach and larger ones fall short of. Some authors call half of it sigma_0, the
+amplitude of the force over the peak-to-peak position; no law here means that.
 """
 
 from __future__ import annotations
@@ -81,7 +82,8 @@ class Presliding:
         cycles: Settled ones, from the second on.
         amplitude: Of the force.
         travel: Peak-to-peak position over these cycles.
-        stiffness: sigma_0, amplitude over travel.
+        stiffness: Slope of the line between the tips, twice the amplitude over the travel.
+        half: Half of it, amplitude over travel, which some authors call sigma_0.
     """
 
     cycles: int
@@ -90,13 +92,13 @@ class Presliding:
 
     @property
     def stiffness(self) -> float:
-        """sigma_0: amplitude of the force over peak-to-peak position."""
-        return self.amplitude / self.travel
+        """Slope of the line between the tips of the loop: at most the sigma_0 of a law."""
+        return 2 * self.amplitude / self.travel
 
     @property
-    def secant(self) -> float:
-        """Slope of the line between the tips of the loop: twice `stiffness`."""
-        return 2 * self.amplitude / self.travel
+    def half(self) -> float:
+        """Amplitude of the force over peak-to-peak position: half of `stiffness`."""
+        return self.amplitude / self.travel
 
 
 @dataclass(frozen=True)

@@ -153,9 +153,10 @@ class Quality:
     def _presliding(self, seen: Presliding) -> str:
         F, x = CHANNELS["force"][self.rotary], CHANNELS["position"][self.rotary]
         return (
-            f"sigma_0 {seen.stiffness:.5g} {F}/{x}: amplitude {_shown(seen.amplitude, F)} over "
-            f"{_shown(seen.travel, x)} peak to peak, {seen.cycles} settled cycles; secant "
-            f"{seen.secant:.5g} {F}/{x}"
+            f"sigma_0 at least {seen.stiffness:.5g} {F}/{x}, the slope between the tips: ±"
+            f"{_shown(seen.amplitude, F)} over {_shown(seen.travel, x)} peak to peak, "
+            f"{seen.cycles} settled cycles; amplitude over peak to peak is half of that, "
+            f"{seen.half:.5g} {F}/{x}"
         )
 
     def _strokes(self, v: str) -> str:
