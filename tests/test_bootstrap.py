@@ -112,6 +112,15 @@ def test_failures_are_counted_and_rows_too() -> None:
     assert np.isnan(bootstrap(line, line.best, n=30).low).all()  # too few to tell
 
 
+def test_a_refit_that_does_not_come_to_rest_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a line the first step is the last, but only new slopes would show it."""
+    line = Line(0.3 * red(4, 200, 0.0))
+    assert bootstrap(line, line.best, n=50).failed == 0
+    monkeypatch.setattr("stribeck.identify.bootstrap.EACH", 0)
+    monkeypatch.setattr("stribeck.identify.bootstrap.BESIDES", 1)
+    assert bootstrap(line, line.best, n=50, budget=1000).failed == 50
+
+
 def test_refusals() -> None:
     line = Line(0.3 * red(6, 50, 0.0))
     with pytest.raises(InputError, match="n must be a whole number >= 1, got 0"):
