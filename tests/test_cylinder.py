@@ -170,6 +170,13 @@ def test_a_temperature_term_multiplies_all_friction() -> None:
     assert found["F_C"] == pytest.approx(8.0, rel=0.02)
 
 
+def test_a_term_never_makes_friction_drive() -> None:
+    law, loads = law_named("coulomb-viscous+temperature"), np.zeros((3, 5))
+    loads[:, 4] = 303.15, 313.15, 333.15  # 5 % less a kelvin: half, none, and no less than none
+    found = FORCED.friction(law, np.array([20.0, 5.0, -0.05, 293.15]), np.ones(3), loads)
+    assert found == pytest.approx([12.5, 0.0, 0.0], abs=1e-9)
+
+
 def test_the_card_of_a_csv_is_held_against_another_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

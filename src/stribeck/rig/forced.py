@@ -152,7 +152,7 @@ class Forced(Rig):
 
 
 def _factor(law: Law, p: Array, loads: Array) -> Array:
-    """What a law's terms multiply its friction by, (N,)."""
+    """What a law's terms multiply its friction by, (N,): not below 0, or it would drive."""
     at = len(law.params) - sum(len(TERMS[term]) for term in law.terms)
     factor = np.ones(len(loads))
     for term in law.terms:
@@ -164,7 +164,7 @@ def _factor(law: Law, p: Array, loads: Array) -> Array:
             slope, reference = p[at : at + 2]
             factor *= 1 + slope * (loads[:, TEMPERATURE] - reference)
         at += len(TERMS[term])
-    return factor
+    return np.maximum(factor, 0.0)
 
 
 @njit(float64[::1](SLIP_TYPE, _F1, _F1), cache=True, error_model="numpy")
