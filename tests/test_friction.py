@@ -318,6 +318,7 @@ def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> 
         ("stribeck:3", "law stribeck:3: only maxwell-slip, gms have a number of elements"),
         ("gms:0", "law gms:0: the number of elements goes from 1 to 20, as in gms:6"),
         ("gms:²", "law gms:²: the number of elements goes from 1 to 20, as in gms:6"),
+        (f"gms:{10**4299}0", "law gms:1000"),
         ("maxwell-slip:", "law maxwell-slip:: the number of elements goes from 1 to 20"),
         ("stribeck+wind", "law stribeck: cannot add a term 'wind': there are position, temp"),
         ("gms:6+position+position", "law gms:6+position: cannot add a term 'position'"),

@@ -33,6 +33,13 @@ def refusal(path: Path, columns: Any = None) -> str:
     return message
 
 
+def test_a_json_log_of_more_names_than_a_log_has_is_refused(tmp_path: Path) -> None:
+    # A cell for every record and name would be gigabytes, from a file of some 100 kB.
+    file = tmp_path / "wide.json"
+    file.write_text("[" + ",".join(f'{{"k{i}": 1}}' for i in range(10_001)) + "]")
+    assert "wide.json: has 10,001 names in its records, and 10,000 is the most" in refusal(file)
+
+
 def with_row(number: int, row: str) -> str:
     """The plain log with another line `number` (the head is line 1)."""
     lines = PLAIN.split("\n")

@@ -12,6 +12,9 @@ import numpy as np
 from ..errors import InputError
 from .table import Table, shortened
 
+#: Columns of a log.
+MOST_COLUMNS = 10_000
+
 
 def read_json(data: bytes) -> Table:
     """`[{"t": 0.0, "x": 1.2}, ...]`, or the same as a member of an object.
@@ -49,7 +52,12 @@ def _number(value: object) -> bool:
 
 
 def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table:
-    names = list(dict.fromkeys(name for r in records for name in r))
+    names = dict.fromkeys(name for r in records for name in r)
+    if len(names) > MOST_COLUMNS:  # a cell for every record and name may be more than fits
+        raise InputError(
+            f"has {len(names):,} names in its records, and {MOST_COLUMNS:,} is the most: is each "
+            "record a sample?"
+        )
     columns: dict[str, np.ndarray[Any, Any]] = {}
     text: dict[str, tuple[int, str]] = {}
     left: list[str] = []

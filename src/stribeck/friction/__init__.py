@@ -119,7 +119,7 @@ def _of_elements(stem: str, count: str) -> Law:
         raise InputError(
             f"law {stem}:{count}: only {', '.join(ELEMENTS)} have a number of elements"
         )
-    if not (count.isascii() and count.isdigit() and 1 <= int(count) <= _MOST_ELEMENTS):
+    if count not in map(str, range(1, _MOST_ELEMENTS + 1)):
         raise InputError(
             f"law {stem}:{count}: the number of elements goes from 1 to {_MOST_ELEMENTS}, "
             f"as in {stem}:6"
