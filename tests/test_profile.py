@@ -285,6 +285,17 @@ def test_each_parameter_pays_for_correlation_by_its_own_ratio() -> None:
     assert np.mean(ratios, axis=0) == pytest.approx([4.0, 1.0], rel=0.15)
 
 
+def test_a_slow_error_under_the_noise_of_a_sensor_is_seen() -> None:
+    """Half white, half of a time constant of 50 rows: a level pays (1 + 99) / 2 = 50."""
+    n, ratios = 3000, []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        r = rng.standard_normal(n) + red(rng, n, 0.98)
+        ratios.append(quick_look(np.ones((1, n)), r - r.mean(), (n,)).ratio[0])
+    # Bartlett weights see some 85 % of it; a ratio scatters by half, the mean of 12 by a seventh
+    assert np.mean(ratios) == pytest.approx(45.0, rel=0.45)
+
+
 def test_nothing_correlates_across_logs() -> None:
     """Steps from log to log are no correlation within them: 40 logs of 50 rows, each white."""
     rng = np.random.default_rng(9)

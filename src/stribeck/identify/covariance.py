@@ -3,8 +3,10 @@
 Residuals of a log correlate from sample to sample. How much that costs depends on the parameter:
 one whose slopes change sign within the time in which residuals forget loses nothing, one with
 even slopes the most. So each has its own ratio of the variance for residuals as they are (Newey
-and West 1987, doi 10.2307/1913610, on what a first-order autoregression leaves, as Andrews and
-Monahan 1992, doi 10.2307/2951574) to the one for white ones.
+and West 1987, doi 10.2307/1913610) to the one for white ones. It is the greater of two: of the
+residuals themselves, which is too small where they forget slowly, and of what a first-order
+autoregression leaves of them (Andrews and Monahan 1992, doi 10.2307/2951574), which takes a slow
+error of the model under the noise of a sensor for a fast one.
 """
 
 from __future__ import annotations
@@ -109,18 +111,30 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
     rest = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
     plain = float(_persistence([p[None] for p in parts(r, logs)], rows)[0])
     left = [p[1:] - plain * p[:-1] for p in parts(r, logs)]
-    reach = 2 * first_below_zero(np.concatenate(left), [len(p) for p in left])
-    reach = min(max(reach, int(4 * (rows / 100) ** (2 / 9))), max(rows // 5, 1))
-    weights = 1.0 - np.arange(reach) / reach
-    weights[1:] *= 2.0
-    total = np.zeros(dim)
-    for part in rest:
-        products = autocovariance(part, reach)
-        total += products @ weights[: products.shape[-1]]
+    total = np.maximum(
+        _newey_west(rest, np.concatenate(left), [len(p) for p in left], rows) / (1 - a) ** 2,
+        _newey_west(shares, r, logs, rows),
+    )
     white = np.diag(C) * float(r @ r) / dof
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = total / (1 - a) ** 2 * (rows / dof) / white * fixed_b(reach / rows) ** 2
+        ratio = total * (rows / dof) / white
     return np.where(np.isfinite(ratio), np.maximum(ratio, 1.0), 1.0)
+
+
+def _newey_west(shares: Sequence[Array], r: Array, logs: Sequence[int], rows: int) -> Array:
+    """Variances of the sums of series (k, n) of all logs, as widened as they are uncertain, (k,).
+
+    Bartlett weights over twice the lag at which residuals r, of logs of so many rows, forget.
+    """
+    reach = max(2 * first_below_zero(r, logs), int(4 * (rows / 100) ** (2 / 9)))
+    reach = min(reach, max(rows // 5, 1))
+    weights = 1.0 - np.arange(reach) / reach
+    weights[1:] *= 2.0
+    total = np.zeros(len(shares[0]))
+    for part in shares:
+        products = autocovariance(part, reach)
+        total += products @ weights[: products.shape[-1]]
+    return total * fixed_b(reach / rows) ** 2
 
 
 def _persistence(shares: Sequence[Array], rows: int) -> Array:
