@@ -351,6 +351,31 @@ def test_steps_must_be_above_zero(bad: dict[str, float]) -> None:
         moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), **bad)
 
 
+@pytest.mark.parametrize("step", [1e-9, 1e-300])
+def test_steps_that_nobody_would_wait_for_are_refused(step: float) -> None:
+    t = np.linspace(0.0, 100.0, 101)
+    with pytest.raises(InputError, match="10,000,000 is the most: set a longer step, or split"):
+        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), step=step)
+
+
+def test_a_log_that_pauses_for_weeks_is_refused() -> None:
+    t = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(2e6, 2e6 + 1.0, 101)])
+    with pytest.raises(InputError, match=r"2e\+06 s in steps of 0.02 s.*split the log"):
+        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(202)))
+
+
+def test_a_motion_of_too_many_halved_steps_is_given_up() -> None:
+    # A tolerance that no step can keep asks for 2^14 steps in each; a tenth of the whole is made.
+    t = np.linspace(0.0, 20.0, 1001)
+    push = pushed(t, 5.0 + 4.0 * np.sin(3.0 * t))
+    x, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push, tolerance=1e-30)
+    done = np.isfinite(x)
+    assert 10 < done.sum() < 200
+    assert done[: done.sum()].all()
+    plain, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push)
+    np.testing.assert_allclose(x[done], plain[done], atol=1e-5)
+
+
 def test_too_few_parameters_are_refused() -> None:
     t = np.linspace(0.0, 1.0, 101)
     with pytest.raises(InputError, match="parameters are F_C, F_V, M, offset; got 3 columns"):

@@ -177,7 +177,8 @@ class _Walk:
         self._blocked: Ended = "threshold"
 
     def _height(self, squares: float) -> float:
-        return float(np.sqrt(max(squares - self.base, 0.0) / self.threshold))
+        with np.errstate(over="ignore"):  # beside a model that leaves nothing, all is infinite
+            return float(np.sqrt(max(squares - self.base, 0.0) / self.threshold))
 
     def walk(self, start: Place) -> Asking:
         """Go outward from a place until the side is known."""

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba import boolean, float64, int64, njit, types, void
 
+from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
 from ..friction.law import TERMS
 from ..space import Array
@@ -41,6 +42,11 @@ _FEWEST = 2
 #: A step is halved so often at most.
 FINEST = 14
 WHOLE = 1 << FINEST
+#: Steps before any is halved, over a whole log: 16 hours in steps of 6 ms.
+MOST_STEPS = 10_000_000
+#: A motion may take so many halved steps, and so many more for each whole one: seconds at
+#: most. It ends there, as if it had run away.
+_ROOM, _EACH = 1 << 20, 64
 #: Iterations for the velocity at the end of a step; as a rule 3 to 6 are needed.
 _MOST = 80
 #: Where they end: change of the velocity, relative.
@@ -371,7 +377,7 @@ def _begun(
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _rows(  # noqa: C901, PLR0915 - a loop over candidates, samples, steps and their halves
+def _rows(  # noqa: C901, PLR0912, PLR0915 - a loop over candidates, samples, steps and their halves
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
     out_q: Array, out_v: Array, out_F: Array, taken: Array,
@@ -394,6 +400,7 @@ def _rows(  # noqa: C901, PLR0915 - a loop over candidates, samples, steps and t
         a, b = crew.lent(p[row]), crew.lent(c[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
+        left = _ROOM + _EACH * parts.sum()
         _mixed(inputs, held, 0, 0.0, u)
         hold = b[7] if kind == JOINT else 0.0
         before = _commanded(b, u, q, v) if hold > 0.0 else 0.0
@@ -415,7 +422,8 @@ def _rows(  # noqa: C901, PLR0915 - a loop over candidates, samples, steps and t
             base = (t[k + 1] - t[k]) / n
             for j in range(n):
                 at, level = 0, 0  # how far the step has been passed, in its 2^-FINEST parts
-                while at < WHOLE:
+                while at < WHOLE and left > 0:
+                    left -= 1
                     share = WHOLE >> level
                     h = base * (share / WHOLE)
                     _mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
@@ -445,12 +453,17 @@ def _rows(  # noqa: C901, PLR0915 - a loop over candidates, samples, steps and t
                     at += share
                     if level > 0 and at % (2 * share) == 0:
                         level -= 1
+                if at < WHOLE:  # no steps are left for the rest of the way
+                    q = v = np.nan
+                    break
 
 
 def motions(
     law: Law, kind: int, p: Array, c: Array, on: Track, step: float, tolerance: float
 ) -> tuple[Array, Array, Array]:
     """Position, velocity and drive force, (n, N) each; nan from where a motion runs away.
+
+    Nan stands, too, from where a motion takes too many steps.
 
     Args:
         law: Any friction law.
@@ -461,13 +474,23 @@ def motions(
         step: No step is longer, s.
         tolerance: Steps are halved until the way of a coarse and a fine one differ by less, m
             or rad.
+
+    Raises:
+        InputError: so many steps that nobody would wait for them.
     """
     n, N = len(p), len(on.t)
     q, v, F = np.full((3, n, N), np.nan)
     if not n:
         return q, v, F
     t = np.ascontiguousarray(on.t - on.t[0])
-    parts = np.maximum(np.ceil(np.diff(t) / step - 1e-9), 1).astype(np.int64)
+    with np.errstate(over="ignore"):
+        many = np.maximum(np.ceil(np.diff(t) / step - 1e-9), 1)
+    if not many.sum() <= MOST_STEPS:
+        raise InputError(
+            f"{t[-1]:.6g} s in steps of {step:.3g} s are {many.sum():.3g} steps, and "
+            f"{MOST_STEPS:,} is the most: set a longer step, or split the log at its gaps"
+        )
+    parts = many.astype(np.int64)
     start = np.column_stack([np.full(n, on.x0), np.full(n, on.v0)])
     general = law.rub is not None
     crew.hired().share(
