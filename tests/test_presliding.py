@@ -74,7 +74,9 @@ def test_what_loops_show_and_what_they_do_not() -> None:
     # The first block slips within four steps of the encoder.
     assert said["d_1"].verdict == "weak"
     said = {e.name: e for e in fitted("lugre").estimates}
-    assert said["F_C"].verdict == said["v_s"].verdict == "not identifiable"
+    assert said["v_s"].verdict == "not identifiable"
+    assert said["F_C"].verdict != "identified"
+    assert said["F_C"].low == 0.0  # whatever is below F_S will do
     stiffness = said["sigma_0"]
     assert stiffness.low < 0.9 * stiffness.value < 1.02 * stiffness.value < stiffness.high
 
