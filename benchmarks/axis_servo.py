@@ -159,8 +159,8 @@ def tables(found: Mapping[str, Any]) -> Iterator[str]:
     if not found:
         return
     yield "\n".join(_as_identified(found["identify"]))
-    yield "\n".join(_all_splits(found["splits"]))
-    yield "\n".join(_choice(found["splits"]))
+    for made in (_all_splits, _choice) if found["splits"] else ():
+        yield "\n".join(made(found["splits"]))
 
 
 def _as_identified(found: Mapping[str, Any]) -> Iterator[str]:

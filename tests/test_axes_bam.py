@@ -1,0 +1,124 @@
+"""A servo with a pendulum: published parameters, committed fits, laws that contain others."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import axes
+import axis_servo
+from stribeck import RIGS, identify, read, validate
+from stribeck.data.recording import Recording
+from stribeck.friction import law_named
+from stribeck.identify.measure import Measure
+from stribeck.identify.problem import Parameters, parameters
+from stribeck.space import Array
+
+HOME = axis_servo.LOGS.parent
+pytestmark = pytest.mark.skipif(not HOME.exists(), reason="the logs are not beside the repository")
+RIG = RIGS["servo-pendulum"]
+#: What the authors call the parameters.
+CALLED = {
+    "k_t": "kt", "K_c": "friction_base", "K_v": "friction_viscous", "K_cs": "friction_stribeck",
+    "w_s": "dtheta_stribeck", "K_m": "load_friction_motor", "K_e": "load_friction_external",
+    "K_ms": "load_friction_motor_stribeck", "K_es": "load_friction_external_stribeck",
+    "K_mq": "load_friction_motor_quad", "K_eq": "load_friction_external_quad",
+}  # fmt: skip
+
+
+def kept(part: str) -> dict[str, Any]:
+    every: dict[str, Any] = json.loads(axes.FILE.read_text(encoding="utf-8"))
+    return {k.rpartition("/")[2]: v for k, v in every.items() if k.startswith(f"servo/{part}")}
+
+
+@dataclass(frozen=True)
+class Model:
+    made: Parameters
+    p: Array
+
+    def model(self) -> tuple[Parameters, Array]:
+        return self.made, self.p
+
+
+@pytest.fixture(scope="module")
+def logs() -> list[Recording]:
+    files = sorted(axis_servo.LOGS.glob("*.json"))
+    assert len(files) == 16
+    return [read(file, columns=dict(RIG.columns)) for file in files]
+
+
+def error(law: str, values: dict[str, float], logs: list[Recording]) -> float:
+    """Mean over the logs of the mean absolute errors that `validate` prints, mrad."""
+    made = parameters(RIG, law_named(law), measure=Measure("absolute"))
+    p = np.array([values[q.name] for q in made.every])
+    return float(np.mean([score.value for _, _, score in validate(Model(made, p), logs)]))
+
+
+@pytest.mark.parametrize(("model", "published"), sorted(axis_servo.PUBLISHED.items()))
+def test_published_parameters_err_as_published(
+    model: str, published: float, logs: list[Recording]
+) -> None:
+    """The authors' simulator resamples to 5 ms and steps explicitly; this one does neither."""
+    said = json.loads((HOME / "published" / "at_recording" / f"{model}.json").read_text())
+    law = f"bam-{model}"
+    values = {q.name: said[CALLED.get(q.name, q.name)] for q in RIG.parameters(law_named(law))}
+    assert error(law, values, logs) == pytest.approx(published, rel=0.04)
+
+
+def test_committed_fits_err_as_the_tables_say(logs: list[Recording]) -> None:
+    fits = kept("identify/")
+    assert "m1" in fits
+    for name, fit in fits.items():
+        values = {n: row[0] for n, row in fit["estimates"].items()}
+        assert error(axis_servo.LAWS[name], values, logs) == pytest.approx(fit["mae"], rel=1e-4)
+
+
+@pytest.mark.parametrize("name", sorted(kept("identify/")))
+def test_identify_is_no_worse_than_a_local_simplex(name: str) -> None:
+    mae = {n: fit["mae"] for n, fit in kept("identify/").items()}
+    assert mae[name] <= axis_servo.SIMPLEX.get(name, mae["m1"]) + 0.1
+
+
+def test_plain_friction_is_identified_again(logs: list[Recording]) -> None:
+    fit = identify(
+        logs, rig=RIG, law="coulomb-viscous", loss="absolute", seed=5, repeats=1, budget=700
+    )
+    again = np.mean([score.value for _, _, score in validate(fit, logs)])
+    assert again == pytest.approx(kept("identify/")["m1"]["mae"], rel=0.01)
+
+
+@pytest.mark.parametrize("gain", [g for g in (100, 200, 400) if kept(f"squares/{g}")])
+def test_friction_that_grows_with_the_load_predicts_an_unseen_gain(
+    gain: int, logs: list[Recording]
+) -> None:
+    found = kept(f"squares/{gain}")[str(gain)]
+    assert found["m3"]["test"] < found["m1"]["test"]
+    unseen = [log for log in logs if round(float(log.extra["kp"][0])) == gain]
+    assert len(unseen) == 4
+    assert error("bam-m3", found["m3"]["p"], unseen) == pytest.approx(found["m3"]["test"], rel=1e-4)
+
+
+def test_the_choice_looks_at_no_log_of_the_unseen_gain() -> None:
+    """A made table in which the unseen gain would choose otherwise."""
+    names = list(axis_servo.LAWS)
+
+    def row(**tests: float) -> dict[str, Any]:
+        return {n: {"test": tests.get(n, 50.0)} for n in names}
+
+    found = {
+        "absolute/800": row(m1=10.0, m3=90.0), "squares/800": row(m1=10.0, m3=90.0),
+        **{f"absolute/{g}+800": row(m3=20.0) for g in (100, 200, 400)},
+        **{f"squares/{g}+800": row(m3=30.0, m6=25.0) for g in (100, 200, 400)},
+    }  # fmt: skip
+    made = axis_servo.choice(found)
+    assert (made["loss"], made["law"]) == ("absolute", "m3")
+    assert made["tests"]["absolute"]["m3"] == 90.0
+
+
+def test_the_tables_show_what_is_kept() -> None:
+    said = "\n".join(axis_servo.tables({"identify": kept("identify/"), "splits": {}}))
+    assert f"{kept('identify/')['m1']['mae']:.1f}" in said
