@@ -13,7 +13,7 @@ from numpy.random import SeedSequence
 
 from ..data.segment import noise, segment, step
 from ..errors import InputError
-from ..friction import Law
+from ..friction import LAWS, Law
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure, steps
 from ..rig import Rig
 from ..rig.rig import Simulated
@@ -23,7 +23,7 @@ from .balance import balanced
 from .found import Fit
 from .measure import Loss, Measure
 from .polish import Polished, polish, polish_run
-from .presliding import never_slid
+from .presliding import never_slid, unslid
 from .problem import (
     MotionProblem,
     Parameters,
@@ -58,7 +58,7 @@ REPEATS = 3
 #: Rows that profiles may evaluate: half as many as the search did, so that where a motion takes
 #: long to simulate the intervals do not take longer than the answer, and at least so many for each
 #: parameter; but never more than the first.
-PROFILES, PROFILED = 6_000, 200
+PROFILES, PROFILED = 6_000, 400
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
 #: stick-slip, where a misfit has many basins, and where motions are smooth.
 SETTLE, SETTLE_SMOOTH = 200, 60
@@ -305,6 +305,7 @@ def _conclude(
     score = scores(made, p, train)
     doubtful = _explains_little(made, score)
     found = estimates(made, p, known, spread, resting=resting(on, x), doubtful=doubtful)
+    found = unslid(made, found, _recordings(train))
     tested = tuple(held_out(made, p, r, s) for r, s in tests)
     return Fit(
         parameters=made,
@@ -375,6 +376,11 @@ def _begun(
     return started, Polished(found.x, found.cost, found.evaluations + 1)
 
 
+def _recordings(train: Sequence[Stretch]) -> list[Recording]:
+    """The recordings that stretches come from, each once."""
+    return list({id(s.recording): s.recording for s in train}.values())
+
+
 def _explains_little(made: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each stretch is a slip, does nearly as well."""
     beside = score.still if made.measure.restart else score.smooth
@@ -408,7 +414,7 @@ def _warnings(
         said.append("interrupted: the search or its polishing had not ended")
     said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
-    said += never_slid(made, list({id(s.recording): s.recording for s in train}.values()))
+    said += never_slid(made, _recordings(train))
     floor = _noise_floor(made.rig, logs)
     if _explains_little(made, score):
         said.append(
@@ -437,7 +443,7 @@ def _warnings(
             )
         if one_way and {s.direction for s in held} - seen:
             said.append(f"hold-out {within.text} runs in a direction that was not trained on")
-    if one_way and len(seen) > 1:
+    if one_way and len(seen) > 1 and f"{made.law.name}-directional" in LAWS:
         said.append(
             "both directions share one parameter set: use the law "
             f"{made.law.name}-directional, or train on one direction"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..data.breakaway import presliding, ramps
@@ -11,6 +12,7 @@ from ..rig.rig import stem
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from .problem import Parameters
+    from .uncertainty import Estimate
 
 #: What only sliding shows, by the names that laws give it.
 _SLIDING = ("F_S", "F_C", "v_SS", "v_s", "ratio", "tau")
@@ -36,6 +38,20 @@ def never_slid(made: Parameters, recordings: Sequence[Recording]) -> list[str]:
     if any(stem(n) == _LEVEL for n in free):
         said.append(f"the levels {_LEVEL}_i do not add up to its breakaway")
     return [f"the axis never slid: {'; '.join(said)}"] if said else []
+
+
+def unslid(
+    made: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
+) -> tuple[Estimate, ...]:
+    """The estimates, with no parameter called identified that only sliding shows and none saw."""
+    if not recordings or not all(map(_held, recordings)):
+        return tuple(found)
+    hidden = {made.rig.label(q.name) for q in made.free if q.name.rstrip("+-") in _SLIDING}
+    meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
+    return tuple(
+        replace(e, verdict="not identifiable", meaning=meaning) if e.name in hidden else e
+        for e in found
+    )
 
 
 def _held(recording: Recording) -> bool:

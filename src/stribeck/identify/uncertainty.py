@@ -275,7 +275,8 @@ def verdict(profile: Profile, param: Param, *, doubtful: bool = False) -> Verdic
     down, up = half_widths(profile)
     size = abs(profile.value)
     closed = [side.ended not in ("bound", "flat") for side in (profile.low, profile.high)]
-    if share_of_range(profile, param) >= ALL_OVER or not any(closed):
+    guessed = "budget" in (profile.low.ended, profile.high.ended)  # too wide, as a rule
+    if not guessed and (share_of_range(profile, param) >= ALL_OVER or not any(closed)):
         return "not identifiable"
     by_data = profile.low.ended == profile.high.ended == "threshold"
     if by_data and max(down, up) <= IDENTIFIED * size and not doubtful:
