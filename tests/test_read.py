@@ -478,3 +478,14 @@ def test_matlab_from_a_big_endian_machine() -> None:
     columns = read_matlab(head + matrix("t_s", T) + matrix("x_mm", X)).columns
     np.testing.assert_array_equal(columns["t_s"], T)
     np.testing.assert_array_equal(columns["x_mm"], X)
+
+
+def test_a_rigs_log_may_lack_channels_that_it_does_not_need(tmp_path: Path) -> None:
+    log = tmp_path / "run.csv"
+    log.write_text("clock,angle\n" + "".join(f"{k / 100},{k * k}\n" for k in range(20)))
+    said = {"time": "clock [s]", "position": "angle [rad]", "velocity": "speed [rad/s]"}
+    assert read(log, columns=said, lenient=True).velocity is None
+    with pytest.raises(InputError, match="the mapping says velocity"):
+        read(log, columns=said)
+    with pytest.raises(InputError, match="the mapping says position"):
+        read(log, columns={**said, "position": "place [rad]"}, lenient=True)

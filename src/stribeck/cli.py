@@ -59,7 +59,8 @@ NOISIEST = 100.0
 LONGEST = 600
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON.")
+    list[Path],
+    typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON."),
 ]
 Columns = Annotated[
     Path | None,
@@ -692,7 +693,7 @@ def _read(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[R
     from .data import read
 
     mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
-    recordings = [read(log, columns=mapping) for log in logs]
+    recordings = [read(log, columns=mapping, lenient=columns is None) for log in logs]
     seen: dict[str, str] = {}
     for recording in recordings:
         if recording.source.sha256 in seen:

@@ -148,6 +148,13 @@ def _head(table: Table, written: str) -> Head:
     return Head(head.stem, table.units.get(written, head.unit))
 
 
+def is_there(table: Table, entry: Entry) -> bool:
+    """Whether a table has the column that an entry of a mapping names."""
+    column = str(entry if isinstance(entry, str) else entry["column"])
+    bare = re.fullmatch(r"(.*?)\s*\[([^\[\]]*)\]\s*", column)
+    return any(c in table.columns or c in table.scalars for c in (column, bare[1] if bare else ""))
+
+
 def _mapped(table: Table, channel: str, entry: Entry) -> Choice:
     if isinstance(entry, str):
         entry = {"column": entry}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .columns import Choice, Entry, choose, mapping
+from .columns import Choice, Entry, choose, is_there, mapping
 from .delimited import read_text
 from .json_log import read_json
 from .matlab import read_matlab
@@ -35,7 +35,12 @@ _MAGIC = {
 }
 
 
-def read(path: str | Path, *, columns: Mapping[str, Any] | str | Path | None = None) -> Recording:
+def read(
+    path: str | Path,
+    *,
+    columns: Mapping[str, Any] | str | Path | None = None,
+    lenient: bool = False,
+) -> Recording:
     """Read a log: CSV and its kin, Parquet, MATLAB 5 to 7, JSON records.
 
     Columns are known by their heads, which say the unit: `Time [ms]`, `position_mm`, `q_cmd_rad`,
@@ -49,6 +54,8 @@ def read(path: str | Path, *, columns: Mapping[str, Any] | str | Path | None = N
         path: The file.
         columns: Channel -> "head", "head [unit]", or a table with `column`, and, if wanted, `unit`
             and `factor` (a number or the name of a column); or the TOML file that says so.
+        lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
+            says where its logs may have a channel, and asks for it if it needs it.
 
     Raises:
         InputError: the log cannot be used; the line says what is wrong, where, and what to do.
@@ -59,9 +66,18 @@ def read(path: str | Path, *, columns: Mapping[str, Any] | str | Path | None = N
         data = _bytes(file)
         table = _format(file)(data)
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
-        return _recording(table, mapped, source)
+        return _recording(table, _there(table, mapped) if lenient else mapped, source)
     except InputError as error:
         raise InputError(printable(f"{file.name}: {error}")) from error
+
+
+def _there(table: Table, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
+    """The mapping without channels whose column is not there; time and position must be."""
+    return {
+        channel: entry
+        for channel, entry in mapped.items()
+        if channel in ("time", "position") or is_there(table, entry)
+    }
 
 
 def _bytes(file: Path) -> bytes:

@@ -296,7 +296,8 @@ def _conclude(
         d.evaluations for d in (best, *done[1:], *(begun or ())[1:])
     )
     budget = min(PROFILES, max(evaluations // 2, PROFILED * on.space.dim))
-    known = _known(on, best.x if begun is None else begun[1].x, free, plan, budget, interrupted)
+    start = best.x if begun is None else begun[1].x
+    known, interrupted = _known(on, start, free, plan, budget, interrupted)
     x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
     p = made.full(x[None, :free])[0]
@@ -351,17 +352,22 @@ def _known(
     plan: _Plan,
     budget: int,
     interrupted: bool,
-) -> Uncertainty:
-    """How well the first `free` parameters are known; a quick look if somebody is waiting."""
+) -> tuple[Uncertainty, bool]:
+    """How well the first `free` parameters are known, and whether somebody would not wait.
+
+    Then it is a quick look.
+    """
     quick, keep = 4 * len(x), plan.polishing is False
     if not interrupted:
         try:
-            return uncertainty(
+            seen = uncertainty(
                 on, x, among=free, budget=budget, keep=keep, draws=plan.draws, seed=plan.seed
             )
         except KeyboardInterrupt:
             pass
-    return uncertainty(on, x, among=free, budget=quick, keep=True)
+        else:
+            return seen, False
+    return uncertainty(on, x, among=free, budget=quick, keep=True), True
 
 
 def _begun(
@@ -376,6 +382,13 @@ def _begun(
     return started, Polished(found.x, found.cost, found.evaluations + 1)
 
 
+def _resting(score: Score, floor: float) -> list[str]:
+    if score.still > NOISY * floor:
+        return []
+    told = "the axis hardly moves in what was trained on: that supports nothing"
+    return [f"{told}, train on a range in which it moves"]
+
+
 def _recordings(train: Sequence[Stretch]) -> list[Recording]:
     """The recordings that stretches come from, each once."""
     return list({id(s.recording): s.recording for s in train}.values())
@@ -384,7 +397,7 @@ def _recordings(train: Sequence[Stretch]) -> list[Recording]:
 def _explains_little(made: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each stretch is a slip, does nearly as well."""
     beside = score.still if made.measure.restart else score.smooth
-    return score.value > LITTLE * beside
+    return score.value >= LITTLE * beside
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
@@ -411,11 +424,12 @@ def _warnings(
 ) -> list[str]:
     said = []
     if interrupted:
-        said.append("interrupted: the search or its polishing had not ended")
+        said.append("interrupted: the search, its polishing or its intervals had not ended")
     said += bound_warnings(found)
     said += correlation_warnings(made, correlation)
     said += never_slid(made, _recordings(train))
     floor = _noise_floor(made.rig, logs)
+    said += _resting(score, floor)
     if _explains_little(made, score):
         said.append(
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
