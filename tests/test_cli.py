@@ -9,12 +9,13 @@ import subprocess
 import sys
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
 import stribeck
+from command import Said, caller
 from stribeck import LAWS, METHODS, RIGS, cli, read, read_card
 from stribeck.identify.polish import polish_run
 
@@ -23,12 +24,6 @@ QUICK = ("--rig", "slide-bed", "--budget", "40", "--repeats", "2", "--seed", "3"
 
 
 SPLIT = ("--train", "112:295", "--holdout", "44:112")
-
-
-class Said(NamedTuple):
-    status: int
-    out: str
-    err: str
 
 
 @pytest.fixture(scope="module")
@@ -52,17 +47,7 @@ def stribeck_(
 ) -> Any:
     """Run a command in the folder of `made`."""
     monkeypatch.chdir(made)
-
-    def run(*arguments: str) -> Said:
-        monkeypatch.setattr(sys, "argv", ["stribeck", *arguments])
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        return Said(status, *capsys.readouterr())
-
-    return run
+    return caller(monkeypatch, capsys)
 
 
 def test_twin_keeps_the_truth_beside_the_log_and_not_in_it(made: Path) -> None:

@@ -9,11 +9,11 @@ import sqlite3
 import subprocess
 import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import polars as pl
 import pytest
 
+from command import Said
 from stribeck import cli
 
 SMALL = """
@@ -37,12 +37,6 @@ method = "random"
 """
 #: Long enough to be interrupted: many short runs, some minutes of them.
 LONG = SMALL.replace("repeats = 4", "repeats = 10_000")
-
-
-class Said(NamedTuple):
-    status: int
-    out: str
-    err: str
 
 
 def start(place: Path, *arguments: str) -> subprocess.Popen[str]:

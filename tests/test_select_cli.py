@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
-from stribeck import cli, read_card
+from command import caller
+from stribeck import read_card
 from stribeck.identify.rungs import climb
 from test_select_truth import log
-
-
-class Said(NamedTuple):
-    status: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -33,17 +27,7 @@ def stribeck_(
         np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", comments="",
                    header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
     monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: str) -> Said:
-        monkeypatch.setattr(sys, "argv", ["stribeck", *arguments])
-        status = 0
-        try:
-            cli.main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
-        return Said(status, *capsys.readouterr())
-
-    return run
+    return caller(monkeypatch, capsys)
 
 
 ASK = ("--rig", "forced", "--laws", "coulomb-viscous,coulomb-viscous-directional,stribeck",

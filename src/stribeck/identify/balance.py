@@ -45,7 +45,7 @@ def balanced(
         InputError: no measured force, a range without motion, or too few rows.
     """
     rig = _forced(made)
-    chosen, rows = _rows(logs, train)
+    chosen, rows = counting(logs, train)
     _check_used(logs, chosen, [*train, *holdout])
     fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
     found = inverse.balance(chosen, made.law, rig, params=fixed, tied=made.tied, rows=rows)
@@ -109,7 +109,7 @@ def _check_used(
     """Every log has samples in some range: what is passed over in silence is not missed."""
     for log in logs:
         if not any(log is one for one in chosen):
-            _rows([log], within)  # says why not
+            counting([log], within)  # says why not
 
 
 def balance_scores(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
@@ -120,7 +120,7 @@ def balance_scores(made: Parameters, p: Array, log: Recording, within: Range | N
 def _held_out(
     made: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
 ) -> HeldOut:
-    chosen, rows = _rows(logs, [] if within is None else [within])
+    chosen, rows = counting(logs, [] if within is None else [within])
     seen = inverse.validate(chosen, made.law, _forced(made), p, rows=rows)
     return HeldOut(within, _score(seen), (), ())
 
@@ -135,10 +135,14 @@ def _forced(made: Parameters) -> Forced:
     return made.rig
 
 
-def _rows(
+def counting(
     logs: Sequence[Recording], within: Sequence[Range]
 ) -> tuple[list[Recording], list[inverse.Rows | None]]:
-    """The logs that pass the ranges, and which of their samples count (None: all)."""
+    """The logs that pass the ranges, and which of their samples count (None: all).
+
+    Raises:
+        InputError: no log passes any of the ranges.
+    """
     logs = listed(logs)
     if not within:
         return logs, [None] * len(logs)

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data.ranges import windows
-from ..data.segment import segment
 from ..errors import InputError
 from ..friction import LOADS
 from ..rig.forced import Forced
@@ -24,13 +22,13 @@ from ..rig.slide_bed import SlideBed
 from ..space import Array, Param
 from ..units import unit
 from .axis import Axis, counted, speeds
+from .balance import counting
 from .covariance import quick_look
 from .experiment import Box, Experiment, decades, slopes
 from .problem import MotionProblem, Parameters, parameters, parts, ranges
 from .regression import System, Wanted
 from .residuals import BalanceResiduals
 from .residuals import physical as meaningful
-from .rows import Rows
 from .rows import logs_of as made_ready
 from .starts import StartedProblem, free_starts
 from .stretch import Stretch, stretches
@@ -321,7 +319,7 @@ def _balanced(card: Card, made: Parameters, x: Array, logs: Sequence[Recording])
     """Axis and data of the inverse road."""
     rig = made.rig
     assert isinstance(rig, Forced)  # noqa: S101 - `present` sent it here
-    chosen, rows = _counting(card, made, logs)
+    chosen, rows = counting(logs, ranges(card.train or None, made.rig))
     fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
     ready = made_ready(chosen, made.law, rig, None, rows)
     problem = BalanceResiduals(System(Wanted(made.law, rig, fixed, dict(made.tied)), ready))
@@ -362,29 +360,3 @@ def _loads(a: Array, loads: Array, rig: Forced) -> Loads:
         (float(normal.min()), float(normal.max())) if "normal" in rig.loads else None,
         float(warm.mean()),
     )
-
-
-def _counting(
-    card: Card, made: Parameters, logs: Sequence[Recording]
-) -> tuple[list[Recording], list[Rows | None]]:
-    """The logs that pass the card's training ranges, and which of their samples count."""
-    within = ranges(card.train or None, made.rig)
-    if not within:
-        return list(logs), [None] * len(logs)
-    chosen: list[Recording] = []
-    masks: list[Rows | None] = []
-    missing: list[InputError] = []
-    for log in logs:
-        mask, seen = np.zeros(len(log), dtype=bool), segment(log)
-        for r in within:
-            try:
-                for window in windows(log, r, seen):
-                    mask[window.rows] = True
-            except InputError as error:
-                missing.append(error)
-        if mask.any():
-            chosen.append(log)
-            masks.append(mask)
-    if not chosen:
-        raise missing[0]
-    return chosen, masks
