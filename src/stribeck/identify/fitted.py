@@ -20,6 +20,7 @@ from .uncertainty import (
     bound_warnings,
     correlation_warnings,
     estimates,
+    resting,
     uncertainty,
     verdict,
 )
@@ -57,11 +58,13 @@ def fitted(
 def unseen(rung: Rung) -> tuple[str, ...]:
     """The parameters that a solved force balance does not identify, as their rig calls them."""
     assert rung.balance is not None  # noqa: S101 - the inverse road's
-    known = uncertainty(BalanceResiduals(rung.balance.system), rung.x, keep=True).by_name()
+    residuals = BalanceResiduals(rung.balance.system)
+    known = uncertainty(residuals, rung.x, keep=True).by_name()
+    rests = resting(residuals, rung.x)
     return tuple(
         rung.made.rig.label(q.name)
         for q in rung.made.free
-        if verdict(known[q.name][0], q) == "not identifiable"
+        if q.name in rests or verdict(known[q.name][0], q) == "not identifiable"
     )
 
 
