@@ -33,16 +33,17 @@ class ServoPendulum(Stepped):
     """
 
     kind: ClassVar[int] = SERVO
-    held: ClassVar[tuple[bool, ...]] = (False, True)
+    held: ClassVar[tuple[bool, ...]] = (False, True, True)
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
-        """Goal, and whether the servo drives."""
+        """Goal, whether the servo drives, and volts that are added to its own."""
         if recording.command is None:
             raise InputError(
                 f"{recording.label}: rig {self.name} needs the goal of the servo: map a column to "
                 "command"
             )
-        return recording.command, recording.extra.get(_ENABLED, np.ones(len(recording)))
+        n = len(recording)
+        return recording.command, recording.extra.get(_ENABLED, np.ones(n)), np.zeros(n)
 
     def given(self, recording: Recording) -> Array:
         """Mass, length, gain and supply voltage of the run."""

@@ -240,12 +240,15 @@ def _jumps(law: Law) -> bool:
 
 
 def _with_inputs(on: Track) -> Track:
-    """A track whose command also stands at its samples, as laws with states are stepped."""
+    """A track whose command also stands at its samples, as laws with states are stepped.
+
+    The last input is what is added to the motor's force, held for a sample.
+    """
     if on.inputs.size:
         return on
-    inputs = np.zeros((3, len(on.t)))
+    inputs = np.zeros((4, len(on.t)))
     inputs[2] = np.interp(on.t, on.knots_t, on.knots_x)
-    return on._replace(inputs=inputs, held=np.zeros(3))
+    return on._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 SLIDE_BED = SlideBed(

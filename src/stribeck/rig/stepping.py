@@ -28,7 +28,7 @@ from numba import boolean, float64, int64, njit, types, void
 
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
-from ..friction.law import TERMS
+from ..friction.law import TERMS, position_factor, temperature_factor
 from ..space import Array
 from . import crew
 from .track import FORCE, JOINT, SERVO, SLIDE
@@ -85,7 +85,7 @@ def _driven(
     """
     load[2], load[3], load[4] = u[0], q, u[1]
     if kind == SERVO:  # c: J, k_t/R, k_t^2/R, m g l, q_offset, volts a radian, volts at most
-        volts = min(max(c[5] * (u[2] - q), -c[6]), c[6])
+        volts = min(max(c[5] * (u[2] - q) + u[4], -c[6]), c[6])
         on = 1.0 if u[3] > 0.5 else 0.0  # noqa: PLR2004 - a flag
         load[1] = -c[3] * np.sin(q + c[4])
         load[0] = on * (c[1] * volts - c[2] * v)
@@ -105,9 +105,10 @@ def _driven(
     # SLIDE, c as `SlideBed.split`: m, k_hat+, k_hat-, k_spring+, k_spring-, F_fm, ...
     e = u[2] - q
     if e > 0.0:
-        load[0] = c[3] * e + max(c[1] * e - c[5], 0.0)
+        spring, motor = c[3] * e, c[1] * e + u[3]
     else:
-        load[0] = c[4] * e + min(c[2] * e + c[5], 0.0)
+        spring, motor = c[4] * e, c[2] * e + u[3]
+    load[0] = spring + max(motor - c[5], 0.0) + min(motor + c[5], 0.0)
     load[1] = 0.0
     return c[0], load[0], 0.0
 
@@ -326,11 +327,10 @@ def _scale(term: Array, p: Array, load: Array) -> float:
     scale = 1.0
     if term[0] >= 0:
         k = term[0]
-        angle = 2.0 * np.pi * load[3] / p[k + 2]
-        scale *= 1.0 + p[k] * np.cos(angle) + p[k + 1] * np.sin(angle)
+        scale *= position_factor(load[3], p[k], p[k + 1], p[k + 2])
     if term[1] >= 0:
         k = term[1]
-        scale *= 1.0 + p[k] * (load[4] - p[k + 1])
+        scale *= temperature_factor(load[4], p[k], p[k + 1])
     return max(scale, 0.0)
 
 
@@ -370,6 +370,57 @@ def _begun(
     rub(s * low / _SLOW, _SLOW, relaxed, load, p, z)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _passed(
+    slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
+    inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
+    z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, slopes: Array,
+    left: int,
+) -> tuple[float, float, int]:  # fmt: skip
+    """Position and velocity after the interval that begins with sample k, and steps still left.
+
+    It is passed in n steps and their halves; the states go on in `z`. Where no steps are left for
+    all of it, position and velocity are nan.
+    """
+    base = span / n
+    for j in range(n):
+        at, level = 0, 0  # how far the step has been passed, in its 2^-FINEST parts
+        while at < WHOLE and left > 0:
+            left -= 1
+            share = WHOLE >> level
+            h = base * (share / WHOLE)
+            _mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
+            v_half = _step(
+                slip, rub, general, states, kind, p, term, c, u, 0.5 * h, q, v, z, load, half,
+                slopes, 0,
+            )  # fmt: skip
+            q_half = q + 0.5 * h * v_half
+            _mixed(inputs, held, k, (j + (at + share) / WHOLE) / n, u)
+            v_fine = _step(
+                slip, rub, general, states, kind, p, term, c, u, 0.5 * h, q_half, v_half, half,
+                load, fine, slopes, 0,
+            )  # fmt: skip
+            v_coarse = _step(
+                slip, rub, general, states, kind, p, term, c, u, h, q, v, z, load, coarse, slopes,
+                1,
+            )  # fmt: skip
+            if h * abs(v_fine - v_coarse) > tolerance and level < FINEST:
+                level += 1
+                continue
+            q = 2.0 * (q_half + 0.5 * h * v_fine) - (q + h * v_coarse)
+            v = 2.0 * v_fine - v_coarse
+            if states == 0 and v * v_fine <= 0.0:  # extrapolated past the stop
+                v = v_fine
+            for i in range(states):
+                z[i] = 2.0 * fine[i] - coarse[i]
+            at += share
+            if level > 0 and at % (2 * share) == 0:
+                level -= 1
+        if at < WHOLE:  # no steps are left for the rest of the way
+            return np.nan, np.nan, left
+    return q, v, left
+
+
 @njit(
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _F2, _I1, _I1, _F2,
@@ -377,7 +428,7 @@ def _begun(
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _rows(  # noqa: C901, PLR0912, PLR0915 - a loop over candidates, samples, steps and their halves
+def _rows(  # a loop over candidates and samples
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
     out_q: Array, out_v: Array, out_F: Array, taken: Array,
@@ -418,44 +469,10 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - a loop over candidates, samples, st
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
-            n = parts[k]
-            base = (t[k + 1] - t[k]) / n
-            for j in range(n):
-                at, level = 0, 0  # how far the step has been passed, in its 2^-FINEST parts
-                while at < WHOLE and left > 0:
-                    left -= 1
-                    share = WHOLE >> level
-                    h = base * (share / WHOLE)
-                    _mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
-                    v_half = _step(
-                        slip, rub, general, states, kind, a, term, b, u, 0.5 * h, q, v, z, load,
-                        half, slopes, 0,
-                    )  # fmt: skip
-                    q_half = q + 0.5 * h * v_half
-                    _mixed(inputs, held, k, (j + (at + share) / WHOLE) / n, u)
-                    v_fine = _step(
-                        slip, rub, general, states, kind, a, term, b, u, 0.5 * h, q_half, v_half,
-                        half, load, fine, slopes, 0,
-                    )  # fmt: skip
-                    v_coarse = _step(
-                        slip, rub, general, states, kind, a, term, b, u, h, q, v, z, load, coarse,
-                        slopes, 1,
-                    )  # fmt: skip
-                    if h * abs(v_fine - v_coarse) > tolerance and level < FINEST:
-                        level += 1
-                        continue
-                    q = 2.0 * (q_half + 0.5 * h * v_fine) - (q + h * v_coarse)
-                    v = 2.0 * v_fine - v_coarse
-                    if states == 0 and v * v_fine <= 0.0:  # extrapolated past the stop
-                        v = v_fine
-                    for i in range(states):
-                        z[i] = 2.0 * fine[i] - coarse[i]
-                    at += share
-                    if level > 0 and at % (2 * share) == 0:
-                        level -= 1
-                if at < WHOLE:  # no steps are left for the rest of the way
-                    q = v = np.nan
-                    break
+            q, v, left = _passed(
+                slip, rub, general, states, kind, a, term, b, inputs, held, k, parts[k],
+                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes, left,
+            )  # fmt: skip
 
 
 def motions(

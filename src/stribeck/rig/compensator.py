@@ -1,0 +1,224 @@
+"""The friction compensator: what a controller adds so that the axis moves as if nothing rubbed.
+
+At each of its samples, h seconds apart, a controller
+
+1. asks the friction law at the speed `asked(v_ref, v, c)`,
+2. shapes the answer, `shaped(force, v_ref, v, h, before, c)`, and
+3. adds it to the force (or torque) that it commands, and holds it for a sample.
+
+These two functions are the one definition: the simulation runs them, and what is exported to a
+controller is made from them. They are written in the Python that laws are written in.
+
+How a law is asked (`answer`) is part of the definition:
+
+- a law without states, loads and terms: `slip` at the speed asked;
+- a law with loads or terms and no states: `rub` at the speed asked, under the loads of the sample
+  before, times the factors of the terms;
+- a law with states: `rub` at the speed asked over the span h, which advances the states. With
+  feedback, a resting axis keeps them, and its law is asked by its `slip`: what a bristle holds
+  at rest is not known to a controller, what it breaks away at is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import float64, njit, types
+
+from ..errors import InputError
+from ..space import Array
+
+#: Places of the settings in `c`.
+SCALE, FEEDBACK, DEAD_BAND, SMOOTHING, SLEW, LIMIT, DRIVE, REST = range(8)
+
+#: Speed at which a resting axis asks a law that has a level at rest, m/s or rad/s: no law has
+#: lost anything of its breakaway level there.
+TINY = 1e-9
+
+
+class Setting(NamedTuple):
+    """A setting of the compensator, as people and programs are told of it.
+
+    Args:
+        name: Its name.
+        index: Its place in `c`.
+        unit: SI unit on a linear axis.
+        rotary: The same on a rotary one.
+        meaning: What it does.
+    """
+
+    name: str
+    index: int
+    unit: str
+    rotary: str
+    meaning: str
+
+
+SETTINGS = (
+    Setting("scale", SCALE, "", "", "share of the model's friction that is compensated"),
+    Setting("feedback", FEEDBACK, "", "",
+            "1: the law is asked at the measured velocity, 0: at that of the reference"),
+    Setting("dead_band", DEAD_BAND, "m/s", "rad/s",
+            "speed up to which the axis, or the reference, counts as resting"),
+    Setting("smoothing", SMOOTHING, "m/s", "rad/s",
+            "speed of the reference beyond the dead band over which compensation sets in"),
+    Setting("slew", SLEW, "N/s", "N m/s", "most by which the output changes in a second; 0: any"),
+    Setting("limit", LIMIT, "N", "N m", "largest output; 0: any"),
+    Setting("drive", DRIVE, "N", "N m", "Coulomb friction of the drive that eats its command"),
+    Setting("rest", REST, "m/s", "rad/s", "speed at which a resting axis asks the law"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """The settings of a compensator, SI.
+
+    Args:
+        scale: Share of the model's friction that is compensated.
+        feedback: Whether the law is asked at the measured velocity. Else it is asked at the
+            reference's, which needs no sensor, and cannot undo what falls with speed.
+        dead_band: Speed up to which the axis, or the reference, counts as resting, m/s or rad/s.
+            The default is for a sensor without steps. One that counts needs more than a count a
+            sample, which a resting axis shows where it trembles between two: see `seen`.
+        smoothing: The output grows from nothing at a reference speed of `dead_band` to its whole
+            at `dead_band + smoothing`, m/s or rad/s; at 0 it is there at once.
+        slew: Most by which the output changes in a second, N/s or N m/s; 0 for no limit.
+        limit: Largest output, N or N m; 0 for no limit.
+        drive: Coulomb friction of the drive itself that eats the command before it reaches the
+            axis, N or N m (the slide bed's F_fm).
+        rest: Speed at which a resting axis asks the law, m/s or rad/s. The default gives the
+            breakaway level of a law that has one; a law that is smooth through rest has none,
+            and must be asked where its friction has risen.
+    """
+
+    scale: float = 1.0
+    feedback: bool = True
+    dead_band: float = 1e-6
+    smoothing: float = 0.0
+    slew: float = 0.0
+    limit: float = 0.0
+    drive: float = 0.0
+    rest: float = TINY
+
+    def __post_init__(self) -> None:
+        for s in SETTINGS:
+            value = float(getattr(self, s.name))
+            if not (math.isfinite(value) and value >= 0.0):
+                raise InputError(
+                    f"compensator: {s.name} = {value:g}: give a finite number, 0 or above"
+                )
+        if not self.rest > 0.0:
+            raise InputError("compensator: rest = 0: a law is asked beside rest: give a speed")
+
+    @property
+    def c(self) -> Array:
+        """The settings as the compiled functions read them, (8,)."""
+        return np.array([float(getattr(self, s.name)) for s in SETTINGS])
+
+
+def seen(resolution: float, h: float) -> float:
+    """The dead band that hides what a counting sensor shows of a resting axis, m/s or rad/s.
+
+    One and a half counts a sample: an axis that rests at the edge of two counts is seen to move
+    by one.
+
+    Args:
+        resolution: A count, m or rad.
+        h: Sample time, s.
+    """
+    return 1.5 * resolution / h
+
+
+_READ = types.Array(float64, 1, "C", readonly=True)
+
+
+@njit(float64(float64, float64, _READ), cache=True, error_model="numpy")
+def asked(v_ref: float, v: float, c: Array) -> float:
+    """The speed at which the friction law is asked, m/s or rad/s.
+
+    Without feedback, the reference's. With feedback, the measured one; where the axis rests and
+    the reference moves, a tiny speed in the reference's direction: there the law gives its
+    breakaway level, so that a stuck axis is pushed off.
+
+    Args:
+        v_ref: Velocity of the reference, m/s or rad/s.
+        v: Measured velocity, m/s or rad/s.
+        c: The settings.
+    """
+    if c[FEEDBACK] == 0.0:
+        return v_ref
+    if abs(v) > c[DEAD_BAND]:
+        return v
+    if v_ref < 0.0:
+        return -c[REST]  # type: ignore[no-any-return]
+    return c[REST]  # type: ignore[no-any-return]
+
+
+@njit(float64(float64, float64, float64, float64, float64, _READ), cache=True, error_model="numpy")
+def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Array) -> float:  # noqa: ARG001
+    """What the compensator puts out, N or N m.
+
+    scale * share * (force + drive in its direction), where the share rises from 0 to 1 as the
+    reference's speed goes from the dead band to the smoothing beyond it; then limited in its
+    change and in its size. Where the reference rests nothing is compensated: friction may hold.
+
+    Args:
+        force: The law's answer at the speed asked.
+        v_ref: Velocity of the reference, m/s or rad/s.
+        v: Measured velocity, m/s or rad/s.
+        h: Sample time, s.
+        before: The output of the sample before.
+        c: The settings.
+    """
+    speed = abs(v_ref) - c[DEAD_BAND]
+    share = 0.0
+    if speed > 0.0:
+        share = 1.0
+        if speed < c[SMOOTHING]:
+            share = speed / c[SMOOTHING]
+    drive = 0.0
+    if force > 0.0:
+        drive = c[DRIVE]
+    if force < 0.0:
+        drive = -c[DRIVE]
+    out = c[SCALE] * share * (force + drive)
+    if c[SLEW] > 0.0:
+        change = c[SLEW] * h
+        out = min(max(out, before - change), before + change)
+    if c[LIMIT] > 0.0:
+        out = min(max(out, -c[LIMIT]), c[LIMIT])
+    return out  # type: ignore[no-any-return]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def answer(
+    slip: Any, rub: Any, general: bool, states: int, factor: float, v_ref: float, v: float,
+    h: float, z: Array, load: Array, p: Array, c: Array, out: Array,
+) -> float:  # fmt: skip
+    """What the law says to the compensator; the states' new values go into `out`.
+
+    Args:
+        slip: The law's `slip`.
+        rub: Its `rub`, where it has one.
+        general: Whether it has one.
+        states: How many states it has.
+        factor: The product of its terms; 1 without.
+        v_ref: Velocity of the reference.
+        v: Measured velocity.
+        h: Sample time, s.
+        z: The compensator's own states of the law, (max(states, 1),).
+        load: The loads of the sample before, as laws read them, (5,).
+        p: The law's parameters as the compensator believes them.
+        c: The settings.
+        out: States after h, as z.
+    """
+    at = asked(v_ref, v, c)
+    if not general:
+        return factor * slip(at, p)  # type: ignore[no-any-return]
+    if states > 0 and c[FEEDBACK] != 0.0 and abs(v) <= c[DEAD_BAND]:
+        out[:] = z
+        return factor * slip(at, p)  # type: ignore[no-any-return]
+    return factor * rub(at, h, z, load, p, out)  # type: ignore[no-any-return]
