@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..friction import LOADS
-from ..identify.score import simulated
-from ..rig.presliding import Presliding
 from ..units import unit
+from .identified import greatest_load, loads, loop, own, reach, sides, stroke, under
 from .style import ACCENT, INK, MEASURED, MODEL, force_unit, legend_above, one, shown, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..friction import Law
     from ..identify.found import Fit
     from ..space import Array
 
-#: A loop is walked in so many steps a stroke, as far as bristles slip, and this much further.
-_STEPS, _BEYOND = 200, 1.5
-#: Bristles slip where the force has come so near that of steady sliding; ways tried, m or rad.
-_SLIPPING, _WAYS = 0.97, np.geomspace(1e-9, 10.0, 60)
+__all__ = [
+    "bristles",
+    "budget",
+    "law_curve",
+    "law_figure",
+    "loop",
+    "own",
+    "reach",
+    "stribeck_curve",
+    "under",
+]
+
 #: A level below this share of a figure's range is next to its axis.
 _LOW = 0.12
 
@@ -103,8 +107,7 @@ def bristles(fit: Fit) -> Figure:
     fast, p = reach(fit), own(fit)
     law_curve(fit, left, -fast, fast)
     left.set(title="Steady sliding")
-    pace = 0.01 * fast if not isinstance(fit.rig, Presliding) else _pace(fit)
-    way = _way(fit, pace)
+    way, pace = stroke(fit)
     length, scale = shown(fit.rig, "position"), unit(shown(fit.rig, "position")).factor
     for share, colour, text in ((1.0, MODEL, "to and fro"), (0.35, ACCENT, "a third as far")):
         x, F = loop(fit.law, p, share * way, pace)
@@ -121,55 +124,16 @@ def bristles(fit: Fit) -> Figure:
     return figure
 
 
-def loop(law: Law, p: Array, way: float, pace: float) -> tuple[Array, Array]:
-    """Displacement and force from relaxed bristles to `way`, back to −way, and to `way` again."""
-    turns = way * np.array([0.0, 1.0, -1.0, 1.0])
-    x = np.concatenate(
-        [np.linspace(a, b, _STEPS, endpoint=False) for a, b in itertools.pairwise(turns)]
-        + [turns[-1:]]
-    )
-    return x, walked(law, p, x, pace)
-
-
-def walked(law: Law, p: Array, x: Array, pace: float) -> Array:
-    """Force of a law at positions that are passed one after the other at a pace, without load."""
-    z, out, load = np.zeros(law.states), np.zeros(law.states), np.zeros(len(LOADS))
-    F = np.zeros(len(x))
-    for k, step in enumerate(np.diff(x), 1):
-        F[k] = law.rub(np.copysign(pace, step), abs(step) / pace, z, load, p, out)
-        z, out = out, z
-    return F
-
-
-def _way(fit: Fit, pace: float) -> float:
-    """How far strokes go that show the loop: as far as was measured, or until bristles slip."""
-    p = own(fit)
-    if isinstance(fit.rig, Presliding):
-        spans = [np.ptp(s.track.measured[s.track.score > 0]) for s in fit.train]
-        return 0.5 * float(max(spans))
-    steady = float(fit.law.slip(pace, p))
-    for way in _WAYS:
-        if walked(fit.law, p, np.linspace(0.0, way, _STEPS), pace)[-1] >= _SLIPPING * steady:
-            return float(_BEYOND * way)
-    return float(_WAYS[-1])
-
-
-def _pace(fit: Fit) -> float:
-    """The mean speed of the motions, m/s (rad/s)."""
-    ways = [(np.abs(np.diff(s.track.measured)).sum(), np.ptp(s.track.t)) for s in fit.train]
-    return float(sum(a for a, _ in ways) / sum(b for _, b in ways))
-
-
 def budget(fit: Fit) -> Figure:
     """A law under load: its curve at three loads, and its level against the load."""
     figure = Figure(figsize=(9.6, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
-    p, fast, most = own(fit), reach(fit), _most(fit)
+    p, fast, most = own(fit), reach(fit), greatest_load(fit)
     scale = unit(shown(fit.rig, "velocity")).factor
     force = force_unit(fit.rig)
     normal = "normal" in fit.law.loads
     v = np.concatenate([[0.0], fast * np.geomspace(1e-4, 1.0, 300)])
-    ways = {"normal load": "normal"} if normal else _WORK
+    ways = loads(fit.law)
     across = np.linspace(0.0, most, 200)
     first = next(iter(ways.values()))
     for share, colour in ((0.0, MEASURED), (0.5, ACCENT), (1.0, MODEL)):
@@ -206,61 +170,15 @@ def budget(fit: Fit) -> Figure:
     return figure
 
 
-#: How motor and surroundings share the work, in words.
-_WORK = {"motor against load": "both", "motor alone": "drive", "load alone": "external"}
-
-
-def under(law: Law, p: Array, v: float, way: str, size: float) -> float:
-    """The friction of a law at a speed (its level at +0) under a load of some size.
-
-    Args:
-        law: A law that reads loads.
-        p: Its parameters.
-        v: The speed, m/s or rad/s.
-        way: Which load; `both` if the drive holds what the surroundings apply.
-        size: How large it is.
-    """
-    load, nothing = np.zeros(len(LOADS)), np.zeros(law.states)
-    for name in ("drive", "external") if way == "both" else (way,):
-        load[LOADS.index(name)] = -size if (way, name) == ("both", "external") else size
-    return float(law.rub(v, 0.0, nothing, load, p, nothing.copy()))
-
-
-def _most(fit: Fit) -> float:
-    """The greatest load of the training data, in the law's unit."""
-    if "normal" in fit.law.loads:
-        seen = [a for log in fit.recordings if (a := log.pressure) is not None]
-        return max((float(np.abs(a).max()) for a in seen), default=1.0)
-    if fit.balance is not None:
-        return max(float(np.abs(b.measured).max()) for b in fit.balance.signals)
-    motions = simulated(fit.parameters, fit.p, fit.train)
-    return max(float(np.abs(m.force).max()) for m in motions)
-
-
 def law_curve(fit: Fit, axes: Axes, low: float, high: float) -> None:
     """The law between two speeds, with a jump at rest."""
     p = own(fit)
     scale = unit(shown(fit.rig, "velocity")).factor
     label: str | None = f"law: {fit.law.name}"
-    for sign, end in ((1.0, high), (-1.0, low)):
-        if sign * end > 0:
-            v = np.concatenate([[sign * 0.0], end * np.geomspace(1e-4, 1.0, 400)])
-            axes.plot(v / scale, fit.law.friction(v, p), color=MODEL, lw=2, label=label)
-            label = None
+    for v in sides(low, high):
+        axes.plot(v / scale, fit.law.friction(v, p), color=MODEL, lw=2, label=label)
+        label = None
     axes.axhline(0, color=INK, lw=0.8)
     axes.axvline(0, color=INK, lw=0.8)
     axes.set(xlabel=f"Velocity / {written(shown(fit.rig, 'velocity'))}")
     axes.set(ylabel=f"Friction / {force_unit(fit.rig)}")
-
-
-def own(fit: Fit) -> Array:
-    """The law's parameters."""
-    return np.ascontiguousarray(fit.p[: len(fit.law.params)])
-
-
-def reach(fit: Fit) -> float:
-    """The greatest speed of the training data, m/s (rad/s)."""
-    if fit.balance is not None:
-        return max(float(np.abs(b.velocity).max()) for b in fit.balance.signals)
-    motions = simulated(fit.parameters, fit.p, fit.train)
-    return max(float(np.abs(m.velocity).max()) for m in motions)

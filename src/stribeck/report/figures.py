@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from ..identify.score import simulated
 from ..rig.presliding import Presliding
-from ..rig.rig import Simulated
 from ..units import unit
-from .curves import law_curve, law_figure, reach
+from .curves import law_curve, law_figure
+from .identified import balance_points, implied, local_quadratics, reach
 from .motions import APART, Traces, alone, loops, many, named, slips, traces
 from .style import (
     ACCENT,
@@ -23,6 +23,7 @@ from .style import (
     MEASURED,
     MODEL,
     RASTER_DPI,
+    REPEATS,
     STYLE,
     force_unit,
     legend_above,
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ..identify.found import Fit
-    from ..identify.stretch import Stretch
-    from ..space import Array
 
 __all__ = [
     "ACCENT",
@@ -62,7 +61,6 @@ DRAWN = re.compile(
     r"(convergence|training(_\d+)?|holdout_.+|force(_\d+)?|friction|stribeck_curve|slips|loops)"
     r"\.(png|svg)"
 )
-_REPEATS = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
 
 
 def draw(fit: Fit, folder: Path) -> list[Path]:
@@ -113,7 +111,7 @@ def convergence(fit: Fit) -> Figure:
     figure, axes = one(6.4, 4.0)
     for k, (run, done) in enumerate(zip(fit.runs, fit.polished, strict=True)):
         best = run.trace.convergence()
-        colour = _REPEATS[k % len(_REPEATS)]
+        colour = REPEATS[k % len(REPEATS)]
         shown = np.isfinite(best)
         axes.plot(np.arange(1, len(best) + 1)[shown], best[shown], color=colour,
                   label=f"repeat {k + 1}: J = {done.cost:.3g} {fit.score.unit}")  # fmt: skip
@@ -135,12 +133,10 @@ def friction(fit: Fit) -> Figure | None:
 
     None where the rig cannot say what a motion implies.
     """
-    points = [seen for s in fit.train if (seen := _measured_friction(fit, s)) is not None]
-    if not points:
+    if (points := implied(fit)) is None:
         return None
+    v, F = points
     figure, axes = one(6.4, 4.4)
-    v = np.concatenate([a for a, _ in points])
-    F = np.concatenate([b for _, b in points])
     scale = unit(shown(fit.rig, "velocity")).factor
     axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2.5, alpha=0.7,
               label="what the measured motion implies")  # fmt: skip
@@ -148,46 +144,6 @@ def friction(fit: Fit) -> Figure | None:
     legend_above(figure, axes)
     axes.set(title="Friction against velocity")
     return figure
-
-
-def _measured_friction(fit: Fit, stretch: Stretch) -> tuple[Array, Array] | None:
-    """Velocity and friction in slip as the measurement implies them.
-
-    Velocity and acceleration by local quadratics over a tenth of a second or nine new samples,
-    whichever is longer. None if the rig cannot say or the stretch is too short.
-    """
-    rig, on = fit.rig, stretch.track
-    assert isinstance(rig, Simulated)  # noqa: S101 - only such rigs are simulated
-    counts = on.score > 0
-    t, x = on.t[counts], on.measured[counts]
-    dt = float(np.median(np.diff(t)))
-    grid = np.arange(t[0], t[-1], dt)
-    x = np.interp(grid, t, x)
-    width = max(9, 2 * int(0.05 / dt) + 1)
-    if len(grid) <= width:
-        return None
-    smooth, v, a = local_quadratics(x, width, dt)
-    inner = slice(width // 2, len(grid) - width // 2)
-    e = np.interp(grid[inner], on.knots_t, on.knots_x) - smooth
-    F = rig.friction(fit.law, fit.p, e, v, a)
-    if F is None:
-        return None
-    # A window that reaches into a rest mixes both; only those wholly inside a slip are drawn.
-    fast = np.pad(np.abs(v) > 0.05 * np.abs(v).max(), width // 2, mode="symmetric")
-    moving = np.lib.stride_tricks.sliding_window_view(fast, width).all(axis=1)
-    return v[moving], F[moving]
-
-
-def local_quadratics(x: Array, width: int, dt: float) -> tuple[Array, Array, Array]:
-    """Value, slope and curvature at the middle of every window of `width` samples (odd).
-
-    The least-squares parabola of each window (Savitzky and Golay 1964, doi 10.1021/ac60214a047);
-    scipy.signal has it too, for half a second of start-up.
-    """
-    at = (np.arange(width) - width // 2) * dt
-    rows = np.linalg.pinv(np.vander(at, 3, increasing=True))
-    value, slope, half = (np.convolve(x, row[::-1], mode="valid") for row in rows)
-    return value, slope, 2.0 * half
 
 
 def _balance(fit: Fit) -> dict[str, Figure]:
@@ -220,8 +176,7 @@ def _balance(fit: Fit) -> dict[str, Figure]:
             figures["force" if len(signals) == 1 else f"force_{k}"] = figure
     points, axes = one(6.4, 4.4)
     scale = unit(shown(fit.rig, "velocity")).factor
-    v = np.concatenate([b.velocity for b in signals])
-    F = np.concatenate([b.friction for b in signals])
+    v, F = balance_points(fit.balance)
     axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2, alpha=0.6,
               label="measured force less inertia and offset")  # fmt: skip
     law_curve(fit, axes, float(v.min()), float(v.max()))

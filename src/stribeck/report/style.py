@@ -6,18 +6,19 @@ import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ..rig import Rig
     from ..space import Array
 
 INK, MEASURED, MODEL, COMMAND, ACCENT = "#1b1f24", "#7a8794", "#c2410c", "#b8c0c8", "#1d4ed8"
+#: Lines of their own, such as the repeats of a search.
+REPEATS = ("#c2410c", "#1d4ed8", "#0f766e", "#7c3aed", "#b45309", "#475569")
 #: Dots per inch of a PNG, and of the clouds of points in an SVG.
 DPI, RASTER_DPI = 160, 100
 STYLE: Any = {
@@ -43,6 +44,8 @@ STYLE: Any = {
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:
     """Write a figure as PNG and SVG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - pages need none
+
     figure.set_dpi(DPI)
     FigureCanvasAgg(figure)
     if (layout := figure.get_layout_engine()) is not None:
@@ -59,6 +62,8 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
 
 def one(width: float, height: float) -> tuple[Figure, Axes]:
     """A figure of one diagram, in inches."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - as above
+
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots()
 
