@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import cos, pi, sin
 from types import MappingProxyType
 from typing import Any, Literal
 from zlib import crc32
@@ -58,6 +59,19 @@ _FACTORS: Mapping[Term, str] = MappingProxyType(
         "temperature": "1 + temp_slope (T − temp_ref)",
     }
 )
+
+
+@njit(float64(float64, float64, float64, float64), cache=True, error_model="numpy")
+def position_factor(x: float, pos_cos: float, pos_sin: float, pos_period: float) -> float:
+    """The factor of the term `position` at a position x, m or rad."""
+    angle = 2.0 * pi * x / pos_period
+    return 1.0 + pos_cos * cos(angle) + pos_sin * sin(angle)
+
+
+@njit(float64(float64, float64, float64), cache=True, error_model="numpy")
+def temperature_factor(T: float, temp_slope: float, temp_ref: float) -> float:
+    """The factor of the term `temperature` at a temperature T, K."""
+    return 1.0 + temp_slope * (T - temp_ref)
 
 
 def slip_law(function: Callable[..., float]) -> Any:

@@ -117,6 +117,14 @@ class DataCard(_Part):
     used: int
 
 
+class SpeedsCard(_Part):
+    """Least and greatest velocity of the training data: where the law has been seen."""
+
+    low: Finite
+    high: Finite
+    unit: str
+
+
 class ConstantCard(_Part):
     """A constant of the rig that differs from the shipped one."""
 
@@ -136,6 +144,7 @@ class Card(_Part):
     parameters: dict[str, ParameterCard]
     objective: ObjectiveCard
     train: list[str] = []
+    speeds: SpeedsCard | None = None
     holdout: list[HoldoutCard] = []
     search: SearchCard
     balance: dict[str, Finite] = {}
@@ -253,6 +262,7 @@ def card(fit: Fit) -> Card:
             staircase=_staircase(fit.score),
         ),
         train=[r.text for r in fit.train_ranges],
+        speeds=_speeds(fit),
         holdout=[
             HoldoutCard(
                 range=h.within.text if h.within else "all",
@@ -285,6 +295,12 @@ def card(fit: Fit) -> Card:
         warnings=list(fit.warnings),
         software={"stribeck": __version__},
     )
+
+
+def _speeds(fit: Fit) -> SpeedsCard:
+    written = fit.rig.shows.get("velocity", "rad/s" if fit.rig.rotary else "m/s")
+    low, high = (float(unit(written).from_si(v)) for v in fit.speeds())
+    return SpeedsCard(low=low, high=high, unit=written)
 
 
 def _staircase(score: Score) -> dict[Literal["measured", "modelled"], StaircaseCard]:

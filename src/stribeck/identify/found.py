@@ -11,7 +11,7 @@ from ..rig import Rig
 from ..space import Array
 from .polish import Polished
 from .problem import Parameters
-from .score import HeldOut, Score
+from .score import HeldOut, Score, simulated
 from .stretch import Stretch
 from .uncertainty import Estimate, Uncertainty
 
@@ -85,6 +85,18 @@ class Fit:
         if self.balance is not None:
             return len(self.balance.signals[self.recordings.index(recording)].t)
         return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
+
+    def speeds(self) -> tuple[float, float]:
+        """Least and greatest velocity of the training data, m/s or rad/s.
+
+        Of the model's own motion where the law was found by simulation: a velocity that is taken
+        from noisy positions reaches farther than the axis ever did.
+        """
+        if self.balance is not None:
+            seen = [b.velocity for b in self.balance.signals]
+        else:
+            seen = [m.velocity for m in simulated(self.parameters, self.p, self.train)]
+        return min(float(v.min()) for v in seen), max(float(v.max()) for v in seen)
 
     def model(self) -> tuple[Parameters, Array]:
         """Rig and law, and the complete parameter set, SI: what `validate` takes."""

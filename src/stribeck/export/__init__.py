@@ -1,0 +1,1 @@
+"""Out of the house: a model for a controller, a drive, a simulator. One file a target."""

@@ -1,0 +1,215 @@
+"""What an exporter is given: a card read back as law, parameters and rig, and its claims."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..friction import LOADS, Law
+from ..friction.law import TERMS, position_factor, temperature_factor
+from ..identify.card import Card, read_card
+from ..identify.problem import Parameters
+from ..rig import Rig
+from ..space import Array, Param
+from ..units import unit
+from .program import Entry, Program, program
+
+#: What the factor of a term is called in a program, and its function: it reads the load of the
+#: term's own name, then the term's parameters.
+FACTORS = {
+    "position": ("position_factor", position_factor),
+    "temperature": ("temperature_factor", temperature_factor),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """An identified friction model on its way out of the house.
+
+    Args:
+        card: The card.
+        made: Its rig, its law, and the names of all parameters.
+        values: The complete parameter set, SI, (k,): the law's first, then the rig's own.
+        sha256: Of the card's file.
+        source: The card file's name.
+    """
+
+    card: Card
+    made: Parameters
+    values: Array
+    sha256: str
+    source: str
+
+    @property
+    def law(self) -> Law:
+        """The friction law."""
+        return self.made.law
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that it was identified on."""
+        return self.made.rig
+
+    @property
+    def p(self) -> Array:
+        """The law's parameters, SI, (k,)."""
+        return np.ascontiguousarray(self.values[: len(self.law.params)])
+
+    @property
+    def speeds(self) -> tuple[float, float] | None:
+        """Least and greatest velocity of the training data, m/s or rad/s, if the card has them."""
+        seen = self.card.speeds
+        if seen is None:
+            return None
+        to_si = unit(seen.unit).to_si
+        return float(to_si(seen.low)), float(to_si(seen.high))
+
+    @property
+    def force_unit(self) -> str:
+        """Of friction, SI."""
+        return "N m" if self.rig.rotary else "N"
+
+    @property
+    def speed_unit(self) -> str:
+        """Of velocity, SI."""
+        return "rad/s" if self.rig.rotary else "m/s"
+
+    def named(self) -> list[tuple[str, Param]]:
+        """The law's parameters with names that any language takes, in the order of `p`.
+
+        `F_S+` and `F_S-` become `F_S_pos` and `F_S_neg`.
+        """
+        own = self.made.every[: len(self.law.params)]
+        names = [identifier(self.rig.label(q.name)) for q in own]
+        unique = [
+            name if names.count(name) == 1 else identifier(q.name)
+            for name, q in zip(names, own, strict=True)
+        ]
+        return list(zip(unique, own, strict=True))
+
+    def terms(self) -> Iterator[tuple[str, int, int, int]]:
+        """Name of each term, the load it reads, where its parameters begin, how many they are."""
+        at = len(self.law.params) - sum(len(TERMS[t]) for t in self.law.terms)
+        for term in self.law.terms:
+            yield term, LOADS.index(term), at, len(TERMS[term])
+            at += len(TERMS[term])
+
+    def program(self, *more: Entry) -> Program:
+        """The law's functions, `steady` and, with states or loads, `rubbed`; then those of terms.
+
+        Args:
+            more: Other functions that go with them.
+
+        Raises:
+            InputError: its source says something that other languages cannot be told.
+        """
+        law, k = self.law, len(self.law.params)
+        entries = [Entry("steady", law.slip, {"p": k})]
+        if law.rub is not None:
+            arrays, written = {"p": k, "z": law.states, "load": len(LOADS), "out": law.states}, []
+            drop = ["h"] if not law.states else []
+            if law.states:
+                written.append("out")
+            else:
+                drop += ["z", "out"]
+                del arrays["z"], arrays["out"]
+            if not law.loads:
+                drop.append("load")
+                del arrays["load"]
+            entries.append(Entry("rubbed", law.rub, arrays, tuple(written), tuple(drop)))
+        for term, *_ in self.terms():
+            name, function = FACTORS[term]
+            entries.append(Entry(name, function))
+        return program([*entries, *more], f"law {law.name}")
+
+    def head(self) -> list[str]:
+        """What every exported file says of itself: formula, units, range, intervals, the card."""
+        law, card = self.law, self.card
+        said = [
+            f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",
+            "",
+            f"  {law.formula}",
+            f"  ({law.cite})",
+            "",
+            f"Velocity in {self.speed_unit}, friction in {self.force_unit}, and SI throughout.",
+            "Friction has the sign of the velocity: subtract it from the force of the drive, or",
+            "add it to the command to compensate for it.",
+            f"Valid: {self.valid()}.",
+            f"Misfit: {card.objective.value:.4g} {card.objective.unit} on the training data"
+            + "".join(f", {h.value:.4g} {h.unit} held out ({h.range})" for h in card.holdout)
+            + ".",
+            "",
+            "Parameters, 95 % intervals and verdicts:",
+            *self._table(),
+        ]
+        if card.warnings:
+            said += ["", f"The identification warned of {len(card.warnings)}:"]
+            for warning in card.warnings:
+                said += textwrap.wrap(warning, 88, initial_indent="- ", subsequent_indent="  ")
+        versions = ", ".join(f"{n} {v}" for n, v in card.software.items())
+        return [*said, "", f"From {self.source}, sha256 {self.sha256} ({versions})."]
+
+    def valid(self) -> str:
+        """For which speeds data have been seen, in words."""
+        if self.speeds is None:
+            return "the card does not say for which speeds"
+        low, high = self.speeds
+        return f"{low:.4g} to {high:.4g} {self.speed_unit}, as far as the training data went"
+
+    def _table(self) -> list[str]:
+        rows = []
+        for (name, q), value in zip(self.named(), self.p, strict=True):
+            given = self.card.parameters.get(self.rig.label(q.name))
+            interval, verdict = "", "as the law has it"
+            if given is not None:
+                verdict = given.verdict
+                if given.low is not None and given.high is not None:
+                    low, high = (unit(given.unit).to_si(x) for x in (given.low, given.high))
+                    interval = f"{low:.6g} to {high:.6g}"
+            rows.append((name, f"{value:.10g}", q.unit, interval, verdict, q.doc))
+        widths = [max(len(row[i]) for row in rows) for i in range(5)]
+        return [
+            "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, [*widths, 0], strict=True))
+            for row in rows
+        ]  # fmt: skip
+
+
+def read_model(path: str | Path) -> Model:
+    """A card's model, checked.
+
+    Raises:
+        InputError: no such card, a newer schema, or values that are no friction law.
+    """
+    path = Path(path)
+    card = read_card(path)
+    try:
+        made, values = card.model()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return Model(card, made, values, hashlib.sha256(path.read_bytes()).hexdigest(), path.name)
+
+
+def as_model(card: Card) -> Model:
+    """The model of a card that is no file yet; its hash is that of the file it would be."""
+    made, values = card.model()
+    return Model(card, made, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json")
+
+
+def identifier(name: str) -> str:
+    """A name that any language takes."""
+    made = name.replace("+", "_pos").replace("-", "_neg")
+    made = re.sub(r"[^A-Za-z0-9_]", "_", made)
+    return f"p_{made}" if not made[:1].isalpha() else made
+
+
+def quoted(text: str) -> str:
+    """A text as a JSON string: what most languages take as one."""
+    return json.dumps(text, ensure_ascii=False)
