@@ -1,0 +1,229 @@
+"""A friction table for a drive: n speeds and levels, the speeds placed where the curve needs them.
+
+Drives have room for a few points (5, 16, 20) and interpolate between them. Where the points stand
+is chosen by dynamic programming over a fine grid: no choice of grid points has a smaller greatest
+error of interpolation between points of the curve. Then the levels are moved off the curve, by a
+linear program, to where the greatest error is least; about half of it is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..space import Array
+from ..units import unit
+from .model import Model
+
+#: Points a drive has room for, unless told otherwise; at least and at most.
+POINTS, FEWEST, MOST = 20, 2, 1000
+#: Speeds that points may have, and between two of them, speeds at which the error is looked at.
+_GRID, _BETWEEN = 240, 8
+#: The slowest speed of the grid, as a share of the fastest; below it lies only rest.
+_SLOWEST = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """The table of one direction.
+
+    Args:
+        speeds: Rising from 0, m/s or rad/s, (n,).
+        levels: Friction there, without sign, N or N m, (n,).
+        worst: Greatest error of interpolation up to the last speed, N or N m.
+        rms: Its root mean square over speeds.
+    """
+
+    speeds: Array
+    levels: Array
+    worst: float
+    rms: float
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Both directions of a table; one and the same for a law that is symmetric.
+
+    Args:
+        plus: For v > 0.
+        minus: For v < 0.
+        largest: The largest friction of the curve itself, N or N m.
+    """
+
+    plus: Side
+    minus: Side
+    largest: float
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether both directions have one table."""
+        return self.plus is self.minus
+
+
+def table(model: Model, points: int = POINTS, fastest: float | None = None) -> Table:
+    """The best table of a model's steady sliding, without load.
+
+    Args:
+        model: What was identified.
+        points: Of each direction.
+        fastest: The last speed, m/s or rad/s; as fast as the training data went by default.
+
+    Raises:
+        InputError: a number of points or a speed that makes no table.
+    """
+    if not FEWEST <= points <= MOST:
+        raise InputError(f"a table has {FEWEST} to {MOST} points, got {points}")
+    fast = _fastest(model, fastest)
+    law, p = model.law, model.p
+    plus = _side(lambda v: law.friction(v, p), points, fast[1])
+    same = fast[0] == fast[1] and np.array_equal(
+        law.friction(_grid(fast[1]), p), -law.friction(-_grid(fast[1]), p)
+    )
+    minus = plus if same else _side(lambda v: -law.friction(-v, p), points, fast[0])
+    largest = max(float(np.abs(law.friction(s * _grid(f), p)).max()) for s, f in
+                  ((1.0, fast[1]), (-1.0, fast[0])))  # fmt: skip
+    return Table(plus, minus, largest)
+
+
+def _fastest(model: Model, given: float | None) -> tuple[float, float]:
+    """The last speed leftward and rightward."""
+    if given is not None:
+        if not (np.isfinite(given) and given > 0):
+            raise InputError(f"the last speed of a table must be above 0, got {given:g}")
+        return given, given
+    if model.speeds is None:
+        raise InputError("the card does not say how fast the axis was: give the last speed")
+    low, high = model.speeds
+    if not model.law.directional:
+        return (max(-low, high),) * 2
+    if not (low < 0.0 < high):
+        raise InputError("the data ran in one direction only: give the last speed of the table")
+    return -low, high
+
+
+def _grid(fast: float) -> Array:
+    """Speeds from 0 on: dense where curves bend, near rest, and evenly spread."""
+    half = _GRID // 2
+    return np.unique(np.concatenate([
+        [0.0], fast * np.geomspace(_SLOWEST, 1.0, half), fast * np.linspace(0.0, 1.0, _GRID - half)
+    ]))  # fmt: skip
+
+
+def _side(curve: Callable[[Array], Array], points: int, fast: float) -> Side:
+    """One direction."""
+    v = _grid(fast)
+    fine = np.unique(
+        np.concatenate([v[:-1] + s * np.diff(v) for s in np.arange(_BETWEEN) / _BETWEEN] + [v[-1:]])
+    )
+    F, want = np.asarray(curve(v), float), np.asarray(curve(fine), float)
+    knots = v[_placed(v, F, fine, want, min(points, len(v)))]
+    levels = _levelled(knots, fine, want, np.interp(knots, v, F))
+    off = np.interp(fine, knots, levels) - want
+    weight = np.gradient(fine)
+    rms = float(np.sqrt(np.sum(weight * off**2) / np.sum(weight)))
+    return Side(knots, levels, float(np.abs(off).max()), rms)
+
+
+def _placed(v: Array, F: Array, fine: Array, want: Array, points: int) -> Array:
+    """Which grid points a table of the least greatest error has, by dynamic programming."""
+    n = len(v)
+    cost = np.full((n, n), np.inf)  # the greatest error of a chord from i to j
+    at = np.searchsorted(fine, v)
+    for i in range(n - 1):
+        inner = slice(at[i], None)
+        rise = (want[inner] - F[i])[None]
+        way = (fine[inner] - v[i])[None]
+        slope = (F[i + 1 :] - F[i]) / (v[i + 1 :] - v[i])
+        error = np.abs(rise - slope[:, None] * way)
+        reached = np.maximum.accumulate(error, axis=1)
+        cost[i, i + 1 :] = reached[np.arange(n - 1 - i), at[i + 1 :] - at[i]]
+    best = np.full((points, n), np.inf)
+    came = np.zeros((points, n), dtype=int)
+    best[0, 0] = 0.0
+    for k in range(1, points):
+        through = np.maximum(best[k - 1][:, None], cost)
+        came[k] = np.argmin(through, axis=0)
+        best[k] = through[came[k], np.arange(n)]
+    k = int(np.argmin(best[:, -1]))
+    chosen = [n - 1]
+    while k:
+        chosen.append(int(came[k, chosen[-1]]))
+        k -= 1
+    return np.array(chosen[::-1])
+
+
+def _levelled(knots: Array, fine: Array, want: Array, on: Array) -> Array:
+    """The levels at given speeds that have the least greatest error."""
+    from scipy.optimize import linprog  # noqa: PLC0415 - slow to import
+    from scipy.sparse import csr_matrix, hstack, vstack  # noqa: PLC0415 - the same
+
+    n, m = len(knots), len(fine)
+    right = np.clip(np.searchsorted(knots, fine, side="left"), 1, n - 1)
+    share = (fine - knots[right - 1]) / (knots[right] - knots[right - 1])
+    rows = np.repeat(np.arange(m), 2)
+    columns = np.column_stack([right - 1, right]).ravel()
+    A = csr_matrix((np.column_stack([1 - share, share]).ravel(), (rows, columns)), shape=(m, n))
+    one = csr_matrix(np.ones((m, 1)))
+    size = max(float(np.abs(want).max()), 1e-300)
+    off: Any = vstack([hstack([A, -one]), hstack([-A, -one])])
+    found = linprog(
+        np.append(np.zeros(n), 1.0),
+        A_ub=off,
+        b_ub=np.concatenate([want, -want]) / size,
+        bounds=[(None, None)] * n + [(0.0, None)],
+        method="highs",
+    )
+    return size * found.x[:n] if found.success else on
+
+
+def text(model: Model, made: Table) -> str:
+    """The table as CSV, in the units in which the rig shows speeds; its errors in its head."""
+    written = model.rig.shows.get("velocity", model.speed_unit)
+    from_si = unit(written).from_si
+    force = model.force_unit
+    lines = [*(f"# {line}".rstrip() for line in model.head()), "#"]
+    for name, side in (("v > 0", made.plus), ("v < 0", made.minus)):
+        which = "both directions" if made.symmetric else name
+        lines.append(
+            f"# {which}: {len(side.speeds)} points, greatest error {side.worst:.3g} {force} "
+            f"({100 * side.worst / made.largest:.2g} % of the largest friction), RMS "
+            f"{side.rms:.3g} {force}"
+        )
+        if made.symmetric:
+            break
+    lines += _lost(model)
+    if made.symmetric:
+        lines.append(f"speed / ({written}),friction / ({force})")
+        rows = [(made.plus.speeds, made.plus.levels)]
+    else:
+        lines.append(
+            f"speed + / ({written}),friction + / ({force}),speed - / ({written}),"
+            f"friction - / ({force})"
+        )
+        rows = [(s.speeds, s.levels) for s in (made.plus, made.minus)]
+    for k in range(max(len(s) for s, _ in rows)):
+        cells = []
+        for speeds, levels in rows:
+            cells += (
+                [f"{float(from_si(speeds[k])):.9g}", f"{levels[k]:.9g}"]
+                if k < len(speeds)
+                else ["", ""]
+            )
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"
+
+
+def _lost(model: Model) -> list[str]:
+    """What a table does not hold."""
+    law, said = model.law, []
+    if law.states:
+        said.append("presliding and its memory: this is steady sliding")
+    if law.loads:
+        said.append(f"the dependence on {', '.join(law.loads)}: this is without load")
+    if law.terms:
+        said.append(f"the dependence on {', '.join(law.terms)}: all of it is multiplied by it")
+    return [f"# Not in the table: {'; '.join(said)}."] if said else []

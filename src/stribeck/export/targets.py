@@ -1,0 +1,209 @@
+"""Where a model can go: the table that the command line, the documentation and the tests walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ..errors import InputError
+from ..rig.compensator import SETTINGS, Compensator
+from ..units import unit
+from .model import Model
+
+
+class Exported(NamedTuple):
+    """What a target made.
+
+    Args:
+        files: Their contents by name; a single one may be named otherwise by who writes it.
+        notes: What is lost on the way, and by how much, a sentence each.
+    """
+
+    files: dict[str, bytes]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Target:
+    """One way out of the house.
+
+    Args:
+        name: As `--to` takes it.
+        doc: What comes out, in a line.
+        make: Makes it of a model and the options given.
+        options: The options that it takes.
+        needed: Those that it cannot do without.
+        folder: Whether several files come out.
+        text: Whether a single file is text that may go to a terminal.
+        suffix: Of a single file.
+    """
+
+    name: str
+    doc: str
+    make: Callable[..., Exported]
+    options: tuple[str, ...] = ()
+    needed: tuple[str, ...] = ()
+    folder: bool = False
+    text: bool = True
+    suffix: str = ""
+
+
+#: What options are for, in the words of the command line.
+OPTIONS: Mapping[str, str] = {
+    "name": "--name",
+    "settings": "--set",
+    "points": "--points",
+    "fastest": "--speed",
+    "source": "--into",
+    "joint": "--joint",
+}
+
+
+def exported(model: Model, to: str, **options: Any) -> Exported:
+    """A model as a target has it.
+
+    Args:
+        model: What was identified.
+        to: A name in TARGETS.
+        options: Those of the target; None counts as not given.
+
+    Raises:
+        InputError: no such target, an option that it has no use for or lacks, or a model that it
+            cannot say.
+    """
+    target = TARGETS.get(to)
+    if target is None:
+        raise InputError(f"no target {to!r}: there are {', '.join(TARGETS)}")
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given:
+        if name not in target.options:
+            takes = ", ".join(OPTIONS[o] for o in target.options) or "no options"
+            raise InputError(f"{OPTIONS[name]} means nothing to {to}: it takes {takes}")
+    for name in target.needed:
+        if name not in given:
+            raise InputError(f"{to}: give {OPTIONS[name]}: {target.doc}")
+    return target.make(model, **given)
+
+
+def compensator(model: Model, settings: Mapping[str, float]) -> Compensator:
+    """A compensator of settings in the units in which the model's rig shows speeds.
+
+    Without settings it is a feed-forward from the reference's velocity, at full scale.
+
+    Raises:
+        InputError: no such setting, or a value that it cannot have.
+    """
+    known = {s.name: s for s in SETTINGS}
+    made: dict[str, Any] = {"feedback": False}
+    for name, value in settings.items():
+        if name not in known:
+            raise InputError(f"no setting {name!r}: there are {', '.join(known)}")
+        if name == "feedback" and value not in (0.0, 1.0):
+            raise InputError(f"feedback is 0 or 1, got {value:g}")
+        speed = known[name].unit == "m/s"
+        shown = model.rig.shows.get("velocity", model.speed_unit) if speed else ""
+        made[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
+    return Compensator(**made)
+
+
+def _c(
+    model: Model, name: str = "friction", settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .c import c  # noqa: PLC0415 - a target is loaded when it is asked for
+
+    return Exported(c(model, name, compensator(model, settings or {})))
+
+
+def _st(
+    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .st import st  # noqa: PLC0415 - the same
+
+    return Exported(st(model, name, compensator(model, settings or {})))
+
+
+def _plcopen(
+    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .plcopen import plcopen  # noqa: PLC0415 - the same
+
+    return Exported(plcopen(model, name, compensator(model, settings or {})))
+
+
+def _matlab(
+    model: Model, name: str = "friction", settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .matlab import matlab  # noqa: PLC0415 - the same
+
+    return Exported(matlab(model, name, compensator(model, settings or {})))
+
+
+def _modelica(
+    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .modelica import modelica  # noqa: PLC0415 - the same
+
+    return Exported(modelica(model, name, compensator(model, settings or {})))
+
+
+def _table(model: Model, points: int | None = None, fastest: float | None = None) -> Exported:
+    from .table import POINTS, table, text  # noqa: PLC0415 - the same
+
+    shown = model.rig.shows.get("velocity", model.speed_unit)
+    far = None if fastest is None else float(unit(shown).to_si(fastest))
+    made = table(model, POINTS if points is None else points, far)
+    worst = max(made.plus.worst, made.minus.worst)
+    note = (
+        f"the table is off by at most {worst:.3g} {model.force_unit}, "
+        f"{100 * worst / made.largest:.2g} % of the largest friction"
+    )
+    return Exported({"friction.csv": text(model, made).encode()}, (note,))
+
+
+def _mjcf(model: Model, source: bytes, joint: str) -> Exported:
+    from .mjcf import mjcf  # noqa: PLC0415 - the same
+
+    made, notes = mjcf(model, source, joint)
+    return Exported({"model.xml": made}, tuple(notes))
+
+
+def _urdf(model: Model, source: bytes, joint: str) -> Exported:
+    from .urdf import urdf  # noqa: PLC0415 - the same
+
+    made, notes = urdf(model, source, joint)
+    return Exported({"model.urdf": made}, tuple(notes))
+
+
+def _fmu(model: Model, name: str = "friction") -> Exported:
+    from .fmu import fmu  # noqa: PLC0415 - the same
+
+    return Exported({f"{name}.fmu": fmu(model, name)})
+
+
+def _json(model: Model) -> Exported:
+    return Exported({"card.json": model.card.text().encode()})
+
+
+_CODE, _PATCH = ("name", "settings"), ("source", "joint")
+TARGETS: Mapping[str, Target] = {
+    t.name: t
+    for t in (
+        Target("c", "C99: a header, a source with a compensator, and a self-test", _c, _CODE,
+               folder=True),
+        Target("st", "IEC 61131-3 Structured Text: function blocks of law and compensator", _st,
+               _CODE, suffix=".st"),
+        Target("plcopen", "the same blocks as PLCopen TC6 XML", _plcopen, _CODE, suffix=".xml"),
+        Target("table", "a look-up table for a drive, its points placed for the least error",
+               _table, ("points", "fastest"), suffix=".csv"),
+        Target("mjcf", "your MuJoCo model, one joint of it patched", _mjcf, _PATCH, _PATCH,
+               suffix=".xml"),
+        Target("urdf", "your robot description, one joint of it patched", _urdf, _PATCH, _PATCH,
+               suffix=".urdf"),
+        Target("fmu", "a co-simulation unit of axis and friction, compiled for this platform",
+               _fmu, ("name",), text=False, suffix=".fmu"),
+        Target("modelica", "a Modelica package", _modelica, _CODE, suffix=".mo"),
+        Target("matlab", "a MATLAB (and Octave) function", _matlab, _CODE, suffix=".m"),
+        Target("json", "the card, checked and written anew", _json, suffix=".json"),
+    )
+}  # fmt: skip
