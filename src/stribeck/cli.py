@@ -244,7 +244,7 @@ def identify(
     restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
     bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
     columns: Columns = None,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json and figures there.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json, figures and report.html there.")] = None,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Identify the friction of an axis from recordings of it."""
@@ -303,6 +303,7 @@ def identify(
 def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     from .identify.card import card
     from .report.folder import write_figures, write_text
+    from .report.page import write_report
     from .report.terminal import show_fit, show_time
 
     text = card(fit).text()
@@ -323,16 +324,28 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     if out is not None:
         try:
             write_figures(fit, out)
+            clock.lap("figures")
+            write_report(fit, out, ["stribeck", *sys.argv[1:]])
         except KeyboardInterrupt:
             _fail(f"interrupted: the result is in {out}, without all of its figures", 130)
-        clock.lap("figures")
+        clock.lap("report")
     if not json:
         if out is not None:
-            typer.echo(f"\ncard and figures in {out}")
+            typer.echo(f"\ncard, figures and report.html in {out}")
         show_time(clock)
     if fit.ended == "interrupted":
         where = f"in {out / 'card.json'}" if out is not None else "printed above"
         _fail(f"interrupted: the partial result is {where}", 130)
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
+) -> None:  # fmt: skip
+    """Make the page of a fit again from its report.json: one file, to look at and to print."""
+    from .report.page import write_page
+
+    typer.echo(write_page(folder))
 
 
 @app.command()
@@ -489,6 +502,61 @@ def simulate(
     (recording,) = _read([log], made.rig, columns)
     write_motion(made, p, recording, out)
     typer.echo(out)
+
+
+@app.command()
+def export(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.")],
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c: the folder) to write; a text goes to the terminal without it.")] = None,
+    name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...")] = None,
+    points: Annotated[int | None, typer.Option(metavar="N", help="Points of a table, 20 by default.")] = None,
+    speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
+    into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,
+    joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
+) -> None:  # fmt: skip
+    """Write an identified model for a controller, a drive or a simulator."""
+    from .export import TARGETS, exported, read_model
+    from .report.folder import check_file, check_folder, write_data, write_files
+
+    target = TARGETS.get(to)
+    if target is None:
+        raise InputError(f"--to {to}: there are {', '.join(TARGETS)}")
+    if out is None and (target.folder or not target.text):
+        raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
+    if out is not None:
+        check_folder(out) if target.folder else check_file(out, target.suffix)
+    settings = {n: _float(v, f"--set {n}") for n, v in _pairs("--set", set_)}
+    made = exported(
+        read_model(card),
+        to,
+        name=name,
+        settings=settings or None,
+        points=points,
+        fastest=speed,
+        source=None if into is None else _bytes(into),
+        joint=joint,
+    )
+    if target.folder:
+        assert out is not None  # noqa: S101 - seen to above
+
+        def write(place: Path) -> None:
+            for file, data in made.files.items():
+                (place / file).write_bytes(data)
+
+        write_files(out, write)
+        for file in made.files:
+            typer.echo(out / file)
+    else:
+        (data,) = made.files.values()
+        if out is None:
+            typer.echo(data, nl=False)
+        else:
+            write_data(out, data)
+            typer.echo(out)
+    for note in made.notes:
+        typer.echo(f"note: {note}", err=True)
 
 
 @app.command()
@@ -701,6 +769,16 @@ def _read(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[R
             raise InputError(f"{recording.label}: the same log as {first}: give it once")
         seen[recording.source.sha256] = recording.label
     return recordings
+
+
+def _bytes(file: Path) -> bytes:
+    """A file that is to be patched."""
+    from .data.page import page_bytes
+
+    try:
+        return page_bytes(file)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
 
 
 def _pairs(option: str, given: Sequence[str] | None) -> list[tuple[str, str]]:

@@ -19,6 +19,18 @@ def page(file: Path) -> str:
         InputError: no such file, not a regular one, too large, or not text.
     """
     try:
+        return page_bytes(file).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("is not UTF-8 text: is it the right file?") from error
+
+
+def page_bytes(file: Path) -> bytes:
+    """The same without a look at what it says.
+
+    Raises:
+        InputError: no such file, not a regular one, or too large.
+    """
+    try:
         if file.is_dir():
             raise InputError("is a folder: name a file in it")
         if file.exists() and not file.is_file():
@@ -27,10 +39,8 @@ def page(file: Path) -> str:
             data = f.read(LARGEST + 1)
         if len(data) > LARGEST:
             raise InputError(f"is larger than {LARGEST >> 20} MiB: is it the right file?")
-        return data.decode("utf-8-sig")
     except FileNotFoundError as error:
         raise InputError("no such file") from error
-    except UnicodeDecodeError as error:
-        raise InputError("is not UTF-8 text: is it the right file?") from error
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from error
+    return data

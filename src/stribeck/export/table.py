@@ -177,7 +177,7 @@ def _levelled(knots: Array, fine: Array, want: Array, on: Array) -> Array:
         bounds=[(None, None)] * n + [(0.0, None)],
         method="highs",
     )
-    return size * found.x[:n] if found.success else on
+    return on if found.x is None else size * found.x[:n]
 
 
 def text(model: Model, made: Table) -> str:

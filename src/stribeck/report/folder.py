@@ -59,6 +59,11 @@ def write_text(file: Path, text: str) -> None:
     write_files(file.parent, lambda place: (place / file.name).write_text(text, encoding="utf-8"))
 
 
+def write_data(file: Path, data: bytes) -> None:
+    """The same for bytes."""
+    write_files(file.parent, lambda place: (place / file.name).write_bytes(data))
+
+
 def write_files(folder: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill an empty folder, then move its files into `folder`.
 
