@@ -1,0 +1,479 @@
+"""MJCF: the joint gets the card's friction, and not another byte of the file changes."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from joint_models import STRIBECK, hinge, model_of, slide, sticking
+from stribeck.errors import InputError
+from stribeck.export.joint_file import JointFile
+from stribeck.export.mjcf import creep, mjcf
+from stribeck.export.pull import pulled
+from stribeck.export.reduction import coulomb_viscous
+from stribeck.friction import LAWS
+from stribeck.rig.slide_bed import SLIDE_BED
+
+PLAIN = """<mujoco>
+  <option gravity="0 0 0"/>
+  <worldbody>
+    <body name="car">
+      <joint name="x" type="slide" axis="1 0 0"/>
+      <geom type="sphere" size="0.1" mass="10"/>
+      <body pos="0.3 0 0">
+        <joint name="turn" axis="0 0 1"/>
+        <geom type="sphere" size="0.1" mass="1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+WRITTEN = {"frictionloss": "12.5", "damping": "40"}
+
+
+def patched(text: str, joint: str = "x", model: Any = None, **options: bool) -> str:
+    made, _ = mjcf(model or slide(), text.encode(), joint, **options)
+    return made.decode()
+
+
+def attributes(text: str, joint: str) -> dict[str, str]:
+    """Of the one joint of this name, as another parser reads them."""
+    (found,) = [e for e in ET.fromstring(text).iter("joint") if e.get("name") == joint]  # noqa: S314
+    return dict(found.attrib)
+
+
+def in_body(joint: str) -> str:
+    return PLAIN.replace('<joint name="x" type="slide" axis="1 0 0"/>', joint)
+
+
+# What is written.
+
+
+def test_a_joint_gets_level_and_damping_and_keeps_the_rest() -> None:
+    made = patched(PLAIN)
+    assert attributes(made, "x") == attributes(PLAIN, "x") | WRITTEN
+    assert made == PLAIN.replace(
+        'axis="1 0 0"/>', 'axis="1 0 0" frictionloss="12.5" damping="40"/>'
+    )
+
+
+def test_a_hinge_takes_a_rotary_card() -> None:
+    made = patched(PLAIN, "turn", hinge())
+    assert attributes(made, "turn") == {
+        "name": "turn", "axis": "0 0 1", "frictionloss": "0.5", "damping": "0.02",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("tag", "expected"),
+    [
+        (
+            '<joint damping="1" name="x"  frictionloss = "3" type="slide" />',
+            '<joint damping="40" name="x"  frictionloss = "12.5" type="slide" />',
+        ),
+        (
+            "<joint type='slide' name='x'></joint>",
+            "<joint type='slide' name='x' frictionloss='12.5' damping='40'></joint>",
+        ),
+        (
+            '<joint\n  name="x"\n  type="slide"\n/>',
+            '<joint\n  name="x"\n  type="slide"\n  frictionloss="12.5"\n  damping="40"\n/>',
+        ),
+        (
+            '<joint name="x" type="slide"><!-- 7 --></joint>',
+            '<joint name="x" type="slide" frictionloss="12.5" damping="40"><!-- 7 --></joint>',
+        ),
+        (
+            "<joint name=\"x\" type='slide'\tdamping='0.1 0.2'/>",
+            "<joint name=\"x\" type='slide'\tdamping='40' frictionloss='12.5'/>",
+        ),
+        ('<joint name="&#120;" type="slide"/>',
+         '<joint name="&#120;" type="slide" frictionloss="12.5" damping="40"/>'),
+    ],
+    ids=["there", "single quotes", "lines", "content", "mixed", "reference"],
+)  # fmt: skip
+def test_its_own_style_is_kept(tag: str, expected: str) -> None:
+    assert patched(in_body(tag)) == in_body(expected)
+
+
+def test_a_greater_sign_in_a_value_does_not_end_the_tag() -> None:
+    tag = '<joint info="a > b \'c\' /> d" name="x" type="slide"/>'
+    assert patched(in_body(tag)) == in_body(
+        tag.replace("/>", "/>", 1).removesuffix("/>") + ' frictionloss="12.5" damping="40"/>'
+    )
+
+
+DECOYS = """<!-- <joint name="x" type="slide"/> -->
+<?note <joint name="x"/> ?>
+<default><joint damping="5"/></default>
+<custom><text name="t" data="&lt;joint name='x'/&gt;"/></custom>
+<equality><joint name="x" joint1="x" joint2="turn"/></equality>
+<tendon><fixed name="f"><joint joint="x" coef="1"/></fixed></tendon>
+<worldbody><![CDATA[<joint name="x" type="slide"/>]]>"""
+
+
+def test_what_only_looks_like_the_joint_is_left_alone() -> None:
+    text = PLAIN.replace("<worldbody>", DECOYS)
+    assert patched(text) == patched(PLAIN).replace("<worldbody>", DECOYS)
+
+
+def test_armature_is_the_rotor_s_and_nothing_else() -> None:
+    values = {"F_C": 0.02, "F_V": 0.01, "k_t": 0.5, "R": 3.0, "armature": 3e-3, "q_offset": 0.0}
+    servo = model_of("servo-pendulum", "coulomb-viscous", values)
+    assert attributes(patched(PLAIN, "turn", servo, armature=True), "turn")["armature"] == "0.003"
+    assert "armature" not in attributes(patched(PLAIN, "turn", servo), "turn")
+    with pytest.raises(InputError, match="forced-rotary identifies no armature"):
+        patched(PLAIN, "turn", hinge(), armature=True)
+
+
+def test_firm_is_written_when_asked_for() -> None:
+    made = attributes(patched(PLAIN, firm=True), "x")
+    assert made["solimpfriction"] == "0.9999 0.9999 0.001 0.5 2"
+    assert "solimpfriction" not in attributes(patched(PLAIN), "x")
+
+
+# Not another byte.
+
+
+def encoded(text: str, how: str) -> bytes:
+    if how == "utf-8-sig":
+        return text.encode("utf-8-sig")
+    if how == "utf-16-be":
+        return b"\xfe\xff" + text.encode("utf-16-be")
+    if how == "utf-8":
+        return text.encode()
+    return f'<?xml version="1.0" encoding="{how}"?>\n{text}'.encode(how)
+
+
+@pytest.mark.parametrize(
+    "how", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "iso-8859-1", "cp1252"]
+)
+@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+def test_encodings_and_line_ends_stay(how: str, ends: str) -> None:
+    text = PLAIN.replace('name="car"', 'name="Gerät"').removesuffix("\n")
+    tag = '<joint\n  name="x" type="slide"/>'
+    source = encoded(in_body(tag).replace("car", "Gerät").replace("\n", ends), how)
+    expected = '<joint\n  name="x" type="slide" frictionloss="12.5" damping="40"/>'
+    wanted = encoded(in_body(expected).replace("car", "Gerät").replace("\n", ends), how)
+    assert mjcf(slide(), source, "x")[0] == wanted
+    assert text in in_body('<joint name="x" type="slide" axis="1 0 0"/>').replace("car", "Gerät")
+
+
+BLANK = st.text(" \t\n", min_size=1, max_size=3)
+LOOSE = st.text(" \t\n", max_size=2)
+WORDS = st.text("abcxyz <>'é√&0129./-", max_size=12)
+NOISE = st.one_of(
+    WORDS.map(lambda w: f"<!--{w.replace('-', '')}<joint name='x'/>-->"),
+    WORDS.map(lambda w: w.replace("<", "").replace("&", "").replace(">", "")),
+    WORDS.map(lambda w: f"<![CDATA[{w}<joint name='x' type='slide'/>]]>"),
+    st.just('<geom size="1"/>'),
+    st.just("<body><joint name='y'/></body>"),
+    st.just("<?p <joint name='x'/>?>"),
+)
+
+
+@st.composite
+def attribute(draw: st.DrawFn, name: str, value: str | None = None) -> str:
+    quote = draw(st.sampled_from("'\""))
+    value = draw(WORDS) if value is None else value
+    value = value.replace("&", "&amp;").replace("<", "&lt;").replace(quote, "")
+    return f"{draw(BLANK)}{name}{draw(LOOSE)}={draw(LOOSE)}{quote}{value}{quote}"
+
+
+@st.composite
+def files(draw: st.DrawFn) -> tuple[str, str, str]:
+    """What comes before the joint's tag, the tag, and what comes after."""
+    given = [draw(attribute("name", "x")), draw(attribute("type", "slide"))]
+    others = st.lists(
+        st.sampled_from(["damping", "frictionloss", "info", "pos", "mydamping"]), unique=True
+    )
+    given += [draw(attribute(name)) for name in draw(others)]
+    tag = f"<joint{''.join(draw(st.permutations(given)))}{draw(LOOSE)}"
+    tag += draw(st.sampled_from(["/>", "></joint>"]))
+    noise = st.lists(NOISE, max_size=4).map("".join)
+    head = f"{draw(st.sampled_from(['', '﻿']))}<mujoco>{draw(noise)}<worldbody><body>{draw(noise)}"
+    return head, tag, f"{draw(noise)}</body></worldbody>{draw(noise)}</mujoco>{draw(LOOSE)}"
+
+
+@settings(max_examples=300, deadline=None)
+@given(files(), st.booleans())
+def test_all_bytes_outside_the_tag_stay_whatever_the_file(
+    parts: tuple[str, str, str], wide: bool
+) -> None:
+    head, tag, tail = parts
+    codec = "utf-16-le" if wide else "utf-8"
+    if wide:
+        head = "﻿" + head.removeprefix("﻿")
+    made = mjcf(slide(), f"{head}{tag}{tail}".encode(codec), "x")[0]
+    assert made.startswith(head.encode(codec))
+    assert made.endswith(tail.encode(codec))
+    within = made[len(head.encode(codec)) : len(made) - len(tail.encode(codec))].decode(codec)
+    before, after = (dict(ET.fromstring(t).attrib) for t in (tag, within))  # noqa: S314
+    assert after == before | WRITTEN
+    # Within the tag too nothing goes but the two values: what is left is in the same order.
+    left = re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", within)
+    assert left == re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", tag)
+
+
+def test_a_patched_file_is_patched_again_to_the_same() -> None:
+    once = patched(PLAIN)
+    assert patched(once) == once
+
+
+# Which joint.
+
+
+@pytest.mark.parametrize(
+    ("text", "joint", "says"),
+    [
+        (PLAIN, "trun", "has no joint 'trun': there are x, turn; did you mean 'turn'?"),
+        (PLAIN.replace('name="turn"', ""), "y", "has no joint 'y': there are x, and 1 without a n"),
+        (PLAIN.replace('"turn"', '"x"'), "x", "has 2 joints named 'x', on lines 5, 8"),
+        (PLAIN.replace('<option gravity="0 0 0"/>', '<include file="arm.xml"/>'), "elbow",
+         "included files are not followed .arm.xml.: patch the one"),
+        (PLAIN, "turn", "line 8: joint 'turn' is a hinge, and the card is in N: it fits a slide"),
+        (PLAIN.replace("slide", "ball"), "x", "line 5: joint 'x' is of type ball"),
+        (in_body('<freejoint name="x"/>'), "x", "line 5: joint 'x' is of type free"),
+        (in_body('<joint name="x" type="slide" springdamper="0.1 1"/>'), "x", "has springdamper"),
+        ('<robot name="r"><joint name="x" type="prismatic"/></robot>', "x", "is URDF"),
+        ("<html><joint name='x'/></html>", "x", "its root is <html>"),
+        ("", "x", "is empty"),
+        (" \n", "x", "is empty"),
+        ("joints: [x]", "x", "line 1: not XML"),
+        ("<mujoco><joint name='x'></mujoco>", "x", "line 1: not XML: mismatched tag"),
+        (PLAIN + PLAIN, "x", "line 14: not XML: junk after document element"),
+        ("<!DOCTYPE m [<!ENTITY a 'b'>]>" + PLAIN, "x", "line 1: has a document type"),
+        ("\n<!DOCTYPE mujoco SYSTEM 'file:///etc/passwd'>" + PLAIN, "x", "line 2: has a document"),
+        ("<mujoco>&a;</mujoco>", "x", "line 1: not XML: undefined entity"),
+        ("<a>" * 5000, "x", "nested too deeply"),
+        ('<?xml version="1.0" encoding="klingon"?>' + PLAIN, "x", r"not XML|encoding cann"),
+        ('<?xml version="1.0" encoding="shift_jis"?>' + PLAIN, "x", r"not XML|encoding cann"),
+    ],
+)  # fmt: skip
+def test_refusals(text: str, joint: str, says: str) -> None:
+    with pytest.raises(InputError, match=says) as refused:
+        patched(text, joint)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_slide_is_no_place_for_a_rotary_card() -> None:
+    with pytest.raises(InputError, match="joint 'x' is a slide, and the card is in N m: it fits a"):
+        patched(PLAIN, "x", hinge())
+
+
+@pytest.mark.parametrize(
+    "source",
+    [b"\x00\x01\x02\xff" * 50, b"\x89PNG\r\n\x1a\n", b"PK\x03\x04", b"\xff\xfe\x00\x00",
+     b"<mujoco>\xff</mujoco>", b"<mujoco", b"\xef\xbb\xbf", PLAIN.encode("utf-32")],
+)  # fmt: skip
+def test_binary_is_refused_in_one_line(source: bytes) -> None:
+    with pytest.raises(InputError, match=r"not XML|is empty"):
+        mjcf(slide(), source, "x")
+
+
+def test_a_file_without_end_is_not_read() -> None:
+    with pytest.raises(InputError, match="is larger than 4 MiB"):
+        mjcf(slide(), b" " * (4 << 20) + PLAIN.encode(), "x")
+
+
+def test_hostile_names_stay_on_the_line() -> None:
+    text = PLAIN.replace('name="turn"', 'name="a&#10;b&#x9b;31m"').replace('name="x"', 'name="u"')
+    with pytest.raises(InputError, match=r"there are u, a b 31m$"):
+        patched(text)
+
+
+CLASSES = """<default>
+    <default class="rail"><joint type="slide"/><default class="fine"><joint damping="2"/></default>
+    </default><default class="soft"><joint springdamper="0.1 1"/></default>
+  </default>
+  <worldbody>"""
+
+
+@pytest.mark.parametrize(
+    ("tag", "says"),
+    [
+        ('<joint name="x" class="rail"/>', None),
+        ('<joint name="x" class="fine"/>', None),
+        ('<joint name="x" class="fine" type="hinge"/>', "is a hinge"),
+        ('<joint name="x"/>', "is a hinge"),
+        ('<joint name="x" class="soft" type="slide"/>', "has springdamper"),
+        ('<frame childclass="fine"><joint name="x"/></frame>', None),
+        ('<frame childclass="rail"><joint name="x" class="soft"/></frame>', "is a hinge"),
+    ],
+)
+def test_the_type_may_come_from_a_class(tag: str, says: str | None) -> None:
+    text = in_body(tag).replace("<worldbody>", CLASSES)
+    if says is None:
+        assert attributes(patched(text), "x").items() >= WRITTEN.items()
+    else:
+        with pytest.raises(InputError, match=says):
+            patched(text)
+
+
+def test_defaults_without_a_class_hold_for_all() -> None:
+    main = '<default class="main"><joint type="slide"/></default><default/><worldbody>'
+    made = patched(in_body('<joint name="x"/>').replace("<worldbody>", main))
+    assert attributes(made, "x") == {"name": "x", **WRITTEN}
+
+
+# What is lost.
+
+
+def said(model: Any, text: str = PLAIN, joint: str = "x", **options: bool) -> str:
+    return "\n".join(mjcf(model, text.encode(), joint, **options)[1])
+
+
+def test_a_law_of_two_numbers_loses_nothing() -> None:
+    told = said(slide())
+    assert "sliding friction is the card's own, at speeds from 0 mm/s to 500 mm/s" in told
+    assert "is not held" not in told
+    assert "pulled" not in told
+
+
+def test_a_stribeck_axis_loses_its_peak_and_its_jumps() -> None:
+    told = said(sticking())
+    # The best two numbers by hand: the normal equations of a dense, even grid.
+    v = np.linspace(0, 0.2, 200_001)[1:]
+    F = 12 + 8 * np.exp(-v / 0.01) + 40 * v
+    (level, damping), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), F)
+    error = level + damping * v - F
+    rms = float(np.sqrt(np.mean(error**2)))
+    assert f"off by {rms:.3g} N RMS" in told
+    assert f"static friction of 20 N is not held: the axis breaks away at {level:.4g} N" in told
+    assert re.search(r"the card's axis breaks away at 20\.0?\d* N and then jumps by", told)
+    assert re.search(r"the file's breaks away at 13\.\d+ N and then slides evenly", told)
+
+
+def test_the_two_numbers_are_the_best_two() -> None:
+    law, p = LAWS["stribeck"], np.array([20.0, 12.0, 40.0, 0.01, 1.0])
+    best = coulomb_viscous(law, p, (0.0, 0.2), rotary=False)
+    v = 0.2 * (np.arange(1000) + 0.5) / 1000
+
+    def rms(level: float, damping: float) -> float:
+        return float(np.sqrt(np.mean((level + damping * v - law.friction(v, p)) ** 2)))
+
+    assert best.rms == pytest.approx(rms(best["F_C"], best["F_V"]), rel=1e-3)
+    for d_level, d_damping in [(0.05, 0), (-0.05, 0), (0, 0.5), (0, -0.5), (0.05, -0.5)]:
+        assert rms(best["F_C"] + d_level, best["F_V"] + d_damping) > best.rms
+    # Where the fall outweighs the viscous term, damping ends at zero, not below.
+    falling = coulomb_viscous(law, np.array([20.0, 12.0, 1.0, 0.1, 1.0]), (0, 0.2), rotary=False)
+    assert falling["F_V"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("law", "values", "says"),
+    [
+        ("coulomb-viscous-directional", {"F_C+": 10, "F_V+": 5, "F_C-": 14, "F_V-": 5},
+         "friction of the two directions differs by up to 4 N"),
+        ("coulomb-load", {"F_C": 10, "F_V": 5, "mu": 0.1}, "goes with the load .normal. is not"),
+        ("lugre", {"sigma_0": 1e5, "sigma_1": 1e2, "F_S": 20, "F_C": 12, "v_s": 0.01, "F_V": 5},
+         "presliding is not held"),
+        ("stribeck+temperature", {**STRIBECK, "temp_slope": 0.01, "temp_ref": 298.15},
+         "the numbers are those of 25 degC"),
+        ("stribeck+position", {**STRIBECK, "pos_cos": 0.1, "pos_sin": 0, "pos_period": 0.01},
+         "goes with position is not held"),
+        ("stribeck-smooth", {"F_S": 20, "F_C": 12, "F_V": 5, "v_brk": 0.01}, "never sticks"),
+    ],
+)  # fmt: skip
+def test_what_no_symmetric_curve_has_is_named(
+    law: str, values: dict[str, float], says: str
+) -> None:
+    rig = "cylinder" if law == "coulomb-load" else "forced"
+    model = model_of(rig, law, {"M": 10.0, "offset": 0.0, "b": 0.0, **values})
+    assert re.search(says, said(model))
+    assert not re.search(says, said(slide()))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (PLAIN.replace("<option gravity=", '<option><flag frictionloss="disable"/></option><a b='),
+         "switches frictionloss off for all joints .line 2"),
+        (PLAIN.replace('<body name="car">', '<replicate count="2"><body name="car">')
+         .replace("</body>\n  </w", "</body></replicate>\n  </w"), "each of its copies"),
+        (PLAIN.replace("</mujoco>", '<actuator><motor joint="x" damping="3"/></actuator></mujoco>'),
+         "<motor> on line 13 adds its own damping"),
+    ],
+)  # fmt: skip
+def test_what_else_has_a_say_is_named(text: str, says: str) -> None:
+    assert re.search(says, said(slide(), text))
+    assert not re.search(says, said(slide()))
+
+
+def test_speeds_that_nobody_said_are_said_to_be_assumed() -> None:
+    assert "(assumed: the card does not say its speeds)" in said(slide(speeds=None))
+    assert "assumed" not in said(slide())
+
+
+def test_what_a_pull_tells_is_the_closed_form() -> None:
+    # Friction that falls from F_S to F_C at once: a jump of 2 (F_S - F_C) / k, inertia or not.
+    law, p = LAWS["karnopp"], np.array([20.0, 12.0, 0.0, 1e-4])
+    pull = pulled(law, p, mass=1.0, stiffness=1e3, speed=1e-3, span=60.0)
+    assert pull.breakaway == pytest.approx(20.0, rel=2e-3)
+    assert pull.jump == pytest.approx(2 * 8.0 / 1e3, rel=0.02)
+    even = pulled(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 60.0)
+    assert even.breakaway == pytest.approx(12.0, rel=1e-2)
+    assert even.jump < 1e-4
+
+
+def test_a_rest_of_the_slide_bed_s_own_is_not_touched() -> None:
+    # A pull leaves the shipped rig as it was.
+    before = {c.name: c.value for c in SLIDE_BED.constants}
+    pulled(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 1.0)
+    assert {c.name: c.value for c in SLIDE_BED.constants} == before
+
+
+# In MuJoCo.
+
+MUJOCO = "mujoco is not installed: pip install 'stribeck[export]'"
+
+
+def loaded(text: str) -> tuple[Any, Any, Any]:
+    mujoco = pytest.importorskip("mujoco", reason=MUJOCO)
+    model = mujoco.MjModel.from_xml_string(text)
+    return mujoco, model, mujoco.MjData(model)
+
+
+def test_mujoco_reads_what_was_written() -> None:
+    classes = CLASSES.replace('<joint damping="2"/>', '<joint damping="2" frictionloss="9"/>')
+    text = in_body('<joint name="x" class="fine"/>').replace("<worldbody>", classes)
+    text = text.replace("name='x'", "name='car'")
+    _, model, _ = loaded(patched(text))
+    assert model.joint("x").frictionloss[0] == 12.5
+    assert model.joint("x").damping[0] == 40.0
+    assert model.joint("turn").frictionloss[0] == 0.0
+
+
+def test_mujoco_slides_at_the_card_s_steady_speed() -> None:
+    mujoco, model, data = loaded(patched(PLAIN))
+    data.qfrc_applied[0] = 20.0
+    mujoco.mj_step(model, data, 5000)
+    assert data.qvel[0] == pytest.approx((20.0 - 12.5) / 40.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("firm", [False, True])
+def test_creep_at_rest_is_what_is_said(firm: bool) -> None:
+    alone = re.sub(r"<body pos=.*?</body>", "", PLAIN, flags=re.DOTALL)
+    mujoco, model, data = loaded(patched(alone, firm=firm))
+    data.qfrc_applied[0] = 6.25
+    mujoco.mj_step(model, data, 3000)
+    # What the joint's damping takes of the force is not there to creep.
+    assert data.qvel[0] == pytest.approx(
+        creep(6.25 - 40.0 * data.qvel[0], 10.0, firm=firm), rel=1e-3
+    )
+    assert f"{creep(6.25, 10.0, firm=firm):.2g} m/s" in said(slide(), firm=firm)
+
+
+def test_a_joint_file_knows_where_its_elements_end() -> None:
+    file = JointFile(PLAIN.encode(), ("body",))
+    outer, inner = file.named("body")
+    assert inner.parent is outer
+    assert PLAIN.encode()[outer.end :].startswith(b"</body>\n  </worldbody>")
+    assert replace(file.attributed(inner, {"pos": "0"}), start=0, stop=0).text == '<body pos="0">'
