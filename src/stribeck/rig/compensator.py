@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import float64, njit, types
@@ -39,7 +39,8 @@ SCALE, FEEDBACK, DEAD_BAND, SMOOTHING, SLEW, LIMIT, DRIVE, REST = range(8)
 TINY = 1e-9
 
 
-class Setting(NamedTuple):
+@dataclass(frozen=True)
+class Setting:
     """A setting of the compensator, as people and programs are told of it.
 
     Args:

@@ -166,7 +166,7 @@ class SlideBed(Simulated):
         made = super().track(recording, rows, x0, score)
         if recording.temperature is None:
             return made
-        filled = _with_inputs(made)
+        filled = with_inputs(made)
         filled.inputs[1] = recording.temperature[rows]
         return filled
 
@@ -192,9 +192,7 @@ class SlideBed(Simulated):
         elif scheme == "fast":
             from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
 
-            x, v, _ = motions(
-                law, SLIDE, laws, c, _with_inputs(on), self["step"], self["tolerance"]
-            )
+            x, v, _ = motions(law, SLIDE, laws, c, with_inputs(on), self["step"], self["tolerance"])
         elif not law.static:
             raise InputError(f"scheme {scheme} takes laws without states, loads and terms")
         elif scheme in ("reference", "paper"):
@@ -239,7 +237,7 @@ def _jumps(law: Law) -> bool:
     return law.static and law.sticks
 
 
-def _with_inputs(on: Track) -> Track:
+def with_inputs(on: Track) -> Track:
     """A track whose command also stands at its samples, as laws with states are stepped.
 
     The last input is what is added to the motor's force, held for a sample.

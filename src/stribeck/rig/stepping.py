@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from .track import Track
 
 #: Rows for each further thread: one takes milliseconds.
-_FEWEST = 2
+FEWEST = 2
 #: A step is halved so often at most.
 FINEST = 14
 WHOLE = 1 << FINEST
@@ -46,7 +46,7 @@ WHOLE = 1 << FINEST
 MOST_STEPS = 10_000_000
 #: A motion may take so many halved steps, and so many more for each whole one: seconds at
 #: most. It ends there, as if it had run away.
-_ROOM, _EACH = 1 << 20, 64
+ROOM, EACH = 1 << 20, 64
 #: Iterations for the velocity at the end of a step; as a rule 3 to 6 are needed.
 _MOST = 80
 #: Where they end: change of the velocity, relative.
@@ -68,14 +68,14 @@ def _no_rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> 
     return 0.0
 
 
-_NO_RUB = rub_law(_no_rub)
+NO_RUB = rub_law(_no_rub)
 
 # Arrays are handed over by seven words each, which takes longer than most of what follows, so what
 # is called in every step is written out in its caller.
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _driven(
+def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
     """Mass, force of drive and surroundings without damping, and the drive's damping.
@@ -114,7 +114,7 @@ def _driven(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _commanded(c: Array, u: Array, q: float, v: float) -> float:
+def commanded(c: Array, u: Array, q: float, v: float) -> float:
     """The torque that the controller of a joint computes at a sample."""
     asked = u[4] + c[1] * (u[2] - q) + c[2] * (u[3] - v)
     return min(max(asked, -c[6]), c[6])  # type: ignore[no-any-return]
@@ -290,8 +290,8 @@ def _step(
     at: int,
 ) -> float:  # fmt: skip
     """The velocity after a step of h under the inputs u at its end; new states into `out`."""
-    mass, F, d = _driven(kind, c, u, q, v, load)
-    scale = _scale(term, p, load)
+    mass, F, d = driven(kind, c, u, q, v, load)
+    scale = factor(term, p, load)
     if kind == SLIDE and (c[6] > 0.0 or c[7] > 0.0):
         # The motor's inertia and damping, clamped: implicit, and outside the clamp a constant.
         M, P = mass + c[6] + h * c[7], (mass + c[6]) * v + h * F
@@ -322,7 +322,7 @@ def _solved(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _scale(term: Array, p: Array, load: Array) -> float:
+def factor(term: Array, p: Array, load: Array) -> float:
     """What a law's terms multiply its friction by; `term` says where their parameters are."""
     scale = 1.0
     if term[0] >= 0:
@@ -335,7 +335,7 @@ def _scale(term: Array, p: Array, load: Array) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
+def mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
     """The inputs at a share of the interval after sample k: between its ends, or held."""
     for i in range(len(u)):
         u[i] = inputs[i, k]
@@ -344,7 +344,7 @@ def _mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _begun(
+def begun(
     rub: Any, scale: float, F: float, v: float, load: Array, p: Array, relaxed: Array, z: Array
 ) -> None:
     """The states of a law where a motion starts, into `z`.
@@ -371,7 +371,7 @@ def _begun(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _passed(
+def passed(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
     z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, slopes: Array,
@@ -389,13 +389,13 @@ def _passed(
             left -= 1
             share = WHOLE >> level
             h = base * (share / WHOLE)
-            _mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
+            mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
             v_half = _step(
                 slip, rub, general, states, kind, p, term, c, u, 0.5 * h, q, v, z, load, half,
                 slopes, 0,
             )  # fmt: skip
             q_half = q + 0.5 * h * v_half
-            _mixed(inputs, held, k, (j + (at + share) / WHOLE) / n, u)
+            mixed(inputs, held, k, (j + (at + share) / WHOLE) / n, u)
             v_fine = _step(
                 slip, rub, general, states, kind, p, term, c, u, 0.5 * h, q_half, v_half, half,
                 load, fine, slopes, 0,
@@ -451,25 +451,25 @@ def _rows(  # a loop over candidates and samples
         a, b = crew.lent(p[row]), crew.lent(c[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
-        left = _ROOM + _EACH * parts.sum()
-        _mixed(inputs, held, 0, 0.0, u)
+        left = ROOM + EACH * parts.sum()
+        mixed(inputs, held, 0, 0.0, u)
         hold = b[7] if kind == JOINT else 0.0
-        before = _commanded(b, u, q, v) if hold > 0.0 else 0.0
+        before = commanded(b, u, q, v) if hold > 0.0 else 0.0
         load[0] = before
-        _, F, d = _driven(kind, b, u, q, v, load)
+        _, F, d = driven(kind, b, u, q, v, load)
         if states > 0:
-            _begun(rub, _scale(term, a, load), F - d * v, v, load, a, coarse, z)
+            begun(rub, factor(term, a, load), F - d * v, v, load, a, coarse, z)
         for k in range(len(t)):
-            _mixed(inputs, held, k, 0.0, u)
+            mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
-                now = _commanded(b, u, q, v)
+                now = commanded(b, u, q, v)
                 load[0] = now if hold == 1.0 else before
                 before = now
-            _driven(kind, b, u, q, v, load)
+            driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
-            q, v, left = _passed(
+            q, v, left = passed(
                 slip, rub, general, states, kind, a, term, b, inputs, held, k, parts[k],
                 t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes, left,
             )  # fmt: skip
@@ -513,16 +513,16 @@ def motions(
     crew.hired().share(
         _rows, n,
         (
-            addressed(law.slip), addressed(law.rub if general else _NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p), _places(law), _ready(c), t, _ready(on.inputs),
+            addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
+            general, law.states, kind, _ready(p), places(law), _ready(c), t, _ready(on.inputs),
             on.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
-        _FEWEST,
+        FEWEST,
     )  # fmt: skip
     return q, v, F
 
 
-def _places(law: Law) -> Array:
+def places(law: Law) -> Array:
     """Where the parameters of the position term and of the temperature term begin; -1 for none."""
     at, places = len(law.params), {"position": -1, "temperature": -1}
     for term in reversed(law.terms):
