@@ -1,80 +1,76 @@
-"""A model of any law, as exporters are given it: parameters within the search ranges."""
-
-from __future__ import annotations
+"""Identified models of every law without an identification, for tests of what is exported."""
 
 import numpy as np
 
 from stribeck.export.model import Model, as_model
-from stribeck.friction import LAWS, Law, law_named
+from stribeck.friction import law_named
+from stribeck.friction.law import Law
 from stribeck.identify.card import Card
 from stribeck.rig import RIGS, Rig
 from stribeck.rig.rig import shown_in
-from stribeck.space import Array, Param
+from stribeck.space import Param
 
-#: Every law of the catalogue, one with elements of its own, and some with terms.
-NAMES = (
-    *LAWS,
-    "maxwell-slip:6",
-    "stribeck+temperature",
-    "lugre+position",
-    "bam-m4+temperature+position",
-)
+#: Every law with a size or a term that the table of laws does not show.
+MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temperature+position")
 
 
-def model_of(law: str, rig: str | None = None, seed: int = 1) -> Model:
-    """A model of a law by its name, on a rig that knows what the law depends on.
+def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Model:
+    """The model of a card that says what a law's parameters are, drawn from their ranges."""
+    return model_with(law_named(name), seed, warnings)
 
-    Its parameters are drawn from the middle of their search ranges, the breakaway levels above
-    those in motion; it was seen from −0.1 to 0.08 m/s (rad/s).
-    """
-    made = law_named(law)
-    kind = RIGS[rig or _home(made)]
-    every = kind.parameters(made)
-    values = drawn(every, seed)
-    for i, q in enumerate(made.params):
-        if q.name.startswith("F_S"):
-            values[i] = max(values[i], 1.5 * values[i + 1])  # F_C follows its F_S in every law
-    parameters = {
-        kind.label(q.name): {
-            "value": float(shown_in(kind, q, value)),
-            "unit": kind.unit_of(q),
-            "low": None,
-            "high": None,
-            "at_bound": None,
-            "verdict": "identified",
+
+def model_with(law: Law, seed: int = 1, warnings: list[str] | None = None) -> Model:
+    """The same for a law at hand; the rig is one that has the loads that the law reads."""
+    rig = RIGS[_rig_for(law)]
+    params = rig.parameters(law)
+    shares = np.random.default_rng(seed).uniform(0.3, 0.6, len(params))
+    values = [_within(q, share) for q, share in zip(params, shares, strict=True)]
+    card = Card.model_validate(
+        {
+            "law": law.name,
+            "rig": rig.name,
+            "kind": rig.name,
+            "parameters": {
+                rig.label(q.name): _parameter(rig, q, value)
+                for q, value in zip(params, values, strict=True)
+            },
+            "objective": {"name": "position_rmse", "value": 1.0, "unit": "mm", "samples": 3},
+            "search": {
+                "method": "mbts", "seed": 0, "evaluations": 1, "seconds": 1.0, "ended": "budget",
+            },
+            "data": [],
+            "software": {"stribeck": "0"},
+            "speeds": {"low": -100.0, "high": 80.0, "unit": "deg/s" if rig.rotary else "mm/s"},
+            "warnings": warnings or [],
         }
-        for q, value in zip(every, values, strict=True)
-    }
-    return as_model(Card.model_validate(_card(law, kind, parameters)))
+    )  # fmt: skip
+    return as_model(card)
 
 
-def drawn(every: tuple[Param, ...], seed: int) -> Array:
-    """Parameters from the middle of their ranges, SI."""
-    share = np.random.default_rng(seed).uniform(0.3, 0.6, len(every))
-    return np.array([
-        q.fixed if q.fixed is not None
-        else q.lower * (q.upper / q.lower) ** u if q.log
-        else q.lower + u * (q.upper - q.lower)
-        for q, u in zip(every, share, strict=True)
-    ])  # fmt: skip
-
-
-def _home(law: Law) -> str:
+def _rig_for(law: Law) -> str:
     if "normal" in law.loads:
         return "cylinder"
     return "servo-pendulum" if law.loads else "slide-bed"
 
 
-def _card(law: str, rig: Rig, parameters: object) -> dict[str, object]:
+def _within(of: Param, share: float) -> float:
+    """A value inside a parameter's range; static friction lies above Coulomb's."""
+    if of.fixed is not None:
+        return of.fixed
+    value = (
+        of.lower * (of.upper / of.lower) ** share
+        if of.log
+        else of.lower + share * (of.upper - of.lower)
+    )
+    return value * 3.0 if of.name.startswith("F_S") else value
+
+
+def _parameter(rig: Rig, of: Param, value: float) -> dict[str, object]:
     return {
-        "schema": "stribeck-card/1",
-        "law": law,
-        "rig": rig.name,
-        "kind": rig.name,
-        "parameters": parameters,
-        "objective": {"name": "position_rmse", "value": 1.0, "unit": "mm", "samples": 100},
-        "search": {"method": "mbts", "seed": 0, "evaluations": 1, "seconds": 1.0, "ended": "x"},
-        "data": [],
-        "software": {"stribeck": "0"},
-        "speeds": {"low": -0.1, "high": 0.08, "unit": "rad/s" if rig.rotary else "m/s"},
+        "value": float(shown_in(rig, of, value)),
+        "unit": rig.unit_of(of),
+        "low": None,
+        "high": None,
+        "at_bound": None,
+        "verdict": "identified",
     }
