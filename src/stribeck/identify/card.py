@@ -181,6 +181,7 @@ class Card(_Part):
                 f"no parameter {strange[0]!r} in law {law.name} on rig {self.kind}: there are "
                 f"{', '.join(sorted(known))}"
             )
+        self._check_speeds(rig)
         p = np.array([self._value(rig, q) for q in every])
         if not bool(np.all(law.physical(p[None, : len(law.params)]))):
             raise InputError(
@@ -196,6 +197,19 @@ class Card(_Part):
         fixed = {n: v for n, v in values.items() if n != last}
         made = parameters(rig, law, fixed=fixed, measure=measure)
         return made, p
+
+    def _check_speeds(self, rig: Rig) -> None:
+        """Raises InputError where the speeds are none of this rig, or in the wrong order."""
+        if self.speeds is None:
+            return
+        try:
+            fits = convertible(self.speeds.unit, "rad/s" if rig.rotary else "m/s")
+        except InputError as error:
+            raise InputError(f"speeds: {error}") from error
+        if not fits:
+            raise InputError(f"speeds: {self.speeds.unit!r} is not the unit of a velocity here")
+        if not self.speeds.low <= self.speeds.high:
+            raise InputError(f"speeds: {self.speeds.low:g} to {self.speeds.high:g} is no range")
 
     def _value(self, rig: Rig, param: Param) -> float:
         """A parameter's value, SI; what a card leaves out is as its law holds it."""
