@@ -477,3 +477,94 @@ def test_a_joint_file_knows_where_its_elements_end() -> None:
     assert inner.parent is outer
     assert PLAIN.encode()[outer.end :].startswith(b"</body>\n  </worldbody>")
     assert replace(file.attributed(inner, {"pos": "0"}), start=0, stop=0).text == '<body pos="0">'
+
+
+# Bristles.
+
+
+def bristled(text: str = PLAIN, model: Any = None) -> str:
+    return patched(text, "x", model or sticking(), lugre=True)
+
+
+def motor(text: str) -> dict[str, str]:
+    (found,) = ET.fromstring(text).iter("dcmotor")  # noqa: S314
+    return dict(found.attrib)
+
+
+@pytest.mark.parametrize(
+    ("actuators", "before"),
+    [
+        ("", "<actuator>"),
+        ("<actuator/>", "<actuator>"),
+        ('<actuator>\n  <motor joint="turn"/>\n</actuator>', '<motor joint="turn"/>\n'),
+    ],
+)
+def test_the_motor_stands_last_among_the_actuators(actuators: str, before: str) -> None:
+    text = PLAIN.replace("</mujoco>", f"{actuators}</mujoco>")
+    made = bristled(text)
+    put = re.search(r"<dcmotor[^>]*/>", made)
+    assert put is not None
+    assert made[: put.start()].endswith(before)
+    rest = made.replace(put[0], "").replace("<actuator></actuator>", actuators)
+    assert rest.replace(' frictionloss="0" damping="35.2527"', "") == text
+    assert motor(made)["joint"] == "x"
+
+
+def test_a_lugre_card_is_written_as_it_is() -> None:
+    p = {"sigma_0": 1e5, "sigma_1": 300.0, "F_S": 20.0, "F_C": 12.0, "v_s": 0.01, "F_V": 40.0}
+    model = model_of("forced", "lugre", {**p, "M": 10.0, "offset": 0.0}, (-0.2, 0.2))
+    made = bristled(model=model)
+    assert attributes(made, "x")["damping"] == "40"
+    assert [float(v) for v in motor(made)["lugre"].split()] == pytest.approx(
+        [1e5, 300.0, 12.0, 20.0, 0.01], rel=1e-5
+    )
+    # Bristles too stiff for the time step are made softer, and that is no secret.
+    stiff = model_of("forced", "lugre", {**p, "sigma_0": 1e7, "M": 10.0, "offset": 0.0})
+    assert motor(bristled(model=stiff))["lugre"].split()[0] == "225000"
+    assert "its bristles (2.25e+05 N/m)" in said(stiff, lugre=True)
+    fine = PLAIN.replace("<option ", '<option timestep="0.0002" ')
+    assert motor(bristled(fine, stiff))["lugre"].split()[0] == "1e+07"
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ('<keyframe><key act="1"/></keyframe></mujoco>', "line 13: a keyframe with act="),
+        ('<default><dcmotor gear="2"/></default></mujoco>', "line 13: a class of <dcmotor>"),
+        ('<actuator><dcmotor joint="x" lugre="1 1 1 1 1"/></actuator></mujoco>', "of its own"),
+        ('<option timestep="fast"/></mujoco>', "timestep 'fast' of <option> is no time"),
+    ],
+)
+def test_bristles_are_refused_where_they_would_break(change: str, says: str) -> None:
+    with pytest.raises(InputError, match=re.escape(says)):
+        bristled(PLAIN.replace("</mujoco>", f"\n{change}").replace("\n\n", "\n"))
+
+
+def test_bristles_need_a_law_that_sticks() -> None:
+    values = {"F_S": 20.0, "F_C": 12.0, "F_V": 5.0, "v_brk": 0.01, "M": 10.0, "offset": 0.0}
+    with pytest.raises(InputError, match="stribeck-smooth never sticks"):
+        bristled(model=model_of("forced", "stribeck-smooth", values))
+
+
+def test_any_name_is_written_so_that_it_is_read_again() -> None:
+    tag = "<joint name='é\"&lt;&amp;' type='slide'/>"
+    made, _ = mjcf(sticking(), in_body(tag).encode("utf-16"), 'é"<&', lugre=True)
+    assert motor(made.decode("utf-16"))["joint"] == 'é"<&'
+
+
+def test_mujoco_has_the_drop_with_bristles() -> None:
+    mujoco, _, _ = loaded(PLAIN)
+    if int(mujoco.__version__.split(".")[0]) < 4:
+        pytest.skip("this MuJoCo has no <dcmotor> without a current: 4.0 and later have")
+    gauss = model_of("forced", "stribeck-gauss", STRIBECK, (-0.2, 0.2))
+    _, model, data = loaded(bristled(model=gauss))
+    for speed in (0.001, 0.01, -0.01, 0.1):
+        mujoco.mj_resetData(model, data)
+        for _ in range(2000):  # held at the speed, until the bristles have bent
+            data.qvel[:] = speed, 0.0
+            mujoco.mj_step(model, data)
+        data.qvel[:] = speed, 0.0
+        mujoco.mj_forward(model, data)
+        force = -(data.qfrc_passive[0] + data.qfrc_actuator[0])
+        expected = 12.0 + 8.0 * np.exp(-((speed / 0.01) ** 2)) + 40.0 * abs(speed)
+        assert force == pytest.approx(np.copysign(expected, speed), rel=1e-3)

@@ -1,8 +1,9 @@
 """MuJoCo: a card's friction as attributes of a joint in a user's MJCF file.
 
-`frictionloss` is a level, `damping` a viscous term; armature, if it is asked for, the rotor's
-inertia. Source of all that is said of MuJoCo here: its XML reference, elements body/joint, default
-and option, and its chapter Computation, "Friction loss" and "Parameters" of the constraint solver.
+`frictionloss` is a level, `damping` a viscous term; `armature`, where asked for, the rotor's
+inertia; `bristles`, where asked for, hold the static peak. Source of what is said of MuJoCo here:
+its XML reference, elements body/joint, default and option, and its chapter Computation, sections
+"Friction loss" and "Parameters" (of the constraint solver).
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from .joint_file import JointFile, Tag, number, the_one
+from .bristles import KEPT, bristles
+from .joint_file import Change, JointFile, Tag, number, the_one
 from .lost import lost
 from .pull import inertia
 from .reduction import Reduction, coulomb_viscous
@@ -24,7 +26,7 @@ _ACTUATORS = (
     "general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle",
     "dcmotor", "pid", "plugin",
 )  # fmt: skip
-_KEPT = ("joint", "freejoint", "default", "include", "attach", "flag", *_ACTUATORS)
+_KEPT = ("joint", "freejoint", "default", "include", "attach", "flag", *_ACTUATORS, *KEPT)
 #: Where a joint of a body may stand; elsewhere elements of that name refer to one.
 _BODIES = ("body", "frame", "replicate", "worldbody")
 _TURNS, _SLIDES = "hinge", "slide"
@@ -36,19 +38,28 @@ _FIRM_D = 0.9999
 
 
 def mjcf(
-    model: Model, source: bytes, joint: str, *, armature: bool = False, firm: bool = False
+    model: Model,
+    source: bytes,
+    joint: str,
+    *,
+    lugre: bool = False,
+    firm: bool = False,
+    armature: bool = False,
 ) -> tuple[bytes, list[str]]:
     """A MuJoCo file with a joint's friction as the card has it, and what is lost, sentences.
 
-    The joint's attributes win over those of its class. All bytes outside its tag stay.
+    The joint's attributes win over those of its class. All bytes outside its tag stay;
+    with `lugre` an actuator is put in.
 
     Args:
         model: The card's model.
         source: The file.
         joint: Name of the joint, a hinge for a rotary card and a slide for a linear one.
-        armature: Whether the joint gets the rotor's inertia too, where the rig identified one.
+        lugre: Whether a passive motor with LuGre friction stands in for `frictionloss`: it holds
+            static friction and the Stribeck drop, and needs MuJoCo 4.0.
         firm: Whether `solimpfriction` is set as well, so that the joint creeps a thousandth of
             what it would at rest.
+        armature: Whether the joint gets the rotor's inertia too, where the rig identified one.
 
     Raises:
         InputError: no MJCF, no such joint or several, one of another kind, or something in the
@@ -58,14 +69,19 @@ def mjcf(
     _check_root(file)
     found = the_one(_joints(file), joint, _elsewhere(file))
     _check_kind(file, found, rotary=model.rig.rotary)
-    to = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
-    values = {"frictionloss": number(to["F_C"]), "damping": number(to["F_V"])}
+    changes, known = list[Change](), list[str]()
+    if lugre:
+        to, changes, known = bristles(model, file, found, _ACTUATORS)
+    else:
+        to = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
+        known = _creep(file, found, model, to, firm=firm)
+    values = {"frictionloss": "0" if lugre else number(to["F_C"]), "damping": number(to["F_V"])}
     if armature:
         values["armature"] = number(_armature(model))
     if firm:
         values |= _FIRM
-    said = [*lost(model, to), *_creep(file, found, model, to, firm=firm), *_doubts(file, found)]
-    return file.changed([file.attributed(found, values)]), said
+    said = [*lost(model, to), *known, *_doubts(file, found)]
+    return file.changed([*changes, file.attributed(found, values)]), said
 
 
 def creep(force: float, inertia: float, *, firm: bool = False) -> float:
