@@ -1,0 +1,245 @@
+"use strict";
+// Draws the plots that the page says in its own words, in the colours of its theme.
+(() => {
+  const root = document.documentElement;
+  const specs = JSON.parse(document.getElementById("plots").textContent);
+  const shown = {}; // which view each plot has
+  const paper = { wide: 690, narrow: 335 }; // CSS pixels of a column on A4
+  const coarse = matchMedia("(pointer: coarse)").matches; // a finger scrolls the page, not a plot
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  let ready = false;
+  let printing = false;
+
+  const colour = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
+  const faint = (name, share) => {
+    const n = parseInt(colour(name).slice(1), 16);
+    return `rgba(${n >> 16}, ${(n >> 8) & 255}, ${n & 255}, ${share})`;
+  };
+  // Plotly reads some tags in text: names of files are only text.
+  const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;")
+    .replace(/>/g, "&gt;").replace(/\n/g, "<br>");
+  const axis = (k) => (k ? `y${k + 1}` : "y");
+
+  function traces(view) {
+    const made = [];
+    for (const line of view.lines) {
+      const base = {
+        type: "scatter", x: view.columns[line.x], y: view.columns[line.y], xaxis: "x",
+        yaxis: axis(line.panel || 0), name: plain(line.name), showlegend: !line.same,
+        legendgroup: plain(line.name), connectgaps: false, hoverinfo: line.silent ? "skip" : undefined,
+      };
+      const paint = colour(line.role);
+      const dashes = { dashes: "dash", dotted: "dot" }[line.kind] || "solid";
+      if (line.kind === "band") {
+        const edge = { ...base, mode: "lines", line: { width: 0 }, hoverinfo: "skip" };
+        made.push({ ...edge, showlegend: false });
+        made.push({ ...edge, y: view.columns[line.low], fill: "tonexty", fillcolor: faint(line.role, 0.22) });
+      } else if (line.kind === "dots") {
+        made.push({ ...base, mode: "markers", marker: { color: paint, size: 3.5, opacity: 0.55 } });
+      } else if (line.kind === "points") {
+        made.push({
+          ...base, mode: "markers", text: line.hover && line.hover.map(plain),
+          hovertemplate: line.hover ? "%{text}<extra></extra>" : undefined,
+          marker: {
+            color: line.small ? colour("page") : paint, size: line.small ? 5 : 9, symbol: line.symbols || "circle",
+            line: { color: line.small ? paint : colour("page"), width: 1.2 },
+          },
+        });
+      } else {
+        made.push({
+          ...base, mode: "lines",
+          line: { color: paint, width: line.wide ? 2.6 : 1.5, dash: dashes, shape: line.kind === "steps" ? "hv" : "linear" },
+        });
+      }
+    }
+    if (view.spans.length) {
+      made.push({
+        type: "scatter", x: [null], y: [null], mode: "markers", name: "not scored", hoverinfo: "skip",
+        marker: { symbol: "square", size: 13, color: colour("shade") },
+      });
+    }
+    return made;
+  }
+
+  function shapes(plot, view) {
+    const made = view.spans.map(([a, b]) => ({
+      type: "rect", x0: a, x1: b, y0: 0, y1: 1, xref: "x", yref: "paper", layer: "below",
+      fillcolor: colour("shade"), line: { width: 0 },
+    }));
+    for (const level of view.levels) {
+      made.push({
+        type: "line", x0: 0, x1: 1, xref: "paper", y0: level.y, y1: level.y, yref: "y",
+        line: { color: colour(level.role), width: 1, dash: level.dash ? "dash" : "solid" },
+        label: level.name ? { text: plain(level.name), textposition: "end", font: { size: 11, color: colour("soft") } } : undefined,
+      });
+    }
+    for (const upright of view.verticals) {
+      made.push({
+        type: "line", x0: upright.x, x1: upright.x, xref: "x", y0: 0, y1: 1, yref: "paper",
+        line: { color: colour(upright.role), width: 1, dash: upright.dash ? "dot" : "solid" },
+      });
+    }
+    return made;
+  }
+
+  function layout(plot, view, box) {
+    const small = plot.height < 260;
+    const ink = colour("ink");
+    const font = box < 500 ? 11 : 12;
+    const axes = {
+      tickfont: { size: plot.log ? font / 1.25 : font }, // powers of ten are drawn that much larger
+      gridcolor: colour("grid"), linecolor: colour("edge"), tickcolor: colour("edge"), zeroline: false,
+      showline: true, ticks: "outside", ticklen: 4, automargin: true, exponentformat: "power", minexponent: 4,
+    };
+    const made = {
+      height: plot.height, autosize: true, font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif", size: font, color: ink },
+      paper_bgcolor: colour("page"), plot_bgcolor: colour("page"),
+      margin: { l: 20, r: small ? 12 : 18, t: small ? 12 : 30, b: 36 },
+      showlegend: !small && view.lines.some((line) => !line.same),
+      legend: { orientation: "h", x: 0, y: 1.015, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", font: { size: font } },
+      hovermode: plot.hover, hoversubplots: "axis", dragmode: coarse ? false : "zoom",
+      hoverlabel: { bgcolor: colour("card"), bordercolor: colour("edge"), font: { color: ink, size: 12 }, align: "left" },
+      shapes: shapes(plot, view),
+      xaxis: {
+        ...axes, title: { text: plain(plot.x), standoff: 8 }, type: plot.log ? "log" : "linear",
+        anchor: axis(plot.panels.length - 1), nticks: box < 500 ? 5 : undefined, dtick: plot.log ? 1 : undefined,
+      },
+    };
+    const whole = plot.panels.reduce((sum, panel) => sum + panel[1], 0);
+    const gap = 0.06;
+    let top = 1;
+    plot.panels.forEach(([name, share], k) => {
+      const high = (share / whole) * (1 - gap * (plot.panels.length - 1));
+      const range = view.ranges[k];
+      made[k ? `yaxis${k + 1}` : "yaxis"] = {
+        ...axes, title: { text: plain(name), standoff: 6 }, type: plot.log ? "log" : "linear", anchor: "x",
+        domain: [Math.max(0, top - high), top], range: range || undefined, autorange: range ? false : true,
+        nticks: high * plot.height < 160 ? 4 : undefined,
+      };
+      top -= high + gap;
+    });
+    return made;
+  }
+
+  function draw(id) {
+    const plot = specs[id];
+    const view = plot.views[shown[id] || 0];
+    const place = document.getElementById(id);
+    const box = printing ? (place.closest(".small") ? paper.narrow : paper.wide) : place.clientWidth;
+    const made = layout(plot, view, box);
+    if (printing) Object.assign(made, { width: box, autosize: false });
+    return Plotly.react(place, traces(view), made, { responsive: true, displayModeBar: false, doubleClick: "reset" });
+  }
+
+  function redraw() {
+    if (ready) Object.keys(specs).forEach(draw);
+  }
+
+  // What a mouse can do to a plot, keys and fingers can: + and − zoom, arrows move, 0 shows all.
+  function move(place, step) {
+    const now = place._fullLayout && place._fullLayout.xaxis.range;
+    if (!ready || !now) return false;
+    const [a, b] = now;
+    const [middle, half] = [(a + b) / 2, (b - a) / 2];
+    const zoomed = (factor) => [middle - half * factor, middle + half * factor];
+    const to = {
+      "+": zoomed(0.6), "=": zoomed(0.6), "-": zoomed(1 / 0.6),
+      ArrowLeft: [a - half / 2, b - half / 2], ArrowRight: [a + half / 2, b + half / 2],
+    }[step];
+    if (to) Plotly.relayout(place, { "xaxis.range": to });
+    else if (step === "0") draw(place.id).then(() => Plotly.relayout(place, { "xaxis.autorange": true }));
+    else if (step === "s") Plotly.downloadImage(place, { format: "png", scale: 2, width: place.clientWidth, height: specs[place.id].height, filename: place.id });
+    else return false;
+    return true;
+  }
+
+  function keys(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (move(event.currentTarget, event.key)) event.preventDefault();
+  }
+
+  function tools(place) {
+    const row = place.parentElement.querySelector(".tools");
+    if (!row) return;
+    row.hidden = false;
+    row.addEventListener("click", (event) => {
+      const step = event.target.closest("button");
+      if (step) move(place, step.value);
+    });
+  }
+
+  const button = document.getElementById("theme");
+  const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : dark.matches);
+  function name() {
+    button.textContent = isDark() ? "Light theme" : "Dark theme";
+  }
+  button.hidden = false;
+  name();
+  button.addEventListener("click", () => {
+    root.dataset.theme = isDark() ? "light" : "dark";
+    name();
+    redraw();
+  });
+  dark.addEventListener("change", () => { name(); redraw(); });
+
+  for (const pick of document.querySelectorAll("select[data-plots]")) {
+    pick.addEventListener("change", () => {
+      for (const id of pick.dataset.plots.split(" ")) {
+        shown[id] = pick.selectedIndex;
+        document.getElementById(`${id}-alt`).textContent = specs[id].views[pick.selectedIndex].alt;
+        if (ready) draw(id);
+      }
+      pick.nextElementSibling.textContent = pick.value;
+    });
+  }
+
+  let theme;
+  addEventListener("beforeprint", () => {
+    theme = root.dataset.theme;
+    root.dataset.theme = "light";
+    printing = true;
+    redraw();
+  });
+  addEventListener("afterprint", () => {
+    if (theme) root.dataset.theme = theme;
+    else delete root.dataset.theme;
+    printing = false;
+    redraw();
+  });
+
+  // The library is packed: it is most of the page. What is unpacked must have the hash that the
+  // page's policy names, or the browser does not run it.
+  async function unpack() {
+    const packed = atob(document.getElementById("library").textContent.trim());
+    const bytes = Uint8Array.from(packed, (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const script = document.createElement("script");
+    script.textContent = await new Response(stream).text();
+    document.head.append(script);
+    if (typeof Plotly === "undefined") throw new Error("the drawing library did not start");
+  }
+
+  async function begin() {
+    if (typeof DecompressionStream === "undefined") {
+      throw new Error("this browser cannot unpack them; Chrome 80, Firefox 113, Safari 16.4 and later can");
+    }
+    await unpack();
+    ready = true;
+    for (const id of Object.keys(specs)) {
+      const place = document.getElementById(id);
+      place.textContent = "";
+      await draw(id);
+      place.addEventListener("keydown", keys);
+      tools(place);
+      await new Promise((go) => setTimeout(go)); // the page stays alive meanwhile
+    }
+    root.dataset.state = "drawn";
+  }
+
+  begin().catch((error) => {
+    root.dataset.state = "failed";
+    for (const waiting of document.querySelectorAll(".canvas .waiting")) {
+      waiting.textContent = `No plot: ${error.message}. What it shows is said below, and the tables are complete.`;
+    }
+  });
+})();
