@@ -49,6 +49,8 @@ class C(Dialect):
     def call(self, name: str, given: Sequence[Expression]) -> str:
         """A function of C's, of `c_math`, or of the law."""
         values = ", ".join(g.name if isinstance(g, Array) else self.write(g) for g in given)
+        if name == "real":
+            return f"(double)({values})"
         if name in c_math.OWN:
             return f"{c_math.OWN[name]}({values})"
         return f"{'math' if name in _MATH else 'law'}_{name}({values})"

@@ -111,7 +111,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Call:
-    """One of KNOWN, or another function of the program."""
+    """One of KNOWN, `real` of a whole number, or another function of the program."""
 
     name: str
     given: tuple[Expression, ...]
@@ -266,6 +266,8 @@ class _Translation:
         self.what = what
         self.functions: dict[str, Function] = {}
         self._names: dict[tuple[Any, ...], str] = {}
+        #: Functions that are being read: what they call must not lead back to them.
+        self.open: list[Callable[..., Any]] = []
 
     def add(self, entry: Entry) -> None:
         """Translate an entry under its own name."""
@@ -309,6 +311,8 @@ class _Reader:
         a = tree.args
         if a.vararg or a.kwarg or a.kwonlyargs or a.defaults:
             raise self._refused(tree, "has optional or starred arguments")
+        self._of.open.append(self._python)
+        self._loops(tree)
         arguments: list[Name | Array] = []
         for argument in (*a.posonlyargs, *a.args):
             name = argument.arg
@@ -325,12 +329,40 @@ class _Reader:
         statements = self._block(body[1:] if doc else body)
         if not _ends(statements):
             raise self._refused(tree, "does not return a value on every way through it")
+        self._of.open.pop()
         return Function(
             self._name,
             tuple(arguments),
             tuple(self._variables.values()),
             statements,
             doc.partition("\n")[0],
+        )
+
+    def _loops(self, tree: ast.FunctionDef) -> None:
+        """Refuse what a loop means in Python alone: each language has its own idea of it."""
+        for loop in ast.walk(tree):
+            if not (isinstance(loop, ast.For) and isinstance(loop.target, ast.Name)):
+                continue
+            within = {id(n) for s in loop.body for n in ast.walk(s)}
+            fixed = {n.id for n in ast.walk(loop.iter) if isinstance(n, ast.Name)}
+            for n in ast.walk(tree):
+                if not isinstance(n, ast.Name):
+                    continue
+                written = isinstance(n.ctx, ast.Store)
+                if id(n) in within and written and n.id in {loop.target.id, *fixed}:
+                    raise self._refused(loop, f"its body changes {n.id}, by which it counts")
+                if n.id == loop.target.id and not written and not self._counted(tree, n):
+                    raise self._refused(loop, f"{n.id} is read outside its loop")
+
+    @staticmethod
+    def _counted(tree: ast.FunctionDef, name: ast.Name) -> bool:
+        """Whether a name is read inside a loop that counts by it."""
+        return any(
+            isinstance(loop, ast.For)
+            and isinstance(loop.target, ast.Name)
+            and loop.target.id == name.id
+            and any(n is name for s in loop.body for n in ast.walk(s))
+            for loop in ast.walk(tree)
         )
 
     # --- statements
@@ -541,6 +573,8 @@ class _Reader:
         callee = self._outside(name) if isinstance(func, ast.Name) else None
         if callee is None or not callable(callee):
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
+        if python_of(callee) in self._of.open:
+            raise self._refused(node, f"{name} calls itself: write a loop")
         return Call(self._of.called(callee, name), tuple(map(_real, values)))
 
     def _own(self, func: ast.expr) -> bool:
@@ -578,10 +612,12 @@ _BY_TWO: Mapping[str, Callable[[float, float], float]] = {
 
 
 def _real(of: Expression) -> Expression:
-    """The same value as a real number."""
+    """The same value as a real number: of a whole one that is not known yet, by a call `real`."""
     if of.kind == "truth":
         raise InputError("a truth is not a number: use a conditional expression")
-    return Number(float(of.value)) if isinstance(of, Number) else of
+    if isinstance(of, Number):
+        return Number(float(of.value))
+    return Call("real", (of,)) if of.kind == "whole" else of
 
 
 def _negative(of: Expression) -> Expression:
