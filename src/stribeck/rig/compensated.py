@@ -306,10 +306,10 @@ def _wide(c: Array) -> Array:
 def _loops(  # noqa: PLR0915 - a loop over axes and samples
     slip: Any, rub: Any, general: bool, states: int, slip_m: Any, rub_m: Any, general_m: bool,
     states_m: int, kind: int, added: int, p: Array, term: Array, c: Array, p_m: Array,
-    term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array, held: Array,
-    parts: Array, start: Array, v_ref: Array, noise: Array, resolution: float, h: float,
-    tolerance: float, out_q: Array, out_v: Array, out_F: Array, out_u: Array, out_seen: Array,
-    taken: Array,
+    term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array,
+    held: Array, parts: Array, start: Array, v_ref: Array, noise: Array, resolution: float,
+    h: float, tolerance: float, out_q: Array, out_v: Array, out_F: Array, out_u: Array,
+    out_seen: Array, taken: Array,
 ) -> None:  # fmt: skip
     """Simulate the loops that nobody has taken yet, one after the other, until none is left."""
     m = len(inputs)

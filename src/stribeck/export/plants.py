@@ -1,0 +1,57 @@
+"""The axes that a card allows: what was identified, and each end of each interval."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..units import unit
+
+if TYPE_CHECKING:
+    from ..identify.card import Card
+    from ..identify.problem import Parameters
+    from ..space import Array
+
+#: What is called so is the axis as identified.
+IDENTIFIED = "as identified"
+
+
+def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], list[str]]:
+    """Parameter sets of axes by name, SI, and what could not be tried, in words.
+
+    The identified axis; each end of each interval, the other parameters as identified; and all
+    of the law's parameters at their low ends at once, and at their high ones.
+
+    Args:
+        card: Says the intervals.
+        made: Its rig and law.
+        p: Its parameter set, (k,).
+    """
+    rig, law = made.rig, made.law
+    found, said = {IDENTIFIED: p}, []
+    low, high = p.copy(), p.copy()
+    for k, q in enumerate(rig.parameters(law)):
+        name = rig.label(q.name)
+        given = card.parameters.get(name)
+        if given is None or given.verdict == "fixed":
+            continue
+        for word, value, ends in (("low", given.low, low), ("high", given.high, high)):
+            if value is None:
+                said.append(f"{name} has no {word} end of its interval: it was not tried there")
+                continue
+            one = p.copy()
+            one[k] = float(unit(given.unit).to_si(value))
+            if k < len(law.params):
+                ends[k] = one[k]
+            if one[k] != p[k]:
+                found[f"{name} {word}"] = one
+    for word, ends in (("low", low), ("high", high)):
+        if not np.array_equal(ends, p):
+            found[f"all friction {word}"] = ends
+    n = len(law.params)
+    odd = [name for name, one in found.items() if not np.all(law.physical(one[None, :n]))]
+    for name in odd:
+        del found[name]
+        said.append(f"{name}: no friction of law {law.name}, so it was not tried")
+    return found, said
