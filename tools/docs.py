@@ -21,7 +21,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PAGES = [Path("README.md"), *sorted(Path("docs").glob("*.md"))]
+PAGES = [Path("README.md"), *sorted(Path("docs").rglob("*.md"))]
 BLOCK = re.compile(r"<!-- \$ (?P<command>.+?) -->\n```text\n(?P<said>.*?)```\n", re.DOTALL)
 DATA = Path("../shared/data")
 

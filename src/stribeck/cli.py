@@ -517,7 +517,7 @@ def export(
     joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
-    from .export import TARGETS, exported, read_model
+    from .export import TARGETS, Source, exported, read_model
     from .report.folder import check_file, check_folder, write_data, write_files
 
     target = TARGETS.get(to)
@@ -535,7 +535,7 @@ def export(
         settings=settings or None,
         points=points,
         fastest=speed,
-        source=None if into is None else _bytes(into),
+        source=None if into is None else Source(str(into), _bytes(into)),
         joint=joint,
     )
     if target.folder:

@@ -161,18 +161,41 @@ def _table(model: Model, points: int | None = None, fastest: float | None = None
     return Exported({"friction.csv": text(model, made).encode()}, (note,))
 
 
-def _mjcf(model: Model, source: bytes, joint: str) -> Exported:
+class Source(NamedTuple):
+    """A file of the user's that is to be patched.
+
+    Args:
+        name: What messages call it.
+        data: What it says.
+    """
+
+    name: str
+    data: bytes
+
+
+def _mjcf(model: Model, source: Source, joint: str) -> Exported:
     from .mjcf import mjcf  # noqa: PLC0415 - the same
 
-    made, notes = mjcf(model, source, joint)
-    return Exported({"model.xml": made}, tuple(notes))
+    return _patched(mjcf, model, source, joint)
 
 
-def _urdf(model: Model, source: bytes, joint: str) -> Exported:
+def _urdf(model: Model, source: Source, joint: str) -> Exported:
     from .urdf import urdf  # noqa: PLC0415 - the same
 
-    made, notes = urdf(model, source, joint)
-    return Exported({"model.urdf": made}, tuple(notes))
+    return _patched(urdf, model, source, joint)
+
+
+def _patched(
+    patch: Callable[[Model, bytes, str], tuple[bytes, list[str]]],
+    model: Model,
+    source: Source,
+    joint: str,
+) -> Exported:
+    try:
+        made, notes = patch(model, source.data, joint)
+    except InputError as error:
+        raise InputError(f"{source.name}: {error}") from error
+    return Exported({source.name: made}, tuple(notes))
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:

@@ -1,0 +1,179 @@
+"""`stribeck export`: files whole or not at all, and a line for whatever cannot be."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from command import Said, caller
+from exported import model_of
+from stribeck.export import TARGETS
+
+Run = Callable[..., Said]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
+    monkeypatch.chdir(tmp_path)
+    Path("card.json").write_text(model_of("stribeck").card.text(), encoding="utf-8")
+    Path("joint.xml").write_text(
+        '<mujoco><worldbody><body><joint name="hip" type="slide"/><geom size="1"/></body>'
+        "</worldbody></mujoco>\n",
+        encoding="utf-8",
+    )
+    return caller(monkeypatch, capsys)
+
+
+def refused(said: Said, *words: str) -> None:
+    assert said.status == 2
+    assert said.out == ""
+    assert said.err.startswith("stribeck: ")
+    assert said.err.count("\n") == 1
+    for word in words:
+        assert word in said.err
+
+
+def names(folder: Path = Path()) -> list[str]:
+    return sorted(file.name for file in folder.iterdir())
+
+
+def edited(change: Callable[[dict[str, object]], object]) -> None:
+    card = json.loads(Path("card.json").read_text(encoding="utf-8"))
+    change(card)
+    Path("card.json").write_text(json.dumps(card), encoding="utf-8")
+
+
+def test_c_is_a_folder_that_compiles_and_checks_itself(run: Run) -> None:
+    said = run("export", "card.json", "--to", "c", "--out", "made", "--name", "axis_x")
+    assert said.status == 0, said.err
+    assert names(Path("made")) == ["axis_x.c", "axis_x.h", "selftest.c"]
+    build = ["gcc", "-std=c99", "-Wall", "-Werror", "axis_x.c", "selftest.c", "-lm", "-o", "t"]
+    try:
+        subprocess.run(build, cwd="made", check=True)
+    except FileNotFoundError:
+        pytest.skip("there is no gcc")
+    ran = subprocess.run(["./t"], cwd="made", capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout) == (0, "0 of 256 rows differ\n")
+
+
+def test_settings_reach_the_compensator(run: Run) -> None:
+    given = ("--set", "scale=0.75", "--set", "feedback=1", "--set", "dead_band=0.5")
+    assert run("export", "card.json", "--to", "c", "--out", "made", *given).status == 0
+    source = Path("made/friction.c").read_text(encoding="utf-8")
+    assert "of->c[FRICTION_SCALE] = 0.75;" in source
+    assert "of->c[FRICTION_FEEDBACK] = 1.0;" in source
+    assert "of->c[FRICTION_DEAD_BAND] = 0.0005;" in source  # 0.5 mm/s
+
+
+def test_a_text_goes_to_the_terminal_or_to_a_file_and_is_the_same(run: Run) -> None:
+    shown = run("export", "card.json", "--to", "table", "--points", "5")
+    written = run("export", "card.json", "--to", "table", "--points", "5", "--out", "t.csv")
+    assert (shown.status, written.status, written.out) == (0, 0, "t.csv\n")
+    assert Path("t.csv").read_text(encoding="utf-8") == shown.out
+    assert sum(not line.startswith("#") for line in shown.out.splitlines()) == 6
+    assert "of the largest friction" in shown.err
+
+
+def test_the_card_goes_through_unchanged(run: Run) -> None:
+    said = run("export", "card.json", "--to", "json")
+    assert said.out == Path("card.json").read_text(encoding="utf-8")
+
+
+def test_a_patched_file_leaves_the_users_own_as_it_was(run: Run) -> None:
+    before = Path("joint.xml").read_bytes()
+    asked = ("--into", "joint.xml", "--joint", "hip")
+    said = run("export", "card.json", "--to", "mjcf", *asked, "--out", "new.xml")
+    assert said.status == 0, said.err
+    assert Path("joint.xml").read_bytes() == before
+    assert b"frictionloss=" in Path("new.xml").read_bytes()
+    assert "note: " in said.err
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (("--to", "cobol"), ["cobol", "plcopen"]),
+        (("--to", "c"), ["--out", "folder"]),
+        (("--to", "fmu"), ["--out", "file"]),
+        (("--to", "c", "--out", "card.json"), ["card.json"]),
+        (("--to", "c", "--out", "no/such/place"), ["no/such"]),
+        (("--to", "table", "--out", "t.txt"), ["t.txt.csv"]),
+        (("--to", "c", "--out", "x", "--name", "2nd"), ["2nd", "letter"]),
+        (("--to", "c", "--out", "x", "--name", "int"), ["int"]),
+        (("--to", "c", "--out", "x", "--name", "a/b"), ["a/b"]),
+        (("--to", "c", "--out", "x", "--set", "gain=2"), ["gain", "scale"]),
+        (("--to", "c", "--out", "x", "--set", "scale=nan"), ["scale"]),
+        (("--to", "c", "--out", "x", "--set", "scale=-1"), ["scale"]),
+        (("--to", "c", "--out", "x", "--set", "feedback=0.5"), ["feedback", "0 or 1"]),
+        (("--to", "c", "--out", "x", "--points", "5"), ["--points", "means nothing to c"]),
+        (("--to", "table", "--points", "1"), ["2 to 1000"]),
+        (("--to", "table", "--speed", "-3"), ["above 0"]),
+        (("--to", "table", "--joint", "hip"), ["--joint", "means nothing to table"]),
+        (("--to", "json", "--name", "x"), ["--name", "no options"]),
+        (("--to", "mjcf"), ["--into"]),
+        (("--to", "mjcf", "--into", "joint.xml"), ["--joint"]),
+        (("--to", "mjcf", "--into", "joint.xml", "--joint", "hop"), ["hop", "hip"]),
+        (("--to", "mjcf", "--into", "gone.xml", "--joint", "hip"), ["gone.xml", "no such file"]),
+        (("--to", "mjcf", "--into", "card.json", "--joint", "hip"), ["card.json"]),
+        (("--to", "urdf", "--into", "joint.xml", "--joint", "hip"), ["joint.xml"]),
+    ],
+)
+def test_what_cannot_be_is_a_line(run: Run, asked: tuple[str, ...], words: list[str]) -> None:
+    there = names()
+    refused(run("export", "card.json", *asked), *words)
+    assert names() == there
+
+
+@pytest.mark.parametrize("to", TARGETS)
+def test_cards_edited_into_nonsense(run: Run, to: str) -> None:
+    def value(card: dict[str, object]) -> None:
+        card["parameters"]["F_S"]["value"] = -4.0  # type: ignore[index]
+
+    asked = {"mjcf": ("--into", "joint.xml", "--joint", "hip")}
+    asked["urdf"] = asked["mjcf"]
+    edited(value)
+    there = names()
+    refused(run("export", "card.json", "--to", to, "--out", "x", *asked.get(to, ())), "")
+    assert names() == there
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda c: c.update(schema="stribeck-card/2"), ["stribeck-card/2", "identify"]),
+        (lambda c: c.update(law="sticky"), ["sticky"]),
+        (lambda c: c["parameters"]["F_S"].update(unit="kg"), ["F_S", "kg"]),
+        (lambda c: c["parameters"].pop("F_C"), ["F_C", "missing"]),
+        (lambda c: c["parameters"]["F_S"].update(value="much"), ["F_S", "number"]),
+        (lambda c: c["parameters"]["v_SS"].update(value=0.0), ["card.json"]),
+        (lambda c: c.update(speeds={"low": -1.0, "high": 1.0, "unit": "N"}), ["speeds", "N"]),
+        (lambda c: c.update(speeds={"low": 1.0, "high": -1.0, "unit": "m/s"}), ["speeds"]),
+        (lambda c: c.update(speeds={"low": -1.0, "high": 1.0, "unit": "parsec"}), ["parsec"]),
+    ],
+)
+def test_edited_cards(
+    run: Run, change: Callable[[dict[str, object]], object], words: list[str]
+) -> None:
+    edited(change)
+    refused(run("export", "card.json", "--to", "c", "--out", "made"), "card.json", *words)
+    assert not Path("made").exists()
+
+
+def test_files_that_are_no_cards(run: Run) -> None:
+    for text in ("", "[]", "{}", "not json", '{"schema": 3}'):
+        Path("card.json").write_text(text, encoding="utf-8")
+        refused(run("export", "card.json", "--to", "c", "--out", "made"), "card.json")
+    refused(run("export", "gone.json", "--to", "c", "--out", "made"), "gone.json", "no such file")
+    assert not Path("made").exists()
+
+
+def test_a_name_cannot_leave_a_comment(run: Run) -> None:
+    edited(lambda card: card.update(warnings=["ends */ int x = 1; /* here"], rig='a" */ b'))
+    said = run("export", "card.json", "--to", "c", "--out", "made")
+    assert said.status == 0, said.err
+    header = Path("made/friction.h").read_text(encoding="utf-8")
+    assert header.index("*/") > header.index("From card.json")

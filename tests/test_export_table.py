@@ -1,0 +1,114 @@
+"""Friction tables for drives: how far they are off, and where their points stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from exported import model_of
+from stribeck.errors import InputError
+from stribeck.export.table import Side, table, text
+
+
+def off(side: Side, v: np.ndarray, want: np.ndarray) -> float:
+    """The greatest error of interpolation as a drive would make it."""
+    return float(np.abs(np.interp(v, side.speeds, side.levels) - want).max())
+
+
+@pytest.mark.parametrize("law", ["stribeck", "stribeck-rational", "makkar", "lugre", "gms"])
+@pytest.mark.parametrize("points", [5, 16, 20])
+def test_the_stated_error_is_that_of_a_fine_look_at_the_curve(law: str, points: int) -> None:
+    model = model_of(law)
+    made = table(model, points, 0.1)
+    v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 20_001), np.linspace(0.0, 0.1, 20_001)])
+    want = model.law.friction(v, model.p)
+    assert len(made.plus.speeds) <= points
+    assert made.plus.speeds[0] == 0.0
+    assert made.plus.speeds[-1] == pytest.approx(0.1)
+    assert off(made.plus, v, want) == pytest.approx(made.plus.worst, rel=0.03)
+
+
+@pytest.mark.parametrize("points", [5, 16, 20])
+def test_points_stand_where_evenly_spaced_ones_would_be_many_times_worse(points: int) -> None:
+    model = model_of("stribeck")
+    made = table(model, points, 0.1)
+    v = np.linspace(0.0, 0.1, 40_001)
+    want = model.law.friction(v, model.p)
+    evenly = np.linspace(0.0, 0.1, points)
+    plain = np.abs(np.interp(v, evenly, model.law.friction(evenly, model.p)) - want).max()
+    assert off(made.plus, v, want) < 0.25 * plain
+
+
+def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
+    model = model_of("stribeck")
+    made = table(model, 4, 0.1)
+    v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 2_001), np.linspace(0.0, 0.1, 2_001)])
+    v.sort()
+    want = model.law.friction(v, model.p)
+    scale = made.plus.speeds[1:3], made.plus.levels
+
+    def worst(x: np.ndarray) -> float:
+        inner = scale[0] * np.exp(x[:2])
+        if not 0.0 < inner[0] < inner[1] < 0.1:
+            return 1e9
+        levels = scale[1] * np.exp(x[2:])
+        return float(np.abs(np.interp(v, [0.0, *inner, 0.1], levels) - want).max())
+
+    best = minimize(
+        worst,
+        np.zeros(6),
+        method="Nelder-Mead",
+        options={"maxiter": 4000, "maxfev": 4000, "xatol": 1e-9, "fatol": 1e-9},
+    )
+    assert best.fun > 0.9 * made.plus.worst
+
+
+def test_a_straight_law_has_no_error_and_directions_have_tables_of_their_own() -> None:
+    straight = table(model_of("coulomb-viscous"), 2, 0.1)
+    assert straight.symmetric
+    assert straight.plus.worst == pytest.approx(0.0, abs=1e-9)
+    model = model_of("coulomb-viscous-directional")
+    made = table(model, 3, 0.1)
+    assert not made.symmetric
+    for side, sign in ((made.plus, 1.0), (made.minus, -1.0)):
+        want = sign * model.law.friction(sign * side.speeds[1:], model.p)
+        assert side.levels[1:] == pytest.approx(want, rel=1e-9)
+    assert not np.allclose(made.plus.levels, made.minus.levels, rtol=1e-3)
+
+
+def test_the_file_reads_back_as_the_table_and_states_its_error() -> None:
+    model = model_of("stribeck")
+    made = table(model, 16, 0.1)
+    said = text(model, made)
+    lines = [line for line in said.splitlines() if not line.startswith("#")]
+    read = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
+    assert lines[0] == "speed / (mm/s),friction / (N)"
+    assert read[:, 0] == pytest.approx(1e3 * made.plus.speeds, rel=1e-8)
+    assert read[:, 1] == pytest.approx(made.plus.levels, rel=1e-8)
+    assert f"greatest error {made.plus.worst:.3g} N" in said
+
+
+@pytest.mark.parametrize(
+    ("law", "lost"),
+    [
+        ("lugre", "presliding and its memory"),
+        ("bam-m4", "drive, external"),
+        ("stribeck+temperature", "temperature"),
+    ],
+)
+def test_what_a_table_cannot_hold_is_said(law: str, lost: str) -> None:
+    model = model_of(law)
+    assert lost in text(model, table(model, 5, 0.1))
+
+
+@pytest.mark.parametrize("points", [-1, 0, 1, 1001])
+def test_numbers_of_points_that_make_no_table(points: int) -> None:
+    with pytest.raises(InputError, match="2 to 1000 points"):
+        table(model_of("stribeck"), points, 0.1)
+
+
+@pytest.mark.parametrize("fastest", [0.0, -1.0, float("nan"), float("inf")])
+def test_speeds_that_make_no_table(fastest: float) -> None:
+    with pytest.raises(InputError, match="above 0"):
+        table(model_of("stribeck"), 5, fastest)
