@@ -42,10 +42,13 @@ PARTS = {
     "selection": "Which law two real axes need",
     "axes": "Real axes, beside what others published",
     "presliding": "Loops below breakaway",
+    "simulators": "Exported joints in MuJoCo",
     "intervals": "Whether intervals hold the truth",
     "gpu": "Many candidates on a GPU",
 }
-LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
+LIBRARIES = (
+    "stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment", "mujoco",
+)  # fmt: skip
 
 
 def main() -> None:
