@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -40,11 +41,25 @@ def read_json(data: bytes) -> Table:
         beside, whole = whole, whole[lists[0]] if lists else None
     if not _records(whole):
         raise InputError('has no list of records such as [{"t": 0.0, "x": 1.2}, ...]')
-    return _table(whole, {n: float(v) for n, v in beside.items() if _number(v)})
+    made = _table(whole, {n: float(v) for n, v in beside.items() if _number(v)})
+    said = [
+        f"{shortened(n)} is the text {shortened(v)}, not a number: it was left out"
+        for n, v in beside.items()
+        if isinstance(v, str) and _means_a_number(v)
+    ]
+    return replace(made, notes=(*made.notes, *said)) if said else made
 
 
 def _records(value: object) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(r, Mapping) for r in value)
+
+
+def _means_a_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _number(value: object) -> bool:
