@@ -578,7 +578,8 @@ def test_bristles_rest_in_mujoco_and_break_away_where_the_card_does() -> None:
     for mass in ("10", "2.5"):
         text = re.sub(r"<body pos=.*?</body>", "", PLAIN, flags=re.DOTALL)
         _, model, data = loaded(bristled(text.replace('mass="10"', f'mass="{mass}"')))
-        for force in np.linspace(0.0, 19.5, 2000):  # at once, bristles would swing beyond it
+        # At once, bristles would swing beyond it; nearer to 20 N, they creep too fast to hold.
+        for force in np.linspace(0.0, 18.0, 2000):
             data.qfrc_applied[0] = force
             mujoco.mj_step(model, data)
         mujoco.mj_step(model, data, 1000)
