@@ -1,7 +1,8 @@
 """Mathematics in C99 where a target has no more of it than exp, tanh and fabs.
 
-Each is as good as a libm's to a few units in the last place over what laws ask of it. Doubles are
-IEEE 754, as on every target that these files are for.
+Each is good to a few units in the last place over what laws ask of it, and what is no number stays
+none: a controller is to see that its sensor has failed. Doubles are IEEE 754, as on every target
+that these files are for. tests/test_export_c.py measures both.
 """
 
 from __future__ import annotations
@@ -65,8 +66,11 @@ static double math_sqrt(double x)
 {
     double y;
     int i;
-    if (!(x > 0.0)) {
-        return x == 0.0 ? x : x - x;
+    if (!(x > 0.0 && x <= 1.7976931348623157e308)) {
+        return x < 0.0 ? NAN : x;
+    }
+    if (x < 2.2250738585072014e-308) {
+        return 7.450580596923828e-9 * math_sqrt(18014398509481984.0 * x);
     }
     y = math_double((math_bits(x) >> 1) + (UINT64_C(511) << 52) + (UINT64_C(1) << 51));
     for (i = 0; i < 5; i++) {
@@ -82,8 +86,8 @@ static double math_log(double x)
     uint64_t b;
     double m, s, q, sum;
     int k, i;
-    if (!(x > 0.0)) {
-        return -HUGE_VAL;
+    if (!(x > 0.0 && x <= 1.7976931348623157e308)) {
+        return x < 0.0 ? NAN : (x == 0.0 ? -HUGE_VAL : x);
     }
     k = 0;
     if (x < 2.2250738585072014e-308) {
@@ -112,8 +116,11 @@ static double math_log1p(double x)
 {
     double s, q, sum;
     int i;
-    if (!(fabs(x) < 0.25)) {
+    if (!(x > -0.29 && x < 0.41)) {
         return math_log(1.0 + x);
+    }
+    if (fabs(x) < 1e-17) {
+        return x;
     }
     s = x / (2.0 + x);
     q = s * s;
@@ -141,7 +148,7 @@ static double math_expm1(double x)
 }
 """,
     "pow": """\
-/* Small whole exponents by products, others by exp and log. */
+/* Small whole exponents by products, others by exp and log, which a base below 0 has not. */
 static double math_pow(double a, double b)
 {
     double product, base;
@@ -162,8 +169,8 @@ static double math_pow(double a, double b)
         }
         return b > 0.0 ? product : 1.0 / product;
     }
-    if (a == 0.0) {
-        return b > 0.0 ? 0.0 : HUGE_VAL;
+    if (!(a >= 0.0) || b != b) {
+        return NAN;
     }
     return exp(b * math_log(a));
 }
@@ -175,7 +182,7 @@ static double math_wave(double x, int k)
     double n, r, q, sum;
     int i;
     if (!(fabs(x) < 1e9)) {
-        return x - x;
+        return NAN;
     }
     n = (double)(long)(x * 0.63661977236758134308 + (x < 0.0 ? -0.5 : 0.5));
     r = x - n * 1.57079632673412561417e+00;

@@ -1,0 +1,511 @@
+"""C99: every law says in C what it says here, under a compiler and a run that forgive nothing."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from exported import MORE, model_of
+from stribeck.errors import InputError
+from stribeck.export import c_math
+from stribeck.export.c import c
+from stribeck.export.model import Model
+from stribeck.export.program import KNOWN
+from stribeck.export.vectors import scale, walk
+from stribeck.friction import LAWS, LOADS
+from stribeck.rig.compensator import Compensator
+from stribeck.rig.forced import slips
+from stribeck.space import Array
+
+CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+CPP, CLANG, NM = (str(shutil.which(name) or "") for name in ("c++", "clang", "nm"))
+pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler here")
+
+STRICT = (
+    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror",
+)  # fmt: skip
+CHECKED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+#: All that a controller can ask of a compensator, at once.
+COMPENSATOR = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, drive=3.0)
+#: Numbers of a row for the driver, before the states: v, v_ref, h, loads.
+INPUTS = 3 + len(LOADS)
+RANDOM, WALK = 100_000, 10_000
+#: Laws, and a Dahl law of either kind that its range has beside the exponent 1.
+CASES = (*LAWS, *MORE, "dahl, exponent 0.5", "dahl, exponent 2.5")
+
+
+def model_in(case: str) -> Model:
+    name, _, exponent = case.partition(", exponent ")
+    model = model_of(name)
+    if exponent:
+        model.values[2] = float(exponent)
+    return model
+
+
+def compiled(folder: Path, *arguments: str) -> None:
+    done = subprocess.run(
+        [str(CC), *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def at_once(calls: Sequence[Callable[[], object]]) -> None:
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for done in [pool.submit(call) for call in calls]:
+            done.result()
+
+
+def driver(models: Sequence[Model]) -> str:
+    """A program that walks one of the laws through the rows of a file.
+
+    Mode 0 goes on from row to row, mode 1 takes the states from each row, mode 2 is the self-test.
+    A row out: friction, steady friction, compensation, states.
+    """
+    cases, names = [], range(len(models))
+    for i, model in enumerate(models):
+        law, n = model.law, model.law.states
+        loaded = law.loads or law.terms
+        cases.append(f"""
+static void run_{i}(const double *in, double *out, int mode)
+{{
+    static l{i}_law law;
+    static l{i}_compensator of;
+    static int begun = 0;
+    int j = 0;
+    if (!begun) {{ l{i}_init(&law); l{i}_compensator_init(&of); begun = 1; }}
+    {f"for (j = 0; j < {len(LOADS)}; j++) law.load[j] = of.law.load[j] = in[3 + j];" * bool(loaded)}
+    {f"if (mode) for (j = 0; j < {n}; j++) law.z[j] = in[{INPUTS} + j];" * bool(n)}
+    out[0] = l{i}_force(&law, in[0], in[2]);
+    out[1] = l{i}_steady(&law, in[0]);
+    out[2] = l{i}_compensate(&of, in[1], in[0], in[2]);
+    {f"for (j = 0; j < {n}; j++) out[3 + j] = law.z[j];" * bool(n)}
+    (void)j; (void)mode;
+}}""")
+    width = max(m.law.states for m in models)
+    return "\n".join(
+        [
+            "#include <stdio.h>\n#include <stdlib.h>",
+            *(f'#include "l{i}.h"\nint main_{i}(void);' for i in names),
+            *cases,
+            "typedef void (*run)(const double *, double *, int);",
+            f"static const run runs[] = {{{', '.join(f'run_{i}' for i in names)}}};",
+            f"static int (*const tests[])(void) = {{{', '.join(f'main_{i}' for i in names)}}};",
+            f"""
+int main(int argc, char **argv)
+{{
+    static double in[{INPUTS + width}], out[{3 + width}];
+    int which = atoi(argv[1]), mode = atoi(argv[2]);
+    (void)argc;
+    if (mode == 2) return tests[which]();
+    while (fread(in, sizeof in, 1, stdin) == 1) {{
+        runs[which](in, out, mode);
+        fwrite(out, sizeof out, 1, stdout);
+    }}
+    return 0;
+}}
+""",
+        ]
+    )
+
+
+class Laws:
+    """All laws in one program, compiled strictly and checked while it runs."""
+
+    def __init__(self, folder: Path) -> None:
+        self.models = [model_in(case) for case in CASES]
+        self.folder = folder
+        calls: list[Callable[[], object]] = []
+        for i, model in enumerate(self.models):
+            for name, text in c(model, f"l{i}", COMPENSATOR).items():
+                (folder / (f"t{i}.c" if name == "selftest.c" else name)).write_bytes(text)
+            for part in (f"l{i}", f"t{i}"):
+                more = (*STRICT, *CHECKED, f"-Dmain=main_{i}", "-c", f"{part}.c")
+                calls.append(partial(compiled, folder, *more))
+        (folder / "driver.c").write_text(driver(self.models))
+        calls.append(partial(compiled, folder, "-std=c99", *CHECKED, "-c", "driver.c"))
+        at_once(calls)
+        objects = [f"{p}{i}.o" for i in range(len(self.models)) for p in "lt"]
+        compiled(folder, *CHECKED, "driver.o", *objects, "-lm", "-o", "driver")
+        self.width = max(m.law.states for m in self.models)
+
+    def run(self, which: int, mode: int, rows: Array) -> Array:
+        """What the C of a law says to rows of v, v_ref, h, loads and states."""
+        full = np.zeros((len(rows), INPUTS + self.width))
+        full[:, : rows.shape[1]] = rows
+        done = self.call(which, mode, full.tobytes())
+        assert done.returncode == 0, done.stderr.decode()
+        got: Array = np.frombuffer(done.stdout).reshape(len(rows), -1)
+        return got
+
+    def call(self, which: int, mode: int, given: bytes) -> subprocess.CompletedProcess[bytes]:
+        return subprocess.run(
+            [str(self.folder / "driver"), str(which), str(mode)],
+            input=given, capture_output=True, check=False,
+        )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
+    return Laws(tmp_path_factory.mktemp("c"))
+
+
+def speeds(rng: np.random.Generator, n: int) -> Array:
+    """Speeds of both signs from far below any that is measured to far above."""
+    made: Array = rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-12.0, 2.0, n)
+    return made
+
+
+def loads(rng: np.random.Generator, model: Model, n: int) -> Array:
+    level = max(abs(x) for x in model.law.levels(model.p))
+    made: Array = rng.uniform(-5.0, 5.0, (n, len(LOADS))) * np.array(
+        [level, level, level, 0.2, 0.0]
+    )
+    made[:, LOADS.index("temperature")] = rng.uniform(270.0, 340.0, n)
+    return made
+
+
+def rows_of(rng: np.random.Generator, model: Model, n: int) -> Array:
+    """v, v_ref, h, loads: rest, creeping, reversals, and motion as the reference has it."""
+    v = speeds(rng, n)
+    v[rng.random(n) < 0.1] = 0.0
+    v[rng.random(n) < 0.01] = -0.0
+    v_ref = np.where(rng.random(n) < 0.5, v, rng.uniform(-0.1, 0.1, n))
+    h = 10.0 ** rng.uniform(-5.0, -1.0, n)
+    return np.column_stack([v, v_ref, h, loads(rng, model, n)])
+
+
+def off(got: Array, want: Array, beside: Array | float = 0.0) -> float:
+    """The largest error relative to what is wanted, and to what it is made of."""
+    assert np.isfinite(want).all()
+    return float(np.max(np.abs(got - want) / np.maximum(np.abs(want) + beside, 1e-300)))
+
+
+@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
+def test_steady_sliding_is_the_laws(laws: Laws, which: int) -> None:
+    # Relative to the friction alone: no law takes a difference of large numbers here.
+    model = laws.models[which]
+    rng = np.random.default_rng(which)
+    v, load = speeds(rng, RANDOM), loads(rng, model, RANDOM)
+    rows = np.column_stack([v, v, np.full(RANDOM, 1e-3), load])
+    want = slips(model.law.slip, v, model.p)
+    want *= [scale(model, at) for at in load] if model.law.terms else 1.0
+    assert off(laws.run(which, 0, rows)[:, 1], want) <= 1e-12
+    at_rest = laws.run(which, 0, np.array([[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]))
+    if not model.law.terms:
+        np.testing.assert_allclose(at_rest[:, 1], model.law.levels(model.p)[::-1], rtol=1e-15)
+
+
+@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
+def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, which: int) -> None:
+    # Relative to the force alone, although a bristle's force passes through zero.
+    model = laws.models[which]
+    tolerance = 1e-9 if model.law.states else 1e-12
+    rows = rows_of(np.random.default_rng(100 + which), model, WALK)
+    want = walk(model, COMPENSATOR, rows[:, :3], rows[:, 3:])
+    got = laws.run(which, 0, rows)
+    assert off(got[:, 0], want.forces) <= tolerance
+    assert off(got[:, 2], want.outputs) <= tolerance
+
+
+@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
+def test_one_span_from_any_states_under_any_loads(laws: Laws, which: int) -> None:
+    model = laws.models[which]
+    law, n = model.law, model.law.states
+    rub = law.rub or (lambda v, _h, _z, _load, p, _out: law.slip(v, p))
+    tolerance = 1e-9 if n else 1e-12
+    rng = np.random.default_rng(200 + which)
+    rows, z = rows_of(rng, model, RANDOM), states(rng, model, RANDOM)
+    got = laws.run(which, 1, np.column_stack([rows, z]))
+    after = np.zeros_like(z)
+    want = [
+        scale(model, row[3:]) * rub(row[0], row[2], before, row[3:], model.p, out)
+        for row, before, out in zip(rows, z, after, strict=True)
+    ]
+    assert off(got[:, 0], np.array(want)) <= tolerance
+    if n:
+        assert off(got[:, 3 : 3 + n], after) <= tolerance
+
+
+def states(rng: np.random.Generator, model: Model, n: int) -> Array:
+    """States of a law as long walks leave them."""
+    k = model.law.states
+    z = rng.uniform(-1.0, 1.0, (n, k))
+    if model.law.name.startswith("gms"):
+        z[:, k // 2 :] = rng.integers(0, 2, (n, k - k // 2))
+    elif k == 1:  # a deflection
+        z *= 2.0 * max(abs(x) for x in model.law.levels(model.p)) / model.p[0]
+    return z
+
+
+@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
+def test_the_self_test_of_every_law_passes(laws: Laws, which: int) -> None:
+    done = laws.call(which, 2, b"")
+    assert (done.returncode, done.stdout) == (0, b"0 of 256 rows differ\n")
+
+
+@pytest.mark.parametrize("name", ["stribeck-free", "lugre", "bam-m4"])
+def test_the_self_test_sees_any_parameter_that_is_off_by_a_millionth(
+    tmp_path: Path, name: str
+) -> None:
+    files = c(model_of(name))
+    lines = re.findall(rb"    law->p\[FRICTION_\w+\] = .*;", files["friction.c"])
+    assert len(lines) == len(model_of(name).p)
+    for file, text in files.items():
+        (tmp_path / file).write_bytes(text)
+    for i, line in enumerate(lines):
+        spoilt = files["friction.c"].replace(line, line[:-1] + b" * 1.000001;")
+        (tmp_path / f"f{i}.c").write_bytes(spoilt)
+    at_once([
+        partial(compiled, tmp_path, "-std=c99", f"f{i}.c", "selftest.c", "-lm", "-o", f"t{i}")
+        for i in range(len(lines))
+    ])  # fmt: skip
+    for i, line in enumerate(lines):
+        assert (
+            subprocess.run([str(tmp_path / f"t{i}")], check=False, capture_output=True).returncode
+            == 1
+        ), line
+
+
+def test_two_axes_do_not_share_their_states(tmp_path: Path) -> None:
+    for name, text in c(model_of("lugre")).items():
+        (tmp_path / name).write_bytes(text)
+    (tmp_path / "two.c").write_text("""\
+#include "friction.h"
+#include <stdio.h>
+int main(void)
+{
+    friction_law a, b, alone;
+    friction_compensator of, other;
+    int i;
+    double F = 0.0, G = 0.0;
+    friction_init(&a); friction_init(&b); friction_init(&alone);
+    friction_compensator_init(&of); friction_compensator_init(&other);
+    for (i = 0; i < 100; i++) {
+        friction_force(&b, -0.01 * i, 1e-3);
+        friction_compensate(&other, 0.02, -0.01 * i, 1e-3);
+        F = friction_force(&a, 1e-5 * i, 1e-3);
+        friction_compensate(&of, 1e-5 * i, 0.0, 1e-3);
+    }
+    for (i = 0; i < 100; i++) G = friction_force(&alone, 1e-5 * i, 1e-3);
+    b.p[0] = 0.0;
+    return !(F == G && a.z[0] == alone.z[0] && a.p[0] == alone.p[0]
+             && of.law.z[0] != other.law.z[0]);
+}
+""")
+    compiled(tmp_path, "-std=c99", "two.c", "friction.c", "-lm", "-o", "two")
+    assert subprocess.run([str(tmp_path / "two")], check=False).returncode == 0
+
+
+@pytest.mark.skipif(not NM, reason="there is no nm here")
+@pytest.mark.parametrize("level", ["-O0", "-O2"])
+def test_nothing_is_asked_of_libm_but_exp_tanh_and_fabs_and_nothing_is_allocated(
+    laws: Laws, tmp_path: Path, level: str
+) -> None:
+    names = range(len(laws.models))
+    at_once([
+        partial(compiled, laws.folder, "-std=c99", level, "-fno-stack-protector", "-c",
+                             f"l{i}.c", "-o", str(tmp_path / f"l{i}.o"))
+        for i in names
+    ])  # fmt: skip
+    listed = subprocess.run(
+        [NM, "-u", *(str(tmp_path / f"l{i}.o") for i in names)],
+        capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    asked = {name.lstrip("_") for name in re.findall(r"\bU (\S+)", listed)}
+    assert {"exp", "tanh"} <= asked <= {"exp", "tanh", "fabs", "memcpy", "memset"}
+
+
+@pytest.mark.skipif(not CPP, reason="there is no C++ compiler here")
+def test_headers_are_cpp_as_well(laws: Laws) -> None:
+    names = range(len(laws.models))
+    calls = "\n".join(
+        f"    l{i}_law a{i}; l{i}_init(&a{i}); sum += l{i}_force(&a{i}, 0.01, 1e-3);" for i in names
+    )
+    includes = "\n".join(f'#include "l{i}.h"' for i in names)
+    text = f"{includes}\nint main() {{ double sum = 0.0;\n{calls}\nreturn sum > 0.0 ? 0 : 1; }}\n"
+    (laws.folder / "all.cpp").write_text(text)
+    objects = [f"l{i}.o" for i in names]
+    made = subprocess.run(
+        [CPP, "-Wall", "-Wextra", "-Wpedantic", "-Werror", *CHECKED, "all.cpp", *objects,
+         "-o", "all"],
+        cwd=laws.folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    assert subprocess.run([str(laws.folder / "all")], check=False).returncode == 0
+
+
+@pytest.mark.skipif(not CLANG, reason="there is no clang here")
+@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
+def test_clang_finds_nothing_either(laws: Laws, which: int) -> None:
+    done = subprocess.run(
+        [CLANG, *STRICT, "-fsyntax-only", f"l{which}.c"],
+        cwd=laws.folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["", "1st", "a b", "double", "x" * 42, "f\n"])
+def test_a_name_that_c_does_not_take_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="C takes letters"):
+        c(model_of("stribeck"), name)
+
+
+# The mathematics that C is not asked for.
+
+MATH = tuple(name for name in KNOWN if name not in c_math.OWN)
+
+
+@pytest.fixture(scope="module")
+def mathematics(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Array]:
+    """Calls a function of c_math over arrays."""
+    folder = tmp_path_factory.mktemp("math")
+    cases = "\n".join(
+        f"        case {i}: y = math_{n}({', '.join(('a', 'b')[: KNOWN[n]])}); break;"
+        for i, n in enumerate(MATH)
+    )
+    (folder / "math.c").write_text(
+        "#include <math.h>\n#include <stdint.h>\n#include <string.h>\n"
+        "#include <stdio.h>\n#include <stdlib.h>\n"
+        + "\n".join(c_math.sources(MATH))
+        + f"""
+int main(int argc, char **argv)
+{{
+    double in[2];
+    int which = atoi(argv[1]);
+    (void)argc;
+    while (fread(in, sizeof in, 1, stdin) == 1) {{
+        double a = in[0], b = in[1], y = 0.0;
+        (void)b;
+        switch (which) {{
+{cases}
+        default: break;
+        }}
+        fwrite(&y, sizeof y, 1, stdout);
+    }}
+    return 0;
+}}
+"""
+    )
+    compiled(folder, *STRICT, *CHECKED, "math.c", "-lm", "-o", "math")
+
+    def call(name: str, a: Array, b: Array | float = 0.0) -> Array:
+        rows = np.column_stack(np.broadcast_arrays(a, b)).astype(float)
+        done = subprocess.run(
+            [str(folder / "math"), str(MATH.index(name))],
+            input=rows.tobytes(), capture_output=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr.decode()
+        got: Array = np.frombuffer(done.stdout)
+        return got
+
+    return call
+
+
+LONG = np.finfo(np.longdouble).nmant >= 60
+
+
+def sizes(rng: np.random.Generator, low: float, high: float) -> Array:
+    """Numbers above 0 of every size between two powers of ten."""
+    made: Array = 10.0 ** rng.uniform(low, high, RANDOM)
+    return made
+
+
+def signed(rng: np.random.Generator, low: float, high: float) -> Array:
+    return rng.choice([-1.0, 1.0], RANDOM) * sizes(rng, low, high)
+
+
+def ulps(got: Array, want: NDArray[np.longdouble]) -> Array:
+    """Errors in units of the last place."""
+    errors: Array = np.abs(got - want) / np.spacing(np.abs(want.astype(float)))
+    return errors
+
+
+@pytest.mark.skipif(not LONG, reason="long double is double here")
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("sqrt", 1.0), ("log", 3.0), ("log1p", 3.0), ("expm1", 3.0), ("sin", 3.0), ("cos", 3.0)],
+)
+def test_own_mathematics_is_good_to_few_units_in_the_last_place(
+    mathematics: Callable[..., Array], name: str, most: float
+) -> None:
+    rng = np.random.default_rng(7)
+    x = {
+        "sqrt": np.concatenate([sizes(rng, -323, 308), sizes(rng, -1, 1)]),
+        "log": np.concatenate([sizes(rng, -323, 308), 1.0 + signed(rng, -15, -0.5)]),
+        "log1p": np.concatenate([signed(rng, -20, -1e-9), sizes(rng, 0, 300)]),
+        "expm1": np.concatenate([signed(rng, -20, 1.5), sizes(rng, 1, 2.85)]),
+    }.get(name, np.concatenate([signed(rng, -20, 6), rng.uniform(-20.0, 20.0, RANDOM)]))
+    want = getattr(np, name)(x.astype(np.longdouble))
+    assert ulps(mathematics(name, x), want).max() <= most
+
+
+@pytest.mark.skipif(not LONG, reason="long double is double here")
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_a_large_angle_costs_no_more_than_its_own_last_place(
+    mathematics: Callable[..., Array], name: str
+) -> None:
+    x = signed(np.random.default_rng(9), 6, 9)
+    want = getattr(np, name)(x.astype(np.longdouble))
+    assert (np.abs(mathematics(name, x) - want) / np.spacing(np.abs(x))).max() <= 1.0
+
+
+@pytest.mark.skipif(not LONG, reason="long double is double here")
+def test_own_powers_are_good_to_what_an_exponential_leaves(
+    mathematics: Callable[..., Array],
+) -> None:
+    # exp(b log a) turns the last place of b log a into as many as that is large.
+    rng = np.random.default_rng(8)
+    a, b = sizes(rng, -8, 8), signed(rng, -3, 1.2)
+    want = np.power(a.astype(np.longdouble), b.astype(np.longdouble))
+    assert (ulps(mathematics("pow", a, b), want) / (1.0 + np.abs(b * np.log(a)))).max() <= 2.0
+    whole = rng.integers(-16, 17, RANDOM).astype(float)
+    want = np.power(a.astype(np.longdouble), whole.astype(np.longdouble))
+    assert ulps(mathematics("pow", a, whole), want).max() <= 16.0
+
+
+#: Numbers on which mathematics goes wrong first.
+EDGES = np.array([
+    0.0, -0.0, 5e-324, -5e-324, 1e-310, 2.2250738585072014e-308, 1e-20, -1e-20, 0.25, -0.25, 0.5,
+    -0.5, 1.0, -1.0, -1.0 + 2**-53, 2.0, -3.0, 1e5, 1e300, 1.7976931348623157e308, -1e300,
+    np.inf, -np.inf, np.nan,
+])  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MATH)
+def test_own_mathematics_is_right_where_numbers_end(
+    mathematics: Callable[..., Array], name: str
+) -> None:
+    a = EDGES
+    b = np.zeros(len(a))
+    if name in ("sin", "cos"):
+        assert np.isnan(mathematics(name, np.array([2e9, -1e300, np.inf]))).all()
+        a = np.where(np.abs(EDGES) > 1e9, np.nan, EDGES)
+    if KNOWN[name] > 1:
+        a, b = (made.ravel() for made in np.meshgrid(EDGES, EDGES))
+    if name == "pow":  # a base below 0 takes the whole exponents of laws only
+        small = np.where(np.isfinite(b), np.abs(b), 99.0) <= 64.0
+        fits = (a > 0.0) | np.isnan(a) | (small & (b == np.round(b)))
+        a, b = a[fits], b[fits]
+    got, want = mathematics(name, a, b), told(name, a, b)
+    np.testing.assert_allclose(got, want, rtol=2e-13 if name == "pow" else 1e-15)
+    np.testing.assert_array_equal(np.signbit(got[want == 0.0]), np.signbit(want[want == 0.0]))
+
+
+def told(name: str, a: Array, b: Array) -> Array:
+    """What Python or numpy says."""
+    if name in ("min", "max"):
+        of = min if name == "min" else max
+        return np.array([of(x, y) for x, y in zip(a.tolist(), b.tolist(), strict=True)])
+    with np.errstate(all="ignore"):
+        said: Array = getattr(np, {"pow": "power"}.get(name, name))(a, *[b] * (KNOWN[name] - 1))
+    return said
