@@ -486,6 +486,72 @@ def plan(
 
 
 @app.command()
+def compensate(
+    card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
+    rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.")] = None,
+    speed: Annotated[float | None, typer.Option(metavar="V", help="Of the slowest motion, in the rig's unit; the card's logs' by default.")] = None,
+    period: Annotated[float, typer.Option(metavar="MS", help="Sample time of the controller.")] = 1.0,
+    mode: Annotated[str | None, typer.Option(metavar="reference|feedback", help="Velocity at which the law is asked; both are tried by default.")] = None,
+    scale: Annotated[float | None, typer.Option(metavar="S", help="Try this share of the friction only.")] = None,
+    reference: Annotated[Path | None, typer.Option(metavar="LOG", help="Follow the command of a log.")] = None,
+    resolution: Annotated[float, typer.Option(metavar="X", help="A count of the position sensor, in the rig's unit.")] = 0.0,
+    noise: Annotated[float, typer.Option(metavar="X", help="Noise of the position sensor, in the rig's unit.")] = 0.0,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write compensation.json and a figure there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Say how much of a friction may be compensated, and what that gains."""
+    from .export.compensation import compensation
+    from .export.references import followed
+    from .identify.model import logs_beside
+    from .report.compensation import compensation_text, show_compensation, write_compensation
+    from .report.folder import check_folder
+    from .rig.compensated import Sensor, controlled
+    from .units import unit
+
+    if out is not None:
+        check_folder(out)
+    _above_zero("--period", period)
+    if mode not in (None, "reference", "feedback"):
+        raise InputError(f"--mode {mode!r} is not one of reference, feedback")
+    if speed is not None and reference is not None:
+        raise InputError("--speed and --reference both say what to follow: give one")
+    written, made, _ = _card(card)
+    on = made.rig if rig is None else _rig(rig)
+    controlled(on)
+    logs = [] if reference is None else [reference]
+    if speed is None and reference is None:
+        logs = logs_beside(written, card)
+    recordings = _read(logs, on, columns)
+    follow = None if reference is None else followed(recordings[0], period * 1e-3)
+    to_si = unit(on.shows.get("position", "rad" if on.rotary else "m")).to_si
+    per_second = unit(on.shows.get("velocity", "rad/s" if on.rotary else "m/s")).to_si
+    found = compensation(
+        written,
+        None if rig is None else on,
+        recordings=recordings,
+        speed=None if speed is None else float(per_second(speed)),
+        period=period * 1e-3,
+        mode=cast("Any", mode),
+        scale=scale,
+        reference=follow,
+        sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
+        look=lambda doing: typer.echo(f"trying {doing}", err=True),
+    )
+    if json:
+        typer.echo(compensation_text(found), nl=False)
+    else:
+        show_compensation(found)
+    sys.stdout.flush()
+    if out is not None:
+        write_compensation(found, out)
+        if not json:
+            typer.echo(f"\ncompensation and figure in {out}")
+    if found.mode is None:
+        raise typer.Exit(1)
+
+
+@app.command()
 def simulate(
     card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
     log: Annotated[
