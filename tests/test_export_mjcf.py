@@ -468,7 +468,7 @@ def test_creep_at_rest_is_what_is_said(firm: bool) -> None:
     assert data.qvel[0] == pytest.approx(
         creep(6.25 - 40.0 * data.qvel[0], 10.0, firm=firm), rel=1e-3
     )
-    assert f"{creep(6.25, 10.0, firm=firm):.2g} m/s" in said(slide(), firm=firm)
+    assert f"creeps at {1e3 * creep(6.25, 10.0, firm=firm):.3g} mm/s" in said(slide(), firm=firm)
 
 
 def test_a_joint_file_knows_where_its_elements_end() -> None:

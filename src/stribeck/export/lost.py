@@ -27,7 +27,7 @@ _AWAY = 100.0
 _KELVIN = 273.15
 
 
-class _Words:
+class Words:
     """Quantities in the units in which people see those of a rig."""
 
     def __init__(self, model: Model) -> None:
@@ -37,12 +37,15 @@ class _Words:
         self._speed = shows.get("velocity", shows.get("v_SS", "rad/s" if rotary else "m/s"))
 
     def length(self, x: float) -> str:
+        """A way, m or rad."""
         return f"{unit(self._length).from_si(x):.3g} {self._length}"
 
     def speed(self, v: float) -> str:
+        """A velocity, m/s or rad/s."""
         return f"{unit(self._speed).from_si(v):.3g} {self._speed}"
 
     def stiffness(self, k: float) -> str:
+        """A spring's, N/m or N m/rad."""
         return f"{k * unit(self._length).factor:.3g} {self.force}/{self._length}"
 
 
@@ -51,7 +54,7 @@ def lost(model: Model, to: Reduction) -> list[str]:
 
     First the error of the friction, then what the law has beside a curve, then a motion.
     """
-    words = _Words(model)
+    words = Words(model)
     said = [_curve(to, words), *_rest(model, to, words), *_beside(model, to, words)]
     minus, plus = model.law.levels(model.p)
     own = to.law.levels(to.p)[1]
@@ -60,7 +63,7 @@ def lost(model: Model, to: Reduction) -> list[str]:
     return said
 
 
-def _curve(to: Reduction, words: _Words) -> str:
+def _curve(to: Reduction, words: Words) -> str:
     span = f"from {words.speed(to.low)} to {words.speed(to.high)}"
     if to.assumed:
         span += " (assumed: the card does not say its speeds)"
@@ -78,7 +81,7 @@ def _percent(part: float, whole: float) -> str:
     return f"{share:.2g} %" if share < 10 else f"{share:.0f} %"  # noqa: PLR2004 - two digits
 
 
-def _rest(model: Model, to: Reduction, words: _Words) -> list[str]:
+def _rest(model: Model, to: Reduction, words: Words) -> list[str]:
     """What is said of the level at rest."""
     minus, plus = model.law.levels(model.p)
     F_S, own = 0.5 * (plus - minus), to.law.levels(to.p)[1]
@@ -93,7 +96,7 @@ def _rest(model: Model, to: Reduction, words: _Words) -> list[str]:
     return [f"{said}the axis breaks away at {own:.4g} {words.force} ({change})"]
 
 
-def _beside(model: Model, to: Reduction, words: _Words) -> list[str]:
+def _beside(model: Model, to: Reduction, words: Words) -> list[str]:
     """What no symmetric law of speed alone has."""
     law, p = model.law, model.p
     said = []
@@ -121,7 +124,7 @@ def _beside(model: Model, to: Reduction, words: _Words) -> list[str]:
     return said
 
 
-def _motion(model: Model, to: Reduction, words: _Words) -> list[str]:
+def _motion(model: Model, to: Reduction, words: Words) -> list[str]:
     """What it costs in a motion: the card's law and the file's, pulled alike."""
     law, p = model.law, model.p
     F_S = max(law.levels(p)[1], to.law.levels(to.p)[1])

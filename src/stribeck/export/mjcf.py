@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ..errors import InputError
 from .bristles import KEPT, bristles
 from .joint_file import Change, JointFile, Tag, number, the_one
-from .lost import lost
+from .lost import Words, lost
 from .pull import inertia
 from .reduction import Reduction, coulomb_viscous
 
@@ -197,16 +197,13 @@ def _creep(file: JointFile, joint: Tag, model: Model, to: Reduction, *, firm: bo
     own = any(_value(file, joint, name) for name in ("solreffriction", "solimpfriction"))
     if mass is None or own or not to["F_C"] > 0:
         return []
-    unit = "rad/s" if model.rig.rotary else "m/s"
-    force, weight = ("N m", "kg m^2") if model.rig.rotary else ("N", "kg")
-    half = 0.5 * to["F_C"]
-    said = (
-        f"at rest MuJoCo gives way: under half the level ({half:.3g} {force}) an axis of "
-        f"{mass:.3g} {weight} creeps at {creep(half, mass, firm=firm):.2g} {unit}"
-    )
+    words, half = Words(model), 0.5 * to["F_C"]
+    weight = "kg m^2" if model.rig.rotary else "kg"
+    under = f"under half the level ({half:.3g} {words.force}) an axis of {mass:.3g} {weight}"
+    speeds = {firm: words.speed(creep(half, mass, firm=firm)) for firm in (False, True)}
+    said = f"at rest MuJoCo gives way: {under} creeps at {speeds[firm]}"
     if not firm:
-        said += f', with solimpfriction="{_FIRM["solimpfriction"]}" at '
-        said += f"{creep(half, mass, firm=True):.2g} {unit}"
+        said += f', with solimpfriction="{_FIRM["solimpfriction"]}" at {speeds[True]}'
     return [said]
 
 
