@@ -521,7 +521,12 @@ def compensate(
     controlled(on)
     logs = [] if reference is None else [reference]
     if speed is None and reference is None:
-        logs = logs_beside(written, card)
+        try:
+            logs = logs_beside(written, card)
+        except InputError as error:
+            raise InputError(
+                f"{card}: its logs are not beside it: give --speed or --reference"
+            ) from error
     recordings = _read(logs, on, columns)
     follow = None if reference is None else followed(recordings[0], period * 1e-3)
     to_si = unit(on.shows.get("position", "rad" if on.rotary else "m")).to_si
