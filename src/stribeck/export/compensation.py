@@ -7,9 +7,10 @@ friction that is compensated), once with the law asked at the reference's veloci
 measured one, beside the same axis without compensation.
 
 The recommended scale is the one with the least worst RMS ratio (with over without, over all axes
-and motions) among those that show no sign of too much (`hunting`) anywhere and lie at least
-MARGIN below the first scale that does. The law is asked at the reference's velocity, which needs
-no sensor, where that is as good.
+and motions) among those that show no sign of too much (`hunting`) anywhere, lie at least MARGIN
+below the first scale that does, and are not above WHOLE: what more than the whole friction gains
+is the loop's own lag, which is not friction's to mend. The law is asked at the reference's
+velocity, which needs no sensor, where that is as good.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ..errors import InputError
+from ..friction import LAWS
 from ..identify.card import ConstantCard, kind_of
 from ..rig import RIGS
 from ..rig.compensated import IDEAL, compensated, controlled, drive_friction
@@ -30,6 +32,8 @@ from .references import LONG, paced, references
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
 
     from ..data.recording import Recording
     from ..friction import Law
@@ -46,6 +50,8 @@ MODES: tuple[Mode, ...] = ("reference", "feedback")
 SCALES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.35, 1.5)
 #: The recommended scale stays so far below the first one with a sign of too much.
 MARGIN = 0.05
+#: No more than all of the model's friction is recommended.
+WHOLE = 1.0
 #: How near the first scale with a sign is found, and the best one.
 _NEAR = 0.0125
 #: The simpler mode is recommended if its worst ratio is at most so many times the other's.
@@ -85,6 +91,7 @@ class Curve:
         rms: RMS tracking error, m or rad, (S, P, M) for P axes and M motions; inf where an axis
             ran away.
         onset: The first sign of too much, if there is one.
+        harm: The first sign at all: also that an axis follows worse than without.
         safe: Whether a scale shows no sign, and keeps the margin, (S,).
         best: Which scale is recommended, if one improves every axis in every motion.
     """
@@ -93,7 +100,8 @@ class Curve:
     scales: Array
     rms: Array
     onset: Onset | None
-    safe: np.ndarray
+    harm: Onset | None
+    safe: NDArray[np.bool_]
     best: int | None
 
     @property
@@ -146,6 +154,7 @@ class Compensation:
         motions: Names of the reference motions, (M,).
         plants: Names of the axes, (P,); the first is the identified one.
         curves: One for each mode that was tried.
+        frictionless: RMS tracking error of the identified axis had it no friction, m or rad, (M,).
         mode: The recommended mode; None where no scale is safe and better.
         compensator: Its settings.
         margin: Between the recommended scale and the first sign.
@@ -160,6 +169,7 @@ class Compensation:
     motions: tuple[str, ...]
     plants: tuple[str, ...]
     curves: tuple[Curve, ...]
+    frictionless: Array
     mode: Mode | None
     compensator: Compensator | None
     margin: float
@@ -234,8 +244,8 @@ def compensation(
         settings = replace(shape, scale=chosen.scale, feedback=chosen.mode == "feedback")
     return Compensation(
         made.law.name, made.rig, period, sensor, tuple(m.name for m in motions), tuple(axes),
-        tuple(curves), None if chosen is None else chosen.mode, settings, MARGIN,
-        trial.traces(settings), tuple(notes),
+        tuple(curves), trial.frictionless(), None if chosen is None else chosen.mode, settings,
+        MARGIN, trial.traces(settings), tuple(notes),
     )  # fmt: skip
 
 
@@ -345,6 +355,18 @@ class _Trial:
         made = Baseline(rms, tuple(f for f, _ in kept), tuple(s for _, s in kept))
         return rms, found, made
 
+    def frictionless(self) -> Array:
+        """RMS errors of the identified axis without any friction, (M,): the loop's own."""
+        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
+        own = self.axes[IDENTIFIED][len(self.law.params) :]
+        bare = np.concatenate([np.zeros(len(law.params)), own])[None]
+        off = [replace(self.shape, scale=0.0)]
+        return np.array([
+            np.sqrt(np.mean((m.x - compensated(self.rig, law, bare, m, off,
+                                               (law, bare[0])).position[0]) ** 2))
+            for m in self.motions
+        ])  # fmt: skip
+
     def traces(self, settings: Compensator | None) -> tuple[Trace, ...]:
         """The identified axis over each motion, thinned."""
         found = []
@@ -372,7 +394,7 @@ class Baseline:
 
     rms: Array
     floors: tuple[Array, ...]
-    signs: tuple[Mapping[Sign, np.ndarray], ...]
+    signs: tuple[Mapping[Sign, NDArray[np.bool_]], ...]
 
 
 class _Tried:
@@ -420,16 +442,21 @@ def _curve(trial: _Trial, mode: Mode, scale: float | None) -> Curve:
             first, below = (middle, below) if tried.too_much(middle) else (first, middle)
     limit = np.inf if first is None else first - MARGIN
     if scale is None:
-        _closer(tried, limit)
+        _closer(tried, min(limit, WHOLE))
     scales = tried.scales
     rms = np.stack([tried.at(s)[0] for s in scales])
     safe = np.array([s > 0 and s <= limit + 1e-9 and not tried.at(s)[1] for s in scales])
     if scale is not None:
         safe &= np.isclose(scales, scale)
     worst = np.array([tried.worst(s) for s in scales])
-    good = np.flatnonzero(safe & (worst < 1.0))
+    most = WHOLE if scale is None else scale
+    good = np.flatnonzero(safe & (worst < 1.0) & (np.array(scales) <= most))
     best = int(good[np.argmin(worst[good])]) if len(good) else None
-    return Curve(mode, np.array(scales), rms, _onset(trial, tried, first), safe, best)
+    harmful = next((s for s in scales if tried.at(s)[1]), None)
+    return Curve(
+        mode, np.array(scales), rms, _sign(trial, tried, first), _sign(trial, tried, harmful),
+        safe, best,
+    )  # fmt: skip
 
 
 def _closer(tried: _Tried, limit: float) -> None:
@@ -450,7 +477,7 @@ def _closer(tried: _Tried, limit: float) -> None:
             tried.at(0.5 * (s + best))
 
 
-def _onset(trial: _Trial, tried: _Tried, first: float | None) -> Onset | None:
+def _sign(trial: _Trial, tried: _Tried, first: float | None) -> Onset | None:
     if first is None:
         return None
     sign, plant, motion = min(tried.at(first)[1], key=lambda one: SIGNS.index(one[0]))

@@ -79,16 +79,31 @@ def _motions(made: Compensation, curve: Curve) -> Any:
     length = shown(made.rig, "position")
     rows = []
     for m, name in enumerate(made.motions):
-        before, after = (float(unit(length).from_si(curve.rms[k, 0, m])) for k in (0, curve.best))
+        before, after, none = (
+            float(unit(length).from_si(rms))
+            for rms in (curve.rms[0, 0, m], curve.rms[curve.best, 0, m], made.frictionless[m])
+        )
         ratios = curve.ratio[curve.best, :, m]
         worst = int(np.argmax(ratios))
         rows.append([
-            name, number(before, 3), number(after, 3), times(float(ratios[0])),
+            name, number(before, 3), number(after, 3), number(none, 3), times(float(ratios[0])),
             times(float(ratios[worst])), made.plants[worst],
         ])  # fmt: skip
+    heads = [
+        "motion", f"without/{length}", f"with/{length}", "no friction", "less",
+        "on the worst axis", "which is",
+    ]  # fmt: skip
     return grid(
         f"RMS tracking error at scale {curve.scale:.4g}, {curve.mode}",
-        ["motion", f"without/{length}", f"with/{length}", "less", "on the worst axis", "which is"],
+        [
+            "motion",
+            f"without/{length}",
+            f"with/{length}",
+            "no friction",
+            "less",
+            "on the worst axis",
+            "which is",
+        ],
         rows,
     )
 
@@ -103,7 +118,16 @@ def sentences(made: Compensation) -> list[str]:
     curve = made.curve
     said = []
     if curve is None:
-        said.append("no scale is safe and improves the error of every axis: do not compensate")
+        said.append(
+            "no scale is safe and improves the error of every axis that the card allows: "
+            "do not compensate before its intervals are narrower (`stribeck plan` says how)"
+        )
+        said += [
+            f"{c.mode}: at scale {c.harm.scale:.4g} already, the axis {c.harm.sign} "
+            f"({c.harm.plant}, {c.harm.motion})"
+            for c in made.curves
+            if c.harm is not None
+        ]
     else:
         at = "measured velocity" if curve.mode == "feedback" else "reference's velocity"
         said.append(
@@ -156,6 +180,7 @@ def compensation_text(made: Compensation) -> str:
         "sensor": asdict(made.sensor),
         "motions": list(made.motions),
         "axes": list(made.plants),
+        "frictionless": made.frictionless.tolist(),
         "margin": made.margin,
         "recommended": None
         if curve is None or made.compensator is None
@@ -181,7 +206,8 @@ def compensation_text(made: Compensation) -> str:
 def _curve(curve: Curve) -> dict[str, Any]:
     return {
         "scale": curve.scale,
-        "onset": None if curve.onset is None else _onset(curve.onset),
+        "onset": _sign(curve.onset),
+        "harm": _sign(curve.harm),
         "scales": curve.scales.tolist(),
         "safe": [bool(s) for s in curve.safe],
         "worst_ratio": _finite(curve.worst),
@@ -189,8 +215,8 @@ def _curve(curve: Curve) -> dict[str, Any]:
     }
 
 
-def _onset(onset: Onset) -> dict[str, Any]:
-    return {
+def _sign(onset: Onset | None) -> dict[str, Any] | None:
+    return None if onset is None else {
         "scale": onset.scale, "sign": onset.sign, "axis": onset.plant, "motion": onset.motion,
     }  # fmt: skip
 
