@@ -118,9 +118,10 @@ def _ours(axis: Axis, model: Model) -> dict[str, float]:
     pull = pulled(model.law, model.p, axis.inertia, axis.spring, axis.pull, PULL)
     coast, _ = _free(axis, model, axis.coast, 0.0, FREE)
     _, speed = _free(axis, model, 0.1 * axis.coast, axis.push, FREE)
+    creep, _ = _free(axis, model, 0.0, 0.5 * model.law.levels(model.p)[1], HOLD)
     return {
         "breakaway": pull.breakaway, "jump": pull.jump, "stop": float(coast[-1]),
-        "speed": float(speed[-1]), "creep": 0.0,
+        "speed": float(speed[-1]), "creep": float(creep[-1]),
     }  # fmt: skip
 
 
@@ -129,8 +130,9 @@ def _free(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity of the axis alone, under a constant force."""
     t = np.arange(0.0, span, 1e-3)
+    # Only its first sample counts; a position that never changes would be no recording.
     log = Recording(
-        t=t, position=v0 * t, velocity=np.full(len(t), v0), command=np.zeros(len(t)),
+        t=t, position=max(v0, 1e-6) * t, velocity=np.full(len(t), v0), command=np.zeros(len(t)),
         rotary=True, extra={"tau_ff_Nm": np.full(len(t), force)},
     )  # fmt: skip
     rig = RIGS["joint"].set(kp=0.0, kd=0.0, tolerance=1e-5)

@@ -305,6 +305,8 @@ CLASSES = """<default>
         ('<joint name="x"/>', "is a hinge"),
         ('<joint name="x" class="soft" type="slide"/>', "has springdamper"),
         ('<frame childclass="fine"><joint name="x"/></frame>', None),
+        ('<joint name="x" class="elsewhere"/>', "class 'elsewhere', which this file does not def"),
+        ('<joint name="x" class="elsewhere" type="slide"/>', None),
         ('<frame childclass="rail"><joint name="x" class="soft"/></frame>', "is a hinge"),
     ],
 )

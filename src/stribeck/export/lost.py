@@ -144,7 +144,10 @@ def _motion(model: Model, to: Reduction, words: Words) -> list[str]:
         then = "slides evenly" if even else f"jumps by {words.length(pull.jump)}"
         return f"breaks away at {pull.breakaway:.4g} {words.force} and then {then}"
 
-    pulling = f"pulled at {words.speed(speed)} through a spring of {words.stiffness(stiffness)}"
+    way = " forward" if law.directional else ""
+    pulling = (
+        f"pulled{way} at {words.speed(speed)} through a spring of {words.stiffness(stiffness)}"
+    )
     inert = f"{mass:.3g} {'kg m^2' if model.rig.rotary else 'kg'}"
     both = f"the card's axis {told(card)}; the file's {told(file)}"
     return [

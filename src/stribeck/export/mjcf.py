@@ -129,6 +129,12 @@ def _elsewhere(file: JointFile) -> str:
 
 def _check_kind(file: JointFile, joint: Tag, *, rotary: bool) -> None:
     name, kind = joint.attributes["name"], _value(file, joint, "type") or _TURNS
+    known = {tag.attributes.get("class") for tag in file.named("default")}
+    if "type" not in joint.attributes and (of := _class(joint)) and of not in {"main", *known}:
+        raise InputError(
+            f"line {joint.line}: joint {name!r} has class {of[:40]!r}, which this file does not "
+            "define: write type= on the joint"
+        )
     if joint.name == "freejoint":
         kind = "free"
     if kind not in (_TURNS, _SLIDES):
@@ -153,8 +159,7 @@ def _value(file: JointFile, joint: Tag, name: str) -> str | None:
     """An attribute as MuJoCo reads it: the joint's own, or that of its class and those above it."""
     if name in joint.attributes:
         return joint.attributes[name]
-    around = (tag.attributes.get("childclass") for tag in joint.around())
-    wanted = joint.attributes.get("class") or next(filter(None, around), None)
+    wanted = _class(joint)
     sections = file.named("default")
     of_class = [
         tag
@@ -173,6 +178,12 @@ def _value(file: JointFile, joint: Tag, name: str) -> str | None:
         if of_class and not _inside_another(of_class[0]):
             of_class = [tag for tag in sections if not _inside_another(tag)]
     return None
+
+
+def _class(joint: Tag) -> str | None:
+    """The class of defaults that a joint has, its own or its bodies'."""
+    around = (tag.attributes.get("childclass") for tag in joint.around())
+    return joint.attributes.get("class") or next(filter(None, around), None)
 
 
 def _inside_another(default: Tag) -> bool:
