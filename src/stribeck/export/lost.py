@@ -109,10 +109,9 @@ def _beside(model: Model, to: Reduction, words: Words) -> list[str]:
         grows = f"friction that goes with the load ({', '.join(law.loads)}) is not held"
         said.append(f"{grows}: the numbers are those without load")
     if law.states and law.name != to.law.name:
-        with_bristles = "those of the file are chosen for its time step" if to.law.states else ""
         said.append(
-            f"presliding is not the card's: {with_bristles}"
-            if with_bristles
+            "presliding is not the card's: the bristles of the file are chosen for its time step"
+            if to.law.states
             else "presliding is not held: the card's law gives way a little before it slips"
         )
     if "temperature" in law.terms:
