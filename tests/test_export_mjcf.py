@@ -16,6 +16,7 @@ from joint_models import STRIBECK, hinge, model_of, slide, sticking
 from stribeck.errors import InputError
 from stribeck.export.joint_file import JointFile
 from stribeck.export.mjcf import creep, mjcf
+from stribeck.export.model import as_model
 from stribeck.export.pull import pulled
 from stribeck.export.reduction import coulomb_viscous
 from stribeck.friction import LAWS
@@ -407,6 +408,17 @@ def test_what_no_symmetric_curve_has_is_named(
 def test_what_else_has_a_say_is_named(text: str, says: str) -> None:
     assert re.search(says, said(slide(), text))
     assert not re.search(says, said(slide()))
+
+
+def test_a_parameter_that_the_card_doubts_is_named() -> None:
+    card = slide().card
+    parameters = card.parameters | {
+        n: card.parameters[n].model_copy(update={"verdict": "not identifiable"})
+        for n in ("F_V", "offset")
+    }
+    doubted = as_model(card.model_copy(update={"parameters": parameters}))
+    assert "the card calls F_V not identifiable" in said(doubted)  # the offset is no friction
+    assert "not identifiable" not in said(slide())
 
 
 def test_speeds_that_nobody_said_are_said_to_be_assumed() -> None:

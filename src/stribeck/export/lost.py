@@ -52,7 +52,8 @@ class Words:
 def lost(model: Model, to: Reduction) -> list[str]:
     """What a reduction does not hold of a card's friction.
 
-    First the error of the friction, then what the law has beside a curve, then a motion.
+    First the error of the friction, then what the law has beside a curve, then a motion, and what
+    the card itself doubts.
     """
     words = Words(model)
     said = [_curve(to, words), *_rest(model, to, words), *_beside(model, to, words)]
@@ -60,7 +61,17 @@ def lost(model: Model, to: Reduction) -> list[str]:
     own = to.law.levels(to.p)[1]
     if to.rms > _NONE * to.size or max(plus - own, -minus - own) > _TOLD * own:
         said += _motion(model, to, words)
-    return said
+    return [*said, *_doubtful(model)]
+
+
+def _doubtful(model: Model) -> list[str]:
+    """Parameters of the law that the card itself does not vouch for."""
+    labels = {model.rig.label(q.name) for q in model.law.params}
+    found = model.card.parameters.items()
+    names = [n for n, q in found if n in labels and q.verdict == "not identifiable"]
+    if not names:
+        return []
+    return [f"the card calls {', '.join(names)} not identifiable: friction is as good as its data"]
 
 
 def _curve(to: Reduction, words: Words) -> str:
