@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from ..space import Array
 
 #: A gap of so many sampling intervals ends a stretch; shorter ones are bridged.
-_GAP = 3.0
+_GAP = 10.0
 #: Samples below which there is nothing to see, and spans that are averaged where there are many.
 FEWEST, _SPANS = 64, 8
 _LONGEST = 4096

@@ -91,7 +91,12 @@ def force_unit(rig: Rig) -> str:
 
 def written(name: str) -> str:
     """A unit as a label has it."""
-    return name.replace("urad", "µrad").replace("um", "µm").replace("mm/s", "mm s⁻¹")
+    return (
+        name.replace("urad", "µrad")
+        .replace("um", "µm")
+        .replace("mm/s", "mm s⁻¹")
+        .replace("**2", "²")
+    )
 
 
 def short(text: str, most: int) -> str:

@@ -115,9 +115,8 @@ def misfit(report: Report) -> str:
 def scored(report: Report) -> list[tuple[str, ObjectiveCard | HoldoutCard]]:
     """The scores of the training data and of each range held out, with their names."""
     card = report.card
-    trained = ", ".join(card.train) or "everything"
     return [
-        (f"training, {trained}", card.objective),
+        (", ".join(["training", *card.train]), card.objective),
         *((f"held out, {h.range}", h) for h in card.holdout),
     ]
 
@@ -150,7 +149,7 @@ def staircases(report: Report) -> Sheet | None:
             s = score.staircase.get("measured" if key == "measured" else "modelled")
             if s is not None:
                 jump = float(unit(shown).from_si(s.jump))
-                rows.append([f"{name}, {who}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
+                rows.append([f"{name}: {who}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
     heads = ["stick-slip", "slips", f"median jump / {shown}", "time at rest"]
     return Sheet("Stick-slip of axis and model", heads, rows) if rows else None
 

@@ -41,7 +41,7 @@
           ...base, mode: "markers", text: line.hover && line.hover.map(plain),
           hovertemplate: line.hover ? "%{text}<extra></extra>" : undefined,
           marker: {
-            color: line.small ? colour("page") : paint, size: line.small ? 5 : 9, symbol: line.symbols || "circle",
+            color: line.small ? colour("page") : paint, size: line.small ? 5 : 8, symbol: line.symbols || "circle",
             line: { color: line.small ? paint : colour("page"), width: 1.2 },
           },
         });
@@ -82,6 +82,13 @@
     return made;
   }
 
+  // Whole powers of ten are enough where a logarithmic axis has some of them.
+  function powers(plot, view, which) {
+    if (!plot.log) return undefined;
+    const seen = view.lines.flatMap((line) => view.columns[line[which]]).filter((v) => v > 0);
+    return Math.log10(Math.max(...seen) / Math.min(...seen)) > 1.5 ? 1 : undefined;
+  }
+
   function layout(plot, view, box) {
     const small = plot.height < 260;
     const ink = colour("ink");
@@ -89,7 +96,7 @@
     const axes = {
       tickfont: { size: plot.log ? font / 1.25 : font }, // powers of ten are drawn that much larger
       gridcolor: colour("grid"), linecolor: colour("edge"), tickcolor: colour("edge"), zeroline: false,
-      showline: true, ticks: "outside", ticklen: 4, automargin: true, exponentformat: "power", minexponent: 4,
+      showline: true, ticks: "outside", ticklen: 4, automargin: true, exponentformat: "power", minexponent: 5,
     };
     const made = {
       height: plot.height, autosize: true, font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif", size: font, color: ink },
@@ -102,7 +109,7 @@
       shapes: shapes(plot, view),
       xaxis: {
         ...axes, title: { text: plain(plot.x), standoff: 8 }, type: plot.log ? "log" : "linear",
-        anchor: axis(plot.panels.length - 1), nticks: box < 500 ? 5 : undefined, dtick: plot.log ? 1 : undefined,
+        anchor: axis(plot.panels.length - 1), nticks: box < 500 ? 5 : undefined, dtick: powers(plot, view, "x"),
       },
     };
     const whole = plot.panels.reduce((sum, panel) => sum + panel[1], 0);
@@ -114,7 +121,7 @@
       made[k ? `yaxis${k + 1}` : "yaxis"] = {
         ...axes, title: { text: plain(name), standoff: 6 }, type: plot.log ? "log" : "linear", anchor: "x",
         domain: [Math.max(0, top - high), top], range: range || undefined, autorange: range ? false : true,
-        nticks: high * plot.height < 160 ? 4 : undefined,
+        nticks: high * plot.height < 160 ? 4 : plot.log ? 5 : undefined, dtick: powers(plot, view, "y"),
       };
       top -= high + gap;
     });
@@ -127,7 +134,7 @@
     const place = document.getElementById(id);
     const box = printing ? (place.closest(".small") ? paper.narrow : paper.wide) : place.clientWidth;
     const made = layout(plot, view, box);
-    if (printing) Object.assign(made, { width: box, autosize: false });
+    if (printing) Object.assign(made, { width: box, height: box < 400 ? plot.height : 0.78 * plot.height, autosize: false });
     return Plotly.react(place, traces(view), made, { responsive: true, displayModeBar: false, doubleClick: "reset" });
   }
 
