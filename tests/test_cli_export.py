@@ -177,3 +177,13 @@ def test_a_name_cannot_leave_a_comment(run: Run) -> None:
     assert said.status == 0, said.err
     header = Path("made/friction.h").read_text(encoding="utf-8")
     assert header.index("*/") > header.index("From card.json")
+
+
+def test_what_mujoco_holds_beside_two_numbers_is_asked_for(run: Run) -> None:
+    asked = ("--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
+    plain = run("export", "card.json", *asked)
+    rich = run("export", "card.json", *asked, "--set", "firm=1")
+    assert "solimpfriction" not in plain.out
+    assert "solimpfriction" in rich.out
+    refused(run("export", "card.json", *asked, "--set", "hard=1"), "hard", "firm")
+    refused(run("export", "card.json", *asked, "--set", "firm=2"), "0 or 1")

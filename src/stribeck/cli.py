@@ -581,7 +581,7 @@ def export(
     to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.")],
     out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c: the folder) to write; a text goes to the terminal without it.")] = None,
     name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1.")] = None,
     points: Annotated[int | None, typer.Option(metavar="N", help="Points of a table, 20 by default.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
     into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,

@@ -136,7 +136,7 @@ def segment(recording: Recording) -> Segments:
     runs = _strokes(t, lead, fuzz) or _strokes(t, x, band)
     pace = _pace(runs, t, x)
     wide = np.maximum(band, 2 * _CREEP * pace * recording.dt)
-    still = _still(t, x, wide, wide / (_SLOW * pace))
+    still = _still(t, x, wide, wide / np.maximum(_SLOW * pace, np.finfo(float).tiny))
     stuck = _rests(x, still, band)
     jumps = _slips(t, x, stuck, band, pace, sd, q)
     share = sum(t[r.stop - 1] - t[r.start] for r in stuck) / (t[-1] - t[0])

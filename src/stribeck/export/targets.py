@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..errors import InputError
@@ -161,6 +162,10 @@ def _table(model: Model, points: int | None = None, fastest: float | None = None
     return Exported({"friction.csv": text(model, made).encode()}, (note,))
 
 
+#: What may be asked of an MJCF file beside a level and a damping.
+_MJCF = ("lugre", "firm", "armature")
+
+
 class Source(NamedTuple):
     """A file of the user's that is to be patched.
 
@@ -173,10 +178,19 @@ class Source(NamedTuple):
     data: bytes
 
 
-def _mjcf(model: Model, source: Source, joint: str) -> Exported:
+def _mjcf(
+    model: Model, source: Source, joint: str, settings: Mapping[str, float] | None = None
+) -> Exported:
     from .mjcf import mjcf  # noqa: PLC0415 - the same
 
-    return _patched(mjcf, model, source, joint)
+    chosen: dict[str, Any] = {}
+    for name, value in (settings or {}).items():
+        if name not in _MJCF:
+            raise InputError(f"no setting {name!r}: there are {', '.join(_MJCF)}")
+        if value not in (0.0, 1.0):
+            raise InputError(f"{name} is 0 or 1, got {value:g}")
+        chosen[name] = bool(value)
+    return _patched(partial(mjcf, **chosen), model, source, joint)
 
 
 def _urdf(model: Model, source: Source, joint: str) -> Exported:
@@ -219,8 +233,8 @@ TARGETS: Mapping[str, Target] = {
         Target("plcopen", "the same blocks as PLCopen TC6 XML", _plcopen, _CODE, suffix=".xml"),
         Target("table", "a look-up table for a drive, its points placed for the least error",
                _table, ("points", "fastest"), suffix=".csv"),
-        Target("mjcf", "your MuJoCo model, one joint of it patched", _mjcf, _PATCH, _PATCH,
-               suffix=".xml"),
+        Target("mjcf", "your MuJoCo model, one joint of it patched", _mjcf,
+               (*_PATCH, "settings"), _PATCH, suffix=".xml"),
         Target("urdf", "your robot description, one joint of it patched", _urdf, _PATCH, _PATCH,
                suffix=".urdf"),
         Target("fmu", "a co-simulation unit of axis and friction, compiled for this platform",
