@@ -95,15 +95,7 @@ def _motions(made: Compensation, curve: Curve) -> Any:
     ]  # fmt: skip
     return grid(
         f"RMS tracking error at scale {curve.scale:.4g}, {curve.mode}",
-        [
-            "motion",
-            f"without/{length}",
-            f"with/{length}",
-            "no friction",
-            "less",
-            "on the worst axis",
-            "which is",
-        ],
+        heads,
         rows,
     )
 

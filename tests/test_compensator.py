@@ -1,0 +1,96 @@
+"""The compensator's definition, by hand: when it asks at which speed, and what goes out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stribeck.errors import InputError
+from stribeck.rig.compensator import SETTINGS, TINY, Compensator, asked, seen, shaped
+
+FEED, BACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
+
+
+@pytest.mark.parametrize(
+    ("v_ref", "v", "c", "speed"),
+    [
+        (0.02, -0.3, FEED, 0.02),  # feed-forward does not look at the axis
+        (0.0, 0.3, FEED, 0.0),
+        (0.02, -0.3, BACK, -0.3),  # feedback goes with the axis, even against the reference
+        (-0.02, 0.0011, BACK, 0.0011),
+        (0.02, 0.001, BACK, TINY),  # rests: pushed the way the reference goes
+        (0.02, -0.0009, BACK, TINY),
+        (-0.02, 0.0009, BACK, -TINY),
+    ],
+)
+def test_the_law_is_asked_at(v_ref: float, v: float, c: Any, speed: float) -> None:
+    assert asked(v_ref, v, c) == speed
+
+
+def out(force: float, v_ref: float, before: float = 0.0, h: float = 0.01, **set_: float) -> float:
+    made = Compensator(**{"scale": 0.5, "dead_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
+    return float(shaped(force, v_ref, 0.0, h, before, made.c))
+
+
+def test_the_output_grows_with_the_references_speed_and_rests_with_it() -> None:
+    speeds = (0.0, 0.99, 1.0, 1.5, 2.0, 3.0, 50.0)
+    assert [out(8.0, v) for v in speeds] == [0.0, 0.0, 0.0, 1.0, 2.0, 4.0, 4.0]
+    assert [out(-8.0, -v) for v in speeds] == [0.0, 0.0, 0.0, -1.0, -2.0, -4.0, -4.0]
+
+
+def test_without_smoothing_the_output_is_a_step() -> None:
+    assert out(8.0, 1.0, smoothing=0.0) == 0.0
+    assert out(8.0, 1.0 + 1e-12, smoothing=0.0) == 4.0
+
+
+def test_what_the_drive_eats_is_added_on_the_side_of_the_friction() -> None:
+    assert out(8.0, 9.0, drive=2.0) == 5.0
+    assert out(-8.0, 9.0, drive=2.0) == -5.0  # also where that is against the reference
+    assert out(0.0, 9.0, drive=2.0) == 0.0
+
+
+def test_the_output_changes_and_reaches_no_further_than_it_may() -> None:
+    assert out(80.0, 9.0, slew=300.0, h=0.01) == 3.0
+    assert out(80.0, 9.0, before=39.0, slew=300.0) == 40.0
+    assert out(-80.0, 9.0, before=39.0, slew=300.0) == 36.0
+    assert out(80.0, 0.0, before=39.0, slew=300.0) == 36.0  # also where the reference stops
+    assert out(80.0, 9.0, limit=7.0) == 7.0
+    assert out(-80.0, 9.0, limit=7.0) == -7.0
+    assert out(-80.0, 9.0, before=6.0, slew=1e4, limit=7.0) == -7.0
+
+
+def test_compiled_and_plain_python_are_the_same_function() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        c = np.abs(rng.normal(size=8)) * rng.integers(0, 2, 8)
+        c[7] = TINY
+        force, v_ref, v, before = rng.normal(size=4)
+        assert asked(v_ref, v, c) == asked.py_func(v_ref, v, c)
+        given = (force, v_ref, v, 0.01, before, c)
+        assert shaped(*given) == shaped.py_func(*given)
+
+
+def test_every_setting_stands_in_its_own_place() -> None:
+    values = {s.name: 0.1 * k + 0.1 for k, s in enumerate(SETTINGS)} | {"feedback": True}
+    c = Compensator(**values).c  # type: ignore[arg-type]
+    assert [s.index for s in SETTINGS] == list(range(len(c)))
+    assert all(c[s.index] == float(values[s.name]) for s in SETTINGS)
+
+
+@pytest.mark.parametrize("name", [s.name for s in SETTINGS if s.name != "feedback"])
+@pytest.mark.parametrize("value", [-1.0, np.nan, np.inf])
+def test_settings_that_cannot_be_are_refused(name: str, value: float) -> None:
+    with pytest.raises(InputError, match=name):
+        Compensator(**{name: value})  # type: ignore[arg-type]
+
+
+def test_a_law_is_not_asked_at_rest_itself() -> None:
+    with pytest.raises(InputError, match="beside rest"):
+        Compensator(rest=0.0)
+
+
+def test_an_axis_that_trembles_between_two_counts_is_seen_to_rest() -> None:
+    resolution, h = 2e-6, 1e-3
+    assert resolution / h < seen(resolution, h) < 2 * resolution / h
