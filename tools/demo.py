@@ -56,7 +56,10 @@ def main() -> None:
             f"J = {card['objective']['value']:.3g} mm in training (published for the real bed: "
             f"{PUBLISHED_J[side]} mm), held out {held} mm"
         )
-    print(f"\nCards and figures: {DEMO / 'right'}, {DEMO / 'left'}")
+    stribeck("export", str(DEMO / "left" / "card.json"), "--to", "c", "--out", str(DEMO / "c"))
+    print(
+        f"\nCards and figures: {DEMO / 'right'}, {DEMO / 'left'}; open {DEMO / 'left'}/report.html"
+    )
 
 
 def _table(
