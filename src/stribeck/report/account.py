@@ -320,7 +320,7 @@ def _law(fit: Fit) -> LawRecord:
         pace=pace,
         loops=loops,
         loads=_loads(fit, fast, scale) if loaded else [],
-        load=("Normal load" if "normal" in fit.law.loads else "Load") if loaded else "",
+        load=_load(fit)[0] if loaded else "",
     )
 
 
@@ -332,6 +332,15 @@ def _loops(fit: Fit) -> tuple[float, list[CurveRecord]]:
         x, F = loop(fit.law, own(fit), part * way, pace)
         made.append(CurveRecord(name=name, x=rounded(x / length), y=rounded(F)))
     return pace / speed, made
+
+
+def _load(fit: Fit) -> tuple[str, float]:
+    """What a law is loaded by, with its unit, and how large that is in SI."""
+    if "normal" not in fit.law.loads:
+        return f"{'Torque' if fit.rig.rotary else 'Force'} / {force_unit(fit.rig)}", 1.0
+    if any(log.pressure is not None for log in fit.recordings):
+        return "Pressure / bar", unit("bar").factor
+    return "Normal load", 1.0
 
 
 def _loads(fit: Fit, fast: float, scale: float) -> list[CurveRecord]:
@@ -350,7 +359,8 @@ def _loads(fit: Fit, fast: float, scale: float) -> list[CurveRecord]:
                 other = twin.removesuffix(f", {at}").removesuffix(" alone")
                 made[f"{other} or {name}, {at}"] = made.pop(twin)
     return [
-        CurveRecord(name=name, x=rounded(across), y=rounded(F)) for name, (_, F) in made.items()
+        CurveRecord(name=name, x=rounded(across / _load(fit)[1]), y=rounded(F))
+        for name, (_, F) in made.items()
     ]
 
 

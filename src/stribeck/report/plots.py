@@ -274,7 +274,10 @@ def _fit_plots(report: Report, m: MotionRecord) -> list[Plot]:
             f"{number(_span(m.model), 3)} {unit}."
         )
         kept = {n: columns[n] for n in ("measured", "model", "force")}
-        title = f"{_force(report, 'applied').partition(' /')[0]} against displacement"
+        title = " against ".join(
+            said.partition(" /")[0]
+            for said in (_force(report, "applied"), _position(report).lower())
+        )
         made.append(
             Plot("", title, _position(report), [(_force(report, "applied"), 1.0)],
                  [View(name, alt, kept, loop)])
@@ -461,10 +464,10 @@ def _loads_plot(report: Report, force: str) -> Plot:
         for c in law.loads
     )
     most = values(law.loads[0].x)[-1]
-    what = f"{'Torque' if report.rotary else 'Force'} / {report.units.force}"
-    x = law.load if law.load.startswith("Normal") else what
-    alt = f"Friction in {report.units.force} as the load grows to {number(most, 3)}: {said}."
-    return Plot("friction-loads", "Friction against load", x, [(force, 1.0)],
+    unit = law.load.partition(" / ")[2]
+    grown = f"{number(most, 3)} {unit}".rstrip()
+    alt = f"Friction in {report.units.force} as the load grows to {grown}: {said}."
+    return Plot("friction-loads", "Friction against load", law.load, [(force, 1.0)],
                 [View("loads", alt, columns, lines)])  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..identify.card import HoldoutCard, ObjectiveCard, ParameterCard
 from ..identify.meaning import ENDS
 from ..units import unit
-from .plots import part_of
+from .plots import APART, part_of
 from .record import LogRecord, Report
 from .style import written
 from .terminal import number
@@ -59,7 +59,7 @@ def parameters(report: Report) -> Sheet:
             name, number(p.value), written(p.unit),
             _known(p.low) if free else "–", _known(p.high) if free else "–", _ended(p),
             *([_known(p.standard_error, 3)] if errors else []),
-            p.verdict, _bound(p) + _ENDED.sub("", p.meaning),
+            p.verdict, _ENDED.sub("", p.meaning) + _bound(p),
         ])  # fmt: skip
     last = len(heads) - 1
     return Sheet(
@@ -80,7 +80,7 @@ def _ended(p: ParameterCard) -> str:
 
 
 def _bound(p: ParameterCard) -> str:
-    return f"At the {p.at_bound} end of its search range. " if p.at_bound else ""
+    return f"; at the {p.at_bound} end of its search range" if p.at_bound else ""
 
 
 def resampled(report: Report) -> Sheet | None:
@@ -196,6 +196,18 @@ def repeats(report: Report) -> Sheet | None:
         for k, r in enumerate(report.runs, 1)
     ]  # fmt: skip
     return Sheet("Repeats of the search, the best first", heads, rows, frozenset({0, 3}))
+
+
+def qualities(report: Report) -> Sheet | None:
+    """What is in each log, in short, where there are many."""
+    if len(report.logs) <= APART:
+        return None
+    kept = ("samples", "position noise", "strokes", "stuck", "slips")
+    rows = []
+    for log in report.logs:
+        said = dict(log.lines)
+        rows.append([log.label, *(said.get(name, "–") for name in kept)])
+    return Sheet("Logs as measured", ["log", *kept], rows, frozenset(range(1 + len(kept))))
 
 
 def slips(report: Report, log: LogRecord) -> Sheet | None:
