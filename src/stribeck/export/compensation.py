@@ -52,6 +52,8 @@ SCALES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.35, 1.5)
 MARGIN = 0.05
 #: No more than all of the model's friction is recommended.
 WHOLE = 1.0
+#: Where it does too much, and the worst error is so many times that without, no more is tried.
+_HOPELESS = 2.0
 #: How near the first scale with a sign is found, and the best one.
 _NEAR = 0.0125
 #: The simpler mode is recommended if its worst ratio is at most so many times the other's.
@@ -226,6 +228,8 @@ def compensation(
         raise InputError(f"period: give a time above 0 s, got {period:g}")
     if scale is not None and not 0 < scale < np.inf:
         raise InputError(f"scale: give a number above 0, got {scale:g}")
+    if rig is not None:
+        controlled(rig)
     made, p = _on(card, rig).model()
     controlled(made.rig)
     axes, notes = plants(card, made, p)
@@ -432,8 +436,8 @@ def _curve(trial: _Trial, mode: Mode, scale: float | None) -> Curve:
     grid = SCALES[1:] if scale is None else (scale, scale + MARGIN)
     for s in grid:
         tried.at(s)
-        if tried.too_much(s) and not np.isfinite(tried.worst(s)):
-            break  # nothing is learnt from axes that run away faster
+        if tried.too_much(s) and tried.worst(s) > _HOPELESS:
+            break  # nothing is learnt from axes that hunt more
     first = next((s for s in tried.scales if s and tried.too_much(s)), None)
     if first is not None and scale is None:
         below = max(s for s in tried.scales if s < first)

@@ -9,7 +9,8 @@ Against the same axis without compensation, on each stretch in which the referen
   its swing in the last third of the stretch is four fifths or more of that in the middle third,
   and in none of the two does the axis rest behind its reference. (An axis that rests behind is
   not pushed enough: what is left is stick-slip, not too much compensation.)
-- **creeps on**: in the last third of a rest of the reference it still moves by more than the floor.
+- **creeps on**: in the last third of a rest of the reference it still moves by more than the floor,
+  and by four fifths or more of what it moves in the middle third: it does not settle.
 - **is worse**: the error's RMS is above that without compensation.
 
 A sign that is there without compensation is not the compensation's. The floor is a hundredth of
@@ -104,7 +105,11 @@ def signs(
             third = (s.stop - s.begin) // 3
             middle, last = s.begin + third, s.begin + 2 * third
             if s.way == 0:
-                creeps |= np.ptp(x[:, last : s.stop], axis=1) > floor
+                settling, still = (
+                    np.ptp(x[:, middle:last], axis=1),
+                    np.ptp(x[:, last : s.stop], axis=1),
+                )
+                creeps |= (still > floor) & (still >= LASTING * settling)
                 continue
             along = s.way * x[:, middle : s.stop]
             back |= (np.maximum.accumulate(along, axis=1) - along).max(axis=1) > floor
