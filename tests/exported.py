@@ -6,9 +6,10 @@ from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.friction.law import Law
 from stribeck.identify.card import Card
+from stribeck.identify.problem import parameters
 from stribeck.rig import RIGS, Rig
 from stribeck.rig.rig import shown_in
-from stribeck.space import Param
+from stribeck.space import Array, Param
 
 #: Every law with a size or a term that the table of laws does not show.
 MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temperature+position")
@@ -16,16 +17,26 @@ MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temp
 
 def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Model:
     """The model of a card that says what a law's parameters are, drawn from their ranges."""
-    return model_with(law_named(name), seed, warnings)
+    law = law_named(name)
+    return as_model(_card(law, _values(law, seed), warnings))
 
 
-def model_with(law: Law, seed: int = 1, warnings: list[str] | None = None) -> Model:
-    """The same for a law at hand; the rig is one that has the loads that the law reads."""
-    rig = RIGS[_rig_for(law)]
-    params = rig.parameters(law)
+def model_with(law: Law, seed: int = 1) -> Model:
+    """The same for a law at hand that no table knows."""
+    values = _values(law, seed)
+    return Model(_card(law, values, None), parameters(_rig(law), law), values, "0", "card.json")
+
+
+def _values(law: Law, seed: int) -> Array:
+    params = _rig(law).parameters(law)
     shares = np.random.default_rng(seed).uniform(0.3, 0.6, len(params))
-    values = [_within(q, share) for q, share in zip(params, shares, strict=True)]
-    card = Card.model_validate(
+    return np.array([_within(q, share) for q, share in zip(params, shares, strict=True)])
+
+
+def _card(law: Law, values: Array, warnings: list[str] | None) -> Card:
+    rig = _rig(law)
+    params = rig.parameters(law)
+    return Card.model_validate(
         {
             "law": law.name,
             "rig": rig.name,
@@ -44,13 +55,13 @@ def model_with(law: Law, seed: int = 1, warnings: list[str] | None = None) -> Mo
             "warnings": warnings or [],
         }
     )  # fmt: skip
-    return as_model(card)
 
 
-def _rig_for(law: Law) -> str:
+def _rig(law: Law) -> Rig:
+    """A rig that has the loads that the law reads."""
     if "normal" in law.loads:
-        return "cylinder"
-    return "servo-pendulum" if law.loads else "slide-bed"
+        return RIGS["cylinder"]
+    return RIGS["servo-pendulum" if law.loads else "slide-bed"]
 
 
 def _within(of: Param, share: float) -> float:

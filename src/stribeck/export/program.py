@@ -571,7 +571,7 @@ class _Reader:
                 raise self._refused(node, f"{name} takes {KNOWN[known]} values here")
             return _known_call(known, tuple(map(_real, values)))
         callee = self._outside(name) if isinstance(func, ast.Name) else None
-        if callee is None or not callable(callee):
+        if not inspect.isfunction(python_of(callee)):
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
         if python_of(callee) in self._of.open:
             raise self._refused(node, f"{name} calls itself: write a loop")

@@ -1,0 +1,176 @@
+"""Laws of one's own, written in ways that a translation may get wrong, or has to refuse."""
+
+# ruff: noqa: ARG001, FURB136, RET504 - awkward on purpose
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import atan, copysign, exp, pi, sqrt
+from typing import Any
+
+import numpy as np
+from numba import float64, njit
+
+from stribeck.friction import slip_law
+from stribeck.friction.law import Law
+from stribeck.space import Array, Param
+
+#: Names that are words of one language or another, two of them but for their capitals.
+PARAMS = (
+    Param("F_S", 0.0, 1000.0, "N", "F_S"),
+    Param("f_s", 0.0, 1000.0, "N", "f_s"),
+    Param("of", 0.0, 500.0, "N s/m", "o"),
+    Param("limit", 1e-3, 1e-1, "m/s", "l"),
+    Param("end", 0.0, 1.0, "", "e"),
+)
+
+
+def own_law(slip: Callable[[float, Array], Any], *, compiled: bool = True) -> Law:
+    """A law with five parameters, under a name of its own."""
+    return Law(
+        name="own",
+        params=PARAMS,
+        slip=slip_law(slip) if compiled else slip,
+        doc="a law of one's own",
+        formula="F = …",
+        cite="nobody",
+    )
+
+
+def hostile(v: float, p: Array) -> Any:
+    """A Stribeck curve in the words of other languages. *) */ ' \" { } %"""
+    end, of, limit, Limit, e, i, when, time = p[0], p[1], p[2], p[3], 1.0, 0.0, abs(v), 0.0
+    lreal, function, loop, _private, double__bar, exp_, y = when, end, of, limit, Limit, 0.0, 0.0
+    for j in range(3):
+        time += e * j
+    if time > 2.5:
+        i = function - loop
+    pi_ = lreal / double__bar
+    y = copysign(1.0, v) * (loop + i * exp(-pi_)) + _private * v + exp_
+    return y
+
+
+def conditions(v: float, p: Array) -> Any:
+    a = 1.0 / v if v != 0.0 else 0.0
+    b = 2.0 if v != 0.0 and 1.0 / v > 3.0 else (3.0 if v == 0.0 or 0.5 / v < -9.0 else p[4])
+    c = 1.0 if 0.0 < v < 1.0 < 1.0 / v else -1.0
+    return sqrt(abs(a)) * 1e-3 + b + 10.0 * c if not (v > 2.0 and b < 1.0) else -7.0
+
+
+def arguments(v: float, p: Array) -> Any:
+    s = 1.0 if v >= 0.0 else -1.0
+    v = abs(v)
+    if v > 0.1:
+        v = 0.1 + 0.5 * (v - 0.1)
+    return s * (p[1] + p[2] * v)
+
+
+def whole_numbers(v: float, p: Array) -> Any:
+    n, down, total = 4, -7, 0.0
+    for i in range(n):
+        total += i / n
+        down = down + i
+        total += down // 3 + (i // 2) * 0.25
+        x = i if v > 0.0 else 0.5
+        total += x
+    down -= 100
+    return total + down // 7 + (1 if v < 0.0 else 2)
+
+
+def loops(v: float, p: Array) -> Any:
+    x, n = abs(v), 0.0
+    while 1.0 / (x if x > 0.0 else 1.0) > 0.3 and n < 20.0:
+        x = 2.0 * x if x > 0.0 else 0.25
+        n += 1.0
+        if n == 15.0:
+            return -n
+    return n + x
+
+
+def powers(v: float, p: Array) -> Any:
+    return (
+        abs(v) ** 0.5 + abs(v) ** p[4] + v**2 + v**0 + abs(v) ** 3 + min(v, 0.1, p[4]) - max(0, v)
+    )
+
+
+@njit(float64(float64, float64))  # type: ignore[untyped-decorator]
+def _saw(v: float, s: float) -> Any:
+    s = 2.0 * s
+    return s if v > s else v
+
+
+def calls(v: float, p: Array) -> Any:
+    return _saw(v, 0.02) - _saw(-v, _saw(p[4], 0.01)) - -_saw(v, 1.0) * -3.0
+
+
+HOSTILE = hostile
+AWKWARD: Mapping[str, Callable[[float, Array], Any]] = {
+    "conditions": conditions,
+    "arguments": arguments,
+    "whole numbers": whole_numbers,
+    "loops": loops,
+    "powers": powers,
+    "calls": calls,
+}
+
+
+def _knows_interp(v: float, p: Array) -> Any:
+    return float(np.interp(v, [0.0, 1.0], [p[0], p[1]]))
+
+
+def _knows_atan(v: float, p: Array) -> Any:
+    return p[0] * atan(v / p[3]) * 2.0 / pi
+
+
+def _lists(v: float, p: Array) -> Any:
+    return sum([p[i] * v for i in range(2)])
+
+
+def _recurs(v: float, p: Array) -> Any:
+    return p[0] * _halved(v)
+
+
+def _halved(v: float) -> Any:
+    return v if abs(v) < 1e-3 else 0.5 * _halved(0.5 * v)
+
+
+def _after(v: float, p: Array) -> Any:
+    for i in range(3):
+        v += p[i]
+    return v + i
+
+
+def _counts(v: float, p: Array) -> Any:
+    for i in range(3):
+        v += p[i]
+        i += 1  # noqa: PLW2901 - that is the point
+    return v
+
+
+def _raises(v: float, p: Array) -> Any:
+    if v > p[3]:
+        raise ValueError
+    return v
+
+
+def _swaps(v: float, p: Array) -> Any:
+    a, b = v, p[0]
+    a, b = b, a
+    return a + b
+
+
+def _falls_through(v: float, p: Array) -> Any:  # noqa: RET503
+    if v > 0.0:
+        return p[0]
+
+
+UNKNOWN: Mapping[str, Callable[[float, Array], Any]] = {
+    "numpy": _knows_interp,
+    "a function we do not know": _knows_atan,
+    "a list": _lists,
+    "a recursion": _recurs,
+    "a loop's variable after it": _after,
+    "a loop's variable changed": _counts,
+    "an exception": _raises,
+    "a swap": _swaps,
+    "no value": _falls_through,
+}

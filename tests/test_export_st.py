@@ -1,0 +1,197 @@
+"""Structured Text: every law says on a controller what it says here."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exported import MORE, model_of, model_with
+from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from st_interpreter import Controller, IecError, Instance, parsed
+from stribeck.errors import InputError
+from stribeck.export.model import Model
+from stribeck.export.st import st
+from stribeck.export.vectors import Vectors, vectors, walk
+from stribeck.friction import LAWS, LOADS
+from stribeck.rig.compensator import SETTINGS, Compensator
+
+#: All that a controller can ask of a compensator, at once; and what a card's export begins with.
+BUSY = Compensator(
+    feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9
+)
+PLAIN = Compensator(feedback=False)
+
+
+@cache
+def text_of(name: str) -> str:
+    return st(model_of(name))["Friction.st"].decode("ascii")
+
+
+def loads_of(model: Model, row: Any) -> dict[str, float]:
+    read = (*model.law.loads, *model.law.terms)
+    return {f"load_{x}": float(row[i]) for i, x in enumerate(LOADS) if x in read}
+
+
+def law_on(block: Instance, model: Model, of: Vectors) -> list[float]:
+    """What the law's block says to the rows of a walk, one after the other."""
+    said = []
+    for (v, _, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
+        block(v=v, **({"h": h} if model.law.states else {}), **loads_of(model, loads))
+        said.append(block.output("force"))
+    return said
+
+
+def compensator_on(block: Instance, model: Model, of: Vectors) -> list[float]:
+    said = []
+    for (v, v_ref, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
+        block(v=v, v_ref=v_ref, h=h, **loads_of(model, loads))
+        said.append(block.output("u"))
+    return said
+
+
+def settings_of(compensator: Compensator) -> dict[str, float | bool]:
+    named = {s.name: float(getattr(compensator, s.name)) for s in SETTINGS}
+    named["largest"] = named.pop("limit")
+    return {**named, "feedback": compensator.feedback}
+
+
+def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
+    tolerance = 1e-9 if model.law.states else 1e-12
+    np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
+
+
+@pytest.mark.parametrize("name", [*LAWS, *MORE])
+def test_a_controller_says_what_the_law_says(name: str) -> None:
+    model, controller = model_of(name), Controller(text_of(name))
+    for compensator, rows, seed in ((PLAIN, 256, 0), (BUSY, 600, 1)):
+        of = vectors(model, compensator, rows, seed)
+        agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
+        block = controller.instance("Friction_compensator")
+        if compensator is BUSY:
+            with pytest.raises(IecError, match="no input"):
+                block(limit=1.0)
+            block(enable=False, **settings_of(compensator))
+            assert block.output("u") == 0.0
+            block(enable=True)
+            block = controller.instance("Friction_compensator")
+            for key, value in settings_of(compensator).items():
+                block.write(key, value)
+        agrees(model, compensator_on(block, model, of), of.outputs, of.floor)
+
+
+@pytest.mark.parametrize("name", ["lugre", "elasto-plastic", "gms", "stribeck", "bam-m4"])
+def test_a_smooth_motion_with_reversals(name: str) -> None:
+    model, controller = model_of(name), Controller(text_of(name))
+    t = 1e-3 * np.arange(800)
+    v = 2e-3 * np.sin(2 * np.pi * 2.5 * t) + 4e-4 * np.sin(2 * np.pi * 31.0 * t)
+    loads = np.column_stack([20.0 * np.sin(3.0 * t), 5.0 * np.cos(7.0 * t), *np.ones((3, 800))])
+    of = walk(model, BUSY, np.column_stack([v, v, np.full(800, 1e-3)]), loads)
+    agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
+
+
+def test_parameters_are_the_identified_ones_and_can_be_retuned() -> None:
+    model = model_of("stribeck")
+    block = Controller(text_of("stribeck")).instance("Friction")
+    assert [block.initial(n) for n, _ in model.named()] == model.p.tolist()
+    block(v=1e-3)
+    before = block.output("force")
+    block.write("F_C", float(model.p[1]) + 10.0)
+    block.write("F_S", float(model.p[0]) + 10.0)
+    block(v=1e-3)
+    assert block.output("force") == pytest.approx(before + 10.0, rel=1e-12)
+
+
+def test_settings_stand_in_the_text() -> None:
+    text = st(model_of("stribeck"), compensator=BUSY)["Friction.st"].decode()
+    block = Controller(text).instance("Friction_compensator")
+    assert {k: block.initial(k) for k in settings_of(BUSY)} == settings_of(BUSY)
+
+
+def test_states_are_kept_relaxed_and_left_alone() -> None:
+    block = Controller(text_of("lugre")).instance("Friction")
+    block(v=1e-3, h=1e-4)
+    first = block.output("force")
+    block(v=1e-3, h=1e-4)
+    assert block.output("force") > first
+    kept = list(block.initial("z"))
+    block(v=1e-3, h=1e-4, steady=True)
+    model = model_of("lugre")
+    assert block.output("force") == pytest.approx(model.law.slip(1e-3, model.p), rel=1e-12)
+    assert block.initial("z") == kept
+    block(v=1e-3, h=1e-4, steady=False, reset=True)
+    assert block.output("force") == first
+
+
+def test_a_disabled_compensator_forgets() -> None:
+    block = Controller(text_of("lugre")).instance("Friction_compensator")
+    moving = {"v_ref": 1e-2, "v": 1e-2, "h": 1e-4}
+    block(**moving)
+    first = block.output("u")
+    block(**moving)
+    assert block.output("u") != first
+    block(enable=False)
+    assert block.output("u") == 0.0
+    block(enable=True, **moving)
+    assert block.output("u") == first
+
+
+def test_two_instances_share_nothing() -> None:
+    controller = Controller(text_of("dahl"))
+    one, other = controller.instance("Friction"), controller.instance("Friction")
+    one(v=1e-3, h=1e-3)
+    other(v=-1e-3, h=1e-3)
+    assert one.output("force") == -other.output("force")
+
+
+@pytest.mark.parametrize("case", list(AWKWARD))
+def test_awkward_python_keeps_its_meaning(case: str) -> None:
+    law = own_law(AWKWARD[case])
+    controller = Controller(st(model_with(law))["Friction.st"].decode())
+    block = controller.instance("Friction")
+    for v in (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0):
+        block(v=v)
+        wanted = law.slip(v, model_with(law).p)
+        assert block.output("force") == pytest.approx(wanted, rel=1e-12, abs=1e-12), v
+
+
+def test_names_that_are_words_of_the_language() -> None:
+    law = own_law(HOSTILE)
+    text = st(model_with(law))["Friction.st"].decode()
+    block = Controller(text).instance("Friction")
+    for v in (-0.02, 0.0, 0.3):
+        block(v=v)
+        assert block.output("force") == pytest.approx(law.slip(v, model_with(law).p), rel=1e-12)
+
+
+def test_no_comment_ends_early_and_all_is_ascii() -> None:
+    rude = ["ends *) here, (* begins", "*/ and /*", "Führung 3, −40 °C … 😀", "END_FUNCTION"]
+    text = st(model_of("coulomb-viscous", warnings=rude))["Friction.st"]
+    assert text.isascii()
+    names = [str(item.name) for item in parsed(text.decode()).items]
+    assert names[-2:] == ["Friction", "Friction_compensator"]
+    assert "Fuhrung 3, -40  degC ... ?" in text.decode()
+
+
+@pytest.mark.parametrize(
+    "name", ["1st", "a__b", "_a", "a_", "FOR", "limit", "Axis-1", "", "v", "x" * 30]
+)
+def test_a_name_that_a_controller_does_not_take(name: str) -> None:
+    with pytest.raises(InputError, match="a controller takes letters") as refused:
+        st(model_of("stribeck"), name)
+    assert "\n" not in str(refused.value)
+
+
+def test_units_are_called_after_the_name() -> None:
+    text = st(model_of("lugre"), "Axis_X")
+    controller = Controller(text["Axis_X.st"].decode())
+    assert all(name.startswith("axis_x") for name in controller.units)
+
+
+@pytest.mark.parametrize("case", list(UNKNOWN))
+def test_what_cannot_be_translated_is_refused_with_its_line(case: str) -> None:
+    with pytest.raises(InputError, match=r"line \d+: `") as refused:
+        st(model_with(own_law(UNKNOWN[case], compiled=False)))
+    assert "\n" not in str(refused.value)
