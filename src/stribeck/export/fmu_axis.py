@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from ..errors import InputError
 from ..rig.cylinder import Cylinder
 from ..rig.forced import Forced
@@ -16,6 +18,7 @@ from ..rig.presliding import Presliding
 from ..rig.rig import Rig
 from ..rig.servo_pendulum import ServoPendulum
 from ..rig.slide_bed import SlideBed
+from ..rig.stepped import Stepped
 from ..space import Param
 from ..units import convertible, unit
 from .model import Model, identifier
@@ -26,6 +29,8 @@ Drive = Literal["AXIS_SLIDE", "AXIS_SERVO", "AXIS_JOINT", "AXIS_FORCE"]
 _NORMAL, _TEMPERATURE, _FIRST, _SECOND, _THIRD = range(5)
 #: Longest step, s, and way by which a step may be off, m or rad, where a rig has none of its own.
 _STEP, _TOLERANCE = 1e-3, 1e-7
+#: Speeds between which a law may fall, m/s or rad/s, and a step that is short enough for any, s.
+_SPEEDS, _SHORTEST = (1e-6, 10.0), 1e-6
 #: The constants that each drive reads.
 _CONSTANTS: dict[Drive, tuple[str, ...]] = {
     "AXIS_SLIDE": ("m", "k_hat+", "k_hat-", "F_fm", "J_m", "D_m", "K_kt", "F_m_max"),
@@ -178,15 +183,34 @@ def _inputs(model: Model, drive: Drive) -> Iterator[Value]:
 def _settings(model: Model) -> Iterator[Value]:
     """Where it starts, and how it is stepped: fixed when the simulation begins."""
     way = "rad" if model.rig.rotary else "m"
-    known = {c.name: c.value for c in model.rig.constants}
+    rig_has = {c.name: c.value for c in model.rig.constants}
     for name, written, doc, start in (
         ("position_start", way, "position at the start", 0.0),
         ("velocity_start", model.speed_unit, "velocity at the start", 0.0),
-        ("step", "s", "longest step inside a communication step", known.get("step", _STEP)),
+        ("step", "s", "longest step inside a communication step", longest(model, rig_has.get("step", _STEP))),
         ("tolerance", way, "way by which such a step may be off",
-         known.get("tolerance", _TOLERANCE)),
+         rig_has.get("tolerance", _TOLERANCE)),
     ):  # fmt: skip
         yield Value(name, "setting", written, doc, start, fixed=True)
+
+
+def longest(model: Model, step: float) -> float:
+    """The longest step, s, at which an axis breaks away when its law says so.
+
+    A friction that falls with speed by more than mass over step hides from an implicit step that
+    rest is not stable. A rig that was identified by such steps keeps its own; so does a law with
+    states, which does not jump.
+    """
+    law, p = model.law, model.p
+    if law.states or isinstance(model.rig, Stepped) or not (law.static and law.sticks):
+        return step
+    by = model.made.every[len(law.params) :]
+    own = zip(by, model.values[len(law.params) :].tolist(), strict=True)
+    masses = [value for q, value in own if q.name == "M"]
+    mass = masses[0] if masses else model.rig["m"]
+    v = np.geomspace(*_SPEEDS, 400)
+    fall = max(float(np.max(-np.diff(s * law.friction(s * v, p)) / np.diff(v))) for s in (1, -1))
+    return max(min(step, 0.5 * mass / fall), _SHORTEST) if fall > 0.0 and mass > 0.0 else step
 
 
 def _identified(model: Model) -> Iterator[Value]:
@@ -223,6 +247,8 @@ def known(model: Model, q: Param) -> str:
 
 def _constants(model: Model, drive: Drive) -> Iterator[Value]:
     wanted = _CONSTANTS[drive]
+    if drive == "AXIS_SLIDE" and model.law.static and model.law.sticks:
+        wanted = (*wanted, "dv")  # how such a slide stops and starts
     for c in model.rig.constants:
         if c.name in wanted and not math.isnan(c.value):
             name = identifier(c.name)

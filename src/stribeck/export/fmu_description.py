@@ -69,8 +69,8 @@ def described(model: Model, axis: Axis, name: str, guid: str, sources: list[str]
             if value.role == "output":
                 ET.SubElement(made, "Unknown", index=str(i))
     ET.indent(root)
-    made: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return made + b"\n"
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
 
 
 def _variable(into: ET.Element, reference: int, value: Value) -> None:

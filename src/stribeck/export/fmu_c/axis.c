@@ -327,6 +327,38 @@ static void inputs(const axis *a, double h, double share, double *u)
     }
 }
 
+#ifdef R_dv
+/* A slide starts to move when what pushes it beyond its level would have given it the speed dv,
+   and rests when it is as slow again. Passes h seconds of rest from the share `from` of a span to
+   `to`: 0, or 1 or -1 where it starts to move that way in between. */
+static int started(axis *a, double h, double span, double from, double to)
+{
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, s, beyond, heavy, none[1] = {0.0}, gain = 0.0;
+    int end;
+    for (end = 0; end < 2; end++) {
+        inputs(a, span, end ? to : from, u);
+        driven(a, u, a->q, 0.0, &m, &F, &d);
+        s = F > 0.0 ? 1.0 : -1.0;
+        beyond = s * (F - rubs(a, s * 0.0, h, none, none));
+        heavy = m + a->c[6];
+        if (a->c[6] > 0.0 && beyond * a->c[6] / heavy > a->c[8]) { /* the motor's part is clamped */
+            beyond -= a->c[8];
+            heavy = m;
+        }
+        gain += 0.5 * h * s * most(beyond, 0.0) / heavy;
+    }
+    if (beyond <= 0.0) { /* at the end it is held */
+        a->push = 0.0;
+        return 0;
+    }
+    if (fabs(a->push + gain) >= a->r[R_dv]) {
+        return a->push + gain > 0.0 ? 1 : -1;
+    }
+    a->push += gain;
+    return 0;
+}
+#endif
+
 int axis_step(axis *a, double span)
 {
     double u[AXIS_PLACES_OF_INPUTS];
@@ -361,6 +393,26 @@ int axis_step(axis *a, double span)
             }
             share = WHOLE >> level;
             h = base * ((double)share / WHOLE);
+#ifdef R_dv
+            if (a->r[R_dv] > 0.0 && a->v == 0.0) {
+                double from = (j + (double)at / WHOLE) / n;
+                double to = (j + (double)(at + share) / WHOLE) / n;
+                int way = started(a, h, span, from, to);
+                if (way != 0 && level < FINEST) {
+                    level += 1;
+                    continue;
+                }
+                if (way != 0) {
+                    a->v = way * a->r[R_dv];
+                    a->push = 0.0;
+                }
+                at += share;
+                if (level > 0 && at % (2 * share) == 0) {
+                    level -= 1;
+                }
+                continue;
+            }
+#endif
             inputs(a, span, (j + (at + 0.5 * share) / WHOLE) / n, u);
             v_half = step(a, u, 0.5 * h, a->q, a->v, a->z, half, 0);
             q_half = a->q + 0.5 * h * v_half;
@@ -379,6 +431,11 @@ int axis_step(axis *a, double span)
             for (i = 0; i < AXIS_STATES; i++) {
                 a->z[i] = 2.0 * fine[i] - coarse[i];
             }
+#ifdef R_dv
+            if (fabs(a->v) <= a->r[R_dv]) {
+                a->v = 0.0;
+            }
+#endif
             at += share;
             if (level > 0 && at % (2 * share) == 0) {
                 level -= 1;
@@ -398,7 +455,7 @@ void axis_start(axis *a)
     int i;
     a->q = a->r[AXIS_POSITION_START];
     a->v = a->r[AXIS_VELOCITY_START];
-    a->slopes[0] = a->slopes[1] = a->before = a->load[0] = 0.0;
+    a->slopes[0] = a->slopes[1] = a->before = a->push = a->load[0] = 0.0;
     for (i = 0; i < AXIS_BRISTLES; i++) {
         a->z[i] = 0.0;
     }

@@ -27,6 +27,7 @@ typedef struct {
     double z[AXIS_BRISTLES];      /* states of the law */
     double load[5];               /* as the law reads them */
     double before;                /* torque that a slow controller computed last */
+    double push;                  /* speed that a slide at rest would have by now */
     double slopes[2];             /* how steeply friction rose when it was last asked */
     friction_law law;
 } axis;
