@@ -296,19 +296,39 @@ def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
     assert f"{report.draws.drawn} data sets" in page.text
 
 
-def test_many_logs_share_a_plot(forced: Fit) -> None:
+@pytest.fixture(scope="module")
+def several(forced: Fit) -> Fit:
+    """Of four logs: three parts of one, and the whole."""
     (log,) = forced.recordings
-    cut = [
+    logs = [
         replace(log.cut(slice(k * 800, k * 800 + 1600)), source=Source(f"{k}.csv", f"{k}" * 64, 9))
         for k in range(3)
     ] + [replace(log, source=Source("whole.csv", "e" * 64, len(log)))]
-    page = render(account(identify(cut, rig="forced", law="coulomb-viscous")))
+    return identify(logs, rig="forced", law="coulomb-viscous")
+
+
+def test_many_logs_share_a_plot(several: Fit) -> None:
+    page = render(account(several))
     plots = specs(page)
     assert [view["name"] for view in plots["fit-0"]["views"]] == [
         f"Training: {name}.csv" for name in ("0", "1", "2", "whole")
     ]
     assert len(Page(page).named("select")) == 3
     assert "Each log" in Page(page).text
+
+
+def test_of_too_many_the_worst_are_shown_and_the_others_counted(
+    several: Fit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = {m.label: m.rms for m in account(several).motions}
+    monkeypatch.setattr("stribeck.report.account.MOST", 2)
+    report = account(several)
+    worst = sorted(errors, key=lambda name: -(errors[name] or 0.0))[:2]
+    assert {m.label for m in report.motions} == set(worst)
+    assert (report.hidden, report.unshown) == (2, 2)
+    text = Page(render(report)).text
+    assert "2 more motions with smaller errors are not shown" in text
+    assert "2 more logs with smaller errors are not shown" in text
 
 
 def test_a_report_stays_small_whatever_the_log(forced: Fit) -> None:

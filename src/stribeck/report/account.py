@@ -28,6 +28,7 @@ from .record import (
     LETTERS,
     LONGEST,
     MANY,
+    MOTIONS,
     CurveRecord,
     DrawsRecord,
     ErrorRecord,
@@ -98,6 +99,7 @@ def _account(fit: Fit, command: Sequence[str], share: float) -> Report:
     room = max(min(EACH, LOGS // len(kept)), 100)
     rig = fit.rig
     several = len(logs) > 1
+    motions, hidden = _motions(fit, share)
     return Report(
         card=card(fit),
         road="simulation" if fit.balance is None else "inverse",
@@ -111,7 +113,8 @@ def _account(fit: Fit, command: Sequence[str], share: float) -> Report:
         ),
         logs=[_log(fit, logs[k], int(share * room)) for k in kept],
         unshown=len(logs) - len(kept),
-        motions=list(_motions(fit, share)),
+        motions=motions,
+        hidden=hidden,
         law=_law(fit),
         profiles=list(_profiles(fit)),
         runs=list(_runs(fit)),
@@ -177,19 +180,20 @@ def _slip(s: Slip, t: Array, x: Array, length: float, speed: float) -> SlipRecor
     )
 
 
-def _motions(fit: Fit, share: float) -> Iterator[MotionRecord]:
-    """What was measured and modelled, of the training data and then of each range held out."""
+def _motions(fit: Fit, share: float) -> tuple[list[MotionRecord], int]:
+    """What was measured and modelled, in training and on each range held out; how many are not."""
     parts = list(_parts(fit) if fit.balance is None else _balances(fit))
     count = sum(min(len(seen), MOST) for _, seen in parts)
     most = int(share * max(min(EACH, ROOM // max(count, 1)), 100))
+    made: list[MotionRecord] = []
     for part, seen in parts:
         worst = sorted(range(len(seen)), key=lambda k: -_size(seen[k][0]))[:MOST]
-        for k in sorted(worst):
-            yield _motion(part, *seen[k], most)
+        made += [_motion(part, *seen[k], most) for k in sorted(worst)]
+    return made[:MOTIONS], sum(len(seen) for _, seen in parts) - len(made[:MOTIONS])
 
 
 def _size(r: Traces) -> float:
-    return r.rms if r.scored.any() else 0.0
+    return r.rms if r.scored.any() and np.isfinite(r.rms) else 0.0
 
 
 def _parts(fit: Fit) -> Iterator[tuple[str, list[tuple[Traces, Array | None]]]]:
@@ -240,7 +244,7 @@ def _motion(part: str, r: Traces, velocity: Array | None, most: int) -> MotionRe
     return MotionRecord(
         label=r.label,
         part=part,
-        rms=r.rms if r.scored.any() else None,
+        rms=r.rms if r.scored.any() and np.isfinite(r.rms) else None,
         t=rounded(r.t[rows], _DIGITS),
         measured=rounded(r.measured[rows]),
         model=rounded(r.model[rows]),

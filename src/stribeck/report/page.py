@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 #: The page's name in its folder.
 PAGE = "report.html"
 #: How hard the drawing library is packed: harder takes twice the time for a hundredth of the size.
-_PACKED = 6
+_PACKED = 5
 #: What lines are drawn in, by role: on a light page and on a dark one.
 COLOURS: dict[str, tuple[str, str]] = {
     "ink": (INK, "#e6eaee"),

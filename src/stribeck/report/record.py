@@ -14,8 +14,8 @@ from ..identify.card import Card
 
 #: The file's name in its folder, and the schema that this program writes and reads.
 FILE, SCHEMA = "report.json", "stribeck-report/1"
-#: Samples of a line, entries of a list and letters of a text at most.
-LONGEST, MANY, LETTERS = 40_000, 4_000, 20_000
+#: Samples of a line, entries of a list, motions and letters of a text at most.
+LONGEST, MANY, MOTIONS, LETTERS = 40_000, 4_000, 400, 20_000
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Series = Annotated[list[Number | None], Field(max_length=LONGEST)]
@@ -179,7 +179,10 @@ class UnitsRecord(_Part):
 
 
 class Report(_Part):
-    """Everything that the page of a fit shows, version 1 of the schema."""
+    """Everything that the page of a fit shows, version 1 of the schema.
+
+    `unshown` and `hidden` count the logs and the motions that were left out.
+    """
 
     schema_: Literal["stribeck-report/1"] = Field(default="stribeck-report/1", alias="schema")
     card: Card
@@ -190,9 +193,10 @@ class Report(_Part):
     units: UnitsRecord
     logs: Annotated[list[LogRecord], Field(max_length=100)]
     unshown: int = 0
-    motions: Annotated[list[MotionRecord], Field(max_length=400)]
+    motions: Annotated[list[MotionRecord], Field(max_length=MOTIONS)]
+    hidden: int = 0
     law: LawRecord
-    profiles: Annotated[list[ProfileRecord], Field(max_length=200)]
+    profiles: Annotated[list[ProfileRecord], Field(max_length=MANY)]
     runs: Annotated[list[RunRecord], Field(max_length=MANY)]
     errors: Annotated[list[ErrorRecord], Field(max_length=MANY)] = []
     draws: DrawsRecord | None = None
