@@ -1,0 +1,112 @@
+"""How MATLAB and GNU Octave write expressions, statements and functions.
+
+A function hands back what it writes, so an array that Python's function fills is one more result.
+Indices count from 1. Zeros have signs, and `copysign` sees them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from .dialect import CHOICE, SIGN, Dialect
+from .identifiers import Identifiers, named
+from .program import Array, Binary, Expression, Function, Kind, Name, Number
+
+#: Keywords, and the functions that the text calls: a variable of that name would hide them.
+WORDS = frozenset(
+    """
+    break case catch classdef continue else elseif end for function global if methods otherwise
+    parfor persistent properties return spmd switch try while events enumeration import arguments
+    do end_try_catch end_unwind_protect endfor endfunction endif endmethods endparfor endproperties
+    endswitch endwhile until unwind_protect unwind_protect_cleanup abs sqrt exp expm1 log log1p sin
+    cos tanh power min max floor zeros numel isempty nargin nargout true false struct error ans
+    """.split()  # noqa: SIM905 - a list of words is read as a text
+)
+#: Functions of a program that the language has itself under another name.
+_OWN = {"pow": "power", "real": ""}
+_HAS = frozenset(
+    ("abs", "sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tanh", "min", "max")
+)
+COPYSIGN = """\
+function y = copysign(x, v)
+% |x| with the sign of v, which a zero has, too.
+if v < 0 || (v == 0 && 1 / v < 0)
+    y = -abs(x);
+else
+    y = abs(x);
+end
+end
+"""
+
+
+class Matlab(Dialect):
+    """MATLAB's language.
+
+    Args:
+        result: The variable that holds a function's value.
+        called: What the program's functions are called here.
+    """
+
+    true: ClassVar[str] = "true"
+    false: ClassVar[str] = "false"
+    negation: ClassVar[str] = "~"
+    words: ClassVar[dict[str, str]] = {"and": "&&", "or": "||", "!=": "~="}
+
+    def __init__(self, result: str, called: Mapping[str, str]) -> None:
+        self._result, self._called = result, called
+
+    def item(self, array: str, index: Expression) -> str:
+        """An element: one further than Python counts."""
+        if isinstance(index, Number):
+            return f"{array}({int(index.value) + 1})"
+        return f"{array}({self.write(Binary('+', index, Number(1, 'whole'), 'whole'))})"
+
+    def _by_two(self, sign: str, left: Expression, right: Expression, kind: Kind) -> str:
+        if sign == "//":
+            return f"floor({self.write(left, SIGN)} / {self.write(right, SIGN)})"
+        return super()._by_two(sign, left, right, kind)
+
+    def call(self, name: str, given: Sequence[Expression]) -> str:
+        """A function."""
+        values = ", ".join(g.name if isinstance(g, Array) else self.write(g) for g in given)
+        if name in _HAS:
+            return f"{name}({values})"
+        return f"{_OWN[name] if name in _OWN else self._called[name]}({values})"
+
+    def returned(self, value: Expression) -> list[str]:
+        """The result's variable gets its value."""
+        return [f"{self._result} = {self.write(value)};", "return"]
+
+    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+        """A loop that counts."""
+        last = (
+            f"{int(end.value) - 1}" if isinstance(end, Number) else f"{self.write(end, SIGN)} - 1"
+        )
+        return f"for {name} = 0:{last}", "end"
+
+    def repeated(self, test: Expression) -> tuple[str, str]:
+        """A loop."""
+        return f"while {self.write(test, CHOICE)}", "end"
+
+    def conditional(self) -> tuple[str, str, str, str]:
+        """If, else if, else and the end."""
+        return "if {}", "elseif {}", "else", "end"
+
+
+def function_text(f: Function, called: Mapping[str, str]) -> str:
+    """One local function, with its end."""
+    names = Identifiers([*WORDS, *called.values()], alike=False)
+    f = named(f, names)
+    result = names.new("y")
+    arrays = [a for a in f.arguments if isinstance(a, Array) and a.written]
+    results = [result, *(a.name for a in arrays)]
+    given = ", ".join(
+        a.name for a in f.arguments if isinstance(a, Name) or not a.written
+    )  # fmt: skip
+    left = result if len(results) == 1 else f"[{', '.join(results)}]"
+    lines = [f"function {left} = {called[f.name]}({given})"]
+    lines += [f"% {f.doc}"] if f.doc else []
+    lines += [f"{a.name} = zeros({a.length}, 1);" for a in arrays]
+    body = Matlab(result, called).block(f.body, depth=0)
+    return "\n".join([*lines, *(body[:-1] if body[-1] == "return" else body), "end", ""])

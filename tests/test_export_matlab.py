@@ -1,0 +1,158 @@
+"""MATLAB: every law says in GNU Octave what it says here."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exported import MORE, model_of, model_with
+from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from stribeck.errors import InputError
+from stribeck.export.matlab import matlab
+from stribeck.export.model import Model
+from stribeck.export.vectors import vectors
+from stribeck.friction import LAWS
+from stribeck.rig.compensator import Compensator
+from stribeck.space import Array
+
+OCTAVE = shutil.which("octave-cli") or shutil.which("octave")
+needs_octave = pytest.mark.skipif(OCTAVE is None, reason="there is no GNU Octave here")
+BUSY = Compensator(
+    feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9
+)
+SPEEDS = (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0)
+
+#: Walks the functions of a law through the rows of a file: v, v_ref, h, loads.
+WALK = """
+function walk(name)
+rows = load([name '.txt']);
+law = str2func(name);
+compensator = str2func([name '_compensator']);
+z = []; s = [];
+said = zeros(size(rows, 1), 3);
+for i = 1:size(rows, 1)
+    r = rows(i, :);
+    [said(i, 1), z] = law(r(1), r(3), z, r(4:8)');
+    [said(i, 2), s] = compensator(r(2), r(1), r(3), s, r(4:8)');
+    said(i, 3) = law(r(1));
+end
+f = fopen([name '.out'], 'w');
+fprintf(f, '%.17g %.17g %.17g\\n', said');
+fclose(f);
+end
+"""
+
+
+def run(folder: Path, *names: str) -> dict[str, Array]:
+    """What Octave makes of laws and rows in a folder: friction, compensation, steady friction."""
+    (folder / "walk.m").write_text(WALK)
+    calls = "; ".join(f"walk('{name}')" for name in names)
+    done = subprocess.run(
+        [str(OCTAVE), "--no-init-file", "--no-history", "--quiet", "--eval", calls],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return {name: np.loadtxt(folder / f"{name}.out", ndmin=2) for name in names}
+
+
+def put(folder: Path, model: Model, name: str, rows: Array, compensator: Compensator) -> None:
+    for file, text in matlab(model, name, compensator).items():
+        (folder / file).write_bytes(text)
+    np.savetxt(folder / f"{name}.txt", rows, fmt="%.17g")
+
+
+@needs_octave
+def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
+    wanted: dict[str, tuple[Model, Any]] = {}
+    for i, law in enumerate((*LAWS, *MORE)):
+        model = model_of(law)
+        for compensator, kind in ((BUSY, "busy"), (Compensator(feedback=False), "plain")):
+            of = vectors(model, compensator, 128, seed=i)
+            put(tmp_path, model, f"l{i}_{kind}", np.hstack([of.inputs, of.loads]), compensator)
+            wanted[f"l{i}_{kind}"] = model, of
+    for name, said in run(tmp_path, *wanted).items():
+        model, of = wanted[name]
+        tolerance = 1e-9 if model.law.states else 1e-12
+        for got, want in ((said[:, 0], of.forces), (said[:, 1], of.outputs)):
+            worst = np.max(np.abs(got - want) / (np.abs(want) + of.floor))
+            assert worst < tolerance, (model.law.name, name)
+
+
+@needs_octave
+def test_steady_sliding_and_zeros_with_a_sign(tmp_path: Path) -> None:
+    v = np.array([-0.0, 0.0, -0.02, 0.02])
+    names = [n for n in LAWS if model_of(n).law.rub is None or model_of(n).law.states]
+    for i, name in enumerate(names):
+        rows = np.column_stack([v, v, np.full(4, 1e-3), np.zeros((4, 5))])
+        put(tmp_path, model_of(name), f"l{i}", rows, BUSY)
+    said = run(tmp_path, *(f"l{i}" for i in range(len(names))))
+    for i, name in enumerate(names):
+        model = model_of(name)
+        want = [model.law.slip(x, model.p) for x in v.tolist()]
+        np.testing.assert_allclose(said[f"l{i}"][:, 2], want, rtol=1e-12, err_msg=name)
+
+
+@needs_octave
+def test_awkward_python_and_the_words_of_the_language(tmp_path: Path) -> None:
+    cases = {**AWKWARD, "hostile": HOSTILE}
+    laws = {f"l{i}": own_law(function) for i, function in enumerate(cases.values())}
+    rows = np.column_stack([SPEEDS, SPEEDS, np.full((7, 1), 1e-3), np.zeros((7, 5))])
+    for name, law in laws.items():
+        put(tmp_path, model_with(law), name, rows, BUSY)
+    said = run(tmp_path, *laws)
+    for case, (name, law) in zip(cases, laws.items(), strict=True):
+        want = [law.slip(v, model_with(law).p) for v in SPEEDS]
+        np.testing.assert_allclose(said[name][:, 0], want, rtol=1e-12, atol=1e-12, err_msg=case)
+
+
+@needs_octave
+def test_states_and_parameters_go_in_and_out(tmp_path: Path) -> None:
+    model = model_of("maxwell-slip")
+    for file, text in matlab(model).items():
+        (tmp_path / file).write_bytes(text)
+    script = (
+        "[~, z, p] = friction(0); printf('%.17g ', z, p); p(9) = 2 * p(9);"
+        "[F, z] = friction(1e-3, 1e-3, z, [], p); printf('%.17g ', F, z)"
+    )
+    done = subprocess.run(
+        [str(OCTAVE), "--no-init-file", "--no-history", "--quiet", "--eval", script],
+        cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    said = np.array(done.stdout.split(), float)
+    p, out = model.p.copy(), np.zeros(4)
+    np.testing.assert_array_equal(said[:13], [0.0, 0.0, 0.0, 0.0, *p])
+    p[8] *= 2.0
+    rub: Any = model.law.rub
+    force = rub(1e-3, 1e-3, np.zeros(4), np.zeros(5), p, out)
+    np.testing.assert_allclose(said[13:], [force, *out], rtol=1e-12)
+
+
+def test_all_is_ascii_and_a_warning_stays_in_its_comment() -> None:
+    files = matlab(model_of("stribeck", warnings=["%{", "Führung −1\nF = 0;", "%}"]))
+    assert list(files) == ["friction.m", "friction_compensator.m"]
+    for text in files.values():
+        assert text.isascii()
+    head = files["friction.m"].decode().partition("if nargin")[0].splitlines()
+    assert all(line.startswith("%   ") or line == "%" for line in head[1:])
+
+
+@pytest.mark.parametrize("name", ["1st", "a-b", "end", "exp", "p", "_a", "", "x" * 50])
+def test_a_name_that_matlab_does_not_take(name: str) -> None:
+    with pytest.raises(InputError, match="MATLAB takes letters") as refused:
+        matlab(model_of("stribeck"), name)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("case", list(UNKNOWN))
+def test_what_cannot_be_translated_is_refused_with_its_line(case: str) -> None:
+    with pytest.raises(InputError, match=r"line \d+: `"):
+        matlab(model_with(own_law(UNKNOWN[case], compiled=False)))
