@@ -184,10 +184,11 @@ def _settings(model: Model) -> Iterator[Value]:
     """Where it starts, and how it is stepped: fixed when the simulation begins."""
     way = "rad" if model.rig.rotary else "m"
     rig_has = {c.name: c.value for c in model.rig.constants}
+    step = longest(model, rig_has.get("step", _STEP))
     for name, written, doc, start in (
         ("position_start", way, "position at the start", 0.0),
         ("velocity_start", model.speed_unit, "velocity at the start", 0.0),
-        ("step", "s", "longest step inside a communication step", longest(model, rig_has.get("step", _STEP))),
+        ("step", "s", "longest step inside a communication step", step),
         ("tolerance", way, "way by which such a step may be off",
          rig_has.get("tolerance", _TOLERANCE)),
     ):  # fmt: skip

@@ -423,6 +423,12 @@ int axis_step(axis *a, double span)
                 level += 1;
                 continue;
             }
+#ifdef R_dv
+            if (fabs(v_fine) <= a->r[R_dv] && level < FINEST) { /* when does it come to rest? */
+                level += 1;
+                continue;
+            }
+#endif
             a->q = 2.0 * (q_half + 0.5 * h * v_fine) - (a->q + h * v_coarse);
             a->v = 2.0 * v_fine - v_coarse;
             if (AXIS_STATES == 0 && a->v * v_fine <= 0.0) { /* extrapolated past the stop */

@@ -1,0 +1,594 @@
+"""The co-simulation unit: valid, alike each time, and the same motion as the rigs have here."""
+
+from __future__ import annotations
+
+import io
+import shutil
+import stat
+import subprocess
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+from exported import MORE, model_of
+from joint_models import model_of as model_with
+from stribeck import LAWS, RIGS, read
+from stribeck.errors import InputError
+from stribeck.export.fmu import fmu
+from stribeck.export.fmu_axis import axis
+from stribeck.export.fmu_description import exponents
+from stribeck.export.model import Model
+from stribeck.friction import law_named
+from stribeck.rig.forced import NORMAL
+from stribeck.rig.rig import Simulated
+from stribeck.rig.slide_bed import SLIDE_BED, published_both
+from stribeck.rig.stepping import motions
+from stribeck.rig.testbed import TestBed
+from stribeck.rig.track import FORCE, JOINT, Track, track
+from stribeck.space import Array
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy, of the extra `export`, is not installed")
+from fmpy.fmi2 import FMU2Slave  # noqa: E402 - only where it is there
+from fmpy.validation import validate_fmu  # noqa: E402 - the same
+
+pytestmark = pytest.mark.skipif(
+    not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
+)
+DATA = Path(__file__).parents[2] / "shared" / "data"
+real = pytest.mark.skipif(not DATA.exists(), reason="the logs are not beside the repository")
+OUTPUTS = ("position", "velocity", "drive", "friction")
+
+
+class Unit:
+    """A unit that is being simulated."""
+
+    def __init__(self, folder: str, description: Any) -> None:
+        self.of = {v.name: v.valueReference for v in description.modelVariables}
+        self.held = {v.name for v in description.modelVariables if v.variability == "discrete"}
+        self.slave = FMU2Slave(
+            guid=description.guid, unzipDirectory=folder, instanceName="axis",
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )  # fmt: skip
+        self.slave.instantiate()
+
+    def set(self, **values: float) -> None:
+        self.slave.setReal([self.of[n] for n in values], list(values.values()))
+
+    def slope(self, **values: float) -> None:
+        self.slave.setRealInputDerivatives(
+            [self.of[n] for n in values], [1] * len(values), list(values.values())
+        )
+
+    def get(self, *names: str) -> Array:
+        return np.array(self.slave.getReal([self.of[n] for n in names]))
+
+    def begin(self, **values: float) -> None:
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        self.set(**values)
+        self.slave.exitInitializationMode()
+
+    def walk(self, t: Array, given: Mapping[str, Array]) -> Array:
+        """Outputs at times t under inputs there, linear between them unless held: (4, N)."""
+        out = np.empty((4, len(t)))
+        out[:, 0] = self.get(*OUTPUTS)
+        slopes = {n: np.diff(x) / np.diff(t) for n, x in given.items() if n not in self.held}
+        for k, h in enumerate(np.diff(t)):
+            self.set(**{n: x[k] for n, x in given.items()})
+            self.slope(**{n: s[k] for n, s in slopes.items()})
+            self.slave.doStep(t[k], h)
+            out[:, k + 1] = self.get(*OUTPUTS)
+        return out
+
+
+@pytest.fixture
+def opened(tmp_path: Path) -> Callable[[Model], Unit]:
+    def of(model: Model) -> Unit:
+        path = tmp_path / f"{len(list(tmp_path.iterdir()))}.fmu"
+        path.write_bytes(fmu(model))
+        folder = fmpy.extract(str(path), str(path.with_suffix("")))
+        return Unit(folder, fmpy.read_model_description(str(path)))
+
+    return of
+
+
+def apart(got: Array, want: Array) -> float:
+    """The largest difference as a share of the range."""
+    assert np.isfinite(want).all()
+    assert np.ptp(want) > 0.0
+    return float(np.abs(got - want).max() / np.ptp(want))
+
+
+# The archive.
+
+EVERY = [
+    *((law, None) for law in (*LAWS, *MORE)),
+    *(("stribeck", rig) for rig in RIGS),
+    ("lugre", "joint"), ("dahl", "presliding"), ("gms", "servo-pendulum"),
+    ("stribeck-directional", "emps"), ("coulomb-viscous+temperature", "forced-pendulum"),
+]  # fmt: skip
+
+
+def on(law: str, rig: str | None) -> Model:
+    """A model of a law on a rig, its parameters from the middle of their ranges."""
+    if rig is None:
+        return model_of(law)
+    kind = RIGS[rig]
+    rng = np.random.default_rng(3)
+    values = {}
+    for q in kind.parameters(law_named(law)):
+        share = float(rng.uniform(0.3, 0.6))
+        values[q.name] = q.lower + share * (q.upper - q.lower) if q.fixed is None else q.fixed
+    for name in values:
+        if name.startswith("F_S"):
+            values[name] += values[name.replace("F_S", "F_C")]
+    return model_with(rig, law, values, (-1.0, 1.0))
+
+
+@pytest.mark.parametrize(("law", "rig"), EVERY)
+def test_every_law_and_rig_makes_a_valid_unit(law: str, rig: str | None, tmp_path: Path) -> None:
+    # Whether it compiles is seen below for each drive, and in test_export_c for each law.
+    path = tmp_path / "axis.fmu"
+    path.write_bytes(fmu(on(law, rig), "axis", binary=False))
+    assert validate_fmu(str(path)) == []
+
+
+def unpacked(data: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_the_same_model_is_the_same_bytes_and_another_has_another_guid() -> None:
+    model = model_of("lugre")
+    assert fmu(model) == fmu(model)
+    guids = {
+        ET.fromstring(unpacked(fmu(m, n, binary=False))["modelDescription.xml"]).get("guid")  # noqa: S314
+        for m, n in ((model, "friction"), (model, "axis"), (model_of("lugre", 2), "friction"))
+    }
+    assert len(guids) == 3
+
+
+def test_what_goes_with_it() -> None:
+    model = model_of("stribeck")
+    files = unpacked(fmu(model, "axis", binary=False))
+    assert model.head()[0] in files["documentation/index.html"].decode()
+    assert b"BSD" in files["documentation/licenses/license.txt"]
+    assert files["resources/card.json"].decode() == model.card.text()
+    assert not [name for name in files if name.startswith("binaries/")]
+
+
+def test_parameters_carry_unit_range_interval_and_verdict() -> None:
+    model = model_of("stribeck")
+    given = model.card.parameters["F_C"].model_copy(update={"low": 60.0, "high": 65.5})
+    parameters = {**model.card.parameters, "F_C": given}
+    model = Model(model.card.model_copy(update={"parameters": parameters}), model.made,
+                  model.values, "", "card.json")  # fmt: skip
+    root = ET.fromstring(unpacked(fmu(model, binary=False))["modelDescription.xml"])  # noqa: S314
+    made = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    said = made["F_C"]
+    assert said.get("variability") == "tunable"
+    assert said.get("description") == (
+        "Coulomb friction; 95 % interval 60 to 65.5; identified"
+    )  # fmt: skip
+    number = said[0].attrib
+    assert (number["unit"], float(number["min"]), float(number["max"])) == ("N", 40.0, 80.0)
+    assert float(number["start"]) == model.p[1]
+    assert made["k_hat_pos"][0].attrib == {"unit": "N/m", "start": "3500.0"}
+
+
+@pytest.mark.parametrize(
+    ("written", "powers"),
+    [
+        ("N m s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("V", {"kg": 1, "m": 2, "s": -3, "A": -1}),
+        ("ohm", {"kg": 1, "m": 2, "s": -3, "A": -2}),
+        ("N m/A", {"kg": 1, "m": 2, "s": -2, "A": -1}),
+        ("1/m**2", {"m": -2}),
+        ("1/K", {"K": -1}),
+        ("Pa", {"kg": 1, "m": -1, "s": -2}),
+    ],
+)
+def test_units_are_powers_of_what_fmi_knows(written: str, powers: dict[str, int]) -> None:
+    assert exponents(written) == powers
+
+
+@pytest.mark.parametrize(
+    ("law", "rig"),
+    [("lugre", "slide-bed"), ("stribeck", "slide-bed"), ("bam-m4", "servo-pendulum"),
+     ("stribeck", "joint"), ("gms", "presliding"), ("coulomb-load", "cylinder"),
+     ("stribeck-directional", "forced-pendulum")],
+)  # fmt: skip
+def test_its_sources_compile_without_a_warning(law: str, rig: str, tmp_path: Path) -> None:
+    for name, text in unpacked(fmu(on(law, rig), binary=False)).items():
+        if name.startswith("sources/"):
+            (tmp_path / Path(name).name).write_bytes(text)
+    cc = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))))
+    strict = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+    done = subprocess.run(
+        [cc, "-std=c99", "-O1", *strict, "-DFMI2_FUNCTION_PREFIX=friction_", "-c",
+         "axis.c", "fmi2.c", "friction.c"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+# The motion.
+
+
+def rig_of(model: Model) -> Simulated:
+    assert isinstance(model.rig, Simulated)
+    return model.rig
+
+
+def inputs_of(model: Model) -> list[str]:
+    """The names of its inputs, in the order in which its drive reads them."""
+    return [v.name for v in axis(model).of("input") if v.name not in ("temperature", "pressure")]
+
+
+def moved(unit: Unit, model: Model, on: Track, **values: float) -> Array:
+    """The unit's motion over a prepared track: (4, N)."""
+    rows = dict(zip(inputs_of(model), on.inputs[2:], strict=True))
+    rows |= {"temperature": on.inputs[1]} if "temperature" in unit.of else {}
+    rows |= {"pressure": on.inputs[0]} if "pressure" in unit.of else {}
+    start = {name: x[0] for name, x in rows.items()}
+    unit.begin(position_start=on.x0, velocity_start=on.v0, **start, **values)
+    return unit.walk(on.t - on.t[0], rows)
+
+
+def ramp(temperature: float = 293.15) -> Track:
+    """The ramp of the paper's test bed, up and down, with its command at the samples of a log."""
+    drive, x0 = TestBed().drive("both")
+    made = track(drive, np.arange(0.0, drive.t[-1], 0.01), x0)
+    inputs = np.zeros((4, len(made.t)))
+    inputs[1], inputs[2] = temperature, drive(made.t)
+    return made._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
+
+
+@pytest.mark.parametrize(
+    ("law", "most"),
+    [
+        # What sticks and slips goes from event to event there and in short steps here. How far
+        # the two are apart is decided by when a slip begins.
+        ("stribeck-directional", 1e-4),
+        ("coulomb-viscous", 1e-6),
+        ("stribeck-smooth", 1e-9),
+        ("lugre", 1e-9),
+        ("gms", 1e-9),
+        ("stribeck+temperature", 1e-9),
+        ("lugre+position", 1e-7),
+    ],
+)
+def test_a_slide_follows_the_ramp_of_the_test_bed(
+    opened: Callable[[Model], Unit], law: str, most: float
+) -> None:
+    p = published_both()
+    names = [q.name for q in SLIDE_BED.parameters(LAWS["stribeck-directional"])]
+    model = (
+        model_with("slide-bed", law, dict(zip(names, p, strict=True)), (-1.0, 1.0))
+        if law == "stribeck-directional"
+        else model_of(law)
+    )
+    on = ramp(300.0)
+    want = rig_of(model).move(model.law, model.values[None], on)
+    got = moved(opened(model), model, on)
+    assert apart(got[0], want.position[0]) <= most
+
+
+@real
+@pytest.mark.parametrize("law", ["coulomb-viscous", "stribeck", "bam-m4", "bam-m6+temperature"])
+def test_a_servo_follows_a_recorded_goal(opened: Callable[[Model], Unit], law: str) -> None:
+    model = model_with("servo-pendulum", law, SERVO, (-5.0, 5.0))
+    log = read(min((DATA / "bam_xl330" / "logs").glob("*.json")), columns=dict(model.rig.columns))
+    n = len(log)
+    on = rig_of(model).track(log, slice(0, n), float(log.position[0]), np.ones(n))
+    on.inputs[1] = 300.0
+    want = rig_of(model).move(model.law, model.values[None], on)
+    of_the_run = dict(zip(("m", "l", "kp", "vin"), on.given, strict=True))
+    got = moved(opened(model), model, on, **of_the_run)
+    assert np.ptp(want.position) > 0.3
+    assert apart(got[0], want.position[0]) <= 1e-9
+    assert apart(got[2], want.force[0]) <= 1e-9
+
+
+#: A small servo with a pendulum, SI.
+SERVO = {
+    "k_t": 0.41, "R": 8.6, "armature": 2e-3, "q_offset": 0.01, "F_S": 0.05, "F_C": 0.02,
+    "F_V": 0.01, "v_SS": 1.0, "exponent": 1.0, "K_c": 0.012, "K_v": 0.01, "K_cs": 0.02, "w_s": 1.5,
+    "alpha": 1.2, "K_l": 0.1, "K_ls": 0.15, "K_m": 0.1, "K_e": 0.15, "K_ms": 0.05, "K_es": 0.1,
+    "K_mq": 0.05, "K_eq": 0.1, "temp_slope": -0.01, "temp_ref": 293.15,
+}  # fmt: skip
+
+
+def forced(model: Model, t: Array, *inputs: Array, constants: Array, kind: int = FORCE,
+           held: bool = False) -> Array:  # fmt: skip
+    """Positions of an axis under a force, as `stepping` has them, with the unit's own steps."""
+    made = {v.name: v.start for v in axis(model).of("setting")}
+    x0 = 0.1
+    on = Track(t, t, t, x0, t, t, np.empty((3, 0)), inputs=np.array(inputs),
+               held=np.full(len(inputs), float(held)))  # fmt: skip
+    q, _, _ = motions(
+        model.law, kind, model.p[None], constants[None], on, made["step"] or 0.0,
+        made["tolerance"] or 0.0,
+    )  # fmt: skip
+    position: Array = q[0]
+    return position
+
+
+@real
+@pytest.mark.parametrize("law", ["coulomb-viscous", "stribeck", "coulomb-viscous-directional"])
+def test_emps_follows_its_recorded_force(opened: Callable[[Model], Unit], law: str) -> None:
+    model, t, force = emps(law)
+    nothing = np.zeros(len(t))
+    offset = 0.0 if model.law.directional else -3.1648
+    want = forced(model, t, nothing, nothing, force, constants=np.array([95.1089, offset]))
+    unit = opened(model)
+    unit.begin(position_start=0.1, force=force[0])
+    got = unit.walk(t, {"force": force})
+    assert apart(got[0], want) <= 1e-9
+    np.testing.assert_allclose(got[2], force, rtol=1e-12)
+
+
+def emps(law: str) -> tuple[Model, Array, Array]:
+    import scipy.io  # noqa: PLC0415 - only where there are logs
+
+    raw = scipy.io.loadmat(DATA / "emps" / "DATA_EMPS.mat")
+    t, voltage = (np.ascontiguousarray(raw[n].ravel(), dtype=float) for n in ("t", "vir"))
+    values = {
+        "F_C": 20.3935, "F_V": 203.5034, "F_S": 25.0, "v_SS": 0.005, "exponent": 1.0,
+        "F_C+": 18.0, "F_C-": 22.0, "F_V+": 200.0, "F_V-": 205.0, "M": 95.1089, "offset": -3.1648,
+    }  # fmt: skip
+    return model_with("emps", law, values, (-0.15, 0.15)), t, float(raw["gtau"][0, 0]) * voltage
+
+
+@real
+def test_fmpy_simulates_a_recorded_force(tmp_path: Path) -> None:
+    # FMPy sets inputs at communication points, between which the unit holds them.
+    model, logged, recorded = emps("stribeck")
+    t = np.arange(5000) / 1000.0
+    force = np.interp(t, logged - logged[0], recorded)
+    (tmp_path / "axis.fmu").write_bytes(fmu(model))
+    given = np.array(list(zip(t, force, strict=True)), dtype=[("time", float), ("force", float)])
+    done = fmpy.simulate_fmu(
+        str(tmp_path / "axis.fmu"), stop_time=t[-1], output_interval=1e-3, input=given,
+        start_values={"position_start": 0.1}, output=["position"],
+    )  # fmt: skip
+    nothing = np.zeros(len(t))
+    want = forced(
+        model, t, nothing, nothing, force, constants=np.array([95.1089, -3.1648]), held=True
+    )
+    assert apart(np.interp(t, done["time"], done["position"]), want) <= 1e-6
+
+
+def test_bristles_under_a_force_are_the_rigs(opened: Callable[[Model], Unit]) -> None:
+    values = {"sigma_0": 1e5, "sigma_1": 300.0, "F_S": 20.0, "F_C": 12.0, "v_s": 0.01,
+              "F_V": 40.0, "M": 5.0, "offset": 0.5}  # fmt: skip
+    model = model_with("presliding", "lugre", values, (-0.1, 0.1))
+    t = np.arange(0.0, 4.0, 2e-3)
+    force = 14.0 * np.sin(2.0 * t) + 10.0 * np.sin(7.3 * t)
+    on = Track(t, t, t, 0.0, t, t, np.empty((3, 0)), held=np.zeros(3),
+               inputs=np.array([0.0 * t, 0.0 * t, force]))  # fmt: skip
+    want = rig_of(model).move(model.law, model.values[None], on)
+    got = moved(opened(model), model, on)
+    assert apart(got[0], want.position[0]) <= 1e-9
+    assert apart(got[1], want.velocity[0]) <= 1e-9
+
+
+@pytest.mark.parametrize("hold", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize("law", ["stribeck", "lugre"])
+def test_a_joint_is_the_rigs_with_a_torque_that_follows_or_is_held(
+    opened: Callable[[Model], Unit], law: str, hold: float
+) -> None:
+    values = {"J": 0.3, "g_sin": 2.0, "g_cos": 0.7, "g_0": 0.1, "F_S": 0.9, "F_C": 0.6,
+              "F_V": 0.2, "v_SS": 0.05, "v_s": 0.05, "exponent": 1.0, "sigma_0": 2e3,
+              "sigma_1": 5.0}  # fmt: skip
+    model = model_with("joint", law, values, (-1.0, 1.0))
+    rig = rig_of(model).set(hold=hold, limit=20.0, kp=60.0)
+    t = np.arange(0.0, 3.0, 4e-3)
+    command = 0.5 * np.sin(2.0 * t)
+    inputs = np.array([0 * t, 0 * t, command, np.gradient(command, t), 0.3 * np.sign(np.sin(t))])
+    on = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(5))
+    want = rig.move(model.law, model.values[None], on)
+    got = moved(opened(model), model, on, hold=hold, limit=20.0, kp=60.0)
+    assert apart(got[0], want.position[0]) <= 1e-9
+    if hold == 0.0:
+        assert apart(got[2], want.force[0]) <= 1e-9
+
+
+def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
+    opened: Callable[[Model], Unit],
+) -> None:
+    values = {"F_C": 0.05, "F_V": 0.02, "M": 0.06, "offset": 0.03, "g_sin": 1.2, "g_cos": 0.2}
+    model = model_with("forced-pendulum", "coulomb-viscous", values, (-5.0, 5.0))
+    t = np.arange(0.0, 5.0, 5e-3)
+    torque = 0.8 * np.sin(3.0 * t)
+    joint = np.array([0.06, 0.0, 0.0, 1.2, 0.2, 0.03, np.inf, 0.0])
+    want = forced(model, t, *(0.0 * t for _ in range(4)), torque, constants=joint, kind=JOINT)
+    unit = opened(model)
+    unit.begin(position_start=0.1)
+    got = unit.walk(t, {"force": torque})
+    assert apart(got[0], want) <= 1e-9
+
+
+def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model], Unit]) -> None:
+    values = {"F_C": 20.0, "F_V": 300.0, "mu": 2e-4, "M": 8.0, "offset": 3.0, "b": 1e-5}
+    model = model_with("cylinder", "coulomb-load", values, (-1.0, 1.0))
+    t = np.arange(0.0, 5.0, 5e-3)
+    pressure = 2e5 * (1.0 + 0.5 * np.sin(t))
+    area = np.pi / 4 * 0.025**2 + 1e-5
+    force = pressure * area + 150.0 * np.sin(4.0 * t)
+    want = forced(
+        model, t, pressure, 0.0 * t, force - pressure * area, constants=np.array([8.0, 3.0])
+    )
+    unit = opened(model)
+    unit.begin(position_start=0.1, force=force[0], pressure=pressure[0])
+    got = unit.walk(t, {"force": force, "pressure": pressure})
+    assert NORMAL == 2
+    assert apart(got[0], want) <= 1e-9
+
+
+# What a master may do with it.
+
+
+def pushed(unit: Unit, forces: Array, h: float = 1e-3) -> Array:
+    """Position, velocity and friction after steps of h under forces."""
+    out = np.empty((len(forces), 3))
+    for k, force in enumerate(forces):
+        unit.set(force=force)
+        unit.slave.doStep(k * h, h)
+        out[k] = unit.get("position", "velocity", "friction")
+    return out
+
+
+def bristled() -> Model:
+    values = {"sigma_0": 1e5, "sigma_1": 300.0, "F_S": 20.0, "F_C": 12.0, "v_s": 0.01,
+              "F_V": 40.0, "M": 5.0, "offset": 0.0}  # fmt: skip
+    return model_with("presliding", "lugre", values, (-0.1, 0.1))
+
+
+FORCES = 25.0 * np.sin(0.02 * np.arange(400))
+
+
+@pytest.mark.parametrize("by", ["handle", "bytes"])
+def test_a_state_brings_back_the_motion(opened: Callable[[Model], Unit], by: str) -> None:
+    unit = opened(bristled())
+    unit.begin()
+    pushed(unit, FORCES)
+    kept = unit.slave.getFMUstate()
+    data = unit.slave.serializeFMUState(kept) if by == "bytes" else b""
+    first = pushed(unit, FORCES)
+    if by == "bytes":
+        unit.slave.freeFMUState(kept)
+        kept = unit.slave.deSerializeFMUstate(data)
+    unit.slave.setFMUState(kept)
+    assert np.array_equal(pushed(unit, FORCES), first)
+    unit.slave.freeFMUState(kept)
+    assert not np.array_equal(pushed(unit, FORCES), first)
+
+
+def test_two_axes_of_one_unit_are_two(opened: Callable[[Model], Unit]) -> None:
+    model = bristled()
+    alone, one, other = opened(model), opened(model), opened(model)
+    for unit in (alone, one, other):
+        unit.begin()
+    pushed(other, -FORCES)
+    assert np.array_equal(pushed(one, FORCES), pushed(alone, FORCES))
+
+
+def test_a_reset_axis_starts_anew(opened: Callable[[Model], Unit]) -> None:
+    unit = opened(bristled())
+    unit.begin()
+    first = pushed(unit, FORCES)
+    unit.slave.reset()
+    unit.begin()
+    assert np.array_equal(pushed(unit, FORCES), first)
+
+
+def test_the_communication_step_does_not_decide_the_motion(
+    opened: Callable[[Model], Unit],
+) -> None:
+    t = np.arange(0.0, 2.0, 1e-3)
+    force = 25.0 * np.sin(4.0 * t)
+    far = []
+    for stride in (1, 10, 40):
+        unit = opened(bristled())
+        unit.begin(step=1e-4)
+        given = np.interp(t, t[::40], force[::40])  # linear in the longest step
+        far.append(unit.walk(t[::stride], {"force": given[::stride]})[0, :: 40 // stride])
+    assert apart(far[1], far[0]) <= 1e-5
+    assert apart(far[2], far[0]) <= 1e-5
+
+
+def test_friction_holds_an_axis_with_what_pulls_at_it(opened: Callable[[Model], Unit]) -> None:
+    values = {"F_C": 12.5, "F_V": 40.0, "M": 10.0, "offset": 1.5}
+    unit = opened(model_with("forced", "coulomb-viscous", values, (-0.5, 0.5)))
+    unit.begin()
+    held = pushed(unit, np.array([5.0, -4.0, 13.9]))
+    np.testing.assert_allclose(held[:, 2], [3.5, -5.5, 12.4], rtol=1e-12)
+    assert not held[:, :2].any()
+    moving = pushed(unit, np.full(3, 30.0))[-1]
+    assert moving[1] > 0.0
+    assert moving[2] == pytest.approx(12.5 + 40.0 * moving[1], rel=1e-12)
+
+
+def test_a_tuned_parameter_is_that_of_another_model(opened: Callable[[Model], Unit]) -> None:
+    values = {"F_C": 12.5, "F_V": 40.0, "M": 10.0, "offset": 0.0}
+    tuned, other = (
+        opened(model_with("forced", "coulomb-viscous", v, (-0.5, 0.5)))
+        for v in (values, {**values, "F_C": 9.0, "M": 7.0})
+    )
+    tuned.begin()
+    other.begin()
+    tuned.set(F_C=9.0, M=7.0)  # while it runs
+    assert np.array_equal(pushed(tuned, FORCES), pushed(other, FORCES))
+
+
+def refused(call: Callable[..., object], *given: object, **named: float) -> None:
+    with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
+        call(*given, **named)
+
+
+def test_what_cannot_be_is_an_error_and_no_crash(opened: Callable[[Model], Unit]) -> None:
+    unit = opened(bristled())
+    refused(unit.slave.doStep, 0.0, 1e-3)  # before the start
+    refused(unit.slave.setReal, [0], [1.0])  # an output
+    refused(unit.slave.getReal, [999])
+    refused(unit.slave.getInteger, [0])
+    unit.begin()
+    refused(unit.set, step=1e-4)  # fixed
+    refused(unit.slave.doStep, 0.0, -1e-3)
+    refused(unit.slave.setRealInputDerivatives, [unit.of["M"]], [1], [0.0])
+    refused(unit.slave.setRealInputDerivatives, [unit.of["force"]], [2], [0.0])
+    unit.set(M=float("nan"))
+    refused(unit.slave.doStep, 0.0, 1e-3)
+
+
+def test_a_unit_of_another_guid_is_not_instantiated(opened: Callable[[Model], Unit]) -> None:
+    unit = opened(bristled())
+    other = FMU2Slave(
+        guid="{0}", unzipDirectory=unit.slave.unzipDirectory, instanceName="axis",
+        modelIdentifier="friction",
+    )  # fmt: skip
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        other.instantiate()
+
+
+# Where it cannot be made.
+
+
+@pytest.mark.parametrize("name", ["", "1st", "a b", "x" * 42, "a/b", "f\n"])
+def test_a_name_that_c_does_not_take_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="letters, digits and _") as error:
+        fmu(model_of("stribeck"), name)
+    assert "\n" not in str(error.value)
+
+
+def test_without_a_compiler_there_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="there is no C compiler") as error:
+        fmu(model_of("stribeck"))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("says", ["cc: out of memory\nmore", ""])
+def test_a_compiler_that_fails_is_told_in_one_line_and_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, says: str
+) -> None:
+    broken = tmp_path / "bin" / "cc"
+    broken.parent.mkdir()
+    broken.write_text(f"#!/bin/sh\necho '{says}' >&2\nexit 1\n")
+    broken.chmod(broken.stat().st_mode | stat.S_IXUSR)
+    left = tmp_path / "left"
+    left.mkdir()
+    monkeypatch.setenv("PATH", str(broken.parent))
+    monkeypatch.setattr("tempfile.tempdir", str(left))
+    with pytest.raises(InputError, match=says.partition("\n")[0] or "it said nothing") as error:
+        fmu(model_of("stribeck"))
+    assert "\n" not in str(error.value)
+    assert not list(left.iterdir())
