@@ -16,6 +16,7 @@ velocity, which needs no sensor, where that is as good.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -26,7 +27,7 @@ from ..identify.card import ConstantCard, kind_of
 from ..rig import RIGS
 from ..rig.compensated import IDEAL, compensated, controlled, drive_friction
 from ..rig.compensator import TINY, Compensator, seen
-from .hunting import SIGNS, Sign, floors, signs, stretches
+from .hunting import SIGNS, Sign, floors, signs, stretches, swings
 from .plants import IDENTIFIED, plants
 from .references import LONG, paced, references
 
@@ -259,11 +260,10 @@ def _on(card: Card, rig: Rig | None) -> Card:
         return card
     kind = kind_of(rig)
     shipped = {c.name: c.value for c in RIGS[kind].constants}
-    constants = {
-        c.name: ConstantCard(value=c.shown, unit=c.unit)
-        for c in rig.constants
-        if c.value != shipped[c.name]
-    }
+    changed = [c for c in rig.constants if c.value != shipped[c.name]]
+    if odd := [c.name for c in changed if not np.isfinite(c.value)]:
+        raise InputError(f"rig {rig.name}: {odd[0]} is not a finite number: a card cannot say that")
+    constants = {c.name: ConstantCard(value=c.shown, unit=c.unit) for c in changed}
     return card.model_copy(
         update={"rig": rig.name, "kind": kind, "constants": constants, "columns": {}}
     )
@@ -348,8 +348,9 @@ class _Trial:
             )
             on = stretches(motion, self.shape.dead_band)
             seen_here = signs(
-                motion, on, moved.position, moved.velocity, self.shape.dead_band, floor
-            )
+                motion, on, moved.position, moved.velocity, self.shape.dead_band, floor,
+                swings(motion, on, self.free[m]),
+            )  # fmt: skip
             if baseline is not None:
                 seen_here = {k: v & ~baseline.signs[m][k] for k, v in seen_here.items()}
                 worse = (rms[:, m] > baseline.rms[:, m]) & ~seen_here["runs away"]
@@ -359,17 +360,26 @@ class _Trial:
         made = Baseline(rms, tuple(f for f, _ in kept), tuple(s for _, s in kept))
         return rms, found, made
 
+    @cached_property
+    def free(self) -> tuple[Array, ...]:
+        """Positions of the axes had they no friction, (P, N) for each motion."""
+        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
+        own = np.array(list(self.axes.values()))[:, len(self.law.params) :]
+        bare = np.hstack([np.zeros((len(own), len(law.params))), own])
+        off = [replace(self.shape, scale=0.0)]
+        return tuple(
+            compensated(self.rig, law, bare, motion, off, (law, bare[0])).position
+            for motion in self.motions
+        )
+
     def frictionless(self) -> Array:
         """RMS errors of the identified axis without any friction, (M,): the loop's own."""
-        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
-        own = self.axes[IDENTIFIED][len(self.law.params) :]
-        bare = np.concatenate([np.zeros(len(law.params)), own])[None]
-        off = [replace(self.shape, scale=0.0)]
-        return np.array([
-            np.sqrt(np.mean((m.x - compensated(self.rig, law, bare, m, off,
-                                               (law, bare[0])).position[0]) ** 2))
-            for m in self.motions
-        ])  # fmt: skip
+        return np.array(
+            [
+                np.sqrt(np.mean((m.x - x[0]) ** 2))
+                for m, x in zip(self.motions, self.free, strict=True)
+            ]
+        )
 
     def traces(self, settings: Compensator | None) -> tuple[Trace, ...]:
         """The identified axis over each motion, thinned."""

@@ -3,10 +3,12 @@
 Against the same axis without compensation, on each stretch in which the reference moves one way
 (the first third of it, in which the axis catches up, is not looked at), and on each of its rests:
 
-- **runs away**: the axis leaves its reference by a hundred times the reference's travel.
+- **runs away**: the axis leaves its start by a hundred times the reference's travel, and 10 m or
+  rad, or swings so fast that it cannot be simulated.
 - **runs back**: it moves against the reference by more than the floor.
-- **oscillates**: while the reference moves at one speed, the error swings by more than the floor,
-  its swing in the last third of the stretch is four fifths or more of that in the middle third,
+- **oscillates**: while the reference moves at one speed, the error swings by more than the floor
+  and twice what it swings on an axis without any friction (gravity makes a soft loop swing), its
+  swing in the last third of the stretch is four fifths or more of that in the middle third,
   and in none of the two does the axis rest behind its reference. (An axis that rests behind is
   not pushed enough: what is left is stick-slip, not too much compensation.)
 - **creeps on**: in the last third of a rest of the reference it still moves by more than the floor,
@@ -79,6 +81,13 @@ def floors(reference: Reference, without: Array, resolution: float) -> Array:
     return found
 
 
+def swings(reference: Reference, on: list[Stretch], x: Array) -> Array:
+    """How far the errors of positions (n, N) swing in the last third of each stretch, (n, S)."""
+    error = reference.x - x
+    last = [slice(s.begin + 2 * ((s.stop - s.begin) // 3), s.stop) for s in on]
+    return np.array([np.ptp(error[:, rows], axis=1) for rows in last]).reshape(len(on), -1).T
+
+
 def signs(
     reference: Reference,
     on: list[Stretch],
@@ -86,6 +95,7 @@ def signs(
     v: Array,
     dead_band: float,
     floor: Array,
+    own: Array | None = None,
 ) -> dict[Sign, NDArray[np.bool_]]:
     """Which motions show which sign, (n,) each, without a look at their baseline.
 
@@ -96,12 +106,13 @@ def signs(
         v: Velocities, (n, N).
         dead_band: Speed up to which an axis rests, m/s or rad/s.
         floor: (n,).
+        own: What the loops swing without any friction, as `swings` says; nothing by default.
     """
     n = len(x)
     away = np.array([not np.isfinite(row).all() for row in x])
-    back, swings, creeps = np.zeros((3, n), dtype=bool)
+    back, swung, creeps = np.zeros((3, n), dtype=bool)
     with np.errstate(invalid="ignore"):  # what ran away is told as that
-        for s in on:
+        for k, s in enumerate(on):
             third = (s.stop - s.begin) // 3
             middle, last = s.begin + third, s.begin + 2 * third
             if s.way == 0:
@@ -119,10 +130,11 @@ def signs(
                 before, after = (
                     np.ptp(behind[:, rows], axis=1) for rows in (slice(third), slice(third, None))
                 )
-                swings |= (after > floor) & (after >= LASTING * before) & ~rests.any(axis=1)
+                least = floor if own is None else floor + 2.0 * own[:, k]
+                swung |= (after > least) & (after >= LASTING * before) & ~rests.any(axis=1)
     return {
         "runs away": away,
         "runs back": back & ~away,
-        "oscillates": swings & ~away,
+        "oscillates": swung & ~away,
         "creeps on": creeps & ~away,
     }

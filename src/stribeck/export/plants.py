@@ -29,7 +29,8 @@ def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], li
         p: Its parameter set, (k,).
     """
     rig, law = made.rig, made.law
-    found, said = {IDENTIFIED: p}, []
+    found: dict[str, Array] = {IDENTIFIED: p}
+    open_: list[str] = []
     low, high = p.copy(), p.copy()
     for k, q in enumerate(rig.parameters(law)):
         name = rig.label(q.name)
@@ -38,7 +39,7 @@ def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], li
             continue
         for word, value, ends in (("low", given.low, low), ("high", given.high, high)):
             if value is None:
-                said.append(f"{name} has no {word} end of its interval: it was not tried there")
+                open_.append(f"{name} {word}")
                 continue
             one = p.copy()
             one[k] = float(unit(given.unit).to_si(value))
@@ -51,6 +52,7 @@ def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], li
             found[f"all friction {word}"] = ends
     n = len(law.params)
     odd = [name for name, one in found.items() if not np.all(law.physical(one[None, :n]))]
+    said = [f"ends that the card leaves open were not tried: {', '.join(open_)}"] if open_ else []
     for name in odd:
         del found[name]
         said.append(f"{name}: no friction of law {law.name}, so it was not tried")

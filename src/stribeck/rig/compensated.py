@@ -61,8 +61,9 @@ _I1 = int64[::1]
 
 #: Which of its inputs the compensator's output is added to, by kind of drive.
 _ADDED = {SLIDE: 3, SERVO: 4, JOINT: 4}
-#: An axis that is so many times its reference's travel away from it has run away.
-_FAR = 100.0
+#: An axis that is so many times its reference's travel away from its start has run away, where
+#: that is more than so many m or rad.
+_FAR, _NOT_FAR = 100.0, 10.0
 #: Way by which a step may be off where the rig has no constant for it, m.
 _TOLERANCE = 1e-9
 
@@ -214,7 +215,7 @@ def compensated(
     parts = np.maximum(np.ceil(np.diff(t) / loop.step - 1e-9), 1).astype(np.int64)
     q, v, F, u, seen = np.full((5, n, N), np.nan)
     noise = sensor.noise * np.random.default_rng(sensor.seed).standard_normal(N)
-    far = _FAR * float(np.ptp(reference.x)) or np.inf
+    far = max(_FAR * float(np.ptp(reference.x)), _NOT_FAR)
     start = np.column_stack([np.full(n, loop.on.x0), np.full(n, loop.on.v0)])
     crew.hired().share(
         _loops, n,
