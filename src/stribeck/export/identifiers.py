@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from .lowering import counters, renamed
+from .lowering import assigned, counters, renamed
 from .program import Function
 
 
@@ -49,5 +49,5 @@ def named(function: Function, names: Identifiers) -> Function:
 
 def declared(function: Function) -> list[str]:
     """The variables that a function has to declare where loops declare their own."""
-    loops = counters(function.body)
+    loops = counters(function.body) - assigned(function.body)
     return [v.name for v in function.variables if v.name not in loops]

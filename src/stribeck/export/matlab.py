@@ -52,7 +52,7 @@ def matlab(
 
 def _functions(of: Program, taken: list[str]) -> tuple[list[str], dict[str, str]]:
     """The texts of a program's functions, and what they are called."""
-    names = Identifiers([*WORDS, *taken, "copysign"], alike=False)
+    names = Identifiers([*WORDS, *_OWN, *taken], alike=False)
     called = {f.name: names.new(f.name) for f in of.functions} | {"copysign": "copysign"}
     made = lowered(of, Blunt(joins=False, divides=False))
     texts = [function_text(f, called) for f in made.functions]

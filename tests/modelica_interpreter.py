@@ -1,0 +1,296 @@
+"""Runs functions and sampled blocks of Modelica, so that tests need no Modelica tool.
+
+The text is parsed by pymoca, whose grammar is the language's; this file walks its tree. It shares
+nothing with what writes the text, and forgives less than a tool: inputs are not assigned to, AND
+and OR look at both sides, arrays have bounds, and a division by 0 is an error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any
+
+from pymoca import ast, parser
+
+_BUILT_IN: dict[str, Callable[..., Any]] = {
+    "abs": abs, "sqrt": math.sqrt, "exp": math.exp, "log": math.log, "sin": math.sin,
+    "cos": math.cos, "tanh": math.tanh, "min": min, "max": max,
+    "div": lambda a, b: abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1),
+}  # fmt: skip
+_ZERO = {"Real": 0.0, "Integer": 0, "Boolean": False}
+
+
+class ModelicaError(Exception):
+    """What a tool would refuse, or stop at."""
+
+
+class _Return(Exception):  # noqa: N818 - no error: a return
+    pass
+
+
+class Package:
+    """A package of functions and blocks.
+
+    Args:
+        text: Modelica.
+        name: The package's.
+    """
+
+    def __init__(self, text: str, name: str) -> None:
+        found = parser.parse(text).classes.get(name)
+        if found is None or found.type != "package":
+            raise ModelicaError(f"no package {name}")
+        self.classes: dict[str, Any] = dict(found.classes)
+
+    def call(self, name: str, given: Sequence[Any]) -> list[Any]:
+        """A function's results."""
+        f = self.classes.get(name)
+        if f is None or f.type != "function":
+            raise ModelicaError(f"no function {name}")
+        inputs = [s for s in f.symbols.values() if "input" in s.prefixes]
+        values = {s.name: _zero(s) for s in f.symbols.values()}
+        for symbol, value in zip(inputs, given, strict=True):
+            size = _size(symbol)
+            if size is not None and (not isinstance(value, list) or len(value) != size):
+                raise ModelicaError(f"{name}: {symbol.name} is no array of {size}")
+            values[symbol.name] = float(value) if size is None else list(value)
+        scope = _Scope(self, values, frozenset(s.name for s in inputs))
+        with suppress(_Return):
+            scope.run(f.statements)
+        return [values[s.name] for s in f.symbols.values() if "output" in s.prefixes]
+
+
+class Block:
+    """An instance of a block: an equation, or what a sampled one does at an instant.
+
+    Args:
+        package: Where it is.
+        name: Its name.
+        changed: Parameters that are not what the text says.
+    """
+
+    def __init__(self, package: Package, name: str, **changed: float | bool) -> None:
+        self._package, self._class = package, package.classes[name]
+        self.values: dict[str, Any] = {}
+        for symbol in self._class.symbols.values():
+            if symbol.name in changed:
+                self.values[symbol.name] = changed[symbol.name]
+            elif "parameter" in symbol.prefixes:
+                self.values[symbol.name] = _Scope(package, self.values).value(_binding(symbol))
+            else:
+                self.values[symbol.name] = _zero(symbol)
+        if set(changed) - set(self.values):
+            raise ModelicaError(f"{name} has no {set(changed) - set(self.values)}")
+
+    def sampled(self) -> list[float]:
+        """When the block is sampled: at first, and how often."""
+        (when,) = self._class.statements
+        (sample,) = when.conditions
+        scope = _Scope(self._package, self.values)
+        return [scope.value(x) for x in sample.operands]
+
+    def step(self, **inputs: float) -> None:
+        """One instant with these inputs."""
+        for name, value in inputs.items():
+            if "input" not in self._class.symbols[name].prefixes:
+                raise ModelicaError(f"{name} is no input")
+            self.values[name] = value
+        before = {k: list(v) if isinstance(v, list) else v for k, v in self.values.items()}
+        read_only = frozenset(
+            s.name for s in self._class.symbols.values() if {"input", "parameter"} & set(s.prefixes)
+        )
+        scope = _Scope(self._package, self.values, read_only, before)
+        for equation in self._class.equations:
+            scope.assign(equation.left, scope.value(equation.right))
+        for when in self._class.statements:
+            scope.run(when.blocks[0])
+
+
+class _Scope:
+    """Values of variables, and what may be done with them."""
+
+    def __init__(
+        self,
+        package: Package,
+        values: dict[str, Any],
+        read_only: frozenset[str] = frozenset(),
+        before: dict[str, Any] | None = None,
+    ) -> None:
+        self._package, self._values, self._read_only = package, values, read_only
+        self._before, self._loops = before, dict[str, int]()
+
+    # --- statements
+
+    def run(self, statements: Sequence[Any]) -> None:
+        for statement in statements:
+            self._statement(statement)
+
+    def _statement(self, of: Any) -> None:  # noqa: C901 - one case a line
+        match of:
+            case ast.AssignmentStatement():
+                right = of.right
+                if len(of.left) == 1:
+                    self.assign(of.left[0], self.value(right))
+                    return
+                results = self._package.call(_called(right), [*map(self.value, right.operands)])
+                for target, value in zip(of.left, results, strict=True):
+                    self.assign(target, value)
+            case ast.IfStatement():
+                for condition, block in zip(of.conditions, of.blocks, strict=True):
+                    if condition is True or self._truth(condition):
+                        self.run(block)
+                        return
+            case ast.ForStatement():
+                self._for(of)
+            case ast.WhileStatement():
+                while self._truth(of.condition):
+                    self.run(of.statements)
+            case ast.Primary(value="return"):
+                raise _Return
+            case _:
+                raise ModelicaError(f"statement {type(of).__name__}")
+
+    def _for(self, of: ast.ForStatement) -> None:
+        (index,) = of.indices
+        span = index.expression
+        first, last, step = (self.value(x) for x in (span.start, span.stop, span.step))
+        if step != 1:  # first:step:last, of which pymoca 0.12 takes the last for the step
+            last, step = step, last
+        if {type(first), type(step), type(last)} != {int}:
+            raise ModelicaError("a loop counts by Integers")
+        for i in range(first, last + (1 if step > 0 else -1), step):
+            self._loops[index.name] = i
+            self.run(of.statements)
+        self._loops.pop(index.name, None)
+
+    def assign(self, target: Any, value: Any) -> None:
+        name = target.name
+        if name not in self._values or name in self._read_only or name in self._loops:
+            raise ModelicaError(f"{name} is assigned to")
+        now = self._values[name]
+        index = self._index(target)
+        if index is not None:
+            now[index] = _as(0.0, value)
+        elif isinstance(now, list):
+            if not isinstance(value, list) or len(value) != len(now):
+                raise ModelicaError(f"{name} is assigned {value!r}")
+            self._values[name] = list(value)
+        else:
+            self._values[name] = _as(now, value)
+
+    # --- expressions
+
+    def _truth(self, of: Any) -> bool:
+        value = self.value(of)
+        if not isinstance(value, bool):
+            raise ModelicaError("a condition is no Boolean")
+        return value
+
+    def value(self, of: Any) -> Any:
+        match of:
+            case ast.Primary(value=value):
+                return value
+            case ast.Array(values=values):
+                return [self.value(v) for v in values]
+            case ast.ComponentRef():
+                return self._look(of, self._values)
+            case ast.IfExpression(conditions=conditions, expressions=expressions):
+                for condition, expression in zip(conditions, expressions, strict=False):
+                    if self._truth(condition):
+                        return self.value(expression)
+                return self.value(expressions[-1])
+            case ast.Expression():
+                return self._operation(of)
+        raise ModelicaError(f"expression {type(of).__name__}")
+
+    def _operation(self, of: ast.Expression) -> Any:
+        name = _called(of)
+        if name == "pre" and self._before is not None:
+            return self._look(of.operands[0], self._before)
+        given = [self.value(x) for x in of.operands]
+        if name in _OPERATIONS or name == "not":
+            return _number(_operated(name, given))
+        if name in _BUILT_IN:
+            return _number(_BUILT_IN[name](*given))
+        return self._package.call(name, given)[0]
+
+    def _look(self, of: Any, values: dict[str, Any]) -> Any:
+        if of.name in self._loops:
+            return self._loops[of.name]
+        if of.name not in values:
+            raise ModelicaError(f"{of.name} is not declared")
+        index = self._index(of)
+        return values[of.name] if index is None else values[of.name][index]
+
+    def _index(self, of: Any) -> int | None:
+        (indices,) = of.indices
+        if indices == [None]:
+            return None
+        (index,) = indices
+        at = self.value(index)
+        array = self._values[of.name]
+        if not isinstance(at, int) or not isinstance(array, list) or not 1 <= at <= len(array):
+            raise ModelicaError(f"{of.name}[{at}]")
+        return at - 1
+
+
+def _called(of: Any) -> str:
+    return str(getattr(of.operator, "name", of.operator))
+
+
+def _binding(of: Any) -> Any:
+    """What a declaration says that its parameter is."""
+    for argument in of.class_modification.arguments:
+        if argument.value.component.name == "value":
+            return argument.value.modifications[0]
+    raise ModelicaError(f"{of.name} has no value")
+
+
+def _size(of: Any) -> int | None:
+    ((size,),) = of.dimensions
+    return None if size.value is None else int(size.value)
+
+
+def _zero(of: Any) -> Any:
+    size, zero = _size(of), _ZERO[of.type.name]
+    return zero if size is None else [zero] * size
+
+
+def _as(now: Any, value: Any) -> Any:
+    if isinstance(now, float) and type(value) in (int, float):
+        return _number(float(value))
+    if type(now) is not type(value):
+        raise ModelicaError(f"{value!r} for {now!r}")
+    return value
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ModelicaError("a number that is none")
+    return 0.0 if isinstance(value, float) and value == 0.0 else value
+
+
+_OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b, "^": lambda a, b: float(a) ** float(b), "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b, "<>": lambda a, b: a != b, "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+}  # fmt: skip
+
+
+def _operated(name: str, given: list[Any]) -> Any:
+    truths = [isinstance(x, bool) for x in given]
+    if name in ("and", "or", "not"):
+        if not all(truths):
+            raise ModelicaError(f"{name} of {given}")
+    elif any(truths):
+        raise ModelicaError(f"{name} of {given}")
+    if len(given) == 1:
+        return not given[0] if name == "not" else (-given[0] if name == "-" else given[0])
+    made = given[0]
+    for value in given[1:]:
+        made = _OPERATIONS[name](made, value)
+    return made

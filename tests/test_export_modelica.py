@@ -1,0 +1,117 @@
+"""Modelica: every law says there what it says here."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pymoca import parser
+
+from exported import MORE, model_of, model_with
+from modelica_interpreter import Block, ModelicaError, Package
+from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from stribeck.errors import InputError
+from stribeck.export.model import Model
+from stribeck.export.modelica import modelica
+from stribeck.export.vectors import Vectors, vectors
+from stribeck.friction import LAWS, LOADS
+from stribeck.rig.compensator import Compensator
+
+BUSY = Compensator(
+    feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9
+)
+
+
+def text_of(model: Model, compensator: Compensator | None = None) -> str:
+    return modelica(model, compensator=compensator)["Friction.mo"].decode("ascii")
+
+
+def walked(model: Model, block: Block, of: Vectors, out: str, *, reference: bool) -> list[float]:
+    """What a block puts out at the instants of a walk whose sample times are the block's h."""
+    read = (*model.law.loads, *model.law.terms)
+    said = []
+    for (v, v_ref, h), row in zip(of.inputs.tolist(), of.loads.tolist(), strict=True):
+        if "h" in block.values:
+            block.values["h"] = h
+        loads = {f"load_{x}": row[i] for i, x in enumerate(LOADS) if x in read}
+        block.step(v=v, **({"v_ref": v_ref} if reference else {}), **loads)
+        said.append(block.values[out])
+    return said
+
+
+def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
+    tolerance = 1e-9 if model.law.states else 1e-12
+    np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
+
+
+@pytest.mark.parametrize("name", [*LAWS, *MORE])
+def test_the_blocks_say_what_the_law_says(name: str) -> None:
+    model = model_of(name)
+    for seed, compensator in enumerate((BUSY, Compensator(feedback=False))):
+        of = vectors(model, compensator, 200, seed)
+        package = Package(text_of(model, compensator), "Friction")
+        law = walked(model, Block(package, "Law"), of, "force", reference=False)
+        agrees(model, law, of.forces, of.floor)
+        u = walked(model, Block(package, "Compensator"), of, "u", reference=True)
+        agrees(model, u, of.outputs, of.floor)
+
+
+def test_a_law_with_states_is_sampled_at_the_end_of_each_span() -> None:
+    package = Package(text_of(model_of("dahl")), "Friction")
+    assert Block(package, "Law", h=2e-3).sampled() == [2e-3, 2e-3]
+    assert Block(package, "Compensator", h=2e-3).sampled() == [0.0, 2e-3]
+
+
+def test_parameters_can_be_changed() -> None:
+    model = model_of("stribeck")
+    package = Package(text_of(model), "Friction")
+    as_found, changed = Block(package, "Law"), Block(package, "Law", F_V=0.0)
+    for block in (as_found, changed):
+        block.step(v=0.05)
+    viscous = model.p[2] * 0.05
+    difference = as_found.values["force"] - changed.values["force"]
+    assert difference == pytest.approx(viscous, rel=1e-12)
+    with pytest.raises(ModelicaError, match="has no"):
+        Block(package, "Law", F_X=1.0)
+
+
+@pytest.mark.parametrize("case", list(AWKWARD))
+def test_awkward_python_keeps_its_meaning(case: str) -> None:
+    law = own_law(AWKWARD[case])
+    block = Block(Package(text_of(model_with(law)), "Friction"), "Law")
+    for v in (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0):
+        block.step(v=v)
+        wanted = law.slip(v, model_with(law).p)
+        assert block.values["force"] == pytest.approx(wanted, rel=1e-12, abs=1e-12), v
+
+
+def test_names_that_are_words_of_the_language() -> None:
+    law = own_law(HOSTILE)
+    block = Block(Package(text_of(model_with(law)), "Friction"), "Law")
+    for v in (-0.02, 0.0, 0.3):
+        block.step(v=v)
+        wanted = law.slip(v, model_with(law).p)
+        assert block.values["force"] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_no_string_ends_early_and_all_is_ascii() -> None:
+    rude = ['says "here" \\ and \\" there', "<b>*/ (* Führung −1", "end Friction;"]
+    text = text_of(model_of("coulomb-viscous", warnings=rude))
+    assert text.isascii()
+    assert list(parser.parse(text).classes)[-1] == "Friction"
+    assert '- says \\"here\\" \\\\ and \\\\\\" there' in text
+    assert "&lt;b&gt;*/ (* Fuhrung -1" in text
+
+
+@pytest.mark.parametrize("name", ["1st", "a-b", "end", "Real", "v", "_a", "", "x" * 70])
+def test_a_name_that_modelica_does_not_take(name: str) -> None:
+    with pytest.raises(InputError, match="Modelica takes letters") as refused:
+        modelica(model_of("stribeck"), name)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("case", list(UNKNOWN))
+def test_what_cannot_be_translated_is_refused_with_its_line(case: str) -> None:
+    with pytest.raises(InputError, match=r"line \d+: `"):
+        modelica(model_with(own_law(UNKNOWN[case], compiled=False)))
