@@ -240,7 +240,8 @@ TARGETS: Mapping[str, Target] = {
         Target("fmu", "a co-simulation unit of axis and friction, compiled for this platform",
                _fmu, ("name",), text=False, suffix=".fmu"),
         Target("modelica", "a Modelica package", _modelica, _CODE, suffix=".mo"),
-        Target("matlab", "a MATLAB (and Octave) function", _matlab, _CODE, suffix=".m"),
+        Target("matlab", "MATLAB (and Octave) functions of law and compensator", _matlab, _CODE,
+               folder=True),
         Target("json", "the card, checked and written anew", _json, suffix=".json"),
     )
 }  # fmt: skip
