@@ -43,11 +43,13 @@ PARTS = {
     "axes": "Real axes, beside what others published",
     "presliding": "Loops below breakaway",
     "simulators": "Exported joints in MuJoCo",
+    "exports": "Exported C and co-simulation units",
     "intervals": "Whether intervals hold the truth",
     "gpu": "Many candidates on a GPU",
 }
 LIBRARIES = (
     "stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment", "mujoco",
+    "fmpy",
 )  # fmt: skip
 
 
