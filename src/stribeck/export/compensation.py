@@ -349,7 +349,7 @@ class _Trial:
             on = stretches(motion, self.shape.dead_band)
             seen_here = signs(
                 motion, on, moved.position, moved.velocity, self.shape.dead_band, floor,
-                swings(motion, on, self.free[m]),
+                self.calm[m],
             )  # fmt: skip
             if baseline is not None:
                 seen_here = {k: v & ~baseline.signs[m][k] for k, v in seen_here.items()}
@@ -360,26 +360,35 @@ class _Trial:
         made = Baseline(rms, tuple(f for f, _ in kept), tuple(s for _, s in kept))
         return rms, found, made
 
-    @cached_property
-    def free(self) -> tuple[Array, ...]:
-        """Positions of the axes had they no friction, (P, N) for each motion."""
-        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
-        own = np.array(list(self.axes.values()))[:, len(self.law.params) :]
-        bare = np.hstack([np.zeros((len(own), len(law.params))), own])
-        off = [replace(self.shape, scale=0.0)]
-        return tuple(
-            compensated(self.rig, law, bare, motion, off, (law, bare[0])).position
-            for motion in self.motions
-        )
-
     def frictionless(self) -> Array:
         """RMS errors of the identified axis without any friction, (M,): the loop's own."""
         return np.array(
-            [
-                np.sqrt(np.mean((m.x - x[0]) ** 2))
-                for m, x in zip(self.motions, self.free, strict=True)
-            ]
+            [np.sqrt(np.mean((m.x - self._viscous(m, 0.0)[0]) ** 2)) for m in self.motions]
         )
+
+    @cached_property
+    def calm(self) -> tuple[Array, ...]:
+        """How far the errors swing, (P, stretches) for each motion, where nothing can hunt.
+
+        The friction is a viscous one, as large as the believed one at the motion's speed: it
+        falls nowhere, and damps. What swings then is what gravity makes of the loop.
+        """
+        return tuple(
+            swings(m, stretches(m, self.shape.dead_band), self._viscous(m, 1.0))
+            for m in self.motions
+        )
+
+    def _viscous(self, motion: Reference, share: float) -> Array:
+        """Positions of the axes with a viscous friction in place of the law, (P, N)."""
+        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
+        own = np.array(list(self.axes.values()))[:, len(self.law.params) :]
+        fastest = float(np.abs(motion.v).max())
+        both = np.abs(self.law.friction(np.array([fastest, -fastest]), self.believed[
+            : len(self.law.params)])) / fastest  # fmt: skip
+        levels = [0.0, both[0], 0.0, both[1]] if self.law.directional else [0.0, both.mean()]
+        axes = np.hstack([np.tile(share * np.array(levels), (len(own), 1)), own])
+        off = [replace(self.shape, scale=0.0)]
+        return compensated(self.rig, law, axes, motion, off, (law, axes[0])).position
 
     def traces(self, settings: Compensator | None) -> tuple[Trace, ...]:
         """The identified axis over each motion, thinned."""

@@ -7,7 +7,7 @@ Against the same axis without compensation, on each stretch in which the referen
   rad, or swings so fast that it cannot be simulated.
 - **runs back**: it moves against the reference by more than the floor.
 - **oscillates**: while the reference moves at one speed, the error swings by more than the floor
-  and twice what it swings on an axis without any friction (gravity makes a soft loop swing), its
+  and twice what it swings on an axis of viscous friction (gravity makes a soft loop swing), its
   swing in the last third of the stretch is four fifths or more of that in the middle third,
   and in none of the two does the axis rest behind its reference. (An axis that rests behind is
   not pushed enough: what is left is stick-slip, not too much compensation.)
@@ -106,7 +106,7 @@ def signs(
         v: Velocities, (n, N).
         dead_band: Speed up to which an axis rests, m/s or rad/s.
         floor: (n,).
-        own: What the loops swing without any friction, as `swings` says; nothing by default.
+        own: What the loops swing where nothing can hunt, as `swings` says; nothing by default.
     """
     n = len(x)
     away = np.array([not np.isfinite(row).all() for row in x])

@@ -50,9 +50,7 @@ def show_compensation(made: Compensation) -> None:
     rows = [[f"{s:.4g}", *(cell for c in made.curves for cell in _cells(c, s))] for s in scales]
     title = f"{made.law} on {made.rig.name}: RMS tracking error, with compensation over without"
     out.print(grid(title, heads, rows))
-    out.print(
-        "→ recommended   ! shows a sign of too much   · nearer than the margin to one that does"
-    )
+    out.print("→ best   ! shows a sign of too much   · nearer than the margin to one that does")
     if (curve := made.curve) is not None:
         out.print()
         out.print(_motions(made, curve))
