@@ -15,10 +15,18 @@ from stribeck.space import Array, Param
 MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temperature+position")
 
 
+#: A law whose function takes other ways where a parameter is not what it is fixed at.
+DAHLS = ("dahl, exponent 0.5", "dahl, exponent 1.5")
+
+
 def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Model:
     """The model of a card that says what a law's parameters are, drawn from their ranges."""
+    name, _, exponent = name.partition(", exponent ")
     law = law_named(name)
-    return as_model(_card(law, _values(law, seed), warnings))
+    values = _values(law, seed)
+    if exponent:
+        values[law.names.index("exponent")] = float(exponent)
+    return as_model(_card(law, values, warnings))
 
 
 def model_with(law: Law, seed: int = 1) -> Model:

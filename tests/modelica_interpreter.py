@@ -156,7 +156,7 @@ class _Scope:
         (index,) = of.indices
         span = index.expression
         first, last, step = (self.value(x) for x in (span.start, span.stop, span.step))
-        if step != 1:  # first:step:last, of which pymoca 0.12 takes the last for the step
+        if step != 1 or last < first:  # first:step:last: pymoca 0.12 takes the last for the step
             last, step = step, last
         if {type(first), type(step), type(last)} != {int}:
             raise ModelicaError("a loop counts by Integers")

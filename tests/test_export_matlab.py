@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import MORE, model_of, model_with
+from exported import DAHLS, MORE, model_of, model_with
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.errors import InputError
 from stribeck.export.matlab import matlab
@@ -73,7 +73,7 @@ def put(folder: Path, model: Model, name: str, rows: Array, compensator: Compens
 @needs_octave
 def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
     wanted: dict[str, tuple[Model, Any]] = {}
-    for i, law in enumerate((*LAWS, *MORE)):
+    for i, law in enumerate((*LAWS, *MORE, *DAHLS)):
         model = model_of(law)
         for compensator, kind in ((BUSY, "busy"), (Compensator(feedback=False), "plain")):
             of = vectors(model, compensator, 128, seed=i)

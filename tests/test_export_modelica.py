@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from pymoca import parser
 
-from exported import MORE, model_of, model_with
+from exported import DAHLS, MORE, model_of, model_with
 from modelica_interpreter import Block, ModelicaError, Package
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.errors import InputError
@@ -45,7 +47,7 @@ def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
     np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
 
 
-@pytest.mark.parametrize("name", [*LAWS, *MORE])
+@pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
 def test_the_blocks_say_what_the_law_says(name: str) -> None:
     model = model_of(name)
     for seed, compensator in enumerate((BUSY, Compensator(feedback=False))):
@@ -55,6 +57,19 @@ def test_the_blocks_say_what_the_law_says(name: str) -> None:
         agrees(model, law, of.forces, of.floor)
         u = walked(model, Block(package, "Compensator"), of, "u", reference=True)
         agrees(model, u, of.outputs, of.floor)
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "own"), [("expm1", "lugre", math.expm1), ("log1p", "dahl", math.log1p)]
+)
+def test_own_mathematics_is_right_to_the_last_places(
+    name: str, law: str, own: Callable[[float], float]
+) -> None:
+    package = Package(text_of(model_of(law)), "Friction")
+    small = 10.0 ** np.linspace(-20.0, math.log10(0.999), 400)
+    for x in (*small.tolist(), *(-small).tolist(), 0.0, 0.25, -0.25, 0.5, -0.5):
+        (got,) = package.call(name, [x])
+        assert got == pytest.approx(own(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
 
 
 def test_a_law_with_states_is_sampled_at_the_end_of_each_span() -> None:

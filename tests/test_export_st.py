@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
-from exported import MORE, model_of, model_with
+from exported import DAHLS, MORE, model_of, model_with
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller, IecError, Instance, parsed
 from stribeck.errors import InputError
@@ -63,7 +65,7 @@ def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
     np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
 
 
-@pytest.mark.parametrize("name", [*LAWS, *MORE])
+@pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
 def test_a_controller_says_what_the_law_says(name: str) -> None:
     model, controller = model_of(name), Controller(text_of(name))
     for compensator, rows, seed in ((PLAIN, 256, 0), (BUSY, 600, 1)):
@@ -90,6 +92,25 @@ def test_a_smooth_motion_with_reversals(name: str) -> None:
     loads = np.column_stack([20.0 * np.sin(3.0 * t), 5.0 * np.cos(7.0 * t), *np.ones((3, 800))])
     of = walk(model, BUSY, np.column_stack([v, v, np.full(800, 1e-3)]), loads)
     agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
+
+
+@pytest.mark.parametrize(
+    ("name", "law", "own"),
+    [
+        ("expm1", "lugre", math.expm1),
+        ("log1p", "dahl", math.log1p),
+        ("tanh", "makkar", math.tanh),
+    ],
+)
+def test_own_mathematics_is_right_to_the_last_places(
+    name: str, law: str, own: Callable[[float], float]
+) -> None:
+    controller = Controller(text_of(law))
+    small = 10.0 ** np.linspace(-20.0, math.log10(0.999), 400)
+    large = [] if name == "log1p" else [-700.0, -21.0, -20.0, 20.0, 21.0, 300.0]
+    for x in (*small.tolist(), *(-small).tolist(), 0.0, 0.25, -0.25, 0.5, -0.5, *large):
+        got = controller.call(f"Friction_{name}", float(x))
+        assert got == pytest.approx(own(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
 
 
 def test_parameters_are_the_identified_ones_and_can_be_retuned() -> None:
