@@ -282,11 +282,13 @@ def _ratios(axes: Axes, made: Compensation, curves: Sequence[Curve]) -> None:
             axes.plot(c.scales[c.best], most[c.best], "o", color=colour)
             axes.annotate(
                 f"recommended {c.scale:.4g}", (float(c.scales[c.best]), float(most[c.best])),
-                xytext=(-6, 14), textcoords="offset points", ha="right", color=colour, fontsize=9,
+                xytext=(-40, -70), textcoords="offset points", ha="right", color=colour, fontsize=9,
+                arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7},
             )  # fmt: skip
     axes.axhline(1.0, color=INK, linewidth=0.7)
     axes.set_yscale("log")
-    finite = np.concatenate([c.ratio[np.isfinite(c.ratio)] for c in curves])
+    every = np.concatenate([c.ratio.max(axis=2).ravel() for c in curves])
+    finite = every[np.isfinite(every)]
     axes.set_ylim(
         max(0.5 * float(finite.min()), 1e-4), min(1.3 * max(float(finite.max()), 1.0), 10)
     )
