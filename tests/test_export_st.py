@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -176,6 +177,14 @@ def test_awkward_python_keeps_its_meaning(case: str) -> None:
         block(v=v)
         wanted = law.slip(v, model_with(law).p)
         assert block.output("force") == pytest.approx(wanted, rel=1e-12, abs=1e-12), v
+
+
+@pytest.mark.parametrize("name", [*LAWS, "calls", "conditions"])
+def test_no_sign_stands_behind_an_operator(name: str) -> None:
+    """Some compilers do not read `a * -b`, though the standard's grammar has it."""
+    model = model_of(name) if name in LAWS else model_with(own_law(AWKWARD[name]))
+    code = re.sub(r"\(\*.*?\*\)", "", st(model)["Friction.st"].decode(), flags=re.DOTALL)
+    assert re.findall(r"[-+*/] (?:LREAL#)?-", code) == []
 
 
 def test_names_that_are_words_of_the_language() -> None:
