@@ -345,10 +345,10 @@ def test_headers_are_cpp_as_well(laws: Laws) -> None:
 
 
 @pytest.mark.skipif(not CLANG, reason="there is no clang here")
-@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
-def test_clang_finds_nothing_either(laws: Laws, which: int) -> None:
+def test_clang_finds_nothing_either(laws: Laws) -> None:
+    sources = [f"l{i}.c" for i in range(len(laws.models))]
     done = subprocess.run(
-        [CLANG, *STRICT, "-fsyntax-only", f"l{which}.c"],
+        [CLANG, *STRICT, "-fsyntax-only", *sources],
         cwd=laws.folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

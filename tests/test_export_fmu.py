@@ -547,6 +547,94 @@ def test_what_cannot_be_is_an_error_and_no_crash(opened: Callable[[Model], Unit]
     refused(unit.slave.doStep, 0.0, 1e-3)
 
 
+def test_what_is_held_has_no_slope(opened: Callable[[Model], Unit]) -> None:
+    unit = opened(model_of("lugre"))
+    unit.begin(added_force=3.0)
+    unit.slope(added_force=1e6)
+    unit.slave.doStep(0.0, 0.1)
+    assert unit.get("added_force")[0] == 3.0
+
+
+#: A master in C: what it does is checked by the sanitizers.
+MASTER = """
+#include "axis.h"
+#include "fmi2.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+extern fmi2Component fmi2Instantiate(fmi2String, fmi2Type, fmi2String, fmi2String,
+                                     const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
+extern fmi2Status fmi2EnterInitializationMode(fmi2Component);
+extern fmi2Status fmi2ExitInitializationMode(fmi2Component);
+extern fmi2Status fmi2SetReal(fmi2Component, const fmi2ValueReference[], size_t, const double[]);
+extern fmi2Status fmi2GetReal(fmi2Component, const fmi2ValueReference[], size_t, double[]);
+extern fmi2Status fmi2DoStep(fmi2Component, double, double, int);
+extern fmi2Status fmi2GetFMUstate(fmi2Component, fmi2FMUstate *);
+extern fmi2Status fmi2SetFMUstate(fmi2Component, fmi2FMUstate);
+extern fmi2Status fmi2FreeFMUstate(fmi2Component, fmi2FMUstate *);
+extern void fmi2FreeInstance(fmi2Component);
+static int refusals = 0;
+static void log_(fmi2ComponentEnvironment e, fmi2String n, fmi2Status s, fmi2String c,
+                 fmi2String m, ...)
+{
+    (void)e; (void)n; (void)s; (void)c; (void)m;
+    refusals++;
+}
+int main(void)
+{
+    fmi2CallbackFunctions host = {log_, calloc, free, NULL, NULL};
+    fmi2Component c = fmi2Instantiate("a", fmi2CoSimulation, AXIS_GUID, "", &host, 0, 0);
+    fmi2ValueReference in = AXIS_FIRST_INPUT, position = AXIS_POSITION, far = 1000;
+    fmi2FMUstate state = NULL;
+    double x, first = 0.0, again = 0.0;
+    int i, turn;
+    if (fmi2Instantiate("b", fmi2CoSimulation, "another", "", &host, 0, 0) != NULL) return 2;
+    if (fmi2DoStep(c, 0.0, 1e-3, 0) != fmi2Error || fmi2GetReal(c, &far, 1, &x) != fmi2Error)
+        return 3;
+    fmi2EnterInitializationMode(c);
+    fmi2ExitInitializationMode(c);
+    fmi2GetFMUstate(c, &state);
+    for (turn = 0; turn < 2; turn++) {
+        for (i = 0; i < 500; i++) {
+            x = 0.02 * (i % 100) * (i < 250 ? 1.0 : -1.0);
+            if (fmi2SetReal(c, &in, 1, &x) != fmi2OK || fmi2DoStep(c, 0.0, 5e-3, 0) != fmi2OK)
+                return 4;
+        }
+        fmi2GetReal(c, &position, 1, turn ? &again : &first);
+        fmi2SetFMUstate(c, state);
+    }
+    fmi2FreeFMUstate(c, &state);
+    fmi2FreeInstance(c);
+    return refusals == 3 && first == again && first == first && first != 0.0 ? 0 : 5;
+}
+"""
+
+
+@pytest.mark.parametrize("which", ["slide, lugre", "slide, stribeck", "servo", "joint", "force"])
+def test_no_byte_is_lost_or_touched_that_is_another_s(which: str, tmp_path: Path) -> None:
+    model = {
+        "slide, lugre": lambda: on("lugre", "slide-bed"),
+        "slide, stribeck": lambda: on("stribeck", "slide-bed"),
+        "servo": lambda: on("bam-m4", "servo-pendulum"),
+        "joint": lambda: on("gms", "joint"),
+        "force": bristled,
+    }[which]()
+    for name, text in unpacked(fmu(model, binary=False)).items():
+        if name.startswith("sources/"):
+            (tmp_path / Path(name).name).write_bytes(text)
+    (tmp_path / "master.c").write_text(MASTER)
+    cc = str(next(filter(None, map(shutil.which, ("cc", "gcc", "clang")))))
+    checked = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    sources = ["master.c", "axis.c", "fmi2.c", "friction.c"]
+    done = subprocess.run(
+        [cc, "-std=c99", "-O1", *checked, *sources, "-lm", "-o", "master"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    ran = subprocess.run([tmp_path / "master"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
 def test_a_unit_of_another_guid_is_not_instantiated(opened: Callable[[Model], Unit]) -> None:
     unit = opened(bristled())
     other = FMU2Slave(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -113,7 +113,7 @@ def axis(model: Model) -> Axis:
         while name in taken:
             name += "_"
         taken.add(name)
-        unique.append(Value(**{**vars(v), "name": name}))
+        unique.append(replace(v, name=name))
     return Axis(drive, motion, tuple(unique))
 
 

@@ -311,10 +311,11 @@ static double step(axis *a, const double *u, double h, double q, double v, const
     return w;
 }
 
+static const int places[] = AXIS_PLACES, held[] = AXIS_HELD;
+
 /* The inputs at a share of a step of h: those that are held keep their value. */
 static void inputs(const axis *a, double h, double share, double *u)
 {
-    static const int places[] = AXIS_PLACES, held[] = AXIS_HELD;
     int i;
     for (i = 0; i < AXIS_PLACES_OF_INPUTS; i++) {
         u[i] = 0.0;
@@ -449,7 +450,9 @@ int axis_step(axis *a, double span)
         }
     }
     for (i = 0; i < AXIS_INPUTS; i++) { /* where a changing input has got to, it stays */
-        a->r[AXIS_FIRST_INPUT + i] += span * a->rate[i];
+        if (!held[i]) {
+            a->r[AXIS_FIRST_INPUT + i] += span * a->rate[i];
+        }
         a->rate[i] = 0.0;
     }
     return !(fabs(a->q) < 1e12 && fabs(a->v) < 1e12);
