@@ -1,5 +1,7 @@
 """Identified models of every law without an identification, for tests of what is exported."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from stribeck.export.model import Model, as_model
@@ -27,6 +29,16 @@ def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Mod
     if exponent:
         values[law.names.index("exponent")] = float(exponent)
     return as_model(_card(law, values, warnings))
+
+
+def rude(model: Model) -> Model:
+    """A model whose rig and file are called what no comment, string or file should end at."""
+    name = """Führung −1 *) (* */ /* ]]> <b> & " \\ \\" %{
+F = 0;
+END_FUNCTION
+%} \x00\x1b 😀"""
+    card = model.card.model_copy(update={"rig": name})
+    return replace(model, card=card, source=f"{name}.json")
 
 
 def model_with(law: Law, seed: int = 1) -> Model:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import DAHLS, MORE, model_of, model_with
+from exported import DAHLS, MORE, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.errors import InputError
 from stribeck.export.matlab import matlab
@@ -136,13 +136,14 @@ def test_states_and_parameters_go_in_and_out(tmp_path: Path) -> None:
     np.testing.assert_allclose(said[13:], [force, *out], rtol=1e-12)
 
 
-def test_all_is_ascii_and_a_warning_stays_in_its_comment() -> None:
-    files = matlab(model_of("stribeck", warnings=["%{", "Führung −1\nF = 0;", "%}"]))
+def test_all_is_ascii_and_what_a_card_says_stays_in_its_comment() -> None:
+    files = matlab(rude(model_of("stribeck", warnings=["%{", "−1\nF = 0;", "%}"])))
     assert list(files) == ["friction.m", "friction_compensator.m"]
     for text in files.values():
         assert text.isascii()
     head = files["friction.m"].decode().partition("if nargin")[0].splitlines()
     assert all(line.startswith("%   ") or line == "%" for line in head[1:])
+    assert "%   F = 0;" in head
 
 
 @pytest.mark.parametrize("name", ["1st", "a-b", "end", "exp", "p", "_a", "", "x" * 50])

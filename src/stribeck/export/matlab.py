@@ -192,7 +192,8 @@ def _help(said: list[str]) -> list[str]:
     """The comment that `help` shows: no line of it can be taken for a block of comments."""
     return [
         f"%   {line}".rstrip()
-        for text in said
+        for whole in said
+        for text in whole.split("\n")
         for line in (
             textwrap.wrap(
                 ascii_text(text), 94, subsequent_indent="    ",
@@ -203,4 +204,5 @@ def _help(said: list[str]) -> list[str]:
 
 
 def _said(*texts: str) -> str:
-    return ", ".join(t for t in texts if t)
+    """What stands behind a % on one line."""
+    return ", ".join(" ".join(t.split()) for t in texts if t)
