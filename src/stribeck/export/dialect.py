@@ -78,9 +78,9 @@ class Dialect:
                 return f"{self.write(left, SUM)} {word} {self.write(right, SUM)}", COMPARE
             case Joined(sign=sign, parts=parts):
                 level = AND if sign == "and" else OR
-                inner = COMPARE if self.cautious else level + 1
+                tight = COMPARE if self.cautious else level + 1
                 word = self.words.get(sign, sign)
-                return f" {word} ".join(self.write(p, inner) for p in parts), level
+                return f" {word} ".join(self.write(p, tight) for p in parts), level
             case Choice(test=test, yes=yes, no=no):
                 return self.choice(test, yes, no), CHOICE
             case Call(name=name, given=given):
