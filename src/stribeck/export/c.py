@@ -16,6 +16,7 @@ from ..friction import LOADS
 from ..rig.compensator import SETTINGS, Compensator
 from . import c_math
 from .dialect import Dialect
+from .lowering import Blunt, divides, lowered
 from .model import Model
 from .program import Array, Entry, Expression, Function, Kind, Name, Program, read_names
 from .vectors import Vectors, vectors
@@ -71,7 +72,7 @@ class C(Dialect):
     def function(self, f: Function) -> str:
         """One function, for this file alone."""
         given = ", ".join(self._argument(a) for a in f.arguments)
-        lines = [f"/* {f.doc} */"] if f.doc else []
+        lines = [f"/* {_harmless(f.doc)} */"] if f.doc else []
         lines += [f"static double law_{f.name}({given})", "{"]
         for kind in ("real", "whole", "truth"):
             names = [self.name(v.name) for v in f.variables if v.kind == kind]
@@ -129,6 +130,8 @@ class _Source:
         self.law = model.law
         self.loaded = bool(self.law.loads or self.law.terms)
         self.program: Program = model.program(*compensation())
+        if divides(self.program):  # C cuts towards 0 where Python takes the floor
+            self.program = lowered(self.program, Blunt(joins=False))
 
     # --- the header
 
@@ -443,7 +446,12 @@ def compensation() -> tuple[Entry, Entry]:
 
 def _comment(lines: Sequence[str]) -> str:
     """A comment at the head of a file."""
-    safe = [line.replace("*/", "* /").replace("/*", "/ *") for line in lines]
+    safe = [_harmless(line) for line in lines]
     wrapped = [w for s in safe for w in (textwrap.wrap(s, 96, subsequent_indent="    ",
                drop_whitespace=False, replace_whitespace=False) or [""])]  # fmt: skip
     return "\n".join(["/*", *(f" * {line}".rstrip() for line in wrapped), " */"])
+
+
+def _harmless(text: str) -> str:
+    """A text without the signs that begin or end a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")

@@ -44,6 +44,7 @@ from .program import (
     Unary,
     While,
     blocks,
+    leaves,
     parts,
     said,
 )
@@ -64,6 +65,11 @@ class Blunt:
 
     joins: bool = True
     divides: bool = True
+
+
+def divides(program: Program) -> bool:
+    """Whether a program divides whole numbers by each other."""
+    return any(map(_block_divides, (f.body for f in program.functions)))
 
 
 def lowered(program: Program, blunt: Blunt) -> Program:
@@ -273,6 +279,14 @@ class _Lowering:
             case Binary(sign="+" | "*" | "//", left=left, right=right):
                 return self._positive(left) and self._positive(right)
         return False
+
+
+def _block_divides(body: Sequence[Statement]) -> bool:
+    return any(
+        any(isinstance(x, Binary) and x.sign == "//" for e in said(s) for x in leaves(e))
+        or any(map(_block_divides, blocks(s)))
+        for s in body
+    )
 
 
 def _all(sign: str, of: Sequence[Expression]) -> Expression:

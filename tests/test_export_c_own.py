@@ -1,0 +1,38 @@
+"""C99 of laws of one's own: awkward Python, and words of C's in names and comments."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from exported import model_with, rude
+from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from stribeck.errors import InputError
+from stribeck.export.c import c
+
+CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+CASES = {**AWKWARD, "hostile": HOSTILE}
+
+
+@pytest.mark.skipif(CC is None, reason="there is no C compiler here")
+@pytest.mark.parametrize("case", list(CASES))
+def test_its_self_test_passes(case: str, tmp_path: Path) -> None:
+    for file, text in c(rude(model_with(own_law(CASES[case])))).items():
+        (tmp_path / file).write_bytes(text)
+    command = [str(CC), *STRICT, "friction.c", "selftest.c", "-lm", "-o", "t"]
+    made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout == "0 of 256 rows differ\n"
+
+
+@pytest.mark.parametrize("case", list(UNKNOWN))
+def test_what_cannot_be_translated_is_refused_with_its_line(case: str) -> None:
+    with pytest.raises(InputError, match=r"line \d+: `") as refused:
+        c(model_with(own_law(UNKNOWN[case], compiled=False)))
+    assert "\n" not in str(refused.value)
