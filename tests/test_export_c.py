@@ -128,9 +128,9 @@ class Laws:
         for i, model in enumerate(self.models):
             for name, text in c(model, f"l{i}", COMPENSATOR).items():
                 (folder / (f"t{i}.c" if name == "selftest.c" else name)).write_bytes(text)
-            for part in (f"l{i}", f"t{i}"):
-                more = (*STRICT, *CHECKED, f"-Dmain=main_{i}", "-c", f"{part}.c")
-                calls.append(partial(compiled, folder, *more))
+            calls.append(partial(compiled, folder, *STRICT, *CHECKED, "-c", f"l{i}.c"))
+            test = (f"-Dmain=main_{i}", "-c", f"t{i}.c")
+            calls.append(partial(compiled, folder, *STRICT, *test))
         (folder / "driver.c").write_text(driver(self.models))
         calls.append(partial(compiled, folder, "-std=c99", *CHECKED, "-c", "driver.c"))
         at_once(calls)

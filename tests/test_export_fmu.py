@@ -86,11 +86,17 @@ class Unit:
         return out
 
 
+#: Units that have been built, by the card's hash.
+BUILT: dict[str, bytes] = {}
+
+
 @pytest.fixture
 def opened(tmp_path: Path) -> Callable[[Model], Unit]:
     def of(model: Model) -> Unit:
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.fmu"
-        path.write_bytes(fmu(model))
+        if model.sha256 not in BUILT:
+            BUILT[model.sha256] = fmu(model)
+        path.write_bytes(BUILT[model.sha256])
         folder = fmpy.extract(str(path), str(path.with_suffix("")))
         return Unit(folder, fmpy.read_model_description(str(path)))
 
