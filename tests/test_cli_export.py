@@ -6,12 +6,14 @@ import json
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from command import Said, caller
 from exported import model_of
 from stribeck.export import TARGETS
+from stribeck.rig.compensator import SETTINGS
 
 Run = Callable[..., Said]
 
@@ -187,3 +189,44 @@ def test_what_mujoco_holds_beside_two_numbers_is_asked_for(run: Run) -> None:
     assert "solimpfriction" in rich.out
     refused(run("export", "card.json", *asked, "--set", "hard=1"), "hard", "firm")
     refused(run("export", "card.json", *asked, "--set", "firm=2"), "0 or 1")
+
+
+def recommended(**settings: float) -> None:
+    values = {s.name: {"value": 0.0, "unit": ""} for s in SETTINGS}
+    values |= {name: {"value": value, "unit": ""} for name, value in settings.items()}
+    whole = {"schema": "stribeck-compensation/1", "recommended": {"settings": values}}
+    Path("compensation.json").write_text(json.dumps(whole), encoding="utf-8")
+
+
+def test_what_compensate_recommends_goes_into_the_code(run: Run) -> None:
+    recommended(scale=0.9, feedback=1.0, dead_band=5e-6, drive=23.5, rest=1e-9)
+    asked = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
+    assert run("export", "card.json", *asked, "--set", "scale=0.8").status == 0
+    source = Path("made/friction.c").read_text(encoding="utf-8")
+    for line in ("SCALE] = 0.8;", "FEEDBACK] = 1.0;", "DEAD_BAND] = 5e-06;", "DRIVE] = 23.5;"):
+        assert line in source
+
+
+def test_the_drives_own_friction_is_overcome_unless_told_otherwise(run: Run) -> None:
+    assert run("export", "card.json", "--to", "c", "--out", "made").status == 0
+    assert "DRIVE] = 23.5;" in Path("made/friction.c").read_text(encoding="utf-8")  # F_fm
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda w: w.update(schema="stribeck-compensation/2"), "stribeck-compensation/2"),
+        (lambda w: w.update(recommended=None), "recommends no scale"),
+        (lambda w: w["recommended"].pop("settings"), "settings.scale.value"),
+        (lambda w: w["recommended"]["settings"]["rest"].update(value="x"), "settings.rest.value"),
+        (lambda w: w["recommended"]["settings"]["scale"].update(value=-1.0), "scale"),
+    ],
+)
+def test_edited_compensations(run: Run, change: Callable[[Any], object], word: str) -> None:
+    recommended(rest=1e-9)
+    whole = json.loads(Path("compensation.json").read_text(encoding="utf-8"))
+    change(whole)
+    Path("compensation.json").write_text(json.dumps(whole), encoding="utf-8")
+    asked = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
+    refused(run("export", "card.json", *asked), "compensation.json", word)
+    assert not Path("made").exists()

@@ -579,9 +579,10 @@ def simulate(
 def export(
     card: Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")],
     to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.")],
-    out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c: the folder) to write; a text goes to the terminal without it.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c, matlab: the folder) to write; a text goes to the terminal without it.")] = None,
     name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1.")] = None,
+    compensation: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as `compensate --out` left them, compensation.json.")] = None,
     points: Annotated[int | None, typer.Option(metavar="N", help="Points of a table, 20 by default.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
     into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,
@@ -589,6 +590,7 @@ def export(
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
     from .export import TARGETS, Source, exported, read_model
+    from .export.settings import read_settings
     from .report.folder import check_file, check_folder, write_data, write_files
 
     target = TARGETS.get(to)
@@ -604,6 +606,7 @@ def export(
         to,
         name=name,
         settings=settings or None,
+        compensation=None if compensation is None else read_settings(compensation),
         points=points,
         fastest=speed,
         source=None if into is None else Source(str(into), _bytes(into)),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 from ..errors import InputError
+from ..rig.compensated import drive_friction
 from ..rig.compensator import SETTINGS, Compensator
 from ..units import unit
 from .model import Model
@@ -54,6 +55,7 @@ class Target:
 OPTIONS: Mapping[str, str] = {
     "name": "--name",
     "settings": "--set",
+    "compensation": "--compensation",
     "points": "--points",
     "fastest": "--speed",
     "source": "--into",
@@ -87,17 +89,24 @@ def exported(model: Model, to: str, **options: Any) -> Exported:
     return target.make(model, **given)
 
 
-def compensator(model: Model, settings: Mapping[str, float]) -> Compensator:
+def compensator(
+    model: Model, settings: Mapping[str, float] | None, base: Compensator | None
+) -> Compensator:
     """A compensator of settings in the units in which the model's rig shows speeds.
 
-    Without settings it is a feed-forward from the reference's velocity, at full scale.
+    Args:
+        model: Whose friction it compensates.
+        settings: Values that differ from those of `base`, by name.
+        base: Where they start from: `read_settings` reads what `compensate` recommended. By
+            default a feed-forward from the reference's velocity, at full scale, which also
+            overcomes the friction of the rig's drive.
 
     Raises:
         InputError: no such setting, or a value that it cannot have.
     """
     known = {s.name: s for s in SETTINGS}
-    made: dict[str, Any] = {"feedback": False}
-    for name, value in settings.items():
+    made: dict[str, Any] = {}
+    for name, value in (settings or {}).items():
         if name not in known:
             raise InputError(f"no setting {name!r}: there are {', '.join(known)}")
         if name == "feedback" and value not in (0.0, 1.0):
@@ -105,47 +114,46 @@ def compensator(model: Model, settings: Mapping[str, float]) -> Compensator:
         speed = known[name].unit == "m/s"
         shown = model.rig.shows.get("velocity", model.speed_unit) if speed else ""
         made[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
-    return Compensator(**made)
+    start = base or Compensator(feedback=False, drive=drive_friction(model.rig))
+    return replace(start, **made)
 
 
-def _c(
-    model: Model, name: str = "friction", settings: Mapping[str, float] | None = None
-) -> Exported:
+def _c(model: Model, name: str = "friction", **given: Any) -> Exported:
     from .c import c  # noqa: PLC0415 - a target is loaded when it is asked for
 
-    return Exported(c(model, name, compensator(model, settings or {})))
+    return Exported(c(model, name, _compensator(model, **given)))
 
 
-def _st(
-    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
-) -> Exported:
-    from .st import st  # noqa: PLC0415 - the same
+def _st(model: Model, name: str = "Friction", **given: Any) -> Exported:
+    from .st import st  # noqa: PLC0415 - a target is loaded when it is asked for
 
-    return Exported(st(model, name, compensator(model, settings or {})))
+    return Exported(st(model, name, _compensator(model, **given)))
 
 
-def _plcopen(
-    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
-) -> Exported:
-    from .plcopen import plcopen  # noqa: PLC0415 - the same
+def _plcopen(model: Model, name: str = "Friction", **given: Any) -> Exported:
+    from .plcopen import plcopen  # noqa: PLC0415 - a target is loaded when it is asked for
 
-    return Exported(plcopen(model, name, compensator(model, settings or {})))
+    return Exported(plcopen(model, name, _compensator(model, **given)))
 
 
-def _matlab(
-    model: Model, name: str = "friction", settings: Mapping[str, float] | None = None
-) -> Exported:
-    from .matlab import matlab  # noqa: PLC0415 - the same
+def _matlab(model: Model, name: str = "friction", **given: Any) -> Exported:
+    from .matlab import matlab  # noqa: PLC0415 - a target is loaded when it is asked for
 
-    return Exported(matlab(model, name, compensator(model, settings or {})))
+    return Exported(matlab(model, name, _compensator(model, **given)))
 
 
-def _modelica(
-    model: Model, name: str = "Friction", settings: Mapping[str, float] | None = None
-) -> Exported:
-    from .modelica import modelica  # noqa: PLC0415 - the same
+def _modelica(model: Model, name: str = "Friction", **given: Any) -> Exported:
+    from .modelica import modelica  # noqa: PLC0415 - a target is loaded when it is asked for
 
-    return Exported(modelica(model, name, compensator(model, settings or {})))
+    return Exported(modelica(model, name, _compensator(model, **given)))
+
+
+def _compensator(
+    model: Model,
+    settings: Mapping[str, float] | None = None,
+    compensation: Compensator | None = None,
+) -> Compensator:
+    return compensator(model, settings, compensation)
 
 
 def _table(model: Model, points: int | None = None, fastest: float | None = None) -> Exported:
@@ -222,7 +230,7 @@ def _json(model: Model) -> Exported:
     return Exported({"card.json": model.card.text().encode()})
 
 
-_CODE, _PATCH = ("name", "settings"), ("source", "joint")
+_CODE, _PATCH = ("name", "settings", "compensation"), ("source", "joint")
 TARGETS: Mapping[str, Target] = {
     t.name: t
     for t in (

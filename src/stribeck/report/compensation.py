@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from ..export.settings import SCHEMA
 from ..rig.compensator import SETTINGS
 from ..units import unit
 from .folder import write_files
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from ..export.compensation import Compensation, Curve, Onset, Trace
     from ..space import Array
 
-SCHEMA = "stribeck-compensation/1"
 #: File names in a folder of results.
 FILE, FIGURE = "compensation.json", "compensation"
 _COLOURS = {"reference": ACCENT, "feedback": MODEL}

@@ -1,0 +1,53 @@
+"""The settings of a compensator as `compensate --out` leaves them, read back for an export."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from ..data.page import page
+from ..errors import InputError
+from ..rig.compensator import SETTINGS, Compensator
+
+SCHEMA = "stribeck-compensation/1"
+
+
+def read_settings(path: str | Path) -> Compensator:
+    """The compensator that a `compensation.json` recommends.
+
+    Raises:
+        InputError: no such file, not one of `compensate`, a newer one, or one that recommends
+            nothing.
+    """
+    path = Path(path)
+    made_by = "`compensate --out` writes compensation.json"
+    try:
+        whole = json.loads(page(path))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is no JSON: {made_by}") from error
+    schema = whole.get("schema") if isinstance(whole, Mapping) else None
+    if schema != SCHEMA:
+        raise InputError(f"{path}: its schema is {schema!s:.40}, not {SCHEMA}: {made_by}")
+    best = whole.get("recommended")
+    if best is None:
+        raise InputError(f"{path}: recommends no scale: none was safe on every axis")
+    values = {s.name: _value(best, s.name) for s in SETTINGS}
+    for name, value in values.items():
+        if value is None:
+            raise InputError(f"{path}: recommended.settings.{name}.value is no number")
+    known = {name: value for name, value in values.items() if value is not None}
+    try:
+        return Compensator(feedback=known.pop("feedback") != 0.0, **known)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _value(best: object, name: str) -> float | None:
+    """A setting's value, None where there is none."""
+    at: object = best
+    for key in ("settings", name, "value"):
+        at = at.get(key) if isinstance(at, Mapping) else None
+    return float(at) if isinstance(at, int | float) and not isinstance(at, bool) else None
