@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from stribeck import cli
+from stribeck.cli.arguments import REPEATABLE
 
 Snapshot = dict[str, bytes | None]
 QUICK = ("--rig", "slide-bed", "--budget", "20", "--repeats", "1")
@@ -357,4 +358,4 @@ def test_every_option_with_one_value_is_refused_twice() -> None:
     group: Any = typer.main.get_command(cli.app)
     parameters = [p for c in group.commands.values() for p in c.params]
     repeatable = {o for p in parameters if p.multiple for o in p.opts if o.startswith("--")}
-    assert repeatable == set(cli.REPEATABLE)
+    assert repeatable == REPEATABLE

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from ..identify.found import Fit
 
@@ -62,6 +62,16 @@ def write_text(file: Path, text: str) -> None:
 def write_data(file: Path, data: bytes) -> None:
     """The same for bytes."""
     write_files(file.parent, lambda place: (place / file.name).write_bytes(data))
+
+
+def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
+    """The same for several, by name."""
+
+    def write(place: Path) -> None:
+        for name, data in files.items():
+            (place / name).write_bytes(data)
+
+    write_files(folder, write)
 
 
 def write_files(folder: Path, write: Callable[[Path], object]) -> None:

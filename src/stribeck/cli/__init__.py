@@ -1,0 +1,94 @@
+"""The command line: parse, call, print. One function a command; this file starts and ends them."""
+
+from __future__ import annotations
+
+import atexit
+import gc
+import io
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import InputError
+from .arguments import checked, spread
+from .campaigns import bench
+from .endings import fail, misused
+from .fits import identify, report, select
+from .lists import laws, methods, rigs, version
+from .logs import check, twin
+from .models import compensate, export, plan, simulate, validate
+
+#: The commands, in the order in which `--help` lists them.
+COMMANDS = (
+    twin, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
+    laws, methods, rigs, version,
+)  # fmt: skip
+
+app = typer.Typer(
+    name="stribeck",
+    help="From a motion log to a friction model you can trust.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+#: Objects made between two looks of the garbage collector: nearly all that a start makes stay,
+#: and looking through them every 700, as Python does, takes an eighth of the start.
+GC_THRESHOLD = 50_000
+
+
+def main() -> None:
+    """Run the command line; whatever the user got wrong is one line and exit status 2."""
+    gc.set_threshold(GC_THRESHOLD)
+    atexit.register(gc.freeze)  # to look through it all once more at the end takes half a second
+    _open_streams()
+    try:
+        given = spread(checked(sys.argv[1:])) or ["--help"]
+        with typer.main.get_command(app).make_context("stribeck", given) as context:
+            context.command.invoke(context)
+    except typer.Exit as done:
+        sys.exit(done.exit_code)
+    except InputError as error:
+        fail(str(error), 2)
+    except typer.TyperException as error:
+        fail(misused(error), 2)
+    except KeyboardInterrupt:
+        fail("interrupted before there was a result: nothing was written", 130)
+    except BrokenPipeError:  # the reader of our output has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor complain at the end
+        sys.exit(141)
+    except OSError as error:
+        fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
+    except MemoryError:
+        fail("out of memory: ask for less at once, or take a shorter log", 2)
+
+
+def _open_streams() -> None:
+    """Somewhere to print to, whatever the one who started us closed or can show."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names in a log may not fit its alphabet
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        version()
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)] = False,
+) -> None:  # fmt: skip
+    """From a motion log to a friction model you can trust."""
+    del version
+
+
+for command in COMMANDS:
+    app.command()(command)

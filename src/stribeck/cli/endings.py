@@ -1,0 +1,31 @@
+"""How the command line ends when it cannot go on: one line on stderr, and an exit status."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, NoReturn
+
+import typer
+
+#: A message is a line, not a page.
+LONGEST = 600
+
+
+def fail(message: str, status: int) -> NoReturn:
+    """Say one line, whatever is in the message, and exit with a status."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in message).split())
+    if len(line) > LONGEST:  # what is wrong comes last
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+    typer.echo(f"stribeck: {line}", err=True)
+    sys.exit(status)
+
+
+def misused(error: typer.TyperException) -> str:
+    """What the parser found, with the value that it could not take."""
+    found: Any = getattr(error.__cause__, "errors", list)()
+    options = getattr(getattr(error, "param", None), "opts", ())
+    if not (found and options):
+        return f"{error.format_message().rstrip('.')} (see stribeck --help)"
+    kind = {"int_parsing": "a whole number", "float_parsing": "a number"}.get(found[0]["type"])
+    name, value = options[0], found[0]["input"]
+    return f"{name}: {value!r} is not {kind}" if kind else f"{name} {value!r}: {found[0]['msg']}"

@@ -1,0 +1,252 @@
+"""Commands that identify: one law, or the best of several; and the page of a fit."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from ..errors import InputError
+from .arguments import above_zero, each_once, intervals, pairs, setting_value
+from .endings import fail
+from .inputs import (
+    Bounds,
+    Columns,
+    Json,
+    Logs,
+    RigName,
+    Seed,
+    Set,
+    Train,
+    check_held,
+    law_named,
+    read_logs,
+    rig_named,
+    with_constants,
+)
+
+if TYPE_CHECKING:
+    from ..identify.found import Fit
+    from ..identify.select import Selection
+    from ..report.stopwatch import Stopwatch
+    from ..rig import Rig
+
+
+def identify(
+    logs: Logs,
+    rig: RigName,
+    law: Annotated[str | None, typer.Option(metavar="L", help="A friction law (see `laws`).")] = None,
+    directional: Annotated[bool, typer.Option("--directional", help="Parameters for each direction.")] = False,
+    method: Annotated[str | None, typer.Option(metavar="M", help="A search method (see `methods`).")] = None,
+    train: Train = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to validate on.")] = None,
+    set_: Set = None,
+    bounds: Bounds = None,
+    tie: Annotated[list[str] | None, typer.Option(metavar="NAME=OTHER", help="Make one parameter equal another.")] = None,
+    setting: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A setting of the method.")] = None,
+    seed: Seed = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each repeat.")] = None,
+    repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches.")] = None,
+    target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J.")] = None,
+    paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
+    loss: Annotated[str, typer.Option(metavar="squares|absolute", help="What of the errors counts.")] = "squares",
+    restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
+    bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json, figures and report.html there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Identify the friction of an axis from recordings of it."""
+    from ..identify.fit import identify as identified
+    from ..report.folder import check_folder
+    from ..report.stopwatch import Stopwatch
+    from ..report.terminal import Watch
+
+    clock = Stopwatch.of_process()
+    if out is not None:
+        check_folder(out)
+    chosen, fixed = with_constants(rig_named(rig), set_)
+    name = law_named(chosen, law, directional)
+    check_held(chosen, name, list(fixed))
+    ends = intervals("--bounds", bounds)
+    ties = dict(pairs("--tie", tie))
+    settings = {n: setting_value(v) for n, v in pairs("--setting", setting)}
+    each_once("--train", train)
+    each_once("--holdout", holdout)
+    if target is not None:
+        above_zero("--target", target)
+    if bootstrap < 0:
+        raise InputError(f"--bootstrap: give a whole number of refits, got {bootstrap}")
+    asked: dict[str, Any] = {
+        "method": method,
+        "target": target,
+        "budget": budget,
+        "repeats": repeats,
+    }
+    if paper:
+        asked = _paper(chosen, asked | {"setting": setting})
+    clock.lap("start-up")
+    recordings = read_logs(logs, chosen, columns)
+    clock.lap("reading")
+    with Watch(chosen.shows.get("position", "m")) as watch:
+        fit = identified(
+            recordings,
+            rig=chosen,
+            law=name,
+            train=train or None,
+            holdout=holdout or None,
+            fixed=fixed,
+            bounds=ends,
+            tied=ties,
+            seed=seed,
+            settings=settings,
+            loss=cast("Any", loss),
+            restart=restart,
+            draws=bootstrap,
+            look=watch,
+            **asked,
+        )
+    clock.lap("search", fit.seconds)
+    clock.lap("uncertainty")
+    _tell(fit, out, json, clock)
+
+
+def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
+    from ..identify.card import card
+    from ..report.folder import write_figures, write_text
+    from ..report.page import write_report
+    from ..report.terminal import show_fit, show_time
+
+    text = card(fit).text()
+    unwritten: InputError | None = None
+    try:
+        if out is not None:
+            write_text(out / "card.json", text)  # first: whatever happens, the numbers are safe
+    except InputError as error:  # hours of search are still told
+        unwritten = error
+    if json:
+        typer.echo(text, nl=False)
+    else:
+        show_fit(fit)
+    sys.stdout.flush()  # to be read while the figures are drawn
+    if unwritten is not None:
+        raise unwritten
+    clock.lap("card")
+    if out is not None:
+        try:
+            write_figures(fit, out)
+            clock.lap("figures")
+            write_report(fit, out, ["stribeck", *sys.argv[1:]])
+        except KeyboardInterrupt:
+            fail(f"interrupted: the result is in {out}, without all of its figures", 130)
+        clock.lap("report")
+    if not json:
+        if out is not None:
+            typer.echo(f"\ncard, figures and report.html in {out}")
+        show_time(clock)
+    if fit.ended == "interrupted":
+        where = f"in {out / 'card.json'}" if out is not None else "printed above"
+        fail(f"interrupted: the partial result is {where}", 130)
+
+
+def _paper(rig: Rig, asked: dict[str, Any]) -> dict[str, Any]:
+    from ..identify.fit import PAPER_TARGET
+
+    if rig.road != "simulation":
+        raise InputError(f"--paper is a search, and rig {rig.name} is solved by least squares")
+    if both := [f"--{n}" for n, v in asked.items() if v]:
+        raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")
+    return {
+        "method": "bts",
+        "target": PAPER_TARGET,
+        "budget": 10**6,
+        "repeats": 1,
+        "polishing": False,
+    }
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
+) -> None:  # fmt: skip
+    """Make the page of a fit again from its report.json: one file, to look at and to print."""
+    from ..report.page import write_page
+
+    typer.echo(write_page(folder))
+
+
+def select(
+    logs: Logs,
+    rig: RigName,
+    laws: Annotated[str | None, typer.Option(metavar="A,B,...", help="Laws to compare; those of the rig by default.")] = None,
+    train: Train = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to hold out.")] = None,
+    test: Annotated[list[Path] | None, typer.Option(metavar="LOG...", help="Other logs to hold out as a whole.")] = None,
+    set_: Set = None,
+    bounds: Bounds = None,
+    seed: Seed = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
+    folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write selection.json, the card of the recommended law and a figure there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Compare friction laws on data held out, and recommend the simplest that holds."""
+    from ..identify.select import select as selected
+    from ..report.folder import check_folder
+    from ..report.selection import Climb
+
+    if out is not None:
+        check_folder(out)
+    ladder = None if laws is None else [name.strip() for name in laws.split(",") if name.strip()]
+    chosen, fixed = with_constants(rig_named(rig), set_)
+    ends = intervals("--bounds", bounds)
+    each_once("--train", train)
+    each_once("--holdout", holdout)
+    recordings = read_logs([*logs, *(test or [])], chosen, columns)
+    with Climb(chosen.shows.get("position", "m")) as climb:
+        selection = selected(
+            recordings[: len(logs)],
+            rig=chosen,
+            laws=ladder,
+            train=train or None,
+            holdout=holdout or None,
+            test=recordings[len(logs) :] or None,
+            fixed=fixed,
+            bounds=ends,
+            seed=seed,
+            budget=budget,
+            folds=folds,
+            look=climb.look,
+        )
+    _tell_selection(selection, out, json)
+
+
+def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
+    from ..report.selection import selection_text, show_selection, write_figure, write_selection
+
+    unwritten: InputError | None = None
+    try:
+        if out is not None:
+            write_selection(selection, out)
+    except InputError as error:  # the work is still told
+        unwritten = error
+    if json:
+        typer.echo(selection_text(selection), nl=False)
+    else:
+        show_selection(selection)
+    sys.stdout.flush()
+    if unwritten is not None:
+        raise unwritten
+    if out is not None:
+        try:
+            write_figure(selection, out)
+        except KeyboardInterrupt:
+            fail(f"interrupted: the result is in {out}, without its figure", 130)
+        if not json:
+            typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
+    if selection.left:
+        where = f"in {out}" if out is not None else "printed above"
+        left = ", ".join(selection.left)
+        fail(f"interrupted: the partial result is {where}, without {left}", 130)

@@ -1,0 +1,60 @@
+"""Commands about logs: make one, look at one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import InputError
+from .arguments import above_zero
+from .inputs import Columns, Json, read_logs, rig_named
+
+#: Standard deviation of an echo that can still be called one, mm: a quarter of the stroke.
+NOISIEST = 100.0
+
+
+def twin(
+    out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="The log to write.")],
+    direction: Annotated[
+        str, typer.Option(metavar="up|down|both", help="Ramp up, down, or up and down.")
+    ] = "both",
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the sensor noise.")] = 0,
+    speed: Annotated[float, typer.Option(metavar="MM/S", help="Speed of the ramp.")] = 5.0,
+    noise: Annotated[float, typer.Option(metavar="MM", help="Noise of an ultrasonic echo.")] = 0.3,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the log.")] = 100.0,
+    echo_rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the transducer.")] = 50.0,
+) -> None:
+    """Record the paper's test bed, simulated with its sensors; the truth is written beside the log."""
+    from ..report.twin import write_twin
+    from ..rig.testbed import TestBed
+
+    given = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
+    for option, value in given.items():
+        above_zero(option, value)
+    if not 0 <= noise <= NOISIEST:
+        raise InputError(f"--noise: give 0 to {NOISIEST:g} mm, got {noise:g}")
+    bed = TestBed(speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate)
+    for file in write_twin(bed, direction, seed, out):
+        typer.echo(file)
+
+
+def check(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.")],
+    columns: Columns = None,
+    rig: Annotated[
+        str | None, typer.Option(metavar="RIG", help="Read the log as this rig's.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say what is in a log, and what it is good enough for."""
+    from ..data import check as looked_at
+    from ..report.terminal import quality_text, show_quality
+
+    (recording,) = read_logs([log], rig_named(rig) if rig is not None else None, columns)
+    quality = looked_at(recording)
+    if json:
+        typer.echo(quality_text(quality), nl=False)
+    else:
+        show_quality(quality)

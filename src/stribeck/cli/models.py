@@ -1,0 +1,212 @@
+"""Commands that take a card: hold a model against logs, use it, hand it on."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+
+from ..errors import InputError
+from .arguments import above_zero, each_once, numbers
+from .inputs import CardFile, Columns, Json, Logs, card_model, file_bytes, read_logs, rig_named
+
+
+def validate(
+    card: CardFile,
+    logs: Logs,
+    range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
+    max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error.")] = None,
+    columns: Columns = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Hold an identified model against other recordings."""
+    from ..identify.validate import validate as validated
+    from ..report.terminal import show_validation, validation_text
+
+    if max_error is not None:
+        above_zero("--max-error", max_error)
+    each_once("--range", range_)
+    written, made, _ = card_model(card)
+    recordings = read_logs(logs, made.rig, columns)
+    rows = validated(written, recordings, range_ or None)
+    for log, _, score in rows:
+        if not math.isfinite(score.value):
+            raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")
+    if json:
+        typer.echo(validation_text(written, rows), nl=False)
+    else:
+        show_validation(written, rows)
+    worst = max(score.value for _, _, score in rows)
+    if max_error is not None and not worst <= max_error:
+        typer.echo(
+            f"stribeck: the model does not hold: {worst:.4g} is above {max_error:g}", err=True
+        )
+        raise typer.Exit(1)
+
+
+def plan(
+    card: CardFile,
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="The logs of the card; by default those that it names, beside it.")] = None,
+    seconds: Annotated[float | None, typer.Option(metavar="S", help="Length of an experiment; as long as the data, two minutes at most, by default.")] = None,
+    check: Annotated[int, typer.Option(metavar="N", help="Try the best three on N twins, simulated and refitted.")] = 0,
+    seed: Annotated[int, typer.Option(metavar="N", help="Seed of the draws and twins.")] = 0,
+    columns: Columns = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Rank experiments by how much they would tell of what is badly known."""
+    from ..identify.model import logs_beside
+    from ..identify.plan import plan as planned
+    from ..report.planning import plan_text, show_plan
+
+    if seconds is not None:
+        above_zero("--seconds", seconds)
+    written, made, _ = card_model(card)
+    recordings = read_logs(logs or logs_beside(written, card), made.rig, columns)
+    found = planned(written, recordings, seconds=seconds, check=check, seed=seed)
+    if json:
+        typer.echo(plan_text(found), nl=False)
+    else:
+        show_plan(found)
+
+
+def compensate(
+    card: CardFile,
+    rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.")] = None,
+    speed: Annotated[float | None, typer.Option(metavar="V", help="Of the slowest motion, in the rig's unit; the card's logs' by default.")] = None,
+    period: Annotated[float, typer.Option(metavar="MS", help="Sample time of the controller.")] = 1.0,
+    mode: Annotated[str | None, typer.Option(metavar="reference|feedback", help="Velocity at which the law is asked; both are tried by default.")] = None,
+    scale: Annotated[float | None, typer.Option(metavar="S", help="Try this share of the friction only.")] = None,
+    reference: Annotated[Path | None, typer.Option(metavar="LOG", help="Follow the command of a log.")] = None,
+    resolution: Annotated[float, typer.Option(metavar="X", help="A count of the position sensor, in the rig's unit.")] = 0.0,
+    noise: Annotated[float, typer.Option(metavar="X", help="Noise of the position sensor, in the rig's unit.")] = 0.0,
+    columns: Columns = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write compensation.json and a figure there.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Say how much of a friction may be compensated, and what that gains."""
+    from ..export.compensation import compensation
+    from ..export.references import followed
+    from ..identify.model import logs_beside
+    from ..report.compensation import compensation_text, show_compensation, write_compensation
+    from ..report.folder import check_folder
+    from ..rig.compensated import Sensor, controlled
+    from ..units import unit
+
+    if out is not None:
+        check_folder(out)
+    above_zero("--period", period)
+    if mode not in (None, "reference", "feedback"):
+        raise InputError(f"--mode {mode!r} is not one of reference, feedback")
+    if speed is not None and reference is not None:
+        raise InputError("--speed and --reference both say what to follow: give one")
+    written, made, _ = card_model(card)
+    on = made.rig if rig is None else rig_named(rig)
+    controlled(on)
+    logs = [] if reference is None else [reference]
+    if speed is None and reference is None:
+        try:
+            logs = logs_beside(written, card)
+        except InputError as error:
+            raise InputError(
+                f"{card}: its logs are not beside it: give --speed or --reference"
+            ) from error
+    recordings = read_logs(logs, on, columns)
+    follow = None if reference is None else followed(recordings[0], period * 1e-3)
+    to_si = unit(on.shows.get("position", "rad" if on.rotary else "m")).to_si
+    per_second = unit(on.shows.get("velocity", "rad/s" if on.rotary else "m/s")).to_si
+    found = compensation(
+        written,
+        None if rig is None else on,
+        recordings=recordings,
+        speed=None if speed is None else float(per_second(speed)),
+        period=period * 1e-3,
+        mode=cast("Any", mode),
+        scale=scale,
+        reference=follow,
+        sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
+        look=lambda doing: typer.echo(f"trying {doing}", err=True),
+    )
+    if json:
+        typer.echo(compensation_text(found), nl=False)
+    else:
+        show_compensation(found)
+    sys.stdout.flush()
+    if out is not None:
+        write_compensation(found, out)
+        if not json:
+            typer.echo(f"\ncompensation and figure in {out}")
+    if found.mode is None:
+        raise typer.Exit(1)
+
+
+def simulate(
+    card: CardFile,
+    log: Annotated[
+        Path, typer.Argument(metavar="LOG", help="A recording whose command is to be followed.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to write the motion.")],
+    columns: Columns = None,
+) -> None:
+    """Simulate an identified model under the command of a log."""
+    from ..report.twin import check_motion, write_motion
+
+    check_motion(out, log)
+    _, made, p = card_model(card)
+    (recording,) = read_logs([log], made.rig, columns)
+    write_motion(made, p, recording, out)
+    typer.echo(out)
+
+
+def export(
+    card: CardFile,
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.")],
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c, matlab: the folder) to write; a text goes to the terminal without it.")] = None,
+    name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1.")] = None,
+    compensation: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as `compensate --out` left them, compensation.json.")] = None,
+    points: Annotated[int | None, typer.Option(metavar="N", help="Points of a table, 20 by default.")] = None,
+    speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
+    into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,
+    joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
+) -> None:  # fmt: skip
+    """Write an identified model for a controller, a drive or a simulator."""
+    from ..export import TARGETS, Source, exported, read_model
+    from ..export.settings import read_settings
+    from ..report.folder import check_file, check_folder, write_all, write_data
+
+    target = TARGETS.get(to)
+    if target is None:
+        raise InputError(f"--to {to}: there are {', '.join(TARGETS)}")
+    if out is None and (target.folder or not target.text):
+        raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
+    if out is not None:
+        check_folder(out) if target.folder else check_file(out, target.suffix)
+    settings = numbers("--set", set_)
+    made = exported(
+        read_model(card),
+        to,
+        name=name,
+        settings=settings or None,
+        compensation=None if compensation is None else read_settings(compensation),
+        points=points,
+        fastest=speed,
+        source=None if into is None else Source(str(into), file_bytes(into)),
+        joint=joint,
+    )
+    if target.folder:
+        assert out is not None  # noqa: S101 - seen to above
+        write_all(out, made.files)
+        for file in made.files:
+            typer.echo(out / file)
+    else:
+        (data,) = made.files.values()
+        if out is None:
+            typer.echo(data, nl=False)
+        else:
+            write_data(out, data)
+            typer.echo(out)
+    for note in made.notes:
+        typer.echo(f"note: {note}", err=True)
