@@ -18,7 +18,8 @@ from . import c_math
 from .dialect import Dialect
 from .lowering import Blunt, divides, lowered
 from .model import Model
-from .program import Array, Entry, Expression, Function, Kind, Name, Program, read_names
+from .program import Array, Expression, Function, Kind, Name, Program, read_names
+from .translation import Entry
 from .vectors import Vectors, vectors
 
 #: C's own words, and C++'s, which a variable may not be called.
@@ -453,5 +454,5 @@ def _comment(lines: Sequence[str]) -> str:
 
 
 def _harmless(text: str) -> str:
-    """A text without the signs that begin or end a comment."""
-    return text.replace("*/", "* /").replace("/*", "/ *")
+    """A text without the signs that begin or end a comment, and without C's trigraphs."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace("??", "? ?")

@@ -43,10 +43,10 @@ from .program import (
     Truth,
     Unary,
     While,
-    blocks,
-    leaves,
+    expressions,
     parts,
     said,
+    statements,
 )
 
 _Use = Callable[[Expression], list[Statement]]
@@ -69,7 +69,11 @@ class Blunt:
 
 def divides(program: Program) -> bool:
     """Whether a program divides whole numbers by each other."""
-    return any(map(_block_divides, (f.body for f in program.functions)))
+    return any(
+        isinstance(x, Binary) and x.sign == "//"
+        for f in program.functions
+        for x in expressions(f.body)
+    )
 
 
 def lowered(program: Program, blunt: Blunt) -> Program:
@@ -89,14 +93,12 @@ def renamed(function: Function, names: Mapping[str, str]) -> Function:
 
 def assigned(body: Sequence[Statement]) -> set[str]:
     """The variables that a block assigns to; those that loops count by are not among them."""
-    found = {s.to.name for s in body if isinstance(s, Assign) and isinstance(s.to, Name)}
-    return found.union(*(assigned(block) for s in body for block in blocks(s)))
+    return {s.to.name for s in statements(body) if isinstance(s, Assign) and isinstance(s.to, Name)}
 
 
 def counters(body: Sequence[Statement]) -> set[str]:
     """The variables that the loops of a block count by."""
-    found = {s.name for s in body if isinstance(s, Count)}
-    return found.union(*(counters(block) for s in body for block in blocks(s)))
+    return {s.name for s in statements(body) if isinstance(s, Count)}
 
 
 def rebuilt(  # noqa: PLR0911 - one case a line
@@ -279,14 +281,6 @@ class _Lowering:
             case Binary(sign="+" | "*" | "//", left=left, right=right):
                 return self._positive(left) and self._positive(right)
         return False
-
-
-def _block_divides(body: Sequence[Statement]) -> bool:
-    return any(
-        any(isinstance(x, Binary) and x.sign == "//" for e in said(s) for x in leaves(e))
-        or any(map(_block_divides, blocks(s)))
-        for s in body
-    )
 
 
 def _all(sign: str, of: Sequence[Expression]) -> Expression:

@@ -19,7 +19,8 @@ from .identifiers import Identifiers
 from .lowering import Blunt, lowered
 from .matlab_dialect import COPYSIGN, WORDS, function_text
 from .model import Model
-from .program import Program, program
+from .program import Program
+from .translation import translated
 
 #: Variables of the two functions, which would hide a law of their name.
 _OWN = {"F", "z", "p", "v", "h", "load", "scale", "u", "s", "c", "v_ref", "at", "copysign"}
@@ -132,7 +133,7 @@ def _law(model: Model, name: str) -> str:
 def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     rotary = model.rig.rotary
     full = f"{name}_compensator"
-    of = program(compensation(), "the compensator")
+    of = translated(compensation(), "the compensator")
     texts, called = _functions(of, [name, full])
     rows = [
         f"    {value!r} % {s.name}: {_said(s.meaning, s.rotary if rotary else s.unit)}"

@@ -20,7 +20,8 @@ from ..identify.problem import Parameters
 from ..rig import Rig
 from ..space import Array, Param
 from ..units import unit
-from .program import Entry, Program, program
+from .program import Program
+from .translation import Entry, translated
 
 #: What the factor of a term is called in a program, and its function: it reads the load of the
 #: term's own name, then the term's parameters.
@@ -128,7 +129,7 @@ class Model:
         for term, *_ in self.terms():
             name, function = FACTORS[term]
             entries.append(Entry(name, function))
-        return program([*entries, *more], f"law {law.name}")
+        return translated([*entries, *more], f"law {law.name}")
 
     def head(self) -> list[str]:
         """What every exported file says of itself: formula, units, range, intervals, the card."""
@@ -155,7 +156,8 @@ class Model:
             for warning in card.warnings:
                 said += textwrap.wrap(warning, 88, initial_indent="- ", subsequent_indent="  ")
         versions = ", ".join(f"{n} {v}" for n, v in card.software.items())
-        return [*said, "", f"From {self.source}, sha256 {self.sha256} ({versions})."]
+        said += ["", f"From {self.source}, sha256 {self.sha256} ({versions})."]
+        return [_one_line(text) for text in said]
 
     def valid(self) -> str:
         """For which speeds data have been seen, in words."""
@@ -201,6 +203,11 @@ def as_model(card: Card) -> Model:
     """The model of a card that is no file yet; its hash is that of the file it would be."""
     made, values = card.model()
     return Model(card, made, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json")
+
+
+def _one_line(text: str) -> str:
+    """A text that stays on its line: a line end in a name would leave the comment it stands in."""
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 def identifier(name: str) -> str:
