@@ -1,7 +1,7 @@
 """The main job, end to end: record the twin, identify both directions, validate, compare.
 
-Runs the commands that anyone would type, then lays the published, the true and the identified
-values side by side. Everything is left in demo/.
+Runs the commands that anyone would type, then lays the values that the twin was made with, which
+are the published ones, and the identified ones side by side. Everything is left in demo/.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def main() -> None:
     for side, sign in (("right", "+"), ("left", "-")):
         card = json.loads((DEMO / side / "card.json").read_text())
         out.print(
-            f"\n[bold]{side}ward[/]: published, what the twin was made with, and what was found"
+            f"\n[bold]{side}ward[/]: the twin, made with the published values, and what was found"
         )
         out.print(_table(card["parameters"], truth, sign))
         held = ", ".join(f"{h['range']} {h['value']:.3g}" for h in card["holdout"])
@@ -69,19 +69,10 @@ def _table(
     for name, p in found.items():
         true = truth[f"{name}{sign}"]["value"]
         rows.append([
-            name, number(true), number(true), number(p["value"]), f"{p['value'] / true - 1:+.1%}",
+            name, number(true), number(p["value"]), f"{p['value'] / true - 1:+.1%}",
             f"{number(p['low'], 4)} to {number(p['high'], 4)}", str(p["unit"]), str(p["verdict"]),
         ])  # fmt: skip
-    heads = [
-        "parameter",
-        "published",
-        "true",
-        "identified",
-        "off by",
-        "interval",
-        "unit",
-        "verdict",
-    ]
+    heads = ["parameter", "true", "identified", "off by", "95 % interval", "unit", "verdict"]
     return grid("", heads, rows)
 
 
