@@ -15,11 +15,10 @@ from ..errors import InputError
 from ..friction import LOADS
 from ..rig.compensator import SETTINGS, Compensator
 from . import c_math
-from .dialect import Dialect
+from .dialect import SUM, Dialect
 from .lowering import Blunt, divides, lowered
-from .model import Model
+from .model import Model, compensator_functions
 from .program import Array, Expression, Function, Kind, Name, Program, read_names
-from .translation import Entry
 from .vectors import Vectors, vectors
 
 #: C's own words, and C++'s, which a variable may not be called.
@@ -60,7 +59,7 @@ class C(Dialect):
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         i = self.name(name)
-        return f"for ({i} = 0; {i} < {self.write(end, 5)}; {i}++) {{", "}"
+        return f"for ({i} = 0; {i} < {self.write(end, SUM)}; {i}++) {{", "}"
 
     def repeated(self, test: Expression) -> tuple[str, str]:
         """A loop."""
@@ -130,7 +129,7 @@ class _Source:
         self.model, self.name, self.compensator = model, name, compensator
         self.law = model.law
         self.loaded = bool(self.law.loads or self.law.terms)
-        self.program: Program = model.program(*compensation())
+        self.program: Program = model.program(*compensator_functions())
         if divides(self.program):  # C cuts towards 0 where Python takes the floor
             self.program = lowered(self.program, Blunt(joins=False))
 
@@ -435,14 +434,6 @@ class _Source:
                 "",
             ]
         )
-
-
-def compensation() -> tuple[Entry, Entry]:
-    """The two functions of the compensator, to be translated beside a law's."""
-    from ..rig.compensator import asked, shaped  # noqa: PLC0415 - compiled: only here
-
-    n = len(SETTINGS)
-    return Entry("asked", asked, {"c": n}), Entry("shaped", shaped, {"c": n})
 
 
 def _comment(lines: Sequence[str]) -> str:

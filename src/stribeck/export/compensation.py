@@ -16,20 +16,19 @@ velocity, which needs no sensor, where that is as good.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
-from ..friction import LAWS
 from ..identify.card import ConstantCard, kind_of
 from ..rig import RIGS
-from ..rig.compensated import IDEAL, compensated, controlled, drive_friction
+from ..rig.compensated import IDEAL, controlled, drive_friction
 from ..rig.compensator import TINY, Compensator, seen
-from .hunting import SIGNS, Sign, floors, signs, stretches, swings
-from .plants import IDENTIFIED, plants
+from .hunting import SIGNS, Sign
+from .plants import plants
 from .references import LONG, paced, references
+from .trial import Mode, Trace, Trial, Tried, ratios
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -44,10 +43,9 @@ if TYPE_CHECKING:
     from ..rig.compensated import Reference, Sensor
     from ..space import Array
 
-Mode = Literal["reference", "feedback"]
 MODES: tuple[Mode, ...] = ("reference", "feedback")
 
-#: Scales that are tried before it is looked closer; 0 is the axis without compensation.
+#: Tried that are tried before it is looked closer; 0 is the axis without compensation.
 SCALES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.35, 1.5)
 #: The recommended scale stays so far below the first one with a sign of too much.
 MARGIN = 0.05
@@ -63,8 +61,6 @@ AS_GOOD = 1.1
 _STILL = 1e-3
 #: A law that gives less than this share of its greatest friction beside rest has no level there.
 _LEVEL = 0.5
-#: Points of a trace that is kept to be drawn.
-_DRAWN = 4000
 
 
 @dataclass(frozen=True)
@@ -125,27 +121,6 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
-    """The identified axis over a motion, without compensation and with the recommended one.
-
-    Args:
-        motion: Its name.
-        t: s, (N,).
-        reference: m or rad, (N,).
-        without: Error, command minus position, m or rad, (N,).
-        compensated: The same with compensation.
-        output: What the compensator puts out, N or N m, (N,).
-    """
-
-    motion: str
-    t: Array
-    reference: Array
-    without: Array
-    compensated: Array
-    output: Array
-
-
-@dataclass(frozen=True, eq=False)
 class Compensation:
     """What was tried, and what is recommended.
 
@@ -183,13 +158,6 @@ class Compensation:
     def curve(self) -> Curve | None:
         """Of the recommended mode."""
         return next((c for c in self.curves if c.mode == self.mode), None)
-
-
-def ratios(rms: Array) -> Array:
-    """RMS errors (S, P, M) over those at the first scale; 1 where both are nothing."""
-    without = rms[:1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(rms == without, 1.0, rms / without)
 
 
 def compensation(
@@ -237,7 +205,7 @@ def compensation(
     axes |= beside or {}
     motions = (reference,) if reference is not None else _motions(made, recordings, speed, period)
     shape = _shape(made, p, motions, sensor, notes)
-    trial = _Trial(made.rig, made.law, p, axes, motions, shape, sensor)
+    trial = Trial(made.rig, made.law, p, axes, motions, shape, sensor)
     curves = []
     for one in MODES if mode is None else (mode,):
         if look is not None:
@@ -315,143 +283,8 @@ def _rest(law: Law, p: Array, slowest: float) -> float:
     return float(speeds[int(np.argmax(friction))])
 
 
-@dataclass(frozen=True, eq=False)
-class _Trial:
-    """Axes, motions and a compensator's shape, ready to be tried at a scale."""
-
-    rig: Rig
-    law: Law
-    believed: Array
-    axes: Mapping[str, Array]
-    motions: tuple[Reference, ...]
-    shape: Compensator
-    sensor: Sensor
-
-    def tried(
-        self, scale: float, mode: Mode, baseline: Baseline | None
-    ) -> tuple[Array, list[tuple[Sign, int, int]], Baseline]:
-        """RMS errors (P, M), the signs by axis and motion, and what was seen."""
-        rms = np.empty((len(self.axes), len(self.motions)))
-        found, kept = [], []
-        for m, motion in enumerate(self.motions):
-            moved = compensated(
-                self.rig, self.law, np.array(list(self.axes.values())), motion,
-                [replace(self.shape, scale=scale, feedback=mode == "feedback")],
-                (self.law, self.believed), self.sensor,
-            )  # fmt: skip
-            error = motion.x - moved.position
-            rms[:, m] = np.nan_to_num(np.sqrt(np.mean(error * error, axis=1)), nan=np.inf)
-            floor = (
-                floors(motion, moved.position, self.sensor.resolution)
-                if baseline is None
-                else baseline.floors[m]
-            )
-            on = stretches(motion, self.shape.dead_band)
-            seen_here = signs(
-                motion, on, moved.position, moved.velocity, self.shape.dead_band, floor,
-                self.calm[m],
-            )  # fmt: skip
-            if baseline is not None:
-                seen_here = {k: v & ~baseline.signs[m][k] for k, v in seen_here.items()}
-                worse = (rms[:, m] > baseline.rms[:, m]) & ~seen_here["runs away"]
-                seen_here["is worse"] = worse
-                found += [(k, int(i), m) for k, v in seen_here.items() for i in np.flatnonzero(v)]
-            kept.append((floor, seen_here))
-        made = Baseline(rms, tuple(f for f, _ in kept), tuple(s for _, s in kept))
-        return rms, found, made
-
-    def frictionless(self) -> Array:
-        """RMS errors of the identified axis without any friction, (M,): the loop's own."""
-        return np.array(
-            [np.sqrt(np.mean((m.x - self._viscous(m, 0.0)[0]) ** 2)) for m in self.motions]
-        )
-
-    @cached_property
-    def calm(self) -> tuple[Array, ...]:
-        """How far the errors swing, (P, stretches) for each motion, where nothing can hunt.
-
-        The friction is a viscous one, as large as the believed one at the motion's speed: it
-        falls nowhere, and damps. What swings then is what gravity makes of the loop.
-        """
-        return tuple(
-            swings(m, stretches(m, self.shape.dead_band), self._viscous(m, 1.0))
-            for m in self.motions
-        )
-
-    def _viscous(self, motion: Reference, share: float) -> Array:
-        """Positions of the axes with a viscous friction in place of the law, (P, N)."""
-        law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
-        own = np.array(list(self.axes.values()))[:, len(self.law.params) :]
-        fastest = float(np.abs(motion.v).max())
-        both = np.abs(self.law.friction(np.array([fastest, -fastest]), self.believed[
-            : len(self.law.params)])) / fastest  # fmt: skip
-        levels = [0.0, both[0], 0.0, both[1]] if self.law.directional else [0.0, both.mean()]
-        axes = np.hstack([np.tile(share * np.array(levels), (len(own), 1)), own])
-        off = [replace(self.shape, scale=0.0)]
-        return compensated(self.rig, law, axes, motion, off, (law, axes[0])).position
-
-    def traces(self, settings: Compensator | None) -> tuple[Trace, ...]:
-        """The identified axis over each motion, thinned."""
-        found = []
-        plant = self.axes[IDENTIFIED]
-        for motion in self.motions:
-            pair = [replace(self.shape, scale=0.0), settings or replace(self.shape, scale=0.0)]
-            moved = compensated(
-                self.rig, self.law, np.array([plant, plant]), motion, pair,
-                (self.law, self.believed), self.sensor,
-            )  # fmt: skip
-            every = slice(None, None, max(len(motion.t) // _DRAWN, 1))
-            error = motion.x - moved.position
-            found.append(
-                Trace(
-                    motion.name, motion.t[every], motion.x[every], error[0, every],
-                    error[1, every], moved.output[1, every],
-                )
-            )  # fmt: skip
-        return tuple(found)
-
-
-@dataclass(frozen=True, eq=False)
-class Baseline:
-    """The axes without compensation: errors (P, M), and by motion floors (P,) and signs."""
-
-    rms: Array
-    floors: tuple[Array, ...]
-    signs: tuple[Mapping[Sign, NDArray[np.bool_]], ...]
-
-
-class _Tried:
-    """The scales that one mode was tried at: errors, and signs by axis and motion."""
-
-    def __init__(self, trial: _Trial, mode: Mode) -> None:
-        self._trial, self._mode = trial, mode
-        rms, _, self._baseline = trial.tried(0.0, mode, None)
-        self._found: dict[float, tuple[Array, list[tuple[Sign, int, int]]]] = {0.0: (rms, [])}
-
-    @property
-    def scales(self) -> list[float]:
-        """Those that were tried, rising."""
-        return sorted(self._found)
-
-    def at(self, scale: float) -> tuple[Array, list[tuple[Sign, int, int]]]:
-        """What happens at a scale."""
-        scale = round(scale, 4)
-        if scale not in self._found:
-            rms, found, _ = self._trial.tried(scale, self._mode, self._baseline)
-            self._found[scale] = (rms, found)
-        return self._found[scale]
-
-    def too_much(self, scale: float) -> bool:
-        """Whether a scale shows a sign other than a greater error."""
-        return any(sign != "is worse" for sign, _, _ in self.at(scale)[1])
-
-    def worst(self, scale: float) -> float:
-        """Greatest ratio of errors at a scale."""
-        return float(ratios(np.stack([self.at(0.0)[0], self.at(scale)[0]]))[1].max())
-
-
-def _curve(trial: _Trial, mode: Mode, scale: float | None) -> Curve:
-    tried = _Tried(trial, mode)
+def _curve(trial: Trial, mode: Mode, scale: float | None) -> Curve:
+    tried = Tried(trial, mode)
     grid = SCALES[1:] if scale is None else (scale, scale + MARGIN)
     for s in grid:
         tried.at(s)
@@ -482,7 +315,7 @@ def _curve(trial: _Trial, mode: Mode, scale: float | None) -> Curve:
     )  # fmt: skip
 
 
-def _closer(tried: _Tried, limit: float) -> None:
+def _closer(tried: Tried, limit: float) -> None:
     """Try scales around the best one, and the greatest that keeps the margin."""
     if np.isfinite(limit) and limit > 0:
         tried.at(np.floor(limit / _NEAR + 1e-9) * _NEAR)
@@ -500,7 +333,7 @@ def _closer(tried: _Tried, limit: float) -> None:
             tried.at(0.5 * (s + best))
 
 
-def _sign(trial: _Trial, tried: _Tried, first: float | None) -> Onset | None:
+def _sign(trial: Trial, tried: Tried, first: float | None) -> Onset | None:
     if first is None:
         return None
     sign, plant, motion = min(tried.at(first)[1], key=lambda one: SIGNS.index(one[0]))

@@ -112,6 +112,12 @@ class Dialect:
         """An element of an array."""
         return f"{self.name(array)}[{self.write(index)}]"
 
+    def from_one(self, index: Expression) -> str:
+        """An index where arrays count from 1."""
+        if isinstance(index, Number):
+            return str(int(index.value) + 1)
+        return self.write(Binary("+", index, Number(1, "whole"), "whole"))
+
     def choice(self, test: Expression, yes: Expression, no: Expression) -> str:
         """One of two values."""
         del test, yes, no
@@ -169,6 +175,12 @@ class Dialect:
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """The first and the last line of a loop from 0 to one below the end."""
         raise NotImplementedError
+
+    def last(self, end: Expression) -> str:
+        """The last number that such a loop counts to."""
+        if isinstance(end, Number):
+            return str(int(end.value) - 1)
+        return f"{self.write(end, SIGN)} - 1"
 
     def repeated(self, test: Expression) -> tuple[str, str]:
         """The first and the last line of a loop as long as a truth holds."""

@@ -14,11 +14,10 @@ from ..errors import InputError
 from ..friction import LOADS
 from ..rig.compensator import SETTINGS, Compensator
 from .ascii_text import ascii_text
-from .c import compensation
 from .identifiers import Identifiers
 from .lowering import Blunt, lowered
 from .matlab_dialect import COPYSIGN, WORDS, function_text
-from .model import Model
+from .model import Model, compensator_functions
 from .program import Program
 from .translation import translated
 
@@ -133,7 +132,7 @@ def _law(model: Model, name: str) -> str:
 def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     rotary = model.rig.rotary
     full = f"{name}_compensator"
-    of = translated(compensation(), "the compensator")
+    of = translated(compensator_functions(), "the compensator")
     texts, called = _functions(of, [name, full])
     rows = [
         f"    {value!r} % {s.name}: {_said(s.meaning, s.rotary if rotary else s.unit)}"

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from .dialect import CHOICE, SIGN, Dialect
 from .identifiers import Identifiers, named
-from .program import Array, Binary, Expression, Function, Kind, Name, Number
+from .program import Array, Expression, Function, Kind, Name
 
 #: Keywords, and the functions that the text calls: a variable of that name would hide them.
 WORDS = frozenset(
@@ -58,9 +58,7 @@ class Matlab(Dialect):
 
     def item(self, array: str, index: Expression) -> str:
         """An element: one further than Python counts."""
-        if isinstance(index, Number):
-            return f"{array}({int(index.value) + 1})"
-        return f"{array}({self.write(Binary('+', index, Number(1, 'whole'), 'whole'))})"
+        return f"{array}({self.from_one(index)})"
 
     def _by_two(self, sign: str, left: Expression, right: Expression, kind: Kind) -> str:
         if sign == "//":
@@ -80,10 +78,7 @@ class Matlab(Dialect):
 
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        last = (
-            f"{int(end.value) - 1}" if isinstance(end, Number) else f"{self.write(end, SIGN)} - 1"
-        )
-        return f"for {name} = 0:{last}", "end"
+        return f"for {name} = 0:{self.last(end)}", "end"
 
     def repeated(self, test: Expression) -> tuple[str, str]:
         """A loop."""

@@ -18,6 +18,7 @@ from ..friction.law import TERMS, position_factor, temperature_factor
 from ..identify.card import Card, read_card
 from ..identify.problem import Parameters
 from ..rig import Rig
+from ..rig.compensator import SETTINGS, asked, shaped
 from ..space import Array, Param
 from ..units import unit
 from .program import Program
@@ -208,6 +209,12 @@ def as_model(card: Card) -> Model:
 def _one_line(text: str) -> str:
     """A text that stays on its line: a line end in a name would leave the comment it stands in."""
     return "".join(c if c.isprintable() else " " for c in text)
+
+
+def compensator_functions() -> tuple[Entry, Entry]:
+    """The two functions of the compensator, to be translated beside a law's."""
+    n = len(SETTINGS)
+    return Entry("asked", asked, {"c": n}), Entry("shaped", shaped, {"c": n})
 
 
 def identifier(name: str) -> str:

@@ -13,10 +13,9 @@ from ..errors import InputError
 from ..friction import LOADS
 from ..rig.compensator import SETTINGS, Compensator
 from .ascii_text import ascii_text
-from .c import compensation
 from .identifiers import Identifiers
 from .lowering import Blunt, lowered
-from .model import Model
+from .model import Model, compensator_functions
 from .modelica_dialect import HELPERS, WORDS, function_text, quoted
 
 _LOADS = {
@@ -60,7 +59,7 @@ class _Package:
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
-        program = lowered(model.program(*compensation()), Blunt())
+        program = lowered(model.program(*compensator_functions()), Blunt())
         helpers = [h for h in program.calls if h in HELPERS]
         own = (name, "Law", "Compensator", *helpers)
         parameters = [n for n, _ in model.named()]

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from .dialect import ATOM, CHOICE, SIGN, SUM, Dialect
+from .dialect import ATOM, CHOICE, SUM, Dialect
 from .identifiers import Identifiers, declared, named
-from .program import Array, Binary, Expression, Function, Kind, Name, Number
+from .program import Array, Expression, Function, Kind, Name
 
 #: Keywords, and built-in functions and variables that nothing should hide (Modelica 3.6).
 WORDS = frozenset(
@@ -110,9 +110,7 @@ class Modelica(Dialect):
 
     def item(self, array: str, index: Expression) -> str:
         """An element: one further than Python counts."""
-        if isinstance(index, Number):
-            return f"{array}[{int(index.value) + 1}]"
-        return f"{array}[{self.write(Binary('+', index, Number(1, 'whole'), 'whole'))}]"
+        return f"{array}[{self.from_one(index)}]"
 
     def _by_two(self, sign: str, left: Expression, right: Expression, kind: Kind) -> str:
         if sign == "//":
@@ -134,10 +132,7 @@ class Modelica(Dialect):
 
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        last = (
-            f"{int(end.value) - 1}" if isinstance(end, Number) else f"{self.write(end, SIGN)} - 1"
-        )
-        return f"for {name} in 0:{last} loop", "end for;"
+        return f"for {name} in 0:{self.last(end)} loop", "end for;"
 
     def repeated(self, test: Expression) -> tuple[str, str]:
         """A loop."""

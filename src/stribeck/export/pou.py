@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..friction import LOADS
 from ..rig.compensator import SETTINGS, Compensator
-from .c import compensation
 from .identifiers import Identifiers, named
 from .lowering import Blunt, lowered
-from .model import Model
+from .model import Model, compensator_functions
 from .program import Array, Function, Name, Program
 from .st_dialect import HELPERS, ST, TYPES, WORDS, needed
 
@@ -101,7 +100,7 @@ class _Units:
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
-        self.program: Program = lowered(model.program(*compensation()), Blunt())
+        self.program: Program = lowered(model.program(*compensator_functions()), Blunt())
         helpers = needed(self.program.calls)
         names = Identifiers([*WORDS, name, f"{name}_compensator"], alike=True)
         own = {h: names.new(f"{name}_{h}") for h in helpers}

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .dialect import ATOM, CHOICE, SIGN, SUM, Dialect
+from .dialect import ATOM, CHOICE, SUM, Dialect
 from .program import Array, Expression, Kind, Number
 
 #: Keywords, types, standard functions and standard function blocks (IEC 61131-3:2013, tables of
@@ -102,10 +102,7 @@ class ST(Dialect):
 
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
-        last = (
-            str(int(end.value) - 1) if isinstance(end, Number) else f"{self.write(end, SIGN)} - 1"
-        )
-        return f"FOR {name} := 0 TO {last} DO", "END_FOR;"
+        return f"FOR {name} := 0 TO {self.last(end)} DO", "END_FOR;"
 
     def repeated(self, test: Expression) -> tuple[str, str]:
         """A loop."""

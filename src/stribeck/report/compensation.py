@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..export.compensation import Compensation, Curve, Onset, Trace
+    from ..export.compensation import Compensation, Curve, Onset
+    from ..export.trial import Trace
     from ..space import Array
 
 #: File names in a folder of results.
