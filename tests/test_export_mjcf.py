@@ -370,6 +370,17 @@ def test_the_two_numbers_are_the_best_two() -> None:
     assert falling["F_V"] == 0.0
 
 
+def test_the_largest_error_is_looked_for_beside_rest() -> None:
+    """A peak that is narrower than the spacing of even speeds is lost, and that is said."""
+    law, p = LAWS["stribeck"], np.array([20.0, 12.0, 40.0, 2e-4, 1.0])
+    found = coulomb_viscous(law, p, (0.0, 0.2), rotary=False)
+    v = np.geomspace(2e-5, 0.2, 100_001)
+    friction = 12.0 + 8.0 * np.exp(-v / 2e-4) + 40.0 * v
+    error = np.abs(found["F_C"] + found["F_V"] * v - friction)
+    assert found.worst == pytest.approx(error.max(), rel=1e-3)
+    assert abs(found.worst_at) < 3e-5
+
+
 @pytest.mark.parametrize(
     ("law", "values", "says"),
     [

@@ -29,6 +29,15 @@ def test_the_stated_error_is_that_of_a_fine_look_at_the_curve(law: str, points: 
     assert off(made.plus, v, want) == pytest.approx(made.plus.worst, rel=0.03)
 
 
+@pytest.mark.parametrize("law", ["stribeck", "stribeck-rational", "lugre"])
+def test_no_drive_finds_more_than_the_stated_error(law: str) -> None:
+    model = model_of(law)
+    made = table(model, 20, 0.1)
+    v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 300_001), np.linspace(0.0, 0.1, 300_001)])
+    worst = off(made.plus, v, model.law.friction(v, model.p))
+    assert worst == pytest.approx(made.plus.worst, rel=2e-4)
+
+
 @pytest.mark.parametrize("points", [5, 16, 20])
 def test_points_stand_where_evenly_spaced_ones_would_be_many_times_worse(points: int) -> None:
     model = model_of("stribeck")

@@ -34,7 +34,7 @@ class Reduction:
         assumed: Whether nobody said these speeds.
         size: RMS friction of the card over them, both directions, N (N m).
         rms: RMS error of the friction, N (N m).
-        worst: Its largest error, N (N m).
+        worst: Its largest error over them and over speeds by decades, N (N m).
         worst_at: The speed of that, signed.
         worst_of: The card's friction there, N (N m).
     """
@@ -128,14 +128,22 @@ def lugre(
 
 def _held(law: Law, p: Array, span: tuple[float, float, bool], to: Law, q: Array) -> Reduction:
     """A law and what stands for it, compared."""
+    own = p[: len(law.params)]
+
+    def off(v: Array) -> tuple[Array, Array]:
+        F = law.friction(v, own)
+        return F, to.friction(v, q) - F
+
     v = _speeds(span)
-    F = law.friction(v, p[: len(law.params)])
-    error = to.friction(v, q) - F
-    at = int(np.abs(error).argmax())
+    F, error = off(v)
+    # The largest error of a law that falls lies beside rest, where even speeds do not look.
+    near = np.concatenate([-_decades(span)[::-1], v, _decades(span)])
+    F_near, error_near = off(near)
+    at = int(np.abs(error_near).argmax())
     return Reduction(
         to, q, *span,
         size=float(np.sqrt(np.mean(F * F))), rms=float(np.sqrt(np.mean(error * error))),
-        worst=float(abs(error[at])), worst_at=float(v[at]), worst_of=float(abs(F[at])),
+        worst=float(abs(error_near[at])), worst_at=float(near[at]), worst_of=float(abs(F_near[at])),
     )  # fmt: skip
 
 

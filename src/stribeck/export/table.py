@@ -23,6 +23,8 @@ from .model import Model
 POINTS, FEWEST, MOST = 20, 2, 1000
 #: Speeds that points may have, and between two of them, speeds at which the error is looked at.
 _GRID, _BETWEEN = 240, 8
+#: Between two of those, speeds at which the error that is stated is looked for.
+_STATED = 16
 #: The slowest speed of the grid, as a share of the fastest; below it lies only rest.
 _SLOWEST = 1e-4
 
@@ -122,8 +124,10 @@ def _side(curve: Callable[[Array], Array], points: int, fast: float) -> Side:
     F, want = np.asarray(curve(v), float), np.asarray(curve(fine), float)
     knots = v[_placed(v, F, fine, want, min(points, len(v)))]
     levels = _levelled(knots, fine, want, np.interp(knots, v, F))
-    off = np.interp(fine, knots, levels) - want
-    weight = np.gradient(fine)
+    # The levels were moved to where the error is least at `fine`: it is a little more between.
+    look = np.interp(np.arange(_STATED * (len(fine) - 1) + 1) / _STATED, np.arange(len(fine)), fine)
+    off = np.interp(look, knots, levels) - np.asarray(curve(look), float)
+    weight = np.gradient(look)
     rms = float(np.sqrt(np.sum(weight * off**2) / np.sum(weight)))
     return Side(knots, levels, float(np.abs(off).max()), rms)
 
