@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .data import Recording, read
     from .errors import InputError
+    from .export import TARGETS, exported, read_model
+    from .export.compensation import compensation
     from .friction import LAWS, Law
     from .identify.card import Card, card, read_card
     from .identify.fit import identify
@@ -32,6 +34,7 @@ __all__ = [
     "LAWS",
     "METHODS",
     "RIGS",
+    "TARGETS",
     "Card",
     "Fit",
     "InputError",
@@ -44,11 +47,14 @@ __all__ = [
     "Selection",
     "Space",
     "card",
+    "compensation",
+    "exported",
     "identify",
     "minimize",
     "problem",
     "read",
     "read_card",
+    "read_model",
     "select",
     "validate",
 ]
@@ -57,6 +63,7 @@ _HOMES = {
     "LAWS": "friction",
     "METHODS": "optimize",
     "RIGS": "rig",
+    "TARGETS": "export",
     "Card": "identify.card",
     "Fit": "identify.found",
     "InputError": "errors",
@@ -69,10 +76,13 @@ _HOMES = {
     "Selection": "identify.select",
     "Space": "space",
     "card": "identify.card",
+    "compensation": "export.compensation",
+    "exported": "export",
     "minimize": "optimize",
     "problem": "identify.problem",
     "read": "data",
     "read_card": "identify.card",
+    "read_model": "export",
     "select": "identify.select",
     "validate": "identify.validate",
 }
