@@ -155,6 +155,7 @@ def test_cards_edited_into_nonsense(run: Run, to: str) -> None:
         (lambda c: c.update(speeds={"low": -1.0, "high": 1.0, "unit": "N"}), ["speeds", "N"]),
         (lambda c: c.update(speeds={"low": 1.0, "high": -1.0, "unit": "m/s"}), ["speeds"]),
         (lambda c: c.update(speeds={"low": -1.0, "high": 1.0, "unit": "parsec"}), ["parsec"]),
+        (lambda c: c.update(rig="\ud800"), ["half a character"]),
     ],
 )
 def test_edited_cards(
@@ -179,6 +180,35 @@ def test_a_name_cannot_leave_a_comment(run: Run) -> None:
     assert said.status == 0, said.err
     header = Path("made/friction.h").read_text(encoding="utf-8")
     assert header.index("*/") > header.index("From card.json")
+
+
+def test_a_line_end_in_a_name_is_none_in_a_file(run: Run) -> None:
+    edited(lambda card: card.update(rig="a *\\\n/ int ??/ x;\n9e9,9e9"))
+    assert run("export", "card.json", "--to", "c", "--out", "made").status == 0
+    build = ["gcc", "-std=c99", "-Wall", "-Werror", "-c", "friction.c", "-o", "friction.o"]
+    try:
+        subprocess.run(build, cwd="made", check=True)
+    except FileNotFoundError:
+        pytest.skip("there is no gcc")
+    table = run("export", "card.json", "--to", "table", "--points", "3").out.splitlines()
+    assert len([line for line in table if not line.startswith("#")]) == 4
+
+
+def test_a_friction_that_no_motion_can_be_simulated_with_is_patched_all_the_same(run: Run) -> None:
+    edited(lambda card: card["parameters"]["F_S"].update(value=1e30))  # type: ignore[index]
+    said = run("export", "card.json", "--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
+    assert said.status == 0, said.err
+    assert "RMS apart" not in said.err
+
+
+def test_bristles_without_coulomb_friction_are_numbers(run: Run) -> None:
+    Path("card.json").write_text(model_of("lugre").card.text(), encoding="utf-8")
+    edited(lambda card: card["parameters"]["F_C"].update(value=0.0))  # type: ignore[index]
+    said = run("export", "card.json", "--to", "c", "--out", "made")
+    assert said.status == 0, said.err
+    edited(lambda card: card["parameters"]["sigma_1"].update(value=1e305))  # type: ignore[index]
+    asked = ("export", "card.json", "--to", "c", "--out", "other")
+    refused(run(*asked), "card.json", "no finite friction")
 
 
 def test_what_mujoco_holds_beside_two_numbers_is_asked_for(run: Run) -> None:
@@ -220,6 +250,7 @@ def test_the_drives_own_friction_is_overcome_unless_told_otherwise(run: Run) -> 
         (lambda w: w["recommended"].pop("settings"), "settings.scale.value"),
         (lambda w: w["recommended"]["settings"]["rest"].update(value="x"), "settings.rest.value"),
         (lambda w: w["recommended"]["settings"]["scale"].update(value=-1.0), "scale"),
+        (lambda w: w["recommended"]["settings"]["scale"].update(value=10**400), "scale.value"),
     ],
 )
 def test_edited_compensations(run: Run, change: Callable[[Any], object], word: str) -> None:

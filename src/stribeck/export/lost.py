@@ -24,6 +24,8 @@ _EVEN = 0.02
 _SWINGS = 20.0
 #: Motions that are apart by more of the whole way have run away.
 _AWAY = 100.0
+#: An axis that would swing through more radians than this in the pull is not simulated.
+_SIMULATED = 1e7
 _KELVIN = 273.15
 
 
@@ -144,6 +146,8 @@ def _motion(model: Model, to: Reduction, words: Words) -> list[str]:
     stiffness, span = F_S / (speed * _STICK), _STICKS * _STICK
     known = inertia(model.rig, law, model.values)
     mass = stiffness / _SWINGS**2 if known is None else known
+    if not (stiffness / mass) ** 0.5 * span < _SIMULATED:
+        return []
     card, file = (pulled(a, b, mass, stiffness, speed, span) for a, b in ((law, p), (to.law, to.p)))
     apart = float(np.linalg.norm(card.position - file.position)) / len(card.position) ** 0.5
     if not apart < _AWAY * speed * span:

@@ -50,4 +50,9 @@ def _value(best: object, name: str) -> float | None:
     at: object = best
     for key in ("settings", name, "value"):
         at = at.get(key) if isinstance(at, Mapping) else None
-    return float(at) if isinstance(at, int | float) and not isinstance(at, bool) else None
+    if not isinstance(at, int | float) or isinstance(at, bool):
+        return None
+    try:
+        return float(at)
+    except OverflowError:  # JSON has whole numbers of any length
+        return None

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
 from ..friction import LOADS
 from ..rig.compensator import Compensator, answer, shaped
 from ..space import Array
@@ -69,6 +70,11 @@ def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) ->
         )  # fmt: skip
         own, next_own = next_own, own
         before = outputs[k] = shaped(said, v_ref, v, h, before, c)
+    if not (np.isfinite(forces).all() and np.isfinite(outputs).all()):
+        raise InputError(
+            f"{model.source}: law {law.name} gives no finite friction at its values and speeds: "
+            "look for a parameter that is far too large or too small"
+        )
     floor = 1e-3 * float(np.abs(forces).max())
     return Vectors(inputs, loads, forces, outputs, floor)
 

@@ -7,6 +7,9 @@ import numpy as np
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
 
+#: A bristle that falls into its deflection at a greater rate than this, 1/s, is there at once.
+_QUICKEST = 1e200
+
 
 def _slip(v: float, p: Array) -> float:
     F_S, F_C, v_s, F_V = p[2], p[3], p[4], p[5]
@@ -19,7 +22,8 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
     sigma_0, sigma_1, F_S, F_C, v_s, F_V = p[0], p[1], p[2], p[3], p[4], p[5]
     r = v / v_s
     level = F_C + (F_S - F_C) * exp(-r * r)
-    if not level > 0.0:  # nothing rubs: no deflection lasts
+    # Next to nothing rubs, so that a rate would not be a number: no deflection lasts.
+    if not level * _QUICKEST > sigma_0 * abs(v):
         out[0] = z[0] if v * h == 0.0 else 0.0
         return sigma_0 * out[0] + F_V * v  # type: ignore[no-any-return]
     rate = sigma_0 * abs(v) / level

@@ -383,8 +383,11 @@ def read_card(path: str | Path) -> Card:
     path = Path(path)
     try:
         data = json.loads(page(path))
+        json.dumps(data, ensure_ascii=False).encode()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
+    except UnicodeEncodeError as error:  # JSON can say half a character, no other file can
+        raise InputError(f"{path}: has half a character in a text: write it anew") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not a card: it is no JSON") from error
     if not isinstance(data, Mapping) or not str(data.get("schema", "")).startswith(
