@@ -20,6 +20,7 @@ from markupsafe import Markup
 from ..errors import InputError
 from . import plots, tables
 from .folder import write_files
+from .plot import Group, every_plot
 from .record import FILE, Report, read_report
 from .style import ACCENT, COMMAND, INK, MEASURED, MODEL, REPEATS
 from .terminal import gathered, number
@@ -96,7 +97,7 @@ def write_page(folder: Path) -> Path:
 
 def render(report: Report) -> str:
     """The page as text: HTML with all it needs inside."""
-    groups: dict[str, list[plots.Group]] = {
+    groups: dict[str, list[Group]] = {
         "log": _one(plots.log_group(report)),
         "fit": plots.fit_groups(report),
         "residual": _one(plots.residual_group(report)),
@@ -105,7 +106,7 @@ def render(report: Report) -> str:
         "convergence": _one(plots.convergence_group(report)),
     }
     script, library = _asset("page.js"), _library()
-    specs = {p.id: asdict(p) for own in groups.values() for p in plots.every_plot(own)}
+    specs = {p.id: asdict(p) for own in groups.values() for p in every_plot(own)}
     return _environment().get_template("page.html.j2").render(
         report=report,
         card=report.card,
@@ -204,7 +205,7 @@ def inert(value: Any) -> str:
     return text.replace("<", "\\u003c")
 
 
-def _one(group: plots.Group | None) -> list[plots.Group]:
+def _one(group: Group | None) -> list[Group]:
     return [] if group is None else [group]
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ..space import Array
+from .plot import LOW, MIDDLE, SMALL, TALL, Group, Plot, View, line
 from .record import LogRecord, MotionRecord, ProfileRecord, Report, Series, SlipRecord
 from .terminal import number
 
@@ -17,89 +18,10 @@ from .terminal import number
 APART = 3
 #: A command that goes so many times as far as the axis is cut, with this much room about the rest.
 _FAR, _ROOM = 4.0, 0.08
-#: Heights of plots, CSS pixels.
-_TALL, _MIDDLE, _LOW, _SMALL = 520, 380, 300, 240
 #: Places between two of a profile, and how high profiles are drawn, thresholds.
 _BETWEEN, _HIGH = 8, 2.6
 #: The correlation below which residuals count as unrelated.
 _UNRELATED = 0.2
-
-
-@dataclass(frozen=True)
-class View:
-    """One thing that a plot can show.
-
-    Args:
-        name: What the reader picks it by.
-        alt: It in a sentence, with its numbers.
-        columns: Numbers by name; None where a line has a gap.
-        lines: What is drawn of them.
-        spans: (from, to) on the horizontal axis that are shaded: what does not count.
-        levels: Horizontal lines.
-        verticals: Vertical lines.
-        ranges: (least, greatest) of a panel, by its number, where not all has to be seen.
-    """
-
-    name: str
-    alt: str
-    columns: dict[str, Any]
-    lines: list[dict[str, Any]]
-    spans: list[tuple[float, float]] = field(default_factory=list)
-    levels: list[dict[str, Any]] = field(default_factory=list)
-    verticals: list[dict[str, Any]] = field(default_factory=list)
-    ranges: dict[int, tuple[float, float]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Plot:
-    """Panels one above the other on one horizontal axis, and what they can show.
-
-    Args:
-        id: Of the element.
-        title: Its heading.
-        x: What the horizontal axis has.
-        panels: Label and share of the height of each, from the top.
-        views: What it can show, one at a time.
-        height: CSS pixels.
-        log: Whether its axes are logarithmic.
-        note: How to read it, if that needs saying.
-        hover: Of what a pointer is told: the "closest" point, or all lines at its x.
-    """
-
-    id: str
-    title: str
-    x: str
-    panels: list[tuple[str, float]]
-    views: list[View]
-    height: int = _MIDDLE
-    log: bool = False
-    note: str = ""
-    hover: Literal["closest", "x unified"] = "closest"
-
-
-@dataclass(frozen=True)
-class Group:
-    """Plots whose views are picked together.
-
-    Args:
-        id: Of the element.
-        title: What is picked.
-        plots: With as many views each.
-    """
-
-    id: str
-    title: str
-    plots: list[Plot]
-
-    @property
-    def names(self) -> list[str]:
-        """What can be picked."""
-        return [view.name for view in self.plots[0].views]
-
-
-def line(x: str, y: str, role: str, **more: Any) -> dict[str, Any]:
-    """A line of two columns: `kind` line (unless told), dashes, steps, dots, points or band."""
-    return {"x": x, "y": y, "role": role, "kind": "line", **more}
 
 
 def log_group(report: Report) -> Group | None:
@@ -258,7 +180,7 @@ def _fit_plots(report: Report, m: MotionRecord) -> list[Plot]:
             lines.append(line("t", "force_model", "model", panel=1, name="model", same=True))
     name = f"{part_of(m)}: {m.label}"
     view = View(name, _fit_alt(report, m), columns, lines, list(m.unscored), ranges=ranges)
-    height = _TALL if len(panels) > 1 else _MIDDLE
+    height = TALL if len(panels) > 1 else MIDDLE
     title = "Measured and modelled"
     made = [Plot("", title, "Time / s", panels, [view], height, hover="x unified")]
     if report.applied and m.force is not None:
@@ -382,10 +304,10 @@ def _residual_plots(report: Report, m: MotionRecord) -> list[Plot]:
                    levels=[*zero, *({"y": s * edge, "role": "ink", "dash": True}
                                     for s in (-1.0, 1.0))])  # fmt: skip
     return [
-        Plot("", "Residual in time", "Time / s", [(f"Residual / {unit}", 1.0)], [in_time], _LOW),
+        Plot("", "Residual in time", "Time / s", [(f"Residual / {unit}", 1.0)], [in_time], LOW),
         Plot("", "Residual in frequency", "Frequency / Hz",
-             [(f"Density / ({unit})² Hz⁻¹", 1.0)], [in_frequency], _LOW, log=True),
-        Plot("", "Residual against itself", "Lag / s", [("Autocorrelation", 1.0)], [own], _LOW),
+             [(f"Density / ({unit})² Hz⁻¹", 1.0)], [in_frequency], LOW, log=True),
+        Plot("", "Residual against itself", "Lag / s", [("Autocorrelation", 1.0)], [own], LOW),
     ]  # fmt: skip
 
 
@@ -519,7 +441,7 @@ def _profile(k: int, p: ProfileRecord) -> Group:
                 verticals=[{"x": p.value, "role": "ink"}, *ends],
                 ranges={0: (-0.05 * high_end, high_end)})  # fmt: skip
     axis = f"{p.name} / {p.unit}" if p.unit else p.name
-    plot = Plot(f"profile-{k}", p.name, axis, [("Rise / threshold", 1.0)], [view], _SMALL)
+    plot = Plot(f"profile-{k}", p.name, axis, [("Rise / threshold", 1.0)], [view], SMALL)
     return Group(f"profile-group-{k}", p.name, [plot])
 
 
@@ -554,10 +476,3 @@ def convergence_group(report: Report) -> Group | None:
     plot = Plot("convergence-plot", "Convergence", "Evaluations", [(f"Best misfit / {unit}", 1.0)],
                 [View("convergence", alt, columns, lines, levels=levels)], log=True)  # fmt: skip
     return Group("convergence-group", "Convergence", [plot])
-
-
-def every_plot(groups: Sequence[Group | None]) -> Iterator[Plot]:
-    """The plots of groups, in order."""
-    for group in groups:
-        if group is not None:
-            yield from group.plots
