@@ -96,6 +96,7 @@ def test_the_file_reads_back_as_the_table_and_states_its_error() -> None:
     assert read[:, 0] == pytest.approx(1e3 * made.plus.speeds, rel=1e-8)
     assert read[:, 1] == pytest.approx(made.plus.levels, rel=1e-8)
     assert f"greatest error {made.plus.worst:.3g} N" in said
+    assert "SI throughout, but for the speeds of the table: mm/s." in said
 
 
 @pytest.mark.parametrize(

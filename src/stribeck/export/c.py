@@ -194,7 +194,7 @@ class _Source:
             "/* A compensator: what a controller adds to its command. */",
             "typedef struct {",
             f"    {n}_law law; /* its own copy, with states of its own */",
-            f"    double c[{n.upper()}_SETTINGS]; /* settings: the recommended ones after init */",
+            f"    double c[{n.upper()}_SETTINGS]; /* settings: as exported after init */",
             "    double before; /* what it put out last */",
             f"}} {n}_compensator;",
             "",

@@ -1,10 +1,11 @@
 """How much of an identified friction may be compensated: tried on every axis that the card allows.
 
 The compensator believes the card. The axes that it is tried on are the card's and those at the
-ends of its intervals, so what comes out holds for whatever the data allow, not for a perfect
-model. Each is driven over several reference motions at a range of scales (the share of the model's
-friction that is compensated), once with the law asked at the reference's velocity and once at the
-measured one, beside the same axis without compensation.
+ends of its intervals, so what comes out holds for more than a perfect model, though not for every
+combination of parameters within their intervals. Each is driven over several reference motions at
+a range of scales (the share of the model's friction that is compensated), once with the law asked
+at the reference's velocity and once at the measured one, beside the same axis without
+compensation.
 
 The recommended scale is the one with the least worst RMS ratio (with over without, over all axes
 and motions) among those that show no sign of too much (`hunting`) anywhere, lie at least MARGIN

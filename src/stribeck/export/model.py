@@ -132,18 +132,26 @@ class Model:
             entries.append(Entry(name, function))
         return translated([*entries, *more], f"law {law.name}")
 
-    def head(self) -> list[str]:
-        """What every exported file says of itself: formula, units, range, intervals, the card."""
+    def head(self, table_speeds: str = "") -> list[str]:
+        """What every exported file says of itself: formula, units, range, intervals, the card.
+
+        Args:
+            table_speeds: The unit of the speeds of a table that follows, where it is not SI.
+        """
         law, card = self.law, self.card
+        force = "torque" if self.rig.rotary else "force"
+        odd = f", but for the speeds of the table: {table_speeds}" if table_speeds else ""
         said = [
             f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",
             "",
             f"  {law.formula}",
             f"  ({law.cite})",
             "",
-            f"Velocity in {self.speed_unit}, friction in {self.force_unit}, and SI throughout.",
-            "Friction has the sign of the velocity: subtract it from the force of the drive, or",
-            "add it to the command to compensate for it.",
+            f"Velocity in {self.speed_unit}, friction in {self.force_unit}, "
+            f"and SI throughout{odd}.",
+            f"Friction has the sign of the velocity: subtract it from the {force} of the drive, or",
+            f"add it to the {force} that is asked of the drive to compensate for it.",
+            *self._volts(),
             f"Valid: {self.valid()}.",
             f"Misfit: {card.objective.value:.4g} {card.objective.unit} on the training data"
             + "".join(f", {h.value:.4g} {h.unit} held out ({h.range})" for h in card.holdout)
@@ -159,6 +167,14 @@ class Model:
         versions = ", ".join(f"{n} {v}" for n, v in card.software.items())
         said += ["", f"From {self.source}, sha256 {self.sha256} ({versions})."]
         return [_one_line(text) for text in said]
+
+    def _volts(self) -> list[str]:
+        """How a torque is asked of a drive that takes volts."""
+        own = {q.name: float(v) for q, v in zip(self.made.every, self.values, strict=True)}
+        if not {"k_t", "R"} <= own.keys():
+            return []
+        per = own["R"] / own["k_t"]
+        return [f"The drive takes volts: {per:.4g} V for a N m (R/k_t, as identified)."]
 
     def valid(self) -> str:
         """For which speeds data have been seen, in words."""

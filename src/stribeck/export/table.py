@@ -188,8 +188,8 @@ def text(model: Model, made: Table) -> str:
     """The table as CSV, in the units in which the rig shows speeds; its errors in its head."""
     written = model.rig.shows.get("velocity", model.speed_unit)
     from_si = unit(written).from_si
-    force = model.force_unit
-    lines = [*(f"# {line}".rstrip() for line in model.head()), "#"]
+    force, other = model.force_unit, "" if written == model.speed_unit else written
+    lines = [*(f"# {line}".rstrip() for line in model.head(other)), "#"]
     for name, side in (("v > 0", made.plus), ("v < 0", made.minus)):
         which = "both directions" if made.symmetric else name
         lines.append(
