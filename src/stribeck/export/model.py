@@ -140,15 +140,15 @@ class Model:
         """
         law, card = self.law, self.card
         force = "torque" if self.rig.rotary else "force"
-        odd = f", but for the speeds of the table: {table_speeds}" if table_speeds else ""
+        odd = f", but for the speeds of the table: {table_speeds}." if table_speeds else "."
         said = [
             f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",
             "",
             f"  {law.formula}",
             f"  ({law.cite})",
             "",
-            f"Velocity in {self.speed_unit}, friction in {self.force_unit}, "
-            f"and SI throughout{odd}.",
+            f"Velocity in {self.speed_unit}, friction in {self.force_unit}, and SI throughout"
+            + odd,
             f"Friction has the sign of the velocity: subtract it from the {force} of the drive, or",
             f"add it to the {force} that is asked of the drive to compensate for it.",
             *self._volts(),
