@@ -464,6 +464,19 @@ def test_a_damaged_or_newer_report_is_one_line(
     assert not (tmp_path / "report.html").exists()
 
 
+@pytest.mark.parametrize(
+    ("part", "line"), [("logs", "position"), ("motions", "t"), ("profiles", "rises")]
+)
+def test_lines_cut_short_are_one_line(
+    run: Any, report: Report, tmp_path: Path, part: str, line: str
+) -> None:
+    data = json.loads(report.text())
+    data[part][0][line] = []
+    (tmp_path / "report.json").write_text(json.dumps(data), encoding="utf-8")
+    assert "do not fit together" in refused(run("report", str(tmp_path)))
+    assert not (tmp_path / "report.html").exists()
+
+
 @pytest.mark.parametrize("text", ["", "{", "[1]", "null", "\x00\xff", '{"a": ' * 50_000])
 def test_what_is_no_report_at_all_is_one_line(run: Any, tmp_path: Path, text: str) -> None:
     (tmp_path / "report.json").write_bytes(text.encode("latin-1"))

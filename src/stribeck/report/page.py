@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
@@ -90,7 +91,18 @@ def write_page(folder: Path) -> Path:
     Raises:
         InputError: there is no report, it is damaged or newer, or the disk refuses.
     """
-    text = render(read_report(folder))
+    report = read_report(folder)
+    try:
+        with np.errstate(all="ignore"):
+            text = render(report)
+    except InputError:
+        raise
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        # Each part is as it should be, but a person has edited what belongs together.
+        raise InputError(
+            f"{folder / FILE}: is damaged, its numbers do not fit together: write it with "
+            "`identify ... --out DIR`"
+        ) from error
     write_files(folder, lambda place: (place / PAGE).write_text(text, encoding="utf-8"))
     return folder / PAGE
 
