@@ -90,7 +90,7 @@ def identify(
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
-    with Watch(chosen.shows.get("position", "m")) as watch:
+    with Watch(chosen.unit_shown("position")) as watch:
         fit = identified(
             recordings,
             rig=chosen,
@@ -205,7 +205,7 @@ def select(
     each_once("--train", train)
     each_once("--holdout", holdout)
     recordings = read_logs([*logs, *(test or [])], chosen, columns)
-    with Climb(chosen.shows.get("position", "m")) as climb:
+    with Climb(chosen.unit_shown("position")) as climb:
         selection = selected(
             recordings[: len(logs)],
             rig=chosen,

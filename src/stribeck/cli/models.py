@@ -115,8 +115,8 @@ def compensate(
             ) from error
     recordings = read_logs(logs, on, columns)
     follow = None if reference is None else followed(recordings[0], period * 1e-3)
-    to_si = unit(on.shows.get("position", "rad" if on.rotary else "m")).to_si
-    per_second = unit(on.shows.get("velocity", "rad/s" if on.rotary else "m/s")).to_si
+    to_si = unit(on.unit_shown("position")).to_si
+    per_second = unit(on.unit_shown("velocity")).to_si
     found = compensation(
         written,
         None if rig is None else on,

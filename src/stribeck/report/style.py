@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -78,10 +78,9 @@ def legend_above(figure: Figure, axes: Axes) -> None:
     )  # fmt: skip
 
 
-def shown(rig: Rig, quantity: str) -> str:
+def shown(rig: Rig, quantity: Literal["position", "velocity"]) -> str:
     """The unit in which a rig's figures have a position or a velocity."""
-    plain = {"position": "rad" if rig.rotary else "m", "velocity": "rad/s" if rig.rotary else "m/s"}
-    return rig.shows.get(quantity, plain[quantity])
+    return rig.unit_shown(quantity)
 
 
 def force_unit(rig: Rig) -> str:

@@ -189,7 +189,7 @@ def _staircases(fit: Fit) -> Table | None:
     """How often and how far the axis slipped, and how the model did."""
     rows = []
     every = [("training", fit.score), *((f"held out {_within(h)}", h.score) for h in fit.holdout)]
-    shown = fit.rig.shows.get("position", "rad" if fit.rig.rotary else "m")
+    shown = fit.rig.unit_shown("position")
     for name, score in every:
         for who, s in (("axis", score.measured), ("model", score.modelled)):
             if s is not None:

@@ -176,6 +176,11 @@ class Rig:
         """The unit in which people see a parameter."""
         return self.shows.get(param.name, self.shows.get(stem(param.name), param.unit))
 
+    def unit_shown(self, quantity: Literal["position", "velocity"]) -> str:
+        """The unit in which people see a position or a velocity of its axis."""
+        si = "rad" if self.rotary else "m"
+        return self.shows.get(quantity, si if quantity == "position" else f"{si}/s")
+
     def label(self, name: str) -> str:
         """What people see a parameter called."""
         stem = name.rstrip("+-")
