@@ -148,8 +148,12 @@ def _outputs(model: Model) -> Iterator[Value]:
     way = "rad" if model.rig.rotary else "m"
     yield Value("position", "output", way, "position")
     yield Value("velocity", "output", model.speed_unit, "velocity")
-    yield Value("drive", "output", model.force_unit, "what the drive does to the axis")
-    yield Value("friction", "output", model.force_unit, "friction, with the sign of the velocity")
+    drives = "what the drive does to the axis"
+    if isinstance(model.rig, SlideBed):
+        drives += ", F_m apart"  # the motor's inertia and damping are not in it
+    yield Value("drive", "output", model.force_unit, drives)
+    rubs = "friction, with the sign of the velocity; at rest, of the pull that it balances"
+    yield Value("friction", "output", model.force_unit, rubs)
 
 
 def _inputs(model: Model, drive: Drive) -> Iterator[Value]:
