@@ -7,7 +7,6 @@ functions are translated from the law itself; see `program`.
 from __future__ import annotations
 
 import re
-import textwrap
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -17,7 +16,7 @@ from ..rig.compensator import SETTINGS, Compensator
 from . import c_math
 from .dialect import SUM, Dialect
 from .lowering import Blunt, divides, lowered
-from .model import Model, compensator_functions
+from .model import Model, compensator_functions, folded
 from .program import Array, Expression, Function, Kind, Name, Program, read_names
 from .vectors import Vectors, vectors
 
@@ -439,8 +438,7 @@ class _Source:
 def _comment(lines: Sequence[str]) -> str:
     """A comment at the head of a file."""
     safe = [_harmless(line) for line in lines]
-    wrapped = [w for s in safe for w in (textwrap.wrap(s, 96, subsequent_indent="    ",
-               drop_whitespace=False, replace_whitespace=False) or [""])]  # fmt: skip
+    wrapped = [w for s in safe for w in folded(s, 96)]
     return "\n".join(["/*", *(f" * {line}".rstrip() for line in wrapped), " */"])
 
 

@@ -8,7 +8,6 @@ code.
 from __future__ import annotations
 
 import re
-import textwrap
 
 from ..errors import InputError
 from ..friction import LOADS
@@ -17,7 +16,7 @@ from .ascii_text import ascii_text
 from .identifiers import Identifiers
 from .lowering import Blunt, lowered
 from .matlab_dialect import COPYSIGN, WORDS, function_text
-from .model import Model, compensator_functions
+from .model import Model, compensator_functions, folded
 from .program import Program
 from .translation import translated
 
@@ -194,12 +193,7 @@ def _help(said: list[str]) -> list[str]:
         f"%   {line}".rstrip()
         for whole in said
         for text in whole.split("\n")
-        for line in (
-            textwrap.wrap(
-                ascii_text(text), 94, subsequent_indent="    ",
-                drop_whitespace=False, replace_whitespace=False,
-            ) or [""]
-        )
+        for line in folded(ascii_text(text), 94)
     ]  # fmt: skip
 
 

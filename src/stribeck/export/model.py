@@ -233,6 +233,13 @@ def compensator_functions() -> tuple[Entry, Entry]:
     return Entry("asked", asked, {"c": n}), Entry("shaped", shaped, {"c": n})
 
 
+def folded(text: str, wide: int) -> list[str]:
+    """A line of a comment as one or more that are not too wide; blanks stay, as in tables."""
+    return textwrap.wrap(
+        text, wide, subsequent_indent="    ", drop_whitespace=False, replace_whitespace=False
+    ) or [""]
+
+
 def identifier(name: str) -> str:
     """A name that any language takes."""
     made = name.replace("+", "_pos").replace("-", "_neg")

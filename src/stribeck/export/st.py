@@ -7,12 +7,11 @@ be retuned while it runs, and one for the compensator. LREAL throughout; no zero
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
 
 from ..rig.compensator import Compensator
 from .ascii_text import ascii_text
-from .model import Model
+from .model import Model, folded
 from .pou import Unit, Variable, units
 
 _SECTIONS = (("VAR_INPUT", "inputs"), ("VAR_IN_OUT", "shared"), ("VAR_OUTPUT", "outputs"))
@@ -69,8 +68,7 @@ def comment(lines: Sequence[str]) -> list[str]:
     safe = [harmless(line) for line in lines]
     if len(safe) == 1:
         return [f"(* {safe[0]} *)"]
-    wrapped = [w for s in safe for w in (textwrap.wrap(s, 96, subsequent_indent="    ",
-               drop_whitespace=False, replace_whitespace=False) or [""])]  # fmt: skip
+    wrapped = [w for s in safe for w in folded(s, 96)]
     return ["(*", *(f"   {line}".rstrip() for line in wrapped), "*)"]
 
 
