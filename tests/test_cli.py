@@ -268,7 +268,7 @@ def searching(folder: Path, *more: str) -> subprocess.Popen[str]:
     """A search without end, after it has told its first progress."""
     process = subprocess.Popen(
         [*COMMAND, "identify", "up.csv", "--rig", "slide-bed", "--method", "bts",
-         "--budget", "1000000000", *more],
+         "--setting", "count_max=1000000000", "--budget", "1000000000", *more],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None

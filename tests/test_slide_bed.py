@@ -245,3 +245,11 @@ def test_random_parameter_sets_fill_the_search_ranges_and_leave_what_is_fixed() 
         assert share.mean() == pytest.approx(0.5, abs=5 / np.sqrt(12 * 4000))
         assert 0.0 <= share.min() < 0.01
         assert 0.99 < share.max() <= 1.0
+
+
+def test_a_constant_of_the_users_is_not_said_to_be_the_papers() -> None:
+    said = {c.name: c.source for c in SLIDE_BED.set(m=24.0, a=4.0, J_m=4.17e-6).constants}
+    paper = {c.name: c.source for c in SLIDE_BED.constants}
+    assert said["m"] == said["a"] == "given"
+    assert said["J_m"] == paper["J_m"]  # the paper's value, whoever types it
+    assert said["K_n"] == paper["K_n"]  # it still follows from the others

@@ -23,6 +23,7 @@ def validate(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Hold an identified model against other recordings."""
+    from ..identify.validate import unseen
     from ..identify.validate import validate as validated
     from ..report.terminal import show_validation, validation_text
 
@@ -32,6 +33,8 @@ def validate(
     written, made, _ = card_model(card)
     recordings = read_logs(logs, made.rig, columns)
     rows = validated(written, recordings, range_ or None)
+    for said in unseen(written, recordings, range_ or None):
+        typer.echo(f"warning: {said}", err=True)
     for log, _, score in rows:
         if not math.isfinite(score.value):
             raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")
@@ -184,6 +187,9 @@ def export(
         raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
     if out is not None:
         check_folder(out) if target.folder else check_file(out, target.suffix)
+        for given in (card, into, compensation):
+            if given is not None and out.exists() and given.exists() and out.samefile(given):
+                raise InputError(f"--out {out}: is what is read: write to another place")
     settings = numbers("--set", set_)
     made = exported(
         read_model(card),

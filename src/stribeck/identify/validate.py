@@ -5,16 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from ..rig.rig import Simulated
 from ..space import Array
 from .balance import balance_scores
 from .problem import Parameters, listed, parts
 from .score import Score, scores
-from .stretch import stretches
+from .stretch import Stretch, stretches
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
+    from .card import Card
+
+
+#: A speed below this share of the greatest one is no motion in that direction.
+ONE_WAY = 0.02
+#: A way back below this share of the travel is none.
+TRAVEL = 0.1
 
 
 class Model(Protocol):
@@ -45,6 +54,48 @@ def validate(
         for log in listed(recordings)
         for r in parts(within, made.rig)
     ]
+
+
+def unseen(
+    card: Card,
+    recordings: Sequence[Recording],
+    within: Sequence[Range | str] | Range | str | None = None,
+) -> list[str]:
+    """Where an axis goes in a direction that its card was not trained on, a sentence a range.
+
+    Only where both directions share one set of parameters: then nothing in the card says that
+    the other one rubs alike.
+    """
+    made, _ = card.model()
+    seen = card.speeds
+    if seen is None or made.law.directional or not isinstance(made.rig, Simulated):
+        return []
+    least = ONE_WAY * max(abs(seen.low), abs(seen.high))
+    ways = {way for way, speed in ((1, seen.high), (-1, -seen.low)) if speed > least}
+    if not made.rig.from_rest or len(ways) != 1:
+        return []
+    said = []
+    for log in recordings:
+        for r in parts(within, made.rig):
+            if _ways(stretches([log], made.rig, r)) - ways:
+                where = "as a whole" if r is None else f"over {r.text}"
+                said.append(
+                    f"{log.label} {where} also runs the other way than the card was trained on "
+                    f"({seen.low:.4g} to {seen.high:.4g} {seen.unit}): --range tells which part"
+                )
+    return said
+
+
+def _ways(passed: Sequence[Stretch]) -> set[int]:
+    """The directions in which an axis goes over a tenth of its travel or more."""
+    every = [s.recording.position[s.rows] for s in passed]
+    least = TRAVEL * max(float(np.ptp(x)) for x in every)
+    return {
+        way
+        for way in (1, -1)
+        for x in every
+        if float(np.max(way * x - np.minimum.accumulate(way * x))) > least
+    }
 
 
 def _score(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:

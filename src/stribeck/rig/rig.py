@@ -43,6 +43,11 @@ class Constant:
         """The value in the unit people see."""
         return float(unit(self.unit).from_si(self.value))
 
+    def given(self, shown: float) -> Self:
+        """The same quantity with a value of the user's, in the unit people see."""
+        value = float(unit(self.unit).to_si(shown))
+        return self if value == self.value else replace(self, value=value, source="given")
+
 
 #: What a unit of a linear axis is on a rotary one.
 _ROTARY = {
@@ -143,16 +148,16 @@ class Rig:
         raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
 
     def set(self, **values: float) -> Self:
-        """The same rig with other constants, given in the units it shows."""
+        """The same rig with other constants, given in the units it shows.
+
+        A value that differs from the one before has no source but whoever gave it.
+        """
         for name in values:
             self[name]
         return replace(
             self,
             constants=tuple(
-                replace(c, value=float(unit(c.unit).to_si(values[c.name])))
-                if c.name in values
-                else c
-                for c in self.constants
+                c.given(values[c.name]) if c.name in values else c for c in self.constants
             ),
         )
 

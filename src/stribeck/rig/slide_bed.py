@@ -112,7 +112,9 @@ class SlideBed(Simulated):
         for name, parts, of in _GEAR:
             if name not in values and not values.keys().isdisjoint(parts):
                 values[name] = of(*(rig[part] for part in parts))  # SI, as these three are shown
-                rig = super(SlideBed, rig).set(**{name: values[name]})
+                rig = replace(rig, constants=tuple(
+                    replace(c, value=values[name]) if c.name == name else c for c in rig.constants
+                ))  # fmt: skip
         return rig
 
     def own(self, law: Law) -> tuple[Param, ...]:
