@@ -261,3 +261,17 @@ def test_edited_compensations(run: Run, change: Callable[[Any], object], word: s
     asked = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
     refused(run("export", "card.json", *asked), "compensation.json", word)
     assert not Path("made").exists()
+
+
+def test_what_is_read_is_not_written_over(run: Run) -> None:
+    before = Path("joint.xml").read_bytes(), Path("card.json").read_bytes()
+    asked = ("--into", "joint.xml", "--joint", "hip", "--out", "joint.xml")
+    refused(run("export", "card.json", "--to", "mjcf", *asked), "joint.xml", "another place")
+    refused(run("export", "card.json", "--to", "json", "--out", "card.json"), "another place")
+    assert (Path("joint.xml").read_bytes(), Path("card.json").read_bytes()) == before
+
+
+def test_an_axis_that_cannot_be_simulated_is_no_unit(run: Run) -> None:
+    edited(lambda card: card.update(constants={"m": {"value": 0.0, "unit": "kg"}}))
+    refused(run("export", "card.json", "--to", "fmu", "--out", "x.fmu"), "m = 0")
+    assert not Path("x.fmu").exists()

@@ -1,8 +1,8 @@
 """A card that was trained one way, held against a log that runs both ways."""
 
 import pytest
-from exported import model_of
 
+from exported import model_of
 from stribeck.identify.card import Card, SpeedsCard
 from stribeck.identify.validate import unseen
 from stribeck.rig.testbed import TestBed

@@ -101,6 +101,8 @@ def axis(model: Model) -> Axis:
     Raises:
         InputError: its rig has no equation of motion that could be stepped.
     """
+    if isinstance(model.rig, SlideBed):
+        model.rig.split(model.law, model.values)  # refuses what cannot be simulated
     drive, motion = _drive(model.rig)
     values = [
         *_outputs(model), *_inputs(model, drive), *_settings(model),
