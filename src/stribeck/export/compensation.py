@@ -264,7 +264,7 @@ def _shape(
         raise InputError(f"reference {motions[0].name}: it does not move: nothing to compensate")
     slowest = min(float(np.median(v)) for v in moving)
     dead_band = seen(sensor.resolution, h) + 3.0 * np.sqrt(2.0) * sensor.noise / h
-    dead_band = max(dead_band, _STILL * slowest)
+    dead_band = float(f"{max(dead_band, _STILL * slowest):.4g}")  # a setting that people read
     if dead_band > 0.5 * slowest:
         notes.append(
             f"at a period of {h * 1e3:g} ms the sensor does not tell the slowest motion from rest: "
