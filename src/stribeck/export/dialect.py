@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import ClassVar
 
@@ -33,7 +34,7 @@ CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, ATOM = range(9)
 _LEVELS = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "//": PRODUCT}
 
 
-class Dialect:
+class Dialect(ABC):
     """A language. The words are class variables, what they are put together as are methods."""
 
     indent: ClassVar[str] = "    "
@@ -172,9 +173,9 @@ class Dialect:
         """How a function gives back its value."""
         return [f"return {self.write(value)}{self.end}"]
 
+    @abstractmethod
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """The first and the last line of a loop from 0 to one below the end."""
-        raise NotImplementedError
 
     def last(self, end: Expression) -> str:
         """The last number that such a loop counts to."""
@@ -182,13 +183,13 @@ class Dialect:
             return str(int(end.value) - 1)
         return f"{self.write(end, SIGN)} - 1"
 
+    @abstractmethod
     def repeated(self, test: Expression) -> tuple[str, str]:
         """The first and the last line of a loop as long as a truth holds."""
-        raise NotImplementedError
 
+    @abstractmethod
     def conditional(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end; {} stands for the truth."""
-        raise NotImplementedError
 
 
 def _below_zero(value: float) -> bool:

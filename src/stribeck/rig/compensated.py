@@ -41,13 +41,13 @@ from .stepping import (
     MOST_STEPS,
     NO_RUB,
     ROOM,
-    begun,
     commanded,
     driven,
     factor,
     mixed,
     passed,
     places,
+    started,
 )
 from .track import JOINT, SERVO, SLIDE, WIDTH, Track
 
@@ -304,7 +304,7 @@ def _wide(c: Array) -> Array:
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _loops(  # noqa: PLR0915 - a loop over axes and samples
+def _loops(
     slip: Any, rub: Any, general: bool, states: int, slip_m: Any, rub_m: Any, general_m: bool,
     states_m: int, kind: int, added: int, p: Array, term: Array, c: Array, p_m: Array,
     term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array,
@@ -333,13 +333,10 @@ def _loops(  # noqa: PLR0915 - a loop over axes and samples
         slopes[:] = 0.0
         z_m[:] = 0.0
         left = ROOM + EACH * parts.sum()
-        mixed(inputs, held, 0, 0.0, u)
         hold = b[7] if kind == JOINT else 0.0
-        before = commanded(b, u, q, v) if hold > 0.0 else 0.0
-        load[0] = before
-        _, F, d = driven(kind, b, u, q, v, load)
-        if states > 0:
-            begun(rub, factor(term, a, load), F - d * v, v, load, a, coarse, z)
+        before = started(
+            rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
+        )
         output, last = 0.0, 0.0
         for k in range(len(t)):
             shown = q + noise[k]

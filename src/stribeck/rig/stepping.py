@@ -421,6 +421,21 @@ def passed(
     return q, v, left
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def started(
+    rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
+    hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
+) -> float:  # fmt: skip
+    """The torque that a joint's controller computed at the first sample; states into `z`."""
+    mixed(inputs, held, 0, 0.0, u)
+    torque = commanded(c, u, q, v) if hold > 0.0 else 0.0
+    load[0] = torque
+    _, F, d = driven(kind, c, u, q, v, load)
+    if states > 0:
+        begun(rub, factor(term, p, load), F - d * v, v, load, p, relaxed, z)
+    return torque
+
+
 @njit(
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _F2, _I1, _I1, _F2,
@@ -452,13 +467,10 @@ def _rows(  # a loop over candidates and samples
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         left = ROOM + EACH * parts.sum()
-        mixed(inputs, held, 0, 0.0, u)
         hold = b[7] if kind == JOINT else 0.0
-        before = commanded(b, u, q, v) if hold > 0.0 else 0.0
-        load[0] = before
-        _, F, d = driven(kind, b, u, q, v, load)
-        if states > 0:
-            begun(rub, factor(term, a, load), F - d * v, v, load, a, coarse, z)
+        before = started(
+            rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
+        )
         for k in range(len(t)):
             mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
