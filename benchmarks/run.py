@@ -45,7 +45,6 @@ PARTS = {
     "simulators": "Exported joints in MuJoCo",
     "exports": "Exported C and co-simulation units",
     "intervals": "Whether intervals hold the truth",
-    "gpu": "Many candidates on a GPU",
 }
 LIBRARIES = (
     "stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment", "mujoco",

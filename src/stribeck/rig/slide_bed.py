@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..friction import Law
 
 Scheme = Literal["fast", "reference", "paper"]
-Device = Literal["cpu", "cuda"]
 
 _PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
 
@@ -78,30 +77,9 @@ class SlideBed(Simulated):
     F_sp = k_spring e, F_f_motor = clip(F_motor, F_fm), F_m = clip(K_kt (J_m a + D_m v), 30 N).
     k_hat depends on the direction of the pull (3.5 rightward, 2.8 N/mm leftward), so does
     k_spring under a direction-dependent law.
-
-    Args:
-        device: What computes `misfits`; see `on`. All else is computed on the processor.
     """
 
     free_start: bool = True
-    device: Device = "cpu"
-
-    def on(self, device: Device) -> Self:
-        """The same rig, its misfits computed on another device: `cpu`, or `cuda` for a GPU.
-
-        A GPU is for 10^5 candidates a call and more. Its results are not the processor's bit for
-        bit: `rig/cuda.py` says how near they are.
-
-        Raises:
-            InputError: there is no such device here.
-        """
-        if device not in ("cpu", "cuda"):
-            raise InputError(f"rig {self.name}: device {device!r} is not one of cpu, cuda")
-        if device == "cuda":
-            from . import cuda  # noqa: PLC0415 - half a second that only this needs
-
-            cuda.ready()
-        return replace(self, device=device)
 
     def set(self, **values: float) -> Self:
         """The same rig with other constants, in the units it shows.
@@ -211,10 +189,6 @@ class SlideBed(Simulated):
     def misfits(self, law: Law, p: Array, on: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
         laws, c = self.split(law, p)
-        if self.device == "cuda":
-            from . import cuda  # noqa: PLC0415 - half a second that only this needs
-
-            return cuda.misfits(law, laws, c, on)
         return misfits(law, laws, c, on) if _jumps(law) else super().misfits(law, p, on)
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
