@@ -23,13 +23,13 @@ from scipy import stats
 from stribeck import RIGS, Fit, identify, read
 from stribeck.data.ranges import Range
 from stribeck.data.recording import Recording
-from stribeck.data.segment import segment
+from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
-from stribeck.identify.measure import PLAIN, Measure
+from stribeck.identify.loss import PLAIN, Measure
 from stribeck.identify.problem import Parameters, parameters
 from stribeck.identify.score import scores
-from stribeck.identify.staircase import Staircase
-from stribeck.identify.stretch import stretches
+from stribeck.identify.segment import stretches
+from stribeck.identify.stick_slip_statistics import Staircase
 from stribeck.rig.rig import Simulated
 from stribeck.space import Array
 

@@ -17,11 +17,11 @@ import numpy as np
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.measure import Loss, Measure
+from stribeck.identify.loss import Loss, Measure
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem, Parameters, parameters
-from stribeck.identify.rungs import BUDGET, Plan, Rung, climb
-from stribeck.identify.splits import Portion
+from stribeck.identify.selection.candidate import BUDGET, Plan, Rung, climb
+from stribeck.identify.selection.folds import Portion
 from stribeck.space import Array
 
 LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"

@@ -15,16 +15,16 @@ import numpy as np
 import axis_servo
 from stribeck import read
 from stribeck.data.recording import Recording
-from stribeck.export.c import c
-from stribeck.export.fmu import fmu
-from stribeck.export.fmu_axis import axis
+from stribeck.export.code.c import c
+from stribeck.export.fmu.axis import axis
+from stribeck.export.fmu.fmu import fmu
 from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.identify.card import Card
 from stribeck.rig import RIGS
+from stribeck.rig.motion.track import Track, track
 from stribeck.rig.rig import Simulated, shown_in
-from stribeck.rig.testbed import TestBed
-from stribeck.rig.track import Track, track
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 #: Laws of growing effort.

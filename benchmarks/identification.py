@@ -13,7 +13,7 @@ import numpy as np
 from numpy.random import SeedSequence
 from scipy.optimize import least_squares
 
-from stribeck.bench import peers
+from stribeck.bench import third_party
 from stribeck.bench.tables import Cell, Table, number
 from stribeck.identify.problem import MotionProblem
 from stribeck.optimize import Search, Target, configure, lockstep
@@ -48,7 +48,7 @@ def theirs(peer: str, **settings: Any) -> Contestant:
     """Other people's optimizer."""
 
     def run(twin: Twin, seed: int, budget: int) -> Count:
-        trace, _ = peers.search(
+        trace, _ = third_party.search(
             peer,
             twin.problem,
             budget=budget,

@@ -19,7 +19,7 @@ from stribeck.rig import Rig
 from stribeck.rig.emps import EMPS
 from stribeck.rig.servo_pendulum import SERVO_PENDULUM
 from stribeck.rig.slide_bed import SLIDE_BED
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Rng
 from twins import NOISE, SLIPS, Side, slips
 

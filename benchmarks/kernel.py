@@ -21,11 +21,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from stribeck.friction import LAWS
-from stribeck.rig import crew, reference
-from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import BAND, misfits, trajectories
+from stribeck.rig.motion import reference, row_pool
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.event_driven import BAND, misfits, trajectories
+from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import SLIDE_BED
-from stribeck.rig.track import Track, track
 from stribeck.space import Array
 
 LAW = LAWS["stribeck"]
@@ -79,14 +79,14 @@ def least(
 
 
 @contextmanager
-def of(hands: crew.Crew) -> Iterator[None]:
+def of(hands: row_pool.Crew) -> Iterator[None]:
     """The kernel with other threads than it would take by itself."""
-    usual = crew.hired
-    crew.hired = lambda: hands
+    usual = row_pool.hired
+    row_pool.hired = lambda: hands
     try:
         yield
     finally:
-        crew.hired = usual
+        row_pool.hired = usual
 
 
 class CLoop:
@@ -282,10 +282,10 @@ def uneven_found(n: int) -> dict[str, Any]:
 def threads_found(turns: int) -> dict[str, Any]:
     """Throughput of one and of two threads, calls of a search and great ones, taken in turns."""
     on = ramp(1)
-    if crew.threads() < 2:  # noqa: PLR2004
-        return {"cores": crew.threads()}
-    hands = {1: crew.Crew(1), 2: crew.Crew(2)}
-    found: dict[str, Any] = {"cores": crew.threads(), "same_bits": True, "calls": {}}
+    if row_pool.threads() < 2:  # noqa: PLR2004
+        return {"cores": row_pool.threads()}
+    hands = {1: row_pool.Crew(1), 2: row_pool.Crew(2)}
+    found: dict[str, Any] = {"cores": row_pool.threads(), "same_bits": True, "calls": {}}
     for candidates, in_a_turn in ((CALL, 20), (100 * CALL, 1)):
         at = SLIDE_BED.sample(LAW, np.random.default_rng(7), candidates)
         seconds: dict[int, list[float]] = {1: [], 2: []}
@@ -317,7 +317,7 @@ def threads_found(turns: int) -> dict[str, Any]:
 def measure(quick: bool = False) -> dict[str, Any]:
     """Everything, as JSON; `quick` takes few sets, to see that it runs."""
     n, few = (40, 2) if quick else (1000, 10)
-    with tempfile.TemporaryDirectory() as folder, of(crew.Crew(1)):
+    with tempfile.TemporaryDirectory() as folder, of(row_pool.Crew(1)):
         loop = CLoop(Path(folder)) if shutil.which("gcc") else None
         found: dict[str, Any] = {
             "ramp": {"seconds": SECONDS, "rate_hz": RATE, "speed_mm_s": 1e3 * SPEED},

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stribeck import Recording, identify, read, validate
-from stribeck.data.segment import step
+from stribeck.data.segmentation import step
 
 HERE = Path(__file__).parent
 RIG = HERE / "direct_drive.toml"

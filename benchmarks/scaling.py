@@ -23,9 +23,9 @@ import numpy as np
 from stribeck.data import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.problem import MotionProblem, problem
-from stribeck.rig.drive import Drive
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.track import track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
-from stribeck.rig.track import track
 from stribeck.space import Array
 
 FIGURE = Path(__file__).with_name("scaling.png")
@@ -173,7 +173,7 @@ def draw(found: dict[str, Any]) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    from stribeck.report.figures import COMMAND, MODEL, STYLE  # noqa: PLC0415
+    from stribeck.report.figures.fit_figures import COMMAND, MODEL, STYLE  # noqa: PLC0415
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 3.6), layout="constrained")

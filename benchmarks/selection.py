@@ -16,8 +16,8 @@ from typing import Any
 
 from stribeck import RIGS, read, select
 from stribeck.data.recording import Recording
-from stribeck.identify.select import Selection
-from stribeck.report.selection import against, selection_text
+from stribeck.identify.selection.select import Selection
+from stribeck.report.selection_report import against, selection_text
 
 DATA = Path(__file__).parents[2] / "shared" / "data"
 #: The servo's laws, and the gain that is held out.

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from stribeck.data.recording import Recording
-from stribeck.export.mjcf import mjcf
 from stribeck.export.model import Model, as_model
-from stribeck.export.pull import pulled
+from stribeck.export.robot.mjcf import mjcf
+from stribeck.export.robot.spring_pull import pulled
 from stribeck.friction import law_named
 from stribeck.identify.card import Card
 from stribeck.rig import RIGS

@@ -24,9 +24,9 @@ from stribeck.bench.problems import TRAINING
 from stribeck.data.ranges import Range
 from stribeck.friction import LAWS
 from stribeck.identify.problem import MotionProblem, problem
+from stribeck.rig.motion.track import track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, published_both
-from stribeck.rig.testbed import TestBed
-from stribeck.rig.track import track
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Space
 
 Side = Literal["right", "left"]

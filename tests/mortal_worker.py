@@ -15,13 +15,13 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from stribeck.bench import runner, worker
+from stribeck.bench import run, worker
 from stribeck.bench.problems import Problem, problem
 from stribeck.bench.record import Job, Record
 from stribeck.space import Array
 
 if worker.answer.__module__ == worker.__name__:  # Dask loads a file, and reloads it
-    run, answer = runner.run, worker.answer
+    run_job, answer = run.run, worker.answer
 
 
 class Deadly:
@@ -55,7 +55,7 @@ def harmful(job: Job, on: Problem | None = None) -> Record:
         os.write(1, b"\xff printed from below\n")
     if label == "caller":
         os.write(os.open(os.environ["CALLER"], os.O_WRONLY), f"{os.getpid()}\n".encode())
-    return run(job, Deadly(problem(job.surface)) if kill else on)
+    return run_job(job, Deadly(problem(job.surface)) if kill else on)
 
 
 def babbling(text: str) -> str:
@@ -63,7 +63,7 @@ def babbling(text: str) -> str:
     return "no outcome" if label == "babbler" and first_time(label) else answer(text)
 
 
-runner.run, worker.answer = harmful, babbling
+run.run, worker.answer = harmful, babbling
 
 if __name__ == "__main__":
     worker.main()

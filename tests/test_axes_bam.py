@@ -14,7 +14,7 @@ import axis_servo
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.measure import Measure
+from stribeck.identify.loss import Measure
 from stribeck.identify.problem import Parameters, parameters
 from stribeck.space import Array
 

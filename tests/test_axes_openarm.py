@@ -12,7 +12,7 @@ import axes
 import axis_joints
 from axis_joints import GAINS, PLAIN_NAME, SEEN
 from stribeck.data.recording import Recording
-from stribeck.data.segment import segment
+from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
 from stribeck.identify.problem import Parameters, parameters
 from stribeck.space import Array

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from stribeck import InputError
-from stribeck.identify.bootstrap import block_length, blocks, bootstrap
+from stribeck.identify.uncertainty.bootstrap import block_length, blocks, bootstrap
 from stribeck.space import Array, Space, box
 
 
@@ -116,8 +116,8 @@ def test_a_refit_that_does_not_come_to_rest_has_failed(monkeypatch: pytest.Monke
     """On a line the first step is the last, but only new slopes would show it."""
     line = Line(0.3 * red(4, 200, 0.0))
     assert bootstrap(line, line.best, n=50).failed == 0
-    monkeypatch.setattr("stribeck.identify.bootstrap.EACH", 0)
-    monkeypatch.setattr("stribeck.identify.bootstrap.BESIDES", 1)
+    monkeypatch.setattr("stribeck.identify.uncertainty.bootstrap.EACH", 0)
+    monkeypatch.setattr("stribeck.identify.uncertainty.bootstrap.BESIDES", 1)
     assert bootstrap(line, line.best, n=50, budget=1000).failed == 50
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from stribeck.bench.campaign import Campaign, campaign, parsed, shipped
 from stribeck.bench.record import Job, Record, Steps
-from stribeck.bench.runner import run
+from stribeck.bench.run import run
 from stribeck.errors import InputError
 from stribeck.optimize import Search, Target, Trace, configure, lockstep
 

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from stribeck.bench import statistics
+from stribeck.bench import campaign_figures, statistics
+from stribeck.bench.campaign_figures import Drawn, draw, figures, looks
+from stribeck.bench.movements import foraging_tracks, movements, tabu_path
 from stribeck.bench.record import Job, Record, Steps
 from stribeck.bench.surfaces import surface
 from stribeck.optimize import METHODS, Search, lockstep
-from stribeck.report import campaign
-from stribeck.report.campaign import Drawn, draw, figures, looks
-from stribeck.report.movements import foraging_tracks, movements, tabu_path
 
 METHODS_18 = [
     "bts", "bts-restart", "ats", "ats-restart", "ts", "abfo", "bfo", "ga", "random", "scipy-de",
@@ -336,4 +335,4 @@ def test_movements_show_tracks_path_and_optimum(method: str, panels: int) -> Non
 
 
 def test_the_paper_has_at_most_as_many_methods_as_there_are_markers() -> None:
-    assert len(set(campaign.MARKERS)) == len(campaign.MARKERS) >= 10
+    assert len(set(campaign_figures.MARKERS)) == len(campaign_figures.MARKERS) >= 10

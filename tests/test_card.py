@@ -16,7 +16,7 @@ from stribeck.identify.card import kind_of
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.score import scores
 from stribeck.rig.custom import rig_file
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 LOG = TestBed().run("both", seed=4).recording
 

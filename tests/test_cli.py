@@ -314,7 +314,7 @@ def test_ctrl_c_before_anything_was_evaluated(
         raise KeyboardInterrupt
 
     before = sorted(made.iterdir())
-    monkeypatch.setattr("stribeck.data.read", interrupted)
+    monkeypatch.setattr("stribeck.data.readers.read", interrupted)
     said = stribeck_("identify", "up.csv", *QUICK, "--out", "never")
     line = "stribeck: interrupted before there was a result: nothing was written\n"
     assert said == Said(130, "", line)

@@ -12,8 +12,8 @@ import pytest
 
 from command import Said, caller
 from exported import model_of
+from stribeck.compensate.compensator import SETTINGS
 from stribeck.export import TARGETS
-from stribeck.rig.compensator import SETTINGS
 
 Run = Callable[..., Said]
 

@@ -18,7 +18,7 @@ from stribeck.bench.bbob import DIMENSIONS, FUNCTIONS, GROUPS, bbob
 from stribeck.bench.coco import observe, postprocess
 from stribeck.bench.problems import problem
 from stribeck.bench.record import Job, Record
-from stribeck.bench.runner import run
+from stribeck.bench.run import run
 from stribeck.errors import InputError
 
 cocoex = pytest.importorskip("cocoex", reason="coco-experiment is not installed")

@@ -13,15 +13,15 @@ import pytest
 
 from command import Said, caller
 from stribeck import RIGS, Card, InputError, card, identify
+from stribeck.compensate.closed_loop import Reference, Sensor
+from stribeck.compensate.compensation import MARGIN, Compensation, Curve, compensation
+from stribeck.compensate.corners import IDENTIFIED, plants
+from stribeck.compensate.limit_cycle import Stretch, floors, signs, stretches
+from stribeck.compensate.reference_motions import FAST, followed, paced, references
 from stribeck.data.recording import Recording
-from stribeck.export.compensation import MARGIN, Compensation, Curve, compensation
-from stribeck.export.hunting import Stretch, floors, signs, stretches
-from stribeck.export.plants import IDENTIFIED, plants
-from stribeck.export.references import FAST, followed, paced, references
-from stribeck.report.compensation import compensation_text, times
-from stribeck.rig.compensated import Reference, Sensor
+from stribeck.report.compensation_report import compensation_text, times
 from stribeck.rig.slide_bed import PUBLISHED, published_both
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 Given = dict[str, tuple[float, float | None, float | None, str]]
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stribeck.compensate.compensator import SETTINGS, TINY, Compensator, asked, seen, shaped
 from stribeck.errors import InputError
-from stribeck.rig.compensator import SETTINGS, TINY, Compensator, asked, seen, shaped
 
 FEED, BACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
 

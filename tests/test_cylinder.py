@@ -12,7 +12,7 @@ import pytest
 
 from stribeck import InputError, Recording, cli, identify, read, read_card, validate
 from stribeck.friction import LAWS, law_named
-from stribeck.identify.inverse import balance
+from stribeck.identify.balance.balance import balance
 from stribeck.rig import RIGS
 from stribeck.rig.custom import rig_file
 from stribeck.rig.cylinder import CYLINDER, Cylinder

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
-from stribeck.rig.drive import KNOT_TOLERANCE, Drive
-from stribeck.rig.track import track
+from stribeck.rig.motion.command import KNOT_TOLERANCE, Drive
+from stribeck.rig.motion.track import track
 
 T = np.arange(0.0, 10.0, 0.01)
 

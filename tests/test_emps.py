@@ -13,7 +13,7 @@ from stribeck.data.filtering import Filtering
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS
-from stribeck.identify.inverse import Balance, balance, validate
+from stribeck.identify.balance.balance import Balance, balance, validate
 from stribeck.rig import emps
 from stribeck.rig.emps import EMPS
 from stribeck.rig.forced import slips

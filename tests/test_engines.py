@@ -16,7 +16,7 @@ import pytest
 from stribeck import InputError
 from stribeck.bench.engines import Engine, Here, Processes, cores, engine
 from stribeck.bench.record import Failure, Job, Record
-from stribeck.bench.runner import run
+from stribeck.bench.run import run
 from stribeck.bench.worker import answer, outcome, refusal
 
 MORTAL = (sys.executable, "-P", str(Path(__file__).with_name("mortal_worker.py")))

@@ -17,7 +17,7 @@ from stribeck import InputError
 from stribeck.bench import engines
 from stribeck.bench.engines import Dask, Here, engine
 from stribeck.bench.record import Job, Record
-from stribeck.bench.runner import run
+from stribeck.bench.run import run
 from stribeck.bench.worker import errand, software
 from test_engines import JOBS, job, told
 

@@ -16,14 +16,14 @@ import pytest
 from numpy.typing import NDArray
 
 from exported import MORE, model_of
+from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
-from stribeck.export import c_math
-from stribeck.export.c import c
+from stribeck.export.code import c_math
+from stribeck.export.code.c import c
+from stribeck.export.code.check_vectors import scale, walk
+from stribeck.export.code.program import KNOWN
 from stribeck.export.model import Model
-from stribeck.export.program import KNOWN
-from stribeck.export.vectors import scale, walk
 from stribeck.friction import LAWS, LOADS
-from stribeck.rig.compensator import Compensator
 from stribeck.rig.forced import slips
 from stribeck.space import Array
 

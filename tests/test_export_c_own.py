@@ -11,7 +11,7 @@ import pytest
 from exported import model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.errors import InputError
-from stribeck.export.c import c
+from stribeck.export.code.c import c
 
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")

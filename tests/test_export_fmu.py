@@ -19,17 +19,17 @@ from exported import MORE, model_of
 from joint_models import model_of as model_with
 from stribeck import LAWS, RIGS, read
 from stribeck.errors import InputError
-from stribeck.export.fmu import fmu
-from stribeck.export.fmu_axis import axis
-from stribeck.export.fmu_description import exponents
+from stribeck.export.fmu.axis import axis
+from stribeck.export.fmu.description import exponents
+from stribeck.export.fmu.fmu import fmu
 from stribeck.export.model import Model
 from stribeck.friction import law_named
 from stribeck.rig.forced import NORMAL
+from stribeck.rig.motion.implicit import motions
+from stribeck.rig.motion.track import FORCE, JOINT, Track, track
 from stribeck.rig.rig import Simulated
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
-from stribeck.rig.stepping import motions
-from stribeck.rig.testbed import TestBed
-from stribeck.rig.track import FORCE, JOINT, Track, track
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy, of the extra `export`, is not installed")
@@ -312,7 +312,7 @@ SERVO = {
 
 def forced(model: Model, t: Array, *inputs: Array, constants: Array, kind: int = FORCE,
            held: bool = False) -> Array:  # fmt: skip
-    """Positions of an axis under a force, as `stepping` has them, with the unit's own steps."""
+    """Positions of an axis under a force, as `implicit` has them, with the unit's own steps."""
     made = {v.name: v.start for v in axis(model).of("setting")}
     x0 = 0.1
     on = Track(t, t, t, x0, t, t, np.empty((3, 0)), inputs=np.array(inputs),

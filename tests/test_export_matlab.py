@@ -12,12 +12,12 @@ import pytest
 
 from exported import DAHLS, MORE, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
-from stribeck.export.matlab import matlab
+from stribeck.export.code.check_vectors import vectors
+from stribeck.export.code.matlab import matlab
 from stribeck.export.model import Model
-from stribeck.export.vectors import vectors
 from stribeck.friction import LAWS
-from stribeck.rig.compensator import Compensator
 from stribeck.space import Array
 
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave")

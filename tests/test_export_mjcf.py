@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from joint_models import STRIBECK, hinge, model_of, slide, sticking
 from stribeck.errors import InputError
-from stribeck.export.joint_file import JointFile
-from stribeck.export.mjcf import creep, mjcf
 from stribeck.export.model import as_model
-from stribeck.export.pull import pulled
-from stribeck.export.reduction import coulomb_viscous
+from stribeck.export.robot.joint_file import JointFile
+from stribeck.export.robot.mjcf import creep, mjcf
+from stribeck.export.robot.reduction import coulomb_viscous
+from stribeck.export.robot.spring_pull import pulled
 from stribeck.friction import LAWS
 from stribeck.rig.slide_bed import SLIDE_BED
 

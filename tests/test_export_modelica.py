@@ -14,12 +14,12 @@ from pymoca import parser
 from exported import DAHLS, MORE, model_of, model_with, rude
 from modelica_interpreter import Block, ModelicaError, Package
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
+from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
+from stribeck.export.code.check_vectors import Vectors, vectors
+from stribeck.export.code.modelica import modelica
 from stribeck.export.model import Model
-from stribeck.export.modelica import modelica
-from stribeck.export.vectors import Vectors, vectors
 from stribeck.friction import LAWS, LOADS
-from stribeck.rig.compensator import Compensator
 
 BUSY = Compensator(
     feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9

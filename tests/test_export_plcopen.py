@@ -16,12 +16,12 @@ from xsdata.formats.dataclass.parsers.config import ParserConfig
 from exported import MORE, model_of, model_with, rude
 from own_laws import HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller
+from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
+from stribeck.export.code.plcopen import plcopen
+from stribeck.export.code.st import st
 from stribeck.export.model import Model
-from stribeck.export.plcopen import plcopen
-from stribeck.export.st import st
 from stribeck.friction import LAWS
-from stribeck.rig.compensator import Compensator
 
 TC6 = "{http://www.plcopen.org/xml/tc6_0201}"
 #: A reader made by others from PLCopen's own schema, told to forgive nothing.

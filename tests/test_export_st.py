@@ -14,12 +14,12 @@ import pytest
 from exported import DAHLS, MORE, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller, IecError, Instance, parsed
+from stribeck.compensate.compensator import SETTINGS, Compensator
 from stribeck.errors import InputError
+from stribeck.export.code.check_vectors import Vectors, vectors, walk
+from stribeck.export.code.st import st
 from stribeck.export.model import Model
-from stribeck.export.st import st
-from stribeck.export.vectors import Vectors, vectors, walk
 from stribeck.friction import LAWS, LOADS
-from stribeck.rig.compensator import SETTINGS, Compensator
 
 #: All that a controller can ask of a compensator, at once; and what a card's export begins with.
 BUSY = Compensator(

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from exported import model_of
 from stribeck.errors import InputError
-from stribeck.export.table import Side, table, text
+from stribeck.export.drive_table import Side, table, text
 
 
 def off(side: Side, v: np.ndarray, want: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from joint_models import hinge, slide, sticking
 from stribeck.errors import InputError
-from stribeck.export.urdf import urdf
+from stribeck.export.robot.urdf import urdf
 
 LINK = '<inertial><mass value="10"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
 ROBOT = f"""<?xml version="1.0"?>

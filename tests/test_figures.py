@@ -14,12 +14,12 @@ from matplotlib.text import Text
 from scipy.signal import savgol_filter
 
 from stribeck import identify
-from stribeck.identify.found import Fit
+from stribeck.identify.result import Fit
 from stribeck.identify.score import simulated
-from stribeck.report.figures import DRAWN, draw, drawings, local_quadratics, reach
-from stribeck.report.motions import MOST, Traces, many, slips, stuck_slips, traces
-from stribeck.report.style import STYLE, short, thinned
-from stribeck.rig.testbed import TestBed
+from stribeck.report.figures.fit_figures import DRAWN, draw, drawings, local_quadratics, reach
+from stribeck.report.figures.motions import MOST, Traces, many, slips, stuck_slips, traces
+from stribeck.report.figures.style import STYLE, short, thinned
+from stribeck.rig.twin import TestBed
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_the_curve_names_the_levels_that_were_found(fit: Fit, drawn: dict[str, F
 
 @pytest.mark.parametrize("name", ["training", "holdout_44_112", "convergence", "friction", "slips"])
 def test_no_text_lies_on_another(drawn: dict[str, Figure], name: str, tmp_path: Path) -> None:
-    from stribeck.report.style import save  # noqa: PLC0415 - it gives the figure its canvas
+    from stribeck.report.figures.style import save  # noqa: PLC0415 - it gives the figure its canvas
 
     with mpl.rc_context(STYLE):
         save(drawn[name], tmp_path, name)

@@ -11,10 +11,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from stribeck import identify
 from stribeck.data import Recording
 from stribeck.friction import law_named
-from stribeck.identify.found import Fit
-from stribeck.report.curves import law_figure, loop, under
-from stribeck.report.figures import drawings
-from stribeck.rig.testbed import TestBed
+from stribeck.identify.result import Fit
+from stribeck.report.figures.curves import law_figure, loop, under
+from stribeck.report.figures.fit_figures import drawings
+from stribeck.rig.twin import TestBed
 
 M6 = np.array([0.01, 0.005, 0.02, 1.0, 1.0, 0.2, 0.1, 0.05, 0.03, 0.4, 0.3])
 

@@ -10,7 +10,7 @@ import pytest
 from stribeck import identify
 from stribeck.data import Recording
 from stribeck.identify.card import card
-from stribeck.identify.found import Fit
+from stribeck.identify.result import Fit
 from stribeck.identify.validate import validate
 from stribeck.report.terminal import (
     LISTED,
@@ -20,7 +20,7 @@ from stribeck.report.terminal import (
     show_validation,
     show_warnings,
 )
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 
 @pytest.fixture(scope="module")

@@ -4,62 +4,122 @@ import ast
 import inspect
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import stribeck
 
+#: The floor of each package and module: it imports from lower floors only.
 FLOORS = {
-    "errors": -1, "units": 0, "space": 0,
+    "_version": 0, "errors": 0, "units": 0, "space": 0, "text_file": 0,
     "friction": 1, "data": 1, "optimize": 1,
     "rig": 2,
     "identify": 3,
-    "bench": 4, "export": 4,
-    "report": 5,
-    "studio": 6,
-    "cli": 7, "__main__": 8,
+    "compensate": 4,
+    "export": 5,
+    "report": 6,
+    "bench": 7,
+    "cli": 9, "__main__": 10,
 }  # fmt: skip
+#: The rooms of a package from the lowest up: a room imports from the rooms before it only.
+ROOMS = {
+    "data": ("readers",),
+    "rig": ("motion",),
+    "identify": ("uncertainty", "balance", "selection", "design"),
+    "export": ("code", "robot", "fmu"),
+    "report": ("figures", "page"),
+}
+#: What floor 0 may import of its own floor.
+GROUND = {"errors"}
 ROOT = Path(stribeck.__file__).parent
 
 
-def imports(path: Path) -> Iterator[tuple[str, ...]]:
-    """What a file imports from the package, as paths below it."""
-    here = path.relative_to(ROOT).parts[:-1]
+def dotted(path: Path) -> str:
+    """The name of a module below the package: `identify.fit`; a package's own is its folder's."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {dotted(p): p for p in sorted(ROOT.rglob("*.py"))}
+
+
+def imports(path: Path) -> set[str]:
+    """The modules of the package that a file imports, by their names below it."""
+    folder = path.relative_to(ROOT).parts[:-1]
+    targets = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
-            up = here[: len(here) - node.level + 1]
-            below = tuple(node.module.split(".")) if node.module else ()
-            yield from ((*up, *below) or (alias.name,) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "stribeck":
-            yield tuple((node.module or "").split(".")[1:])
-        elif isinstance(node, ast.Import):
+            above = folder[: len(folder) - node.level + 1]
+            module = ".".join((*above, *(node.module.split(".") if node.module else ())))
             for alias in node.names:
-                if alias.name.split(".")[0] == "stribeck":
-                    yield tuple(alias.name.split(".")[1:])
+                inner = f"{module}.{alias.name}".strip(".")
+                targets.add(inner if inner in MODULES else module)
+        elif isinstance(node, ast.ImportFrom | ast.Import):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module]
+            assert not any((n or "").split(".")[0] == "stribeck" for n in names), (
+                f"{path}: the package imports its own parts relatively"
+            )
+    return targets - {""}
 
 
-@pytest.mark.parametrize(
-    "path",
-    [p for p in ROOT.rglob("*.py") if p != ROOT / "__init__.py"],
-    ids=lambda p: str(p.relative_to(ROOT)),
-)
-def test_imports_only_from_below(path: Path) -> None:
-    package = path.relative_to(ROOT).with_suffix("").parts[0]
-    for target in imports(path):
-        if not target or target[0] in {package, "__version__"}:
-            continue
-        assert FLOORS[target[0]] < FLOORS[package], f"{package} imports {'.'.join(target)}"
+GRAPH = {name: imports(path) for name, path in MODULES.items() if name}
+
+
+def room(name: str) -> str:
+    """The room of a package that a module lives in; empty for the package's own files."""
+    package, *inner = name.split(".")
+    return inner[0] if inner and inner[0] in ROOMS.get(package, ()) else ""
+
+
+@pytest.mark.parametrize("name", GRAPH)
+def test_imports_only_from_lower_floors(name: str) -> None:
+    package = name.split(".", maxsplit=1)[0]
+    for target in GRAPH[name]:
+        other = target.split(".")[0]
+        if other != package and not (FLOORS[package] == 0 and other in GROUND):
+            assert FLOORS[other] < FLOORS[package], f"{name} imports {target}"
+
+
+@pytest.mark.parametrize("name", [n for n in GRAPH if room(n)])
+def test_rooms_import_from_the_rooms_before_them(name: str) -> None:
+    package = name.split(".", maxsplit=1)[0]
+    order = ROOMS[package]
+    for target in GRAPH[name]:
+        other = room(target) if target.split(".")[0] == package else ""
+        if other and other != room(name):
+            assert order.index(other) < order.index(room(name)), f"{name} imports {target}"
+
+
+def test_every_folder_is_a_room() -> None:
+    for package, rooms in ROOMS.items():
+        folders = {p.parent.name for p in (ROOT / package).glob("*/__init__.py")}
+        assert folders == set(rooms), package
+    deep = {p.parent.relative_to(ROOT).parts for p in ROOT.rglob("__init__.py")}
+    assert {parts[0] for parts in deep if len(parts) > 1} == set(ROOMS)
+    assert max(len(parts) for parts in deep) == 2, "a room inside a room"
+
+
+def test_no_circle_of_files() -> None:
+    order: list[str] = []
+    open_now: list[str] = []
+
+    def visit(name: str) -> None:
+        assert name not in open_now, " -> ".join([*open_now[open_now.index(name) :], name])
+        if name in order:
+            return
+        open_now.append(name)
+        for target in sorted(GRAPH.get(name, ())):
+            visit(target)
+        open_now.pop()
+        order.append(name)
+
+    for name in GRAPH:
+        visit(name)
 
 
 def test_every_package_has_a_floor() -> None:
-    found = {
-        p.stem if p.is_file() else p.name
-        for p in ROOT.iterdir()
-        if not p.name.startswith("__pycache__")
-    }
-    assert {n for n in found if not n.startswith(("py.typed", "__init__", "py"))} <= set(FLOORS)
+    assert {name.split(".")[0] for name in GRAPH} == set(FLOORS)
 
 
 def test_names_that_say_nothing_are_not_used() -> None:

@@ -7,11 +7,11 @@ from stribeck import InputError, Recording, identify, problem
 from stribeck.identify.fit import PAPER_TARGET, PROFILES
 from stribeck.identify.polish import elite, jacobian, polish
 from stribeck.identify.problem import MotionProblem
-from stribeck.identify.uncertainty import correlation_time, standard_errors
+from stribeck.identify.uncertainty.uncertainty import correlation_time, standard_errors
 from stribeck.optimize import Search, Target, configure, lockstep
 from stribeck.optimize.trace import Trace
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 FREE = [0, 1, 2, 3, 5]
 TRAIN = {"right": "112:295", "left": "325:127"}

@@ -14,13 +14,13 @@ from scipy.integrate import solve_ivp
 from stribeck import LAWS, RIGS, Recording, identify
 from stribeck.friction import law_named
 from stribeck.identify.problem import problem
-from stribeck.identify.uncertainty import estimates, uncertainty
+from stribeck.identify.uncertainty.uncertainty import estimates, uncertainty
 from stribeck.rig.cylinder import CYLINDER
-from stribeck.rig.drive import Drive
 from stribeck.rig.forced import rubs
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.track import track
 from stribeck.rig.rig import Simulated
 from stribeck.rig.slide_bed import SLIDE_BED
-from stribeck.rig.track import track
 from stribeck.space import Array
 
 #: Search ranges are the truth times these: it is nowhere near the middle.

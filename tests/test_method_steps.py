@@ -20,9 +20,9 @@ from stribeck.optimize import (
     TabuSearch,
     minimize,
 )
-from stribeck.optimize.cube import inside, neighbourhood, widths
 from stribeck.optimize.genetic import expectation, scattered, stochastic_uniform
 from stribeck.optimize.tabu import admitted
+from stribeck.optimize.unit_cube import inside, neighbourhood, widths
 from stribeck.space import Param, Space, box
 
 if TYPE_CHECKING:

@@ -11,14 +11,7 @@ import numpy as np
 import pytest
 
 from stribeck.errors import InputError
-from stribeck.optimize import (
-    METHODS,
-    Search,
-    SearchError,
-    configure,
-    lockstep,
-    minimize,
-)
+from stribeck.optimize import METHODS, Search, SearchError, configure, lockstep, minimize
 from stribeck.optimize.methods import unit_free
 from stribeck.space import Param, Space, box
 

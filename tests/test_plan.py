@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from stribeck import RIGS, Card, InputError, card, identify, read_card
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
-from stribeck.identify.experiment import (
+from stribeck.identify.design.current_model import logs_beside, present
+from stribeck.identify.design.expected_information import promise
+from stribeck.identify.design.experiment import (
     Box,
     Experiment,
     covariance,
@@ -24,11 +26,9 @@ from stribeck.identify.experiment import (
     information,
     told,
 )
-from stribeck.identify.model import logs_beside, present
-from stribeck.identify.plan import Plan, Proposal, plan
-from stribeck.identify.promise import promise
-from stribeck.report.planning import plan_text, show_plan
-from stribeck.rig.testbed import TestBed
+from stribeck.identify.design.plan import Plan, Proposal, plan
+from stribeck.report.plan_report import plan_text, show_plan
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 RIGHT = TestBed().run("up", seed=3).recording

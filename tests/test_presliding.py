@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from stribeck import Fit, Recording, identify, read, select, validate
-from stribeck.data.hold import fresh
+from stribeck.data.repeated_samples import fresh
 from stribeck.friction import law_named
-from stribeck.identify.presliding import never_slid
+from stribeck.friction.orders import orders
 from stribeck.identify.problem import parameters
-from stribeck.identify.separable import orders
+from stribeck.identify.sliding_check import never_slid
 from stribeck.rig.presliding import PRESLIDING
 from stribeck.space import Array
 

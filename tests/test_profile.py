@@ -8,8 +8,8 @@ from scipy import optimize, stats
 from scipy.signal import lfilter
 
 from stribeck import InputError
-from stribeck.identify.covariance import quick_look
-from stribeck.identify.profile import Profile, Profiles, profiles
+from stribeck.identify.uncertainty.covariance import quick_look
+from stribeck.identify.uncertainty.profile import Profile, Profiles, profiles
 from stribeck.space import Array, Param, Space, box
 
 

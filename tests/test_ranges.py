@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from stribeck import InputError, Recording
 from stribeck.data.ranges import FEWEST, Range, Window, start_of, windows
-from stribeck.data.segment import segment
-from stribeck.rig.testbed import TestBed
+from stribeck.data.segmentation import segment
+from stribeck.rig.twin import TestBed
 
 BOTH = TestBed().run("both", seed=2).recording
 NUMBERS = st.floats(-1e6, 1e6, allow_nan=False)

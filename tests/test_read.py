@@ -15,10 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.data import Recording, read
-from stribeck.data.delimited import read_text
-from stribeck.data.heads import Head, meanings, take_apart
-from stribeck.data.matlab import read_matlab
-from stribeck.data.mend import SHORT_GAP
+from stribeck.data.readers.delimited import read_text
+from stribeck.data.readers.heads import Head, meanings, take_apart
+from stribeck.data.readers.matlab_file import read_matlab
+from stribeck.data.readers.repair import SHORT_GAP
 from stribeck.errors import InputError
 
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data"
@@ -368,7 +368,7 @@ def test_a_small_table_is_read_as_a_large_one_is(rows: list[str], ended: bool) -
     text = "\n".join(["t [s],x [mm]", "0,1.5", *rows]) + "\n" * ended
     small = outcome(text)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("stribeck.data.delimited._SMALL", -1)
+        patch.setattr("stribeck.data.readers.delimited._SMALL", -1)
         assert small == outcome(text)
 
 

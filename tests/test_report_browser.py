@@ -15,8 +15,8 @@ import pytest
 from browser import CHROMIUM, Browser, browser
 from stribeck import identify
 from stribeck.data.recording import Source
-from stribeck.report.page import write_report
-from stribeck.rig.testbed import TestBed
+from stribeck.report.page.page import write_report
+from stribeck.rig.twin import TestBed
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to look with")
 #: What a log may be called, and Plotly could take for a link or a page for a tag.

@@ -20,15 +20,15 @@ import scipy.signal
 from command import Said, caller
 from stribeck import identify
 from stribeck.data.recording import Recording, Source
-from stribeck.identify.found import Fit
-from stribeck.report.account import LARGEST, account
-from stribeck.report.band import band
+from stribeck.identify.result import Fit
+from stribeck.report.confidence_band import band
+from stribeck.report.curve_data import sides
 from stribeck.report.decimation import corners, rounded
-from stribeck.report.identified import sides
-from stribeck.report.page import render, write_page, write_report
-from stribeck.report.record import Report, read_report
+from stribeck.report.page.contents import LARGEST, account
+from stribeck.report.page.page import render, write_page, write_report
+from stribeck.report.page.schema import Report, read_report
 from stribeck.report.spectrum import autocorrelation, even, welch
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 NASTY = "<img src=x onerror=alert(1)>&'\".csv"
 COMMAND = ["stribeck", "identify", "a log.csv", "--rig", "slide-bed", "--out", "it's"]
@@ -321,7 +321,7 @@ def test_of_too_many_the_worst_are_shown_and_the_others_counted(
     several: Fit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     errors = {m.label: m.rms for m in account(several).motions}
-    monkeypatch.setattr("stribeck.report.account.MOST", 2)
+    monkeypatch.setattr("stribeck.report.page.contents.MOST", 2)
     report = account(several)
     worst = sorted(errors, key=lambda name: -(errors[name] or 0.0))[:2]
     assert {m.label for m in report.motions} == set(worst)

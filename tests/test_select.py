@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from stribeck import LAWS, RIGS, InputError, select
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.ladder import embedded, ingredients, step
-from stribeck.identify.paired import criteria, paired, whiteness
 from stribeck.identify.problem import parameters, ranges
-from stribeck.identify.splits import Splits, splits
+from stribeck.identify.selection.folds import Splits, splits
+from stribeck.identify.selection.nesting import embedded, ingredients, step
+from stribeck.identify.selection.paired_test import criteria, paired, whiteness
 from stribeck.rig.forced import FORCED
 from stribeck.space import Array
 

@@ -11,7 +11,7 @@ import pytest
 
 from command import caller
 from stribeck import read_card
-from stribeck.identify.rungs import climb
+from stribeck.identify.selection.candidate import climb
 from test_select_truth import log
 
 
@@ -98,7 +98,7 @@ def test_ctrl_c_keeps_the_laws_that_are_done(
             raise KeyboardInterrupt
         return climb(made, *rest, **more)
 
-    monkeypatch.setattr("stribeck.identify.select.climb", interrupted)
+    monkeypatch.setattr("stribeck.identify.selection.select.climb", interrupted)
     said = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "--out", "d")
     assert said.status == 130
     last = "stribeck: interrupted: the partial result is in d, without stribeck"
@@ -116,7 +116,7 @@ def test_ctrl_c_before_a_law_is_done_writes_nothing(
     def interrupted(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("stribeck.identify.select.climb", interrupted)
+    monkeypatch.setattr("stribeck.identify.selection.select.climb", interrupted)
     said = stribeck_("select", "a.csv", *ASK, "--out", "d")
     assert said.status == 130
     assert said.err.splitlines()[-1] == (

@@ -10,9 +10,9 @@ import pytest
 
 from stribeck import LAWS, RIGS, read, select
 from stribeck.data.recording import Recording
-from stribeck.identify.ladder import embedded
+from stribeck.identify.selection.nesting import embedded
 from stribeck.rig.forced import FORCED
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 from test_emps import DATA, load, real
 
 BAM = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
-from stribeck.report.figures import draw
-from stribeck.rig.kernel import misfits
+from stribeck.report.figures.fit_figures import draw
+from stribeck.rig.motion.event_driven import misfits
+from stribeck.rig.motion.track import Track
 from stribeck.rig.rig import Motion, Simulated, constant
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
-from stribeck.rig.testbed import TestBed
-from stribeck.rig.track import Track
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 

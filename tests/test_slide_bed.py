@@ -10,15 +10,10 @@ import pytest
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS, law_named
-from stribeck.rig.drive import Drive
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.track import track
 from stribeck.rig.rig import Motion
-from stribeck.rig.slide_bed import (
-    PUBLISHED,
-    SLIDE_BED,
-    SlideBed,
-    published_both,
-)
-from stribeck.rig.track import track
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed, published_both
 
 LAW = LAWS["stribeck"]
 SIGN = {"right": 1, "left": -1}

@@ -22,10 +22,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stribeck.bench.owner import Owner, alive
+from stribeck.bench.lock import Owner, alive
 from stribeck.bench.record import Failure, Job, Record, Steps
-from stribeck.bench.runner import run
-from stribeck.bench.sheets import write_sheets
+from stribeck.bench.run import run
+from stribeck.bench.spreadsheets import write_sheets
 from stribeck.bench.store import Store
 from stribeck.optimize.methods import unit_free
 from stribeck.report.folder import write_files
@@ -33,7 +33,7 @@ from stribeck.report.folder import write_files
 SPAWN: Any = mp.get_context("forkserver" if sys.platform == "linux" else "spawn")
 if sys.platform == "linux":
     SPAWN.set_forkserver_preload(
-        ["stribeck.bench.runner", "stribeck.bench.store", "polars", "hypothesis", "pytest"]
+        ["stribeck.bench.run", "stribeck.bench.store", "polars", "hypothesis", "pytest"]
     )
 
 

@@ -20,7 +20,7 @@ import pytest
 
 from stribeck.bench import database
 from stribeck.bench.record import Job, Record, Steps
-from stribeck.bench.sheets import write_sheets
+from stribeck.bench.spreadsheets import write_sheets
 from stribeck.bench.store import Store
 from stribeck.errors import InputError
 from stribeck.report.folder import write_files

@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from stribeck.bench.campaign import Campaign, parsed, shipped
+from stribeck.bench.campaign_figures import Drawn, draw, figures
 from stribeck.bench.record import Failure, Job, Record
-from stribeck.bench.runner import run
+from stribeck.bench.run import run
+from stribeck.bench.study import Study
+from stribeck.bench.summary import command, pictures, write_summary
 from stribeck.bench.tables import Cell, Table, ranking, summary
-from stribeck.report.campaign import Drawn, draw, figures
-from stribeck.report.study import Study
-from stribeck.report.summary import command, pictures, write_summary
 
 EVIL = "<script>alert('x')</script>"
 FILE = """

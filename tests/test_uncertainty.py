@@ -8,19 +8,20 @@ import pytest
 
 from stribeck import InputError, Recording, identify, problem
 from stribeck.friction import LAWS
-from stribeck.identify.covariance import correlation_time
-from stribeck.identify.directions import directions, percent
-from stribeck.identify.meaning import weights
-from stribeck.identify.posterior import posterior
-from stribeck.identify.profile import Ended, Profile, Side, profiles
-from stribeck.identify.regression import System, Wanted
-from stribeck.identify.residuals import BalanceResiduals, orders_of
-from stribeck.identify.rows import logs_of
-from stribeck.identify.uncertainty import rest_noise, uncertainty, verdict
+from stribeck.identify.balance.force_residuals import BalanceResiduals
+from stribeck.identify.balance.regression import System, Wanted
+from stribeck.identify.balance.rows import logs_of
+from stribeck.identify.uncertainty.blind_directions import directions, percent
+from stribeck.identify.uncertainty.covariance import correlation_time
+from stribeck.identify.uncertainty.posterior import posterior
+from stribeck.identify.uncertainty.profile import Ended, Profile, Side, profiles
+from stribeck.identify.uncertainty.residuals import orders_of
+from stribeck.identify.uncertainty.sensitivity import weights
+from stribeck.identify.uncertainty.uncertainty import rest_noise, uncertainty, verdict
 from stribeck.rig import RIGS
 from stribeck.rig.forced import Forced
 from stribeck.rig.slide_bed import PUBLISHED
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Param, Space, box
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import RIGS, card, identify, read
-from stribeck.export.compensation import compensation
+from stribeck.compensate.compensation import compensation
 from stribeck.report.terminal import console, grid, number
 from stribeck.rig.slide_bed import published_both
 

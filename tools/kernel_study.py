@@ -18,11 +18,11 @@ import numpy as np
 
 from stribeck.friction import LAWS
 from stribeck.identify.polish import STEP
-from stribeck.rig import reference
-from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import trajectories
+from stribeck.rig.motion import reference
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.event_driven import trajectories
+from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
-from stribeck.rig.track import Track, track
 from stribeck.space import Array
 
 LAW = LAWS["stribeck"]

@@ -19,12 +19,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck.friction import LAWS
-from stribeck.report.figures import COMMAND, INK, MEASURED, MODEL, STYLE, save
-from stribeck.rig import reference
-from stribeck.rig.drive import Drive
-from stribeck.rig.kernel import trajectories
+from stribeck.report.figures.fit_figures import COMMAND, INK, MEASURED, MODEL, STYLE, save
+from stribeck.rig.motion import reference
+from stribeck.rig.motion.command import Drive
+from stribeck.rig.motion.event_driven import trajectories
+from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
-from stribeck.rig.track import Track, track
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

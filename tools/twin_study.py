@@ -19,7 +19,7 @@ from stribeck.identify.fit import PAPER_TARGET
 from stribeck.identify.problem import MotionProblem, problem
 from stribeck.optimize import Run, Search, Target, configure, lockstep
 from stribeck.rig.slide_bed import PUBLISHED
-from stribeck.rig.testbed import TestBed
+from stribeck.rig.twin import TestBed
 
 OUT = Path("docs/data/twin_study.json")
 TRAIN = {"right": "112:295", "left": "325:127"}

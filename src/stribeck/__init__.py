@@ -12,23 +12,23 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ._version import __version__ as __version__
+
 if TYPE_CHECKING:
+    from .compensate.compensation import compensation
     from .data import Recording, read
     from .errors import InputError
     from .export import TARGETS, exported, read_model
-    from .export.compensation import compensation
     from .friction import LAWS, Law
     from .identify.card import Card, card, read_card
     from .identify.fit import identify
-    from .identify.found import Fit
     from .identify.problem import problem
-    from .identify.select import Selection, select
+    from .identify.result import Fit
+    from .identify.selection.select import Selection, select
     from .identify.validate import validate
     from .optimize import METHODS, Run, Search, minimize
     from .rig import RIGS, Rig
     from .space import Param, Space
-
-__version__ = "0.1.0"
 
 __all__ = [
     "LAWS",
@@ -65,7 +65,7 @@ _HOMES = {
     "RIGS": "rig",
     "TARGETS": "export",
     "Card": "identify.card",
-    "Fit": "identify.found",
+    "Fit": "identify.result",
     "InputError": "errors",
     "Law": "friction",
     "Param": "space",
@@ -73,17 +73,17 @@ _HOMES = {
     "Rig": "rig",
     "Run": "optimize",
     "Search": "optimize",
-    "Selection": "identify.select",
+    "Selection": "identify.selection.select",
     "Space": "space",
     "card": "identify.card",
-    "compensation": "export.compensation",
+    "compensation": "compensate.compensation",
     "exported": "export",
     "minimize": "optimize",
     "problem": "identify.problem",
     "read": "data",
     "read_card": "identify.card",
     "read_model": "export",
-    "select": "identify.select",
+    "select": "identify.selection.select",
     "validate": "identify.validate",
 }
 

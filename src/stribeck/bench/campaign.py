@@ -14,17 +14,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..data.page import page
 from ..errors import InputError
 from ..optimize import METHODS, configure
 from ..optimize.methods import unit_free
 from ..space import Array
+from ..text_file import page
 from .bbob import FUNCTIONS
-from .peers import PEERS
-from .peers import chosen as peer
 from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
 from .record import Job
 from .surfaces import SURFACES
+from .third_party import PEERS
+from .third_party import chosen as peer
 
 #: Runs of a campaign beyond which a file is more likely wrong than ambitious.
 MOST = 1_000_000

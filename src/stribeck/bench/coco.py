@@ -22,7 +22,7 @@ from ..errors import InputError
 from ..optimize import SearchError
 from .bbob import Bbob, bbob, cocoex
 from .record import Job, Record
-from .runner import run
+from .run import run
 
 
 def observe(jobs: Iterable[Job], folder: Path) -> Iterator[Record]:

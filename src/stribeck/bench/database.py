@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from .. import __version__
+from .._version import __version__
 from ..errors import InputError
 
 #: "strb": marks a SQLite file as ours.

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..identify.fit import PAPER_TARGET
 from ..identify.problem import MotionProblem
 from ..identify.problem import problem as identification
-from ..rig.testbed import TestBed
+from ..rig.twin import TestBed
 from ..space import Array, Space
 from .bbob import bbob
 from .surfaces import surface

@@ -1,45 +1,47 @@
-"""A run is a pure function of its job: here is the function."""
+"""Conduct a campaign: hand its open jobs to an engine and keep every record as it comes."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Generator, Iterator
+from typing import TYPE_CHECKING
 
-from ..optimize import METHODS, Run, Search, Stop, Target, configure, lockstep
-from .peers import search
-from .problems import Problem, problem
-from .record import Job, Record
+from .record import Failure, Job, Record
+
+if TYPE_CHECKING:
+    from .engines import Engine
+    from .store import Store
+
+#: Seconds between two looks at jobs that another process is busy with.
+PACE = 0.5
 
 
-def run(job: Job, on: Problem | None = None) -> Record:
-    """Run a job: the same record, whenever, wherever and beside whatever it is run.
+def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, None, None]:
+    """Run the jobs that are left, wherever they were left.
+
+    An outcome is in the store before it is yielded, and before a job is claimed in its place.
 
     Args:
-        job: What to run.
-        on: The job's problem, where somebody watches it; made from the job if None.
+        store: Holds the jobs.
+        engine: Where they are run.
 
-    Raises:
-        InputError: the problem or the method cannot be made.
+    Yields:
+        Each record and failure; and, once nothing else is left, how many jobs other processes on
+        the same store are still busy with.
     """
-    done = trial(job, problem(job.surface) if on is None else on)
-    return Record.of(job, done.trace, done.x, done.ended, done.seconds)
+    while True:
+        for outcome in engine.run(_claims(store)):
+            if isinstance(outcome, Record):
+                store.commit(outcome)
+            else:
+                store.fail(outcome)
+            yield outcome
+        if not (busy := store.busy()):
+            return
+        yield busy
+        time.sleep(PACE)  # another process is at work: its jobs come back to us if it dies
 
 
-def trial(job: Job, on: Problem) -> Run:
-    """The run of a job with its whole trace, every point and cost.
-
-    Raises:
-        InputError: the method cannot be made.
-    """
-    name, settings = job.method["name"], job.method["settings"]
-    if name in METHODS:
-        algorithm = configure(name, **settings)
-        stops: list[Stop] = [] if job.target is None else [Target(job.target)]
-        own = Search(on.space, algorithm, budget=job.budget, seed=job.seeds(), stops=stops)
-        return lockstep(on, [own])[0]
-    began = time.perf_counter()
-    trace, ended = search(
-        name, on, budget=job.budget, target=job.target, seed=job.seeds(), **settings
-    )
-    x = on.space.decode(trace.u[trace.best : trace.best + 1])[0]
-    seconds = time.perf_counter() - began
-    return Run(x, trace.cost, len(trace), ended, seconds, trace)
+def _claims(store: Store) -> Iterator[Job]:
+    while (job := store.claim()) is not None:
+        yield job

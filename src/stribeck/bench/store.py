@@ -20,7 +20,7 @@ import numpy as np
 
 from ..errors import InputError
 from .database import connect, damaged, exists, make, plainly
-from .owner import Owner, alive
+from .lock import Owner, alive
 from .record import Failure, Job, Record, Steps
 
 # What this connection looks at: the jobs it was given, in that order, those of them that are not

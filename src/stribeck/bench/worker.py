@@ -17,7 +17,7 @@ from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import IO
 
-from .. import __version__
+from .._version import __version__
 from ..errors import InputError
 from .record import Failure, Job, Record
 
@@ -49,7 +49,7 @@ def _runner() -> Callable[[Job], Record]:
 
     It is not imported above: a Dask scheduler imports this file and runs nothing.
     """
-    from .runner import run  # noqa: PLC0415
+    from .run import run  # noqa: PLC0415
 
     return run
 

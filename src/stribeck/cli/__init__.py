@@ -15,7 +15,7 @@ import typer
 from ..errors import InputError
 from .arguments import checked, spread
 from .campaigns import bench
-from .endings import fail, misused
+from .exits import fail, misused
 from .fits import identify, report, select
 from .lists import laws, methods, rigs, version
 from .logs import check, twin

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .endings import fail
+from .exits import fail
 
 if TYPE_CHECKING:
     from ..bench.campaign import Campaign
@@ -38,7 +38,7 @@ def bench(
         raise InputError(f"--coco: campaign {made.name} has no problem of BBOB")
     if status:
         from ..bench.store import Store
-        from ..report.study import status as said
+        from ..bench.study import status as said
 
         with Store.read((out or Path(f"bench-{made.name}")) / "store.sqlite") as store:
             typer.echo(said(store.progress()).plain(), nl=False)
@@ -48,12 +48,12 @@ def bench(
 
 
 def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:
-    from ..bench.conduct import conduct
+    from ..bench.progress import Live
     from ..bench.record import Failure, Record
+    from ..bench.runner import conduct
     from ..bench.store import Store
+    from ..bench.study import Study
     from ..report.folder import check_folder
-    from ..report.live import Live
-    from ..report.study import Study
 
     check_folder(folder)
     file = folder / "store.sqlite"

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import InputError
 from .arguments import above_zero, each_once, intervals, pairs, setting_value
-from .endings import fail
+from .exits import fail
 from .inputs import (
     Bounds,
     Columns,
@@ -28,8 +28,8 @@ from .inputs import (
 )
 
 if TYPE_CHECKING:
-    from ..identify.found import Fit
-    from ..identify.select import Selection
+    from ..identify.result import Fit
+    from ..identify.selection.select import Selection
     from ..report.stopwatch import Stopwatch
     from ..rig import Rig
 
@@ -116,7 +116,7 @@ def identify(
 def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     from ..identify.card import card
     from ..report.folder import write_figures, write_text
-    from ..report.page import write_report
+    from ..report.page.page import write_report
     from ..report.terminal import show_fit, show_time
 
     text = card(fit).text()
@@ -171,7 +171,7 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
 ) -> None:  # fmt: skip
     """Make the page of a fit again from its report.json: one file, to look at and to print."""
-    from ..report.page import write_page
+    from ..report.page.page import write_page
 
     typer.echo(write_page(folder))
 
@@ -193,9 +193,9 @@ def select(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Compare friction laws on data held out, and recommend the simplest that holds."""
-    from ..identify.select import select as selected
+    from ..identify.selection.select import select as selected
     from ..report.folder import check_folder
-    from ..report.selection import Climb
+    from ..report.selection_report import Climb
 
     if out is not None:
         check_folder(out)
@@ -224,7 +224,12 @@ def select(
 
 
 def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
-    from ..report.selection import selection_text, show_selection, write_figure, write_selection
+    from ..report.selection_report import (
+        selection_text,
+        show_selection,
+        write_figure,
+        write_selection,
+    )
 
     unwritten: InputError | None = None
     try:

@@ -118,7 +118,7 @@ def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> li
 
 def file_bytes(file: Path) -> bytes:
     """A file that is to be patched."""
-    from ..data.page import page_bytes
+    from ..text_file import page_bytes
 
     try:
         return page_bytes(file)

@@ -11,27 +11,27 @@ from .inputs import rig_named
 
 def laws(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
     """List the friction laws, or explain one."""
-    from ..report.lists import show_laws
+    from ..report.registries import show_laws
 
     show_laws(name)
 
 
 def methods(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
     """List the search methods, or explain one."""
-    from ..report.lists import show_methods
+    from ..report.registries import show_methods
 
     show_methods(name)
 
 
 def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
     """List the rigs, or show one with its constants."""
-    from ..report.lists import show_rigs
+    from ..report.registries import show_rigs
 
     show_rigs(rig_named(name) if name is not None else None)
 
 
 def version() -> None:
     """Print the version."""
-    from .. import __version__
+    from .._version import __version__
 
     typer.echo(__version__)

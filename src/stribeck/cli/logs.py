@@ -27,8 +27,8 @@ def twin(
     echo_rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the transducer.")] = 50.0,
 ) -> None:
     """Record the paper's test bed, simulated with its sensors; the truth is written beside the log."""
-    from ..report.twin import write_twin
-    from ..rig.testbed import TestBed
+    from ..report.motion_file import write_twin
+    from ..rig.twin import TestBed
 
     given = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
     for option, value in given.items():

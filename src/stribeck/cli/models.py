@@ -60,9 +60,9 @@ def plan(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Rank experiments by how much they would tell of what is badly known."""
-    from ..identify.model import logs_beside
-    from ..identify.plan import plan as planned
-    from ..report.planning import plan_text, show_plan
+    from ..identify.design.current_model import logs_beside
+    from ..identify.design.plan import plan as planned
+    from ..report.plan_report import plan_text, show_plan
 
     if seconds is not None:
         above_zero("--seconds", seconds)
@@ -90,12 +90,16 @@ def compensate(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Say how much of a friction may be compensated, and what that gains."""
-    from ..export.compensation import compensation
-    from ..export.references import followed
-    from ..identify.model import logs_beside
-    from ..report.compensation import compensation_text, show_compensation, write_compensation
+    from ..compensate.closed_loop import Sensor, controlled
+    from ..compensate.compensation import compensation
+    from ..compensate.reference_motions import followed
+    from ..identify.design.current_model import logs_beside
+    from ..report.compensation_report import (
+        compensation_text,
+        show_compensation,
+        write_compensation,
+    )
     from ..report.folder import check_folder
-    from ..rig.compensated import Sensor, controlled
     from ..units import unit
 
     if out is not None:
@@ -154,7 +158,7 @@ def simulate(
     columns: Columns = None,
 ) -> None:
     """Simulate an identified model under the command of a log."""
-    from ..report.twin import check_motion, write_motion
+    from ..report.motion_file import check_motion, write_motion
 
     check_motion(out, log)
     _, made, p = card_model(card)
@@ -176,8 +180,8 @@ def export(
     joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
+    from ..compensate.settings import read_settings
     from ..export import TARGETS, Source, exported, read_model
-    from ..export.settings import read_settings
     from ..report.folder import check_file, check_folder, write_all, write_data
 
     target = TARGETS.get(to)

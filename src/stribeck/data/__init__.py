@@ -1,9 +1,9 @@
 """What was measured: logs read, checked, and taken apart into strokes, rests and slips."""
 
 from .quality import Quality, check
-from .read import read
+from .readers.read import read
 from .recording import CHANNELS, Recording, Source
-from .segment import Segments, Slip, Stroke, noise, rests, segment, slips, step, strokes
+from .segmentation import Segments, Slip, Stroke, noise, rests, segment, slips, step, strokes
 
 __all__ = [
     "CHANNELS",

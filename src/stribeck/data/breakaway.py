@@ -24,7 +24,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
-from .segment import noise, step, turns
+from .segmentation import noise, step, turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,9 +12,9 @@ import numpy as np
 from ..space import Array
 from ..units import unit
 from .breakaway import Breakaway, Presliding, presliding, ramps
-from .force import EXACT, both_ways, spikes
+from .force_channel import EXACT, both_ways, spikes
 from .recording import CHANNELS
-from .segment import Segments, Slip, Stroke, segment, step
+from .segmentation import Segments, Slip, Stroke, segment, step
 
 if TYPE_CHECKING:
     from .recording import Recording

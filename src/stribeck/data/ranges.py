@@ -12,11 +12,11 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array
 from ..units import unit
-from .segment import segment
+from .segmentation import segment
 
 if TYPE_CHECKING:
     from .recording import Recording
-    from .segment import Segments
+    from .segmentation import Segments
 
 _END = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z°µ]*)\s*")
 

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
+from ..compensate.compensator import SETTINGS, asked, shaped
 from ..errors import InputError
 from ..friction import LOADS, Law
 from ..friction.law import TERMS, position_factor, temperature_factor
 from ..identify.card import Card, read_card
 from ..identify.problem import Parameters
 from ..rig import Rig
-from ..rig.compensator import SETTINGS, asked, shaped
 from ..space import Array, Param
 from ..units import unit
-from .program import Program
-from .translation import Entry, translated
+from .code.program import Program
+from .code.translation import Entry, translated
 
 #: What the factor of a term is called in a program, and its function: it reads the load of the
 #: term's own name, then the term's parameters.

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
+from ..compensate.closed_loop import drive_friction
+from ..compensate.compensator import SETTINGS, Compensator
 from ..errors import InputError
-from ..rig.compensated import drive_friction
-from ..rig.compensator import SETTINGS, Compensator
 from ..units import unit
 from .model import Model
 
@@ -119,31 +119,31 @@ def compensator(
 
 
 def _c(model: Model, name: str = "friction", **given: Any) -> Exported:
-    from .c import c  # noqa: PLC0415 - a target is loaded when it is asked for
+    from .code.c import c  # noqa: PLC0415 - a target is loaded when it is asked for
 
     return Exported(c(model, name, _compensator(model, **given)))
 
 
 def _st(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .st import st  # noqa: PLC0415 - a target is loaded when it is asked for
+    from .code.st import st  # noqa: PLC0415 - a target is loaded when it is asked for
 
     return Exported(st(model, name, _compensator(model, **given)))
 
 
 def _plcopen(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .plcopen import plcopen  # noqa: PLC0415 - a target is loaded when it is asked for
+    from .code.plcopen import plcopen  # noqa: PLC0415 - a target is loaded when it is asked for
 
     return Exported(plcopen(model, name, _compensator(model, **given)))
 
 
 def _matlab(model: Model, name: str = "friction", **given: Any) -> Exported:
-    from .matlab import matlab  # noqa: PLC0415 - a target is loaded when it is asked for
+    from .code.matlab import matlab  # noqa: PLC0415 - a target is loaded when it is asked for
 
     return Exported(matlab(model, name, _compensator(model, **given)))
 
 
 def _modelica(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .modelica import modelica  # noqa: PLC0415 - a target is loaded when it is asked for
+    from .code.modelica import modelica  # noqa: PLC0415 - a target is loaded when it is asked for
 
     return Exported(modelica(model, name, _compensator(model, **given)))
 
@@ -157,7 +157,7 @@ def _compensator(
 
 
 def _table(model: Model, points: int | None = None, fastest: float | None = None) -> Exported:
-    from .table import POINTS, table, text  # noqa: PLC0415 - the same
+    from .drive_table import POINTS, table, text  # noqa: PLC0415 - the same
 
     shown = model.rig.shows.get("velocity", model.speed_unit)
     far = None if fastest is None else float(unit(shown).to_si(fastest))
@@ -189,7 +189,7 @@ class Source(NamedTuple):
 def _mjcf(
     model: Model, source: Source, joint: str, settings: Mapping[str, float] | None = None
 ) -> Exported:
-    from .mjcf import mjcf  # noqa: PLC0415 - the same
+    from .robot.mjcf import mjcf  # noqa: PLC0415 - the same
 
     chosen: dict[str, Any] = {}
     for name, value in (settings or {}).items():
@@ -202,7 +202,7 @@ def _mjcf(
 
 
 def _urdf(model: Model, source: Source, joint: str) -> Exported:
-    from .urdf import urdf  # noqa: PLC0415 - the same
+    from .robot.urdf import urdf  # noqa: PLC0415 - the same
 
     return _patched(urdf, model, source, joint)
 
@@ -221,7 +221,7 @@ def _patched(
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:
-    from .fmu import fmu  # noqa: PLC0415 - the same
+    from .fmu.fmu import fmu  # noqa: PLC0415 - the same
 
     return Exported({f"{name}.fmu": fmu(model, name)})
 

@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from .. import __version__
-from ..data.page import page
+from .._version import __version__
 from ..errors import InputError
 from ..friction import law_named
 from ..rig import RIGS, Rig
 from ..rig.rig import shown_in
 from ..space import Param
+from ..text_file import page
 from ..units import convertible, unit
-from .measure import Measure
+from .loss import Measure
 from .problem import Parameters, parameters
-from .profile import Ended
+from .uncertainty.profile import Ended
 
 if TYPE_CHECKING:
-    from .found import Fit
+    from .result import Fit
     from .score import Score
 
 #: What a person is told instead of the checker's own words.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.random import SeedSequence
 
-from ..data.segment import noise, segment, step
+from ..data.segmentation import noise, segment, step
 from ..errors import InputError
 from ..friction import LAWS, Law
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure, steps
@@ -19,24 +19,16 @@ from ..rig import Rig
 from ..rig.rig import Simulated
 from ..space import Array
 from ..units import unit
-from .balance import balanced
-from .found import Fit
-from .measure import Loss, Measure
+from .balance.balanced_fit import balanced
+from .initial_state import StartedProblem, free_starts, from_starts
+from .loss import Loss, Measure
 from .polish import Polished, polish, polish_run
-from .presliding import never_slid, unslid
-from .problem import (
-    MotionProblem,
-    Parameters,
-    chosen,
-    listed,
-    parameters,
-    parts,
-    ranges,
-)
+from .problem import MotionProblem, Parameters, chosen, listed, parameters, parts, ranges
+from .result import Fit
 from .score import Score, held_out, scores
-from .starts import StartedProblem, free_starts, from_starts
-from .stretch import Stretch, stretches
-from .uncertainty import (
+from .segment import Stretch, stretches
+from .sliding_check import never_slid, unslid
+from .uncertainty.uncertainty import (
     Estimate,
     Uncertainty,
     bound_warnings,

@@ -20,8 +20,8 @@ from ..rig.custom import rig_file
 from ..rig.rig import Simulated, in_si
 from ..space import Array, Param, Space
 from ..units import unit
-from .measure import FINER, KNEE, PLAIN, Loss, Measure, bent
-from .stretch import Stretch, stretches
+from .loss import FINER, KNEE, PLAIN, Loss, Measure, bent
+from .segment import Stretch, stretches
 
 if TYPE_CHECKING:
     from ..data.recording import Recording

@@ -12,13 +12,13 @@ import numpy as np
 from ..rig.rig import Simulated
 from ..space import Array
 from ..units import unit
-from .staircase import Staircase, staircases
+from .stick_slip_statistics import Staircase, staircases
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..rig import Motion
     from .problem import Parameters
-    from .stretch import Stretch
+    from .segment import Stretch
 
 
 @dataclass(frozen=True)

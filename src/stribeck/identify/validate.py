@@ -9,10 +9,10 @@ import numpy as np
 
 from ..rig.rig import Simulated
 from ..space import Array
-from .balance import balance_scores
+from .balance.balanced_fit import balance_scores
 from .problem import Parameters, listed, parts
 from .score import Score, scores
-from .stretch import Stretch, stretches
+from .segment import Stretch, stretches
 
 if TYPE_CHECKING:
     from ..data.ranges import Range

@@ -1,10 +1,9 @@
 """How to search: metaheuristics behind one ask-and-tell search. It knows nothing of friction."""
 
+from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
-from .hybrid import ForagingTabuSearch
-from .least_squares import least_squares
-from .memetic import MemeticTabuSearch
+from .mbts import MemeticTabuSearch
 from .methods import METHODS, configure, minimize
 from .random_search import RandomSearch
 from .search import (
@@ -26,6 +25,7 @@ from .search import (
 from .stops import Deadline, Stall, Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 from .trace import Trace
+from .trust_region import least_squares
 
 __all__ = [
     "METHODS",

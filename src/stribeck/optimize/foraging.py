@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Coordinates, Walls, inside, squares, widths
+from .hyperparameters import choice, even, number, positive, whole
 from .search import Moves, Note
-from .settings import choice, even, number, positive, whole
+from .unit_cube import Coordinates, Walls, inside, squares, widths
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
-from .cube import Walls, inside
+from .hyperparameters import choice, number, positive, whole
 from .search import Moves, Note
-from .settings import choice, number, positive, whole
+from .unit_cube import Walls, inside
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,10 +10,10 @@ from numpy.random import SeedSequence
 
 from ..errors import InputError
 from ..space import Array, Space, box
+from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
-from .hybrid import ForagingTabuSearch
-from .memetic import MemeticTabuSearch
+from .mbts import MemeticTabuSearch
 from .random_search import RandomSearch
 from .search import Algorithm, Run, Search, Stop, lockstep
 from .stops import Target

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..space import Rng, Space
+from .hyperparameters import whole
 from .search import Moves, Note
-from .settings import whole
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..space import Array, Rng, Space
-from .cube import Coordinates, Walls, gaps, neighbourhood, widths
+from .hyperparameters import choice, positive, stages, whole
 from .search import Moves, Note
-from .settings import choice, positive, stages, whole
+from .unit_cube import Coordinates, Walls, gaps, neighbourhood, widths
 
 Entry = tuple[float, int, Array]  # a line of the tabu list: cost, round, solution
 

@@ -12,7 +12,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from ..identify.found import Fit
+    from ..identify.result import Fit
 
 
 def check_folder(folder: Path) -> None:
@@ -95,7 +95,7 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
 
 def write_figures(fit: Fit, folder: Path) -> None:
     """Draw a fit's figures into a folder, in place of those of an earlier fit."""
-    from .figures import DRAWN, draw  # noqa: PLC0415 - matplotlib comes late on purpose
+    from .figures.fit_figures import DRAWN, draw  # noqa: PLC0415 - matplotlib comes late on purpose
 
     drawn: list[str] = []
     write_files(folder, lambda place: drawn.extend(file.name for file in draw(fit, place)))

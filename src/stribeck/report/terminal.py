@@ -28,7 +28,7 @@ from ..units import unit
 if TYPE_CHECKING:
     from ..data.quality import Quality
     from ..identify.card import Card
-    from ..identify.found import Fit
+    from ..identify.result import Fit
     from ..identify.score import Score
     from ..optimize import Search
     from .stopwatch import Stopwatch

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..data.columns import mapping
-from ..data.page import page
+from ..data.readers.columns import mapping
 from ..errors import InputError
 from ..friction import law_named
+from ..text_file import page
 from . import RIGS
 from .rig import Rig, in_si, stem
 

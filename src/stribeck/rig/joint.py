@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .motion.track import JOINT
 from .rig import constant
 from .stepped import Stepped
-from .track import JOINT
 
 if TYPE_CHECKING:
     from ..data.recording import Recording

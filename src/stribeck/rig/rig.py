@@ -11,13 +11,13 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from ..data.recording import Recording
-from ..data.segment import rests
+from ..data.segmentation import rests
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
-from .drive import Drive
-from .track import Track, track
+from .motion.command import Drive
+from .motion.track import Track, track
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .motion.track import SERVO
 from .rig import constant
 from .stepped import Stepped
-from .track import SERVO
 
 if TYPE_CHECKING:
     from ..data.recording import Recording

@@ -12,11 +12,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
-from . import reference
-from .drive import Drive
-from .kernel import misfits, trajectories
+from .motion import reference
+from .motion.command import Drive
+from .motion.event_driven import misfits, trajectories
+from .motion.track import SLIDE, Track
 from .rig import Constant, Motion, Simulated, constant
-from .track import SLIDE, Track
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -170,7 +170,7 @@ class SlideBed(Simulated):
         if scheme == "fast" and _jumps(law):
             x, v = trajectories(law, laws, c, on)
         elif scheme == "fast":
-            from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
+            from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
             x, v, _ = motions(law, SLIDE, laws, c, with_inputs(on), self["step"], self["tolerance"])
         elif not law.static:

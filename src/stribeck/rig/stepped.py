@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..data.segment import noise, rests, step
+from ..data.segmentation import noise, rests, step
 from ..errors import InputError
 from ..space import Array
-from .drive import Drive
+from .motion.command import Drive
+from .motion.track import WIDTH, Track
 from .rig import Motion, Simulated
-from .track import WIDTH, Track
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -24,7 +24,7 @@ _FEW = 8
 
 @dataclass(frozen=True, eq=False)
 class Stepped(Simulated):
-    """A rig whose drive `stepping` knows. A new one says its inputs and its constants.
+    """A rig whose drive `implicit` knows. A new one says its inputs and its constants.
 
     Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
     or rad. A law with states starts where the axis would be
@@ -34,7 +34,7 @@ class Stepped(Simulated):
 
     from_rest: bool = False
     holds: bool = False  # an encoder repeats itself where the axis rests
-    #: Which drive of `stepping`.
+    #: Which drive of `implicit`.
     kind: ClassVar[int]
     #: Which inputs keep their value until the next sample, after normal load and temperature.
     held: ClassVar[tuple[bool, ...]]
@@ -117,7 +117,7 @@ class Stepped(Simulated):
         c = np.zeros((len(p), WIDTH))
         made = self.candidates(law, p[:, k:], on.given)
         c[:, : made.shape[1]] = made
-        from .stepping import motions  # noqa: PLC0415 - compiled code that others need not load
+        from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
         q, v, F = motions(law, self.kind, p[:, :k], c, on, step, tolerance)
         return Motion(on.t, q, v, F)

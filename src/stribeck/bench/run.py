@@ -1,0 +1,45 @@
+"""A run is a pure function of its job: here is the function."""
+
+from __future__ import annotations
+
+import time
+
+from ..optimize import METHODS, Run, Search, Stop, Target, configure, lockstep
+from .problems import Problem, problem
+from .record import Job, Record
+from .third_party import search
+
+
+def run(job: Job, on: Problem | None = None) -> Record:
+    """Run a job: the same record, whenever, wherever and beside whatever it is run.
+
+    Args:
+        job: What to run.
+        on: The job's problem, where somebody watches it; made from the job if None.
+
+    Raises:
+        InputError: the problem or the method cannot be made.
+    """
+    done = trial(job, problem(job.surface) if on is None else on)
+    return Record.of(job, done.trace, done.x, done.ended, done.seconds)
+
+
+def trial(job: Job, on: Problem) -> Run:
+    """The run of a job with its whole trace, every point and cost.
+
+    Raises:
+        InputError: the method cannot be made.
+    """
+    name, settings = job.method["name"], job.method["settings"]
+    if name in METHODS:
+        algorithm = configure(name, **settings)
+        stops: list[Stop] = [] if job.target is None else [Target(job.target)]
+        own = Search(on.space, algorithm, budget=job.budget, seed=job.seeds(), stops=stops)
+        return lockstep(on, [own])[0]
+    began = time.perf_counter()
+    trace, ended = search(
+        name, on, budget=job.budget, target=job.target, seed=job.seeds(), **settings
+    )
+    x = on.space.decode(trace.u[trace.best : trace.best + 1])[0]
+    seconds = time.perf_counter() - began
+    return Run(x, trace.cost, len(trace), ended, seconds, trace)

@@ -1,0 +1,376 @@
+"""A closed loop with a friction compensator in it, simulated: sampled, held, and as it sees.
+
+The axis moves between samples as `implicit` moves it, under any law and any of these drives:
+
+| rig | what the compensator's output is added to |
+|---|---|
+| slide-bed | the motor's force, before its friction: F_motor = k̂ e + u |
+| joint | the feed-forward torque |
+| servo-pendulum | the voltage, as torque times R/k_t of the model |
+| emps | the force that the controller asks for, held and late as its voltage is |
+
+At each sample the compensator sees the position, as its sensor shows it, takes its difference to
+the sample before for the velocity, and knows the reference's velocity over the sample to come.
+The position loop itself is not limited by the sensor, as it is not elsewhere. The cascade of EMPS
+is a joint's controller of the same gains; its velocity is the axis's own, not a difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import boolean, float64, int64, njit, types, void
+
+from ..data.recording import Recording
+from ..errors import InputError
+from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ..rig.emps import Emps
+from ..rig.joint import Joint
+from ..rig.motion import row_pool
+from ..rig.motion.implicit import (
+    EACH,
+    FEWEST,
+    MOST_STEPS,
+    NO_RUB,
+    ROOM,
+    commanded,
+    driven,
+    factor,
+    mixed,
+    passed,
+    places,
+    started,
+)
+from ..rig.motion.track import JOINT, SERVO, SLIDE, WIDTH, Track
+from ..rig.rig import Motion, Rig
+from ..rig.servo_pendulum import ServoPendulum
+from ..rig.slide_bed import SlideBed, with_inputs
+from ..space import Array
+from .compensator import Compensator, answer, shaped
+
+if TYPE_CHECKING:
+    from ..friction import Law
+
+_F1 = types.Array(float64, 1, "C", readonly=True)
+_F2 = types.Array(float64, 2, "C", readonly=True)
+_W2 = float64[:, ::1]
+_I1 = int64[::1]
+
+#: Which of its inputs the compensator's output is added to, by kind of drive.
+_ADDED = {SLIDE: 3, SERVO: 4, JOINT: 4}
+#: An axis that is so many times its reference's travel away from its start has run away, where
+#: that is more than so many m or rad.
+_FAR, _NOT_FAR = 100.0, 10.0
+#: Way by which a step may be off where the rig has no constant for it, m.
+_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the axis is told to do, at the samples of its controller.
+
+    Args:
+        name: What it is called.
+        t: Samples, s, evenly spaced, (N,).
+        x: Positions, m or rad, (N,).
+    """
+
+    name: str
+    t: Array
+    x: Array
+
+    def __post_init__(self) -> None:
+        if not (len(self.t) == len(self.x) >= 3 and np.isfinite(self.x).all()):  # noqa: PLR2004
+            raise InputError(f"reference {self.name}: give three finite positions or more")
+        steps = np.diff(self.t)
+        if not (steps[0] > 0 and np.allclose(steps, steps[0], rtol=1e-6, atol=0)):
+            raise InputError(f"reference {self.name}: its samples are not evenly spaced")
+
+    @property
+    def h(self) -> float:
+        """The sample time, s."""
+        return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
+
+    @property
+    def v(self) -> Array:
+        """Its velocity over the sample to come, (N,); at the last one it rests."""
+        v = np.zeros(len(self.x))
+        v[:-1] = np.diff(self.x) / np.diff(self.t)
+        return v
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """How the compensator sees the position.
+
+    Args:
+        resolution: A count, m or rad; 0 for a sensor without steps.
+        noise: Standard deviation of a reading, m or rad.
+        seed: Of the noise.
+    """
+
+    resolution: float = 0.0
+    noise: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("resolution", "noise"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise InputError(f"sensor: {name} = {getattr(self, name):g}: give 0 or above")
+
+
+IDEAL = Sensor()
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedMotion(Motion):
+    """Simulated trajectories of n loops.
+
+    Args:
+        output: What the compensator puts out, N or N m, (n, N).
+        seen: The velocity that it sees, (n, N).
+    """
+
+    output: Array
+    seen: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Loop:
+    """A drive as `implicit` knows it, under a reference."""
+
+    kind: int
+    c: Array
+    on: Track
+    step: float
+    tolerance: float
+
+
+def controlled(rig: Rig) -> None:
+    """Say that a rig has no controller that a compensator could add to.
+
+    Raises:
+        InputError: it has none.
+    """
+    if not isinstance(rig, SlideBed | Joint | ServoPendulum | Emps):
+        raise InputError(
+            f"rig {rig.name} has no controller to add a compensation to: slide-bed, joint, "
+            "servo-pendulum and emps have one"
+        )
+
+
+def drive_friction(rig: Rig) -> float:
+    """Coulomb friction of a rig's drive that eats its command, N or N m; 0 where it has none."""
+    eaten = rig["F_fm"] if isinstance(rig, SlideBed) else 0.0
+    return eaten if np.isfinite(eaten) else 0.0
+
+
+def compensated(
+    rig: Rig,
+    law: Law,
+    plants: Array,
+    reference: Reference,
+    compensators: Sequence[Compensator],
+    model: tuple[Law, Array],
+    sensor: Sensor = IDEAL,
+) -> CompensatedMotion:
+    """Simulate loops with compensators, each from rest at the start of the reference.
+
+    With a scale of 0 a motion is, bit for bit, the one that `implicit` gives without compensator.
+
+    Args:
+        rig: One with a controller.
+        law: The friction of the axes.
+        plants: (n, k) parameter sets of the axes: the law's, then the rig's own.
+        reference: What they follow.
+        compensators: One each, or one for all.
+        model: The law that the compensators ask, and its (m,) parameters, the rig's own after them.
+        sensor: How they see.
+
+    Raises:
+        InputError: a rig without a controller, parameters that are not the law's and rig's, or so
+            many steps that nobody would wait for them.
+    """
+    controlled(rig)
+    plants = np.atleast_2d(np.asarray(plants, dtype=float))
+    believed_law, believed = model[0], np.asarray(model[1], dtype=float)
+    n, N = len(plants), len(reference.t)
+    if len(compensators) not in (1, n):
+        raise InputError(f"{len(compensators)} compensators for {n} axes: give one, or one each")
+    if believed.shape != (k := len(rig.parameters(believed_law)),):
+        raise InputError(f"model {believed_law.name} on rig {rig.name} has {k} parameters, "
+                         f"got {believed.shape}")  # fmt: skip
+    loop = _loop(rig, law, plants, reference)
+    settings = np.array([made.c for made in compensators])
+    settings = np.repeat(settings, n, axis=0) if len(settings) < n else settings
+    if not np.ceil(np.diff(reference.t) / loop.step - 1e-9).clip(1).sum() <= MOST_STEPS:
+        raise InputError(
+            f"reference {reference.name}: {reference.t[-1] - reference.t[0]:.4g} s in steps of "
+            f"{loop.step:.3g} s are more than {MOST_STEPS:,}: take a shorter one"
+        )
+    t = np.ascontiguousarray(reference.t - reference.t[0])
+    parts = np.maximum(np.ceil(np.diff(t) / loop.step - 1e-9), 1).astype(np.int64)
+    q, v, F, u, seen = np.full((5, n, N), np.nan)
+    noise = sensor.noise * np.random.default_rng(sensor.seed).standard_normal(N)
+    far = max(_FAR * float(np.ptp(reference.x)), _NOT_FAR)
+    start = np.column_stack([np.full(n, loop.on.x0), np.full(n, loop.on.v0)])
+    row_pool.hired().share(
+        _loops, n,
+        (
+            *_compiled(law), *_compiled(believed_law), loop.kind, _ADDED[loop.kind],
+            np.ascontiguousarray(plants[:, : len(law.params)]), places(law), loop.c,
+            np.ascontiguousarray(believed[: len(believed_law.params)]), places(believed_law),
+            settings, _per_force(rig, believed_law, believed), far, t,
+            np.ascontiguousarray(loop.on.inputs), loop.on.held.astype(np.int64), parts, start,
+            reference.v, noise, sensor.resolution, reference.h, loop.tolerance, q, v, F, u, seen,
+        ),
+        FEWEST,
+    )  # fmt: skip
+    return CompensatedMotion(reference.t, q, v, F, u, seen)
+
+
+def _compiled(law: Law) -> tuple[Any, Any, bool, int]:
+    general = law.rub is not None
+    rub = addressed(law.rub if general else NO_RUB, RUB_SIGNATURE)
+    return addressed(law.slip), rub, general, law.states
+
+
+def _per_force(rig: Rig, law: Law, p: Array) -> float:
+    """The command for a unit of force or torque at the axis, as the model has it."""
+    if not isinstance(rig, ServoPendulum):
+        return 1.0
+    k_t, R = p[len(law.params) : len(law.params) + 2]
+    return float(R / k_t)
+
+
+def _loop(rig: Rig, law: Law, p: Array, reference: Reference) -> _Loop:
+    log = Recording(
+        t=reference.t, position=reference.x, command=reference.x, rotary=rig.rotary,
+    )  # fmt: skip
+    every = slice(0, len(log))
+    ones = np.ones(len(log))
+    k = len(law.params)
+    if p.shape[1] != len(rig.parameters(law)):
+        raise InputError(
+            f"rig {rig.name}, law {law.name}: parameters are "
+            f"{', '.join(q.name for q in rig.parameters(law))}; got {p.shape[1]} columns"
+        )
+    if isinstance(rig, SlideBed):
+        made = with_inputs(rig.track(log, every, float(reference.x[0]), ones))
+        return _Loop(SLIDE, rig.split(law, p)[1], made, rig["step"], rig["tolerance"])
+    if isinstance(rig, Joint | ServoPendulum):
+        on = rig.track(log, every, float(reference.x[0]), ones)._replace(v0=0.0)
+        return _Loop(
+            rig.kind, _wide(rig.candidates(law, p[:, k:], on.given)), on, rig["step"],
+            rig["tolerance"],
+        )  # fmt: skip
+    assert isinstance(rig, Emps)  # noqa: S101 - no other has a controller
+    return _emps(rig, law, p, reference)
+
+
+def _emps(rig: Emps, law: Law, p: Array, reference: Reference) -> _Loop:
+    """The cascade kv (kp (q_ref − q) − v) as position and velocity gains of a joint."""
+    N, n, k = len(reference.t), len(p), len(law.params)
+    per_speed = rig["gtau"] * rig["kv"]
+    c = np.zeros((n, WIDTH))
+    c[:, 0] = p[:, k]
+    c[:, 1], c[:, 2] = per_speed * rig["kp"], per_speed
+    c[:, 5] = 0.0 if law.directional else p[:, k + 1]
+    c[:, 6] = rig["gtau"] * rig["u_max"]
+    c[:, 7] = 2.0 if rig["delay"] > 0.5 * rig["T"] else 1.0
+    inputs = np.zeros((5, N))
+    inputs[2] = reference.x
+    on = Track(
+        reference.t, reference.x, reference.t, float(reference.x[0]), reference.x, np.ones(N),
+        np.zeros((3, N + 1)), inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+    )  # fmt: skip
+    return _Loop(JOINT, c, on, rig["T"], _TOLERANCE)
+
+
+def _wide(c: Array) -> Array:
+    made = np.zeros((len(c), WIDTH))
+    made[:, : c.shape[1]] = c
+    return made
+
+
+@njit(
+    void(
+        SLIP_TYPE, RUB_TYPE, boolean, int64, SLIP_TYPE, RUB_TYPE, boolean, int64, int64, int64,
+        _F2, _I1, _F2, _F1, _I1, _F2, float64, float64, _F1, _F2, _I1, _I1, _F2, _F1, _F1, float64,
+        float64, float64, _W2, _W2, _W2, _W2, _W2, _I1,
+    ),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def _loops(
+    slip: Any, rub: Any, general: bool, states: int, slip_m: Any, rub_m: Any, general_m: bool,
+    states_m: int, kind: int, added: int, p: Array, term: Array, c: Array, p_m: Array,
+    term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array,
+    held: Array, parts: Array, start: Array, v_ref: Array, noise: Array, resolution: float,
+    h: float, tolerance: float, out_q: Array, out_v: Array, out_F: Array, out_u: Array,
+    out_seen: Array, taken: Array,
+) -> None:  # fmt: skip
+    """Simulate the loops that nobody has taken yet, one after the other, until none is left."""
+    m = len(inputs)
+    term, term_m, p_m = row_pool.lent(term), row_pool.lent(term_m), row_pool.lent(p_m)
+    own = np.empty((6, max(states, states_m, 1)))
+    own_u, own_load, own_slopes, own_ends = np.empty(m), np.empty(5), np.empty(2), np.empty((m, 2))
+    u, load, slopes = row_pool.lent(own_u), row_pool.lent(own_load), row_pool.lent(own_slopes)
+    ends = row_pool.lent(own_ends)  # the inputs at this sample and at the end of it
+    z, coarse, half, fine, z_m, new = (
+        row_pool.lent(own[0]), row_pool.lent(own[1]), row_pool.lent(own[2]), row_pool.lent(own[3]),
+        row_pool.lent(own[4]), row_pool.lent(own[5]),
+    )  # fmt: skip
+    while True:
+        row = row_pool.take(taken)
+        if row >= len(p):
+            own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = own_ends[0, 0] = 0.0
+            return
+        a, b, s = row_pool.lent(p[row]), row_pool.lent(c[row]), row_pool.lent(settings[row])
+        q, v = start[row, 0], start[row, 1]
+        slopes[:] = 0.0
+        z_m[:] = 0.0
+        left = ROOM + EACH * parts.sum()
+        hold = b[7] if kind == JOINT else 0.0
+        before = started(
+            rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
+        )
+        output, last = 0.0, 0.0
+        for k in range(len(t)):
+            shown = q + noise[k]
+            if resolution > 0.0:
+                shown = resolution * np.floor(shown / resolution + 0.5)
+            seen = 0.0 if k == 0 else (shown - last) / h
+            last = shown
+            # The loads are those under the output of the sample before.
+            mixed(inputs, held, k, 0.0, u)
+            u[added] += per_force * output
+            driven(kind, b, u, q, v, load)
+            force = answer(
+                slip_m, rub_m, general_m, states_m, factor(term_m, p_m, load), v_ref[k], seen, h,
+                z_m, load, p_m, s, new,
+            )  # fmt: skip
+            if states_m > 0:
+                z_m[:] = new
+            output = shaped(force, v_ref[k], seen, h, output, s)
+            for i in range(m):
+                ends[i, 0] = inputs[i, k]
+                ends[i, 1] = inputs[i, min(k + 1, len(t) - 1)]
+            ends[added, 0] += per_force * output
+            ends[added, 1] += per_force * output
+            mixed(ends, held, 0, 0.0, u)
+            if hold > 0.0:
+                now = commanded(b, u, q, v)
+                load[0] = now if hold == 1.0 else before
+                before = now
+            driven(kind, b, u, q, v, load)
+            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
+            out_u[row, k], out_seen[row, k] = output, seen
+            if k == len(t) - 1 or not (abs(q - start[row, 0]) < far and abs(v) < 1e12):  # noqa: PLR2004
+                break
+            q, v, left = passed(
+                slip, rub, general, states, kind, a, term, b, ends, held, 0, parts[k],
+                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes, left,
+            )  # fmt: skip

@@ -1,0 +1,331 @@
+"""Text tables: separators, decimal commas, preambles and encodings found out, then parsed.
+
+A table of bare numbers goes through NumPy, which is there already, up to a size at which polars
+has made up for its start; whatever is larger or less plain is read by polars.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
+from .heads import is_unit
+from .raw_table import Table, shortened
+
+if TYPE_CHECKING:
+    import polars as pl
+
+_SNIFFED = 1 << 16
+_SMALL = 8 << 20  # bytes that NumPy parses in the time that polars takes to start
+_BARE = b"0123456789.eE+-\n"
+_SEPARATORS = ("\t", ";", ",", "|", " ")
+_COMMENTS = ("#", "%", "//")
+_MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "nil"}
+_NULLS = sorted({s for m in _MISSING - {"nan"} for s in (m, m.upper(), m.capitalize())})
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
+_WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s{0,9}[\[(][^\])]{0,30}[\])])?")
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
+_MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    heads: list[str]
+    first: int  # the line where data starts, from 0
+    found: int  # the first line of numbers
+    width: int
+    separator: str
+    decimal_comma: bool
+
+
+def read_text(data: bytes) -> Table:
+    """A table of text: CSV, TSV or columns apart by blanks, in any usual encoding.
+
+    Raises:
+        InputError: it is not text, or not a header with rows of numbers of one length below it.
+    """
+    text = _utf8(data)
+    layout = _sniff(text)
+    return _parse(text, layout)
+
+
+def _utf8(data: bytes) -> bytes:
+    """The text in UTF-8 with plain line ends."""
+    encoding = next((e for mark, e in _MARKS if data.startswith(mark)), None) or _wide(data)
+    try:
+        if encoding:
+            data = data.decode(encoding).encode()
+        elif not data.isascii():
+            data.decode()
+    except UnicodeDecodeError:
+        data = data.decode("latin-1").encode()
+    if _CONTROL.search(data, 0, _SNIFFED) or b"\0" in data:
+        raise InputError("is not text: export the log as CSV, Parquet or MATLAB 5")
+    ends = b"\r\n" if b"\n" in data else b"\r"
+    return data.replace(ends, b"\n") if b"\r" in data else data
+
+
+def _wide(data: bytes) -> str | None:
+    """UTF-16 without a mark, known by its zero bytes."""
+    head = np.frombuffer(data[: _SNIFFED & -2][: len(data) & -2], dtype=np.uint8)
+    zero = (head.reshape(-1, 2) == 0).mean(axis=0) if len(head) else np.zeros(2)
+    if zero[1] > 0.9 and zero[0] == 0:  # noqa: PLR2004 - Latin text has a zero in each pair
+        return "utf-16-le"
+    return "utf-16-be" if zero[0] > 0.9 and zero[1] == 0 else None  # noqa: PLR2004
+
+
+def _sniff(text: bytes) -> _Layout:
+    head = text[:_SNIFFED].decode(errors="replace")
+    lines = head.split("\n")
+    lines = lines[:-1] if len(text) > _SNIFFED and len(lines) > 1 else lines
+    if not any(line.strip() for line in lines):
+        raise InputError("is empty")
+    for strict in (True, False):
+        layouts = [x for s in _SEPARATORS if (x := _layout(lines, s, strict=strict))]
+        if layouts:
+            return min(layouts, key=lambda x: x.found)
+    raise InputError(_what_is_wrong(lines))
+
+
+def _layout(lines: list[str], separator: str, *, strict: bool) -> _Layout | None:
+    """The first row of numbers under a header of as many fields, or None."""
+    heads: list[str] = []
+    first = 0
+    for i, line in enumerate(lines):
+        comment = next((c for c in _COMMENTS if line.lstrip().startswith(c)), None)
+        fields = _split(line.lstrip()[len(comment) :] if comment else line, separator)
+        numbers = sum(map(_is_number, fields))
+        if len(_trimmed(fields)) < 2:  # noqa: PLR2004 - one field is no table
+            continue
+        if numbers == 0 and not all(map(_is_missing, fields)):
+            if heads and i == first and _are_units(fields, heads):
+                heads, first = _with_units(heads, fields), i + 1
+            else:
+                heads = _split(line.lstrip()[len(comment or "") :], separator, heads=True)
+                first = i + 1
+        elif comment is None and _is_row(fields, numbers, strict=strict) and _fit(heads, fields):
+            return _Layout(
+                _trimmed(heads),
+                first,
+                i,
+                max(len(heads), len(fields)),
+                separator,
+                separator != "," and _decimal_comma(lines[i : i + 100], separator),
+            )
+    return None
+
+
+def _split(line: str, separator: str, *, heads: bool = False) -> list[str]:
+    line = line.strip(" \r")
+    if separator == " ":
+        return _WORD_AND_UNIT.findall(line) if heads else line.split()
+    if '"' in line:
+        return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
+    return [f.strip() for f in line.split(separator)]
+
+
+def _trimmed(fields: list[str]) -> list[str]:
+    n = len(fields)
+    while n and not fields[n - 1]:
+        n -= 1
+    return fields[:n]
+
+
+def _is_number(field: str) -> bool:
+    return _NUMBER.fullmatch(field) is not None
+
+
+def _is_missing(field: str) -> bool:
+    return field.lower() in _MISSING
+
+
+def _is_row(fields: list[str], numbers: int, *, strict: bool) -> bool:
+    missing = sum(map(_is_missing, fields))
+    return numbers >= 2 - (missing > 0) and (numbers + missing == len(fields) or not strict)
+
+
+def _is_numbers(fields: list[str]) -> bool:
+    return len(fields) > 1 and _is_row(fields, sum(map(_is_number, fields)), strict=True)
+
+
+def _fit(heads: list[str], fields: list[str]) -> bool:
+    return bool(heads) and (
+        len(heads) == len(fields) or len(_trimmed(heads)) == len(_trimmed(fields))
+    )
+
+
+def _are_units(fields: list[str], heads: list[str]) -> bool:
+    fields = [f.strip("[]()") for f in fields]
+    return len(fields) == len(heads) and all(is_unit(f) or _is_missing(f) for f in fields)
+
+
+def _with_units(heads: list[str], units: list[str]) -> list[str]:
+    units = [u.strip("[]()") for u in units]
+    return [f"{h} [{u}]" if is_unit(u) else h for h, u in zip(heads, units, strict=True)]
+
+
+def _decimal_comma(lines: list[str], separator: str) -> bool:
+    numbers = [f for line in lines for f in _split(line, separator) if _is_number(f)]
+    return any("," in f for f in numbers) and not any("." in f for f in numbers)
+
+
+def _what_is_wrong(lines: list[str]) -> str:
+    """Why no table was found."""
+    filled = [line for line in lines if line.strip() and not line.lstrip().startswith(_COMMENTS)]
+    rows = [(line, s) for line in filled for s in _SEPARATORS if _is_numbers(_split(line, s))]
+    if not rows and len(filled) <= 1:
+        return "has a header and no rows of numbers"
+    if not rows:
+        return "has no rows of at least two numbers: a log needs a header, time and position"
+    line, s = rows[0]
+    if line == filled[0]:
+        return "has no header: put the column names with their units in its first line"
+    n, heads = len(_split(line, s)), len(_split(filled[0], s, heads=True))
+    hint = ": decimal commas need ; or tab between columns" if n == 2 * heads and s == "," else ""
+    return f"line {lines.index(line) + 1} has {n} fields, the header {heads}{hint}"
+
+
+def _parse(text: bytes, layout: _Layout) -> Table:
+    body = text.split(b"\n", layout.first)[layout.first]
+    comment = next((c for c in _COMMENTS if b"\n" + c.encode() in b"\n" + body[:_SNIFFED]), "#")
+    heads = _heads(layout)
+    if (bare := _bare(body, layout)) is not None:
+        names = (h or f"column {i}" for i, h in enumerate(heads, 1))
+        places = np.arange(len(bare)) + layout.first + 1
+        return Table(dict(zip(names, bare.T.copy(), strict=True)), places, "line")
+    frame = _numbers(body, layout, comment)
+    cells: dict[str, tuple[int, str]] = {}
+    if frame is None:
+        _refuse_long_rows(body, layout, comment)
+        frame, cells = _words(body, layout, comment)
+    places = _places(body, layout, comment, frame.height)
+    _refuse_short_rows(body, layout, frame, places)
+    columns = {}
+    for i, series in enumerate(frame.iter_columns()):
+        values = series.to_numpy().astype(float)
+        if heads[i] or not np.isnan(values).all() or series.name in cells:
+            columns[heads[i] or f"column {i + 1}"] = values
+    named = {heads[int(i)] or f"column {int(i) + 1}": cell for i, cell in cells.items()}
+    return Table(columns, places, "line", named)
+
+
+def _heads(layout: _Layout) -> list[str]:
+    heads = layout.heads + [""] * (layout.width - len(layout.heads))
+    if doubled := sorted({h for h in heads if h and heads.count(h) > 1}):
+        raise InputError(f"two columns are named {shortened(doubled[0])}: rename one")
+    return heads
+
+
+def _bare(body: bytes, layout: _Layout) -> Array | None:
+    """The rows of a small table, (N, width), if there is a plain number in every cell."""
+    separator = layout.separator.encode()
+    if (
+        len(body) > _SMALL
+        or separator == b" "
+        or layout.decimal_comma
+        or body.translate(None, _BARE + separator)
+    ):
+        return None
+    try:
+        rows = np.loadtxt(io.BytesIO(body), delimiter=layout.separator, comments=None, ndmin=2)
+    except ValueError:
+        return None
+    lines = body.count(b"\n") + (not body.endswith(b"\n"))
+    return rows if rows.shape == (lines, layout.width) else None  # else some are empty
+
+
+def _scan(body: bytes, layout: _Layout, comment: str, dtype: Any, **more: Any) -> pl.DataFrame:
+    import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
+
+    if layout.separator == " ":
+        body = re.sub(rb"(?m)^\t|\t$", b"", re.sub(rb"[ \t]+", b"\t", body))
+    return pl.read_csv(
+        io.BytesIO(body),
+        has_header=False,
+        schema={str(i): dtype for i in range(layout.width)},
+        separator="\t" if layout.separator == " " else layout.separator,
+        quote_char='"' if b'"' in body else None,
+        comment_prefix=comment,
+        missing_columns="insert",
+        **more,
+    )
+
+
+def _numbers(body: bytes, layout: _Layout, comment: str) -> pl.DataFrame | None:
+    """The body as numbers, or None if something in it is no number."""
+    import polars as pl  # noqa: PLC0415 - as above
+
+    try:
+        return _scan(body, layout, comment, pl.Float64, null_values=_NULLS,
+                     decimal_comma=layout.decimal_comma)  # fmt: skip
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException):
+        return None
+
+
+def _words(
+    body: bytes, layout: _Layout, comment: str
+) -> tuple[pl.DataFrame, dict[str, tuple[int, str]]]:
+    """The body with what is no number left empty, and the first such cell of each column."""
+    import polars as pl  # noqa: PLC0415 - as above
+
+    try:
+        frame = _scan(body, layout, comment, pl.String)
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
+        raise InputError("cannot be read as a table: save it as plain CSV") from error
+    frame = frame.select(pl.all().str.strip_chars().str.strip_chars('"'))
+    missing = [pl.col(c).str.to_lowercase().is_in(sorted(_MISSING)) for c in frame.columns]
+    words = [pl.when(~m).then(pl.col(c)) for m, c in zip(missing, frame.columns, strict=True)]
+    frame = frame.select(words)
+    plain = pl.all().str.replace(",", ".", literal=True) if layout.decimal_comma else pl.all()
+    numbers = frame.select(plain.cast(pl.Float64, strict=False))
+    cells = {}
+    for name in frame.columns:
+        bad = frame[name].is_not_null() & numbers[name].is_null()
+        if bad.any():
+            row = int(bad.arg_true()[0])
+            cells[name] = (row, str(frame[name][row]))
+    return numbers, cells
+
+
+def _places(body: bytes, layout: _Layout, comment: str, rows: int) -> np.ndarray[Any, Any]:
+    """The line number of each row."""
+    mark = comment.encode()
+    if b"\n" + mark not in b"\n" + body:
+        return np.arange(rows) + layout.first + 1
+    lines = [i for i, s in enumerate(body.split(b"\n"), layout.first + 1) if not s.startswith(mark)]
+    lines += range(lines[-1] + 1 if lines else 1, rows + 1)  # never too few
+    return np.array(lines[:rows], dtype=np.int64)
+
+
+def _refuse_long_rows(body: bytes, layout: _Layout, comment: str) -> None:
+    for i, line in enumerate(body.split(b"\n"), layout.first + 1):
+        if line.count(layout.separator.encode()) < layout.width and layout.separator != " ":
+            continue
+        fields = _split(line.decode(errors="replace"), layout.separator)
+        if len(fields) > layout.width and not line.startswith(comment.encode()):
+            raise InputError(f"line {i} has {len(fields)} fields, the header {len(layout.heads)}")
+
+
+def _refuse_short_rows(
+    body: bytes, layout: _Layout, frame: pl.DataFrame, places: np.ndarray[Any, Any]
+) -> None:
+    """Polars fills a row that ends early; a log that was cut off is none with gaps."""
+    last = frame.columns[len(layout.heads) - 1]
+    open_ended = frame[last].is_null()
+    if not open_ended.any():
+        return
+    lines = body.split(b"\n")
+    for row in open_ended.arg_true():
+        at = int(places[row]) - layout.first - 1
+        line = lines[at].decode(errors="replace") if at < len(lines) else ""
+        if line.strip() and len(fields := _split(line, layout.separator)) < len(layout.heads):
+            raise InputError(
+                f"line {places[row]} has {len(fields)} fields, the header {len(layout.heads)}"
+            )

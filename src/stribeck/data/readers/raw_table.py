@@ -1,0 +1,58 @@
+"""Columns of numbers as they stand in a file, before anybody says what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+
+#: Nothing larger is read, compressed or not: bytes.
+LARGEST = 2 << 30
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """What a file of any format comes down to.
+
+    Args:
+        columns: Head -> values (N,), NaN where a cell is empty.
+        places: Where each row stands in the file, (N,).
+        word: What a place is called: a line of text, a row of a table.
+        text: Head -> (row, cell) of the first cell that is no number, for columns that have one.
+        scalars: Single numbers that the file keeps beside its columns.
+        units: Units that the file states by type instead of in a head.
+        notes: What was left out on the way, a sentence each.
+    """
+
+    columns: Mapping[str, Array]
+    places: NDArray[np.int64]
+    word: str = "row"
+    text: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    scalars: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def place(self, row: int) -> str:
+        """How a message says where a row stands."""
+        return f"{self.word} {self.places[row]}"
+
+
+def listed(names: Mapping[str, object] | list[str], most: int = 12) -> str:
+    """Names for a message, not too many of them."""
+    names = [shortened(name) for name in names]
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" * (len(names) > most))
+
+
+def shortened(text: str, most: int = 40) -> str:
+    """A piece of somebody's file for a message: printable and short."""
+    text = printable(text)
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
+def printable(text: str) -> str:
+    """The same in one line without control characters."""
+    return "".join(c if c.isprintable() else " " for c in text).strip()

@@ -1,0 +1,447 @@
+"""C99 for a controller: a header, a source, and a self-test that checks itself and returns 0.
+
+No allocation, nothing of libm beyond exp, tanh and fabs, a struct for the state. The law's
+functions are translated from the law itself; see `program`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import ClassVar
+
+from ...compensate.compensator import SETTINGS, Compensator
+from ...errors import InputError
+from ...friction import LOADS
+from ..model import Model, compensator_functions, folded
+from . import c_math
+from .check_vectors import Vectors, vectors
+from .dialect import SUM, Dialect
+from .lowering import Blunt, divides, lowered
+from .program import Array, Expression, Function, Kind, Name, Program, read_names
+
+#: C's own words, and C++'s, which a variable may not be called.
+_WORDS = frozenset(
+    """
+    auto break case char const continue default do double else enum extern float for goto if
+    inline int long register restrict return short signed sizeof static struct switch typedef
+    union unsigned void volatile while bool class delete new namespace operator private public
+    template this throw try using virtual and or not xor exp tanh fabs memcpy
+    """.split()  # noqa: SIM905 - a list of words is read as a text
+)
+#: By how much the self-test may be off, relative: laws without and with states.
+TOLERANCE, TOLERANCE_STATES = 1e-12, 1e-9
+
+
+class C(Dialect):
+    """C99."""
+
+    words: ClassVar[dict[str, str]] = {"and": "&&", "or": "||", "//": "/"}
+
+    def name(self, name: str) -> str:
+        """A variable; C's own words get an underscore."""
+        return f"{name}_" if name in _WORDS else name
+
+    def choice(self, test: Expression, yes: Expression, no: Expression) -> str:
+        """One of two values."""
+        return f"{self.write(test, 1)} ? {self.write(yes, 1)} : {self.write(no, 0)}"
+
+    def call(self, name: str, given: Sequence[Expression]) -> str:
+        """A function of C's, of `c_math`, or of the law."""
+        values = ", ".join(g.name if isinstance(g, Array) else self.write(g) for g in given)
+        if name == "real":
+            return f"(double)({values})"
+        if name in c_math.OWN:
+            return f"{c_math.OWN[name]}({values})"
+        return f"{'math' if name in _MATH else 'law'}_{name}({values})"
+
+    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+        """A loop that counts."""
+        i = self.name(name)
+        return f"for ({i} = 0; {i} < {self.write(end, SUM)}; {i}++) {{", "}"
+
+    def repeated(self, test: Expression) -> tuple[str, str]:
+        """A loop."""
+        return f"while ({self.write(test)}) {{", "}"
+
+    def conditional(self) -> tuple[str, str, str, str]:
+        """If, else if, else and the end."""
+        return "if ({}) {{", "}} else if ({}) {{", "} else {", "}"
+
+    def function(self, f: Function) -> str:
+        """One function, for this file alone."""
+        given = ", ".join(self._argument(a) for a in f.arguments)
+        lines = [f"/* {_harmless(f.doc)} */"] if f.doc else []
+        lines += [f"static double law_{f.name}({given})", "{"]
+        for kind in ("real", "whole", "truth"):
+            names = [self.name(v.name) for v in f.variables if v.kind == kind]
+            lines += [f"    {_TYPES[kind]} {', '.join(names)};"] if names else []
+        lines += [f"    (void){self.name(a.name)};" for a in f.arguments if a.name in unread(f)]
+        return "\n".join([*lines, *self.block(f.body), "}", ""])
+
+    def _argument(self, of: Name | Array) -> str:
+        name = self.name(of.name)
+        if isinstance(of, Name):
+            return f"double {name}"
+        return f"{'' if of.written else 'const '}double *{name}"
+
+
+_MATH = frozenset(("copysign", "min", "max", "sqrt", "log", "log1p", "expm1", "pow", "sin", "cos"))
+_TYPES: dict[Kind, str] = {"real": "double", "whole": "int", "truth": "int"}
+
+
+def unread(f: Function) -> set[str]:
+    """The arguments that a function does not look at."""
+    return {a.name for a in f.arguments} - read_names(f)
+
+
+def c(
+    model: Model, name: str = "friction", compensator: Compensator | None = None
+) -> dict[str, bytes]:
+    """Header, source and self-test of a model.
+
+    Args:
+        model: What was identified.
+        name: Of the files, and what all public names begin with.
+        compensator: Its settings; full feed-forward from the reference's velocity by default.
+
+    Raises:
+        InputError: a name that C does not take, or a law that cannot be translated.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", name) or name in _WORDS:
+        raise InputError(
+            f"name {name!r}: C takes letters, digits and _, beginning with a letter, up to 41"
+        )
+    made = compensator or Compensator(feedback=False)
+    source = _Source(model, name, made)
+    return {
+        f"{name}.h": source.header().encode(),
+        f"{name}.c": source.source().encode(),
+        "selftest.c": source.selftest(vectors(model, made)).encode(),
+    }
+
+
+class _Source:
+    """The three files of a model."""
+
+    def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
+        self.model, self.name, self.compensator = model, name, compensator
+        self.law = model.law
+        self.loaded = bool(self.law.loads or self.law.terms)
+        self.program: Program = model.program(*compensator_functions())
+        if divides(self.program):  # C cuts towards 0 where Python takes the floor
+            self.program = lowered(self.program, Blunt(joins=False))
+
+    # --- the header
+
+    def header(self) -> str:
+        """Declarations, and all that the model says of itself."""
+        n, law = self.name, self.law
+        guard = f"{n.upper()}_H"
+        parts = [
+            _comment(self.model.head()),
+            f"#ifndef {guard}",
+            f"#define {guard}",
+            "",
+            "#ifdef __cplusplus",
+            'extern "C" {',
+            "#endif",
+            "",
+            "/* Places of the parameters in p[], SI. */",
+            self._places("", [(p, q.unit, q.doc) for p, q in self.model.named()], "PARAMETERS"),
+        ]
+        if self.loaded:
+            reads = [*law.loads, *law.terms]
+            parts += [
+                f"/* Places in load[]: this law reads {', '.join(reads)}. Force of the drive and",
+                "   of everything else on the axis, normal load, position, temperature (K). */",
+                self._places("LOAD_", [(load, "", "") for load in LOADS], "LOADS"),
+            ]
+        parts += [
+            "/* The law, and what it depends on. */",
+            "typedef struct {",
+            f"    double p[{n.upper()}_PARAMETERS]; /* the identified ones after init */",
+        ]
+        if self.loaded:
+            parts.append(f"    double load[{n.upper()}_LOADS]; /* to be set before each call */")
+        if law.states:
+            parts.append(f"    double z[{law.states}]; /* states, 0 where bristles are relaxed */")
+        parts += [
+            f"}} {n}_law;",
+            "",
+            "/* The identified parameters, relaxed, without load. */",
+            f"void {n}_init({n}_law *law);",
+            "",
+            (
+                f"/* Friction of steady sliding at v, {self.model.speed_unit}, in "
+                f"{self.model.force_unit}; at +0.0 and -0.0 the breakaway levels. */"
+            ),
+            f"double {n}_steady(const {n}_law *law, double v);",
+            "",
+            *self._force_doc(),
+            f"double {n}_force({n}_law *law, double v, double h);",
+            "",
+            "/* Places of the compensator's settings in c[]. */",
+            self._places(
+                "",
+                [
+                    (s.name, s.rotary if self.model.rig.rotary else s.unit, s.meaning)
+                    for s in SETTINGS
+                ],
+                "SETTINGS",
+            ),
+            "/* A compensator: what a controller adds to its command. */",
+            "typedef struct {",
+            f"    {n}_law law; /* its own copy, with states of its own */",
+            f"    double c[{n.upper()}_SETTINGS]; /* settings: as exported after init */",
+            "    double before; /* what it put out last */",
+            f"}} {n}_compensator;",
+            "",
+            f"void {n}_compensator_init({n}_compensator *of);",
+            "",
+            "/* What to add to the command, once a sample of h seconds: v_ref is the velocity of",
+            "   the reference, v the measured one (not read where feedback is 0). */",
+            f"double {n}_compensate({n}_compensator *of, double v_ref, double v, double h);",
+            "",
+            "#ifdef __cplusplus",
+            "}",
+            "#endif",
+            "",
+            f"#endif /* {guard} */",
+            "",
+        ]
+        return "\n".join(parts)
+
+    def _force_doc(self) -> list[str]:
+        if self.law.states:
+            return [
+                "/* Friction at the end of h seconds passed at the velocity v; advances the states",
+                "   exactly, or by a rule that is stable for any h. */",
+            ]
+        return ["/* Friction at the velocity v; this law has no states, so h is not read. */"]
+
+    def _places(self, kind: str, named: Sequence[tuple[str, str, str]], count: str) -> str:
+        prefix = f"{self.name.upper()}_"
+        rows = [(f"{prefix}{kind}{n.upper() if kind else n},", u, d) for n, u, d in named]
+        if not kind and count == "SETTINGS":
+            rows = [(f"{prefix}{n.upper()},", u, d) for n, u, d in named]
+        wide = max(len(r[0]) for r in rows)
+        lines = ["enum {"]
+        for i, (text, unit, doc) in enumerate(rows):
+            said = f"{doc}{f', {unit}' if unit else ''}"
+            place = text.removesuffix(",") + (" = 0," if i == 0 else ",")
+            lines.append(f"    {place.ljust(wide + 4)}" + (f" /* {said} */" if said else ""))
+        return "\n".join(line.rstrip() for line in [*lines, f"    {prefix}{count}", "};", ""])
+
+    # --- the source
+
+    def source(self) -> str:
+        """The functions."""
+        n, dialect = self.name, C()
+        calls = self.program.calls
+        needs_bits = any(x in calls for x in ("copysign", "sqrt", "log", "log1p", "pow"))
+        bodies = [dialect.function(f) for f in self.program.functions]
+        parts = [
+            _comment([f"The functions of {n}.h, translated from the law's own definition."]),
+            f'#include "{n}.h"',
+            "",
+            "#include <math.h>",
+            *(["#include <stdint.h>", "#include <string.h>"] if needs_bits else []),
+            "",
+            *c_math.sources(calls),
+            *bodies,
+            *self._scale(),
+            f"void {n}_init({n}_law *law)",
+            "{",
+            *self._cleared(),
+            *(
+                f"    law->p[{n.upper()}_{name}] = {value!r};"
+                for (name, _), value in zip(self.model.named(), self.model.p.tolist(), strict=True)
+            ),
+            "}",
+            "",
+            f"double {n}_steady(const {n}_law *law, double v)",
+            "{",
+            f"    return {self._scaled('law_steady(v, law->p)')};",
+            "}",
+            "",
+            f"double {n}_force({n}_law *law, double v, double h)",
+            "{",
+            *self._force(),
+            "}",
+            "",
+            f"void {n}_compensator_init({n}_compensator *of)",
+            "{",
+            f"    {n}_init(&of->law);",
+            *(
+                f"    of->c[{n.upper()}_{s.name.upper()}] = {value!r};"
+                for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True)
+            ),
+            "    of->before = 0.0;",
+            "}",
+            "",
+            f"double {n}_compensate({n}_compensator *of, double v_ref, double v, double h)",
+            "{",
+            *self._compensate(),
+            "}",
+            "",
+        ]
+        return "\n".join(parts)
+
+    def _cleared(self) -> list[str]:
+        lines = []
+        if self.loaded or self.law.states:
+            lines.append("    int i;")
+        if self.loaded:
+            lines.append(f"    for (i = 0; i < {self.name.upper()}_LOADS; i++) {{")
+            lines += ["        law->load[i] = 0.0;", "    }"]
+        if self.law.states:
+            lines.append(f"    for (i = 0; i < {self.law.states}; i++) {{")
+            lines += ["        law->z[i] = 0.0;", "    }"]
+        return lines
+
+    def _scale(self) -> list[str]:
+        """What the law's terms multiply its friction by."""
+        terms = list(self.model.terms())
+        if not terms:
+            return []
+        lines = [f"static double law_scale(const {self.name}_law *law)", "{"]
+        lines.append("    double scale = 1.0;")
+        for term, load, at, count in terms:
+            given = "".join(f", law->p[{at + i}]" for i in range(count))
+            lines.append(f"    scale *= law_{term}_factor(law->load[{load}]{given});")
+        return [*lines, "    return scale > 0.0 ? scale : 0.0;", "}", ""]
+
+    def _scaled(self, text: str) -> str:
+        return f"law_scale(law) * {text}" if self.law.terms else text
+
+    def _rubbed(self, v: str) -> str:
+        given = [v, *(["h", "law->z"] if self.law.states else [])]
+        given += ["law->load"] if self.law.loads else []
+        given += ["law->p", *(["out"] if self.law.states else [])]
+        return self._scaled(f"law_rubbed({', '.join(given)})")
+
+    def _force(self) -> list[str]:
+        law = self.law
+        if law.rub is None:
+            return ["    (void)h;", f"    return {self._scaled('law_steady(v, law->p)')};"]
+        if not law.states:
+            return ["    (void)h;", f"    return {self._rubbed('v')};"]
+        return [
+            f"    double out[{law.states}], F;",
+            "    int i;",
+            f"    F = {self._rubbed('v')};",
+            f"    for (i = 0; i < {law.states}; i++) {{",
+            "        law->z[i] = out[i];",
+            "    }",
+            "    return F;",
+        ]
+
+    def _compensate(self) -> list[str]:
+        n = self.name
+        force = f"{n}_force(&of->law, at, h)"
+        lines = [
+            "    double at, F;",
+            "    at = law_asked(v_ref, v, of->c);",
+        ]
+        if self.law.states:
+            lines += [
+                (
+                    f"    if (of->c[{n.upper()}_FEEDBACK] != 0.0 && "
+                    f"fabs(v) <= of->c[{n.upper()}_DEAD_BAND]) {{"
+                ),
+                f"        F = {n}_steady(&of->law, at); /* at rest: what it breaks away at */",
+                "    } else {",
+                f"        F = {force};",
+                "    }",
+            ]
+        else:
+            lines.append(f"    F = {force};")
+        return [
+            *lines,
+            "    of->before = law_shaped(F, v_ref, v, h, of->before, of->c);",
+            "    return of->before;",
+        ]
+
+    # --- the self-test
+
+    def selftest(self, of: Vectors) -> str:
+        """A program that checks the others against numbers of the library that made them."""
+        n, states = self.name, self.law.states
+        tolerance = TOLERANCE_STATES if states else TOLERANCE
+        loads = len(LOADS) if self.loaded else 0
+        width = 4 + loads
+        rows = [
+            "    {" + ", ".join(repr(float(x)) for x in (*row, *load, force, out)) + "},"
+            for row, load, force, out in zip(
+                of.inputs, of.loads[:, :loads], of.forces, of.outputs, strict=True
+            )
+        ]
+        setting = (
+            [
+                f"        for (j = 0; j < {loads}; j++) {{",
+                "            law.load[j] = of.law.load[j] = row[3 + j];",
+                "        }",
+            ]
+            if loads
+            else []
+        )
+        return "\n".join(
+            [
+                _comment(
+                    [
+                        f"Checks {n}.c against numbers of the library that made it; returns 0.",
+                        "",
+                        f"cc -std=c99 {n}.c selftest.c -lm && ./a.out",
+                    ]
+                ),
+                f'#include "{n}.h"',
+                "",
+                "#include <math.h>",
+                "#include <stdio.h>",
+                "",
+                "/* v, v_ref, h" + (", loads" if loads else "") + ", friction, compensation. */",
+                f"static const double rows[{len(rows)}][{width + 1}] = {{",
+                *rows,
+                "};",
+                "",
+                "static int differs(double got, double want)",
+                "{",
+                f"    return !(fabs(got - want) <= {tolerance!r} * (fabs(want) + {of.floor!r}));",
+                "}",
+                "",
+                "int main(void)",
+                "{",
+                f"    {n}_law law;",
+                f"    {n}_compensator of;",
+                f"    int i{', j' if loads else ''}, wrong = 0;",
+                f"    {n}_init(&law);",
+                f"    {n}_compensator_init(&of);",
+                f"    for (i = 0; i < {len(rows)}; i++) {{",
+                "        const double *row = rows[i];",
+                *setting,
+                f"        double F = {n}_force(&law, row[0], row[2]);",
+                f"        double u = {n}_compensate(&of, row[1], row[0], row[2]);",
+                f"        if (differs(F, row[{3 + loads}]) || differs(u, row[{4 + loads}])) {{",
+                "            wrong++;",
+                '            printf("row %d: %.17g, %.17g\\n", i, F, u);',
+                "        }",
+                "    }",
+                f'    printf("%d of {len(rows)} rows differ\\n", wrong);',
+                "    return wrong != 0;",
+                "}",
+                "",
+            ]
+        )
+
+
+def _comment(lines: Sequence[str]) -> str:
+    """A comment at the head of a file."""
+    safe = [_harmless(line) for line in lines]
+    wrapped = [w for s in safe for w in folded(s, 96)]
+    return "\n".join(["/*", *(f" * {line}".rstrip() for line in wrapped), " */"])
+
+
+def _harmless(text: str) -> str:
+    """A text without the signs that begin or end a comment, and without C's trigraphs."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace("??", "? ?")

@@ -1,0 +1,196 @@
+"""How a language writes expressions and statements; each language fills in its own words."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from typing import ClassVar
+
+from ...errors import InputError
+from .program import (
+    Assign,
+    Binary,
+    Call,
+    Choice,
+    Compare,
+    Count,
+    Expression,
+    If,
+    Item,
+    Joined,
+    Kind,
+    Name,
+    Number,
+    Return,
+    Statement,
+    Truth,
+    Unary,
+    While,
+)
+
+#: How tightly operations bind, the loosest first.
+CHOICE, OR, AND, NOT, COMPARE, SUM, PRODUCT, SIGN, ATOM = range(9)
+_LEVELS = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "//": PRODUCT}
+
+
+class Dialect(ABC):
+    """A language. The words are class variables, what they are put together as are methods."""
+
+    indent: ClassVar[str] = "    "
+    #: What ends a statement.
+    end: ClassVar[str] = ";"
+    becomes: ClassVar[str] = "="
+    true: ClassVar[str] = "1"
+    false: ClassVar[str] = "0"
+    negation: ClassVar[str] = "!"
+    #: `and`, `or`, comparisons and operations, where they are not Python's.
+    words: ClassVar[dict[str, str]] = {}
+    #: Whether one `and` inside an `or` is put in brackets.
+    cautious: ClassVar[bool] = True
+
+    # --- expressions
+
+    def write(self, of: Expression, above: int = CHOICE) -> str:
+        """An expression, in brackets where it binds more loosely than what is around it."""
+        text, level = self._written(of)
+        return f"({text})" if level < above else text
+
+    def _written(  # noqa: C901, PLR0911 - one case a line
+        self, of: Expression
+    ) -> tuple[str, int]:
+        match of:
+            case Number(value=value, kind=kind):
+                return self.number(value, kind), SIGN if _below_zero(value) else ATOM
+            case Truth(value=value):
+                return self.true if value else self.false, ATOM
+            case Name(name=name):
+                return self.name(name), ATOM
+            case Item(array=array, index=index):
+                return self.item(array, index), ATOM
+            case Unary(sign="-", of=inner):
+                return f"-{self.write(inner, ATOM)}", SIGN
+            case Unary(of=inner):
+                return f"{self.negation}{self.write(inner, ATOM)}", NOT
+            case Binary(sign=sign, left=left, right=right):
+                return self._by_two(sign, left, right, of.kind), _LEVELS[sign]
+            case Compare(sign=sign, left=left, right=right):
+                word = self.words.get(sign, sign)
+                return f"{self.write(left, SUM)} {word} {self.write(right, SUM)}", COMPARE
+            case Joined(sign=sign, parts=parts):
+                level = AND if sign == "and" else OR
+                tight = COMPARE if self.cautious else level + 1
+                word = self.words.get(sign, sign)
+                return f" {word} ".join(self.write(p, tight) for p in parts), level
+            case Choice(test=test, yes=yes, no=no):
+                return self.choice(test, yes, no), CHOICE
+            case Call(name=name, given=given):
+                return self.call(name, given), ATOM
+
+    def _by_two(self, sign: str, left: Expression, right: Expression, kind: Kind) -> str:
+        level = _LEVELS[sign]
+        a, b = (self.operand(side, kind, at) for side, at in ((left, level), (right, level + 1)))
+        return f"{a} {self.words.get(sign, sign)} {b}"
+
+    def operand(self, of: Expression, kind: Kind, above: int) -> str:
+        """One side of an operation on values of a kind."""
+        del kind
+        return self.write(of, above)
+
+    def number(self, value: float, kind: Kind) -> str:
+        """A number, to its last bit."""
+        if kind == "whole":
+            return str(int(value))
+        if not math.isfinite(value):
+            raise InputError(f"{value} cannot be written down: set it to a finite number")
+        return repr(float(value))
+
+    def name(self, name: str) -> str:
+        """A variable."""
+        return name
+
+    def item(self, array: str, index: Expression) -> str:
+        """An element of an array."""
+        return f"{self.name(array)}[{self.write(index)}]"
+
+    def from_one(self, index: Expression) -> str:
+        """An index where arrays count from 1."""
+        if isinstance(index, Number):
+            return str(int(index.value) + 1)
+        return self.write(Binary("+", index, Number(1, "whole"), "whole"))
+
+    def choice(self, test: Expression, yes: Expression, no: Expression) -> str:
+        """One of two values."""
+        del test, yes, no
+        raise InputError(f"{type(self).__name__} has no conditional expression")
+
+    def call(self, name: str, given: Sequence[Expression]) -> str:
+        """A function of the mathematics or of the program."""
+        return f"{name}({', '.join(self.write(g) for g in given)})"
+
+    # --- statements
+
+    def block(self, body: Iterable[Statement], depth: int = 1) -> list[str]:
+        """The lines of a block."""
+        return [line for statement in body for line in self._statement(statement, depth)]
+
+    def _statement(self, of: Statement, depth: int) -> list[str]:
+        pad = self.indent * depth
+        match of:
+            case Assign(to=to, value=value):
+                return [
+                    f"{pad}{self.write(to)} {self.becomes} {self.assigned(to, value)}{self.end}"
+                ]
+            case Return(value=value):
+                return [pad + line for line in self.returned(value)]
+            case If():
+                return self._if(of, depth)
+            case Count(name=name, end=end, body=body):
+                head, tail = self.counted(name, end)
+                return [pad + head, *self.block(body, depth + 1), pad + tail]
+            case While(test=test, body=body):
+                head, tail = self.repeated(test)
+                return [pad + head, *self.block(body, depth + 1), pad + tail]
+
+    def _if(self, of: If, depth: int) -> list[str]:
+        pad = self.indent * depth
+        begin, other, another, finish = self.conditional()
+        lines = [pad + begin.format(self.write(of.test)), *self.block(of.then, depth + 1)]
+        rest = of.otherwise
+        while len(rest) == 1 and isinstance(rest[0], If):
+            lines += [pad + other.format(self.write(rest[0].test))]
+            lines += self.block(rest[0].then, depth + 1)
+            rest = rest[0].otherwise
+        if rest:
+            lines += [pad + another, *self.block(rest, depth + 1)]
+        return [*lines, pad + finish]
+
+    def assigned(self, to: Name | Item, value: Expression) -> str:
+        """The right side of an assignment."""
+        return self.operand(value, to.kind, CHOICE)
+
+    def returned(self, value: Expression) -> list[str]:
+        """How a function gives back its value."""
+        return [f"return {self.write(value)}{self.end}"]
+
+    @abstractmethod
+    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+        """The first and the last line of a loop from 0 to one below the end."""
+
+    def last(self, end: Expression) -> str:
+        """The last number that such a loop counts to."""
+        if isinstance(end, Number):
+            return str(int(end.value) - 1)
+        return f"{self.write(end, SIGN)} - 1"
+
+    @abstractmethod
+    def repeated(self, test: Expression) -> tuple[str, str]:
+        """The first and the last line of a loop as long as a truth holds."""
+
+    @abstractmethod
+    def conditional(self) -> tuple[str, str, str, str]:
+        """If, else if, else and the end; {} stands for the truth."""
+
+
+def _below_zero(value: float) -> bool:
+    return math.copysign(1.0, value) < 0

@@ -1,0 +1,504 @@
+"""A law's source as a program that other languages can say: the only place where it is read.
+
+A law is a compiled scalar function whose source is Python. `translated` reads that source, follows
+it into the functions that it calls, and gives back functions of a few kinds of statements over
+three kinds of values, real, whole and truth. What a dialect prints is thereby the law itself, not
+a second copy of it. Whatever has no place in the few kinds is refused, with the line that has it.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from ...errors import InputError
+from .program import (
+    KNOWN,
+    Array,
+    Assign,
+    Binary,
+    Call,
+    Choice,
+    Compare,
+    Count,
+    Expression,
+    Function,
+    If,
+    Item,
+    Joined,
+    Kind,
+    Name,
+    Number,
+    Program,
+    Return,
+    Statement,
+    Truth,
+    Unary,
+    While,
+    expressions,
+    leaves,
+    name_of,
+)
+
+_CONSTANTS = {"pi": math.pi, "e": math.e}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A function to be translated.
+
+    Args:
+        name: What it is called in the program.
+        function: Python, or compiled by numba.
+        arrays: How long the arrays among its arguments are, by argument.
+        written: Which of them it writes.
+        drop: Arguments that are dropped: the function must not read them.
+    """
+
+    name: str
+    function: Any
+    arrays: Mapping[str, int] = field(default_factory=dict)
+    written: tuple[str, ...] = ()
+    drop: tuple[str, ...] = ()
+
+
+def translated(entries: Sequence[Entry], what: str) -> Program:
+    """Translate functions and all that they call.
+
+    Args:
+        entries: The functions.
+        what: Whose they are, for messages.
+
+    Raises:
+        InputError: a source that is not there, or says something that has no place in a program.
+    """
+    translation = _Translation(what)
+    for entry in entries:
+        translation.add(entry)
+    found = tuple(translation.functions.values())
+    used = {x.name for f in found for x in expressions(f.body) if isinstance(x, Call)}
+    return Program(
+        found, tuple(e.name for e in entries), tuple(name for name in KNOWN if name in used)
+    )
+
+
+def python_of(function: Any) -> Callable[..., Any]:
+    """The Python function behind a compiled one."""
+    found: Callable[..., Any] = getattr(function, "py_func", function)
+    return found
+
+
+class _Translation:
+    """What has been translated so far."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.functions: dict[str, Function] = {}
+        self._names: dict[tuple[Any, ...], str] = {}
+        #: Functions that are being read: what they call must not lead back to them.
+        self.open: list[Callable[..., Any]] = []
+
+    def add(self, entry: Entry) -> None:
+        """Translate an entry under its own name."""
+        self.functions[entry.name] = _Reader(self, entry, entry.name).function()
+
+    def called(self, function: Any, name: str) -> str:
+        """The name of a function that takes and gives real numbers, translated on first sight."""
+        key = (python_of(function),)
+        if key not in self._names:
+            made = name.lstrip("_")
+            while made in self.functions or made in KNOWN:
+                made += "_"
+            self._names[key] = made
+            self.functions[made] = _Reader(self, Entry(made, function), made).function()
+        return self._names[key]
+
+
+class _Reader:
+    """Reads one function."""
+
+    def __init__(self, of: _Translation, entry: Entry, name: str) -> None:
+        self._of, self._entry, self._name = of, entry, name
+        self._python = python_of(entry.function)
+        try:
+            lines, self._first = inspect.getsourcelines(self._python)
+            self._tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
+        except (OSError, TypeError, SyntaxError, IndexError) as error:
+            raise InputError(
+                f"{of.what}: cannot be translated: the source of its function "
+                f"{getattr(self._python, '__name__', name)!r} is not in a file"
+            ) from error
+        self._kinds: dict[str, Kind] = {}
+        self._variables: dict[str, Name] = {}
+        self._known = inspect.getclosurevars(self._python)
+
+    def function(self) -> Function:
+        """The function read."""
+        tree = self._tree
+        if not isinstance(tree, ast.FunctionDef):
+            raise self._refused(tree, "is no plain function")
+        a = tree.args
+        if a.vararg or a.kwarg or a.kwonlyargs or a.defaults:
+            raise self._refused(tree, "has optional or starred arguments")
+        self._of.open.append(self._python)
+        self._loops(tree)
+        arguments: list[Name | Array] = []
+        for argument in (*a.posonlyargs, *a.args):
+            name = argument.arg
+            if name in self._entry.drop:
+                continue
+            if name in self._entry.arrays:
+                written = name in self._entry.written
+                arguments.append(Array(name, self._entry.arrays[name], written))
+            else:
+                self._kinds[name] = "real"
+                arguments.append(Name(name, "real"))
+        body = tree.body
+        doc = ast.get_docstring(tree) or ""
+        statements = self._block(body[1:] if doc else body)
+        if not _ends(statements):
+            raise self._refused(tree, "does not return a value on every way through it")
+        self._of.open.pop()
+        return Function(
+            self._name,
+            tuple(arguments),
+            tuple(self._variables.values()),
+            statements,
+            doc.partition("\n")[0],
+        )
+
+    def _loops(self, tree: ast.FunctionDef) -> None:
+        """Refuse what a loop means in Python alone: each language has its own idea of it."""
+        for loop in ast.walk(tree):
+            if not (isinstance(loop, ast.For) and isinstance(loop.target, ast.Name)):
+                continue
+            within = {id(n) for s in loop.body for n in ast.walk(s)}
+            fixed = {n.id for n in ast.walk(loop.iter) if isinstance(n, ast.Name)}
+            for n in ast.walk(tree):
+                if not isinstance(n, ast.Name):
+                    continue
+                written = isinstance(n.ctx, ast.Store)
+                if id(n) in within and written and n.id in {loop.target.id, *fixed}:
+                    raise self._refused(loop, f"its body changes {n.id}, by which it counts")
+                if n.id == loop.target.id and not written and not self._counted(tree, n):
+                    raise self._refused(loop, f"{n.id} is read outside its loop")
+
+    @staticmethod
+    def _counted(tree: ast.FunctionDef, name: ast.Name) -> bool:
+        """Whether a name is read inside a loop that counts by it."""
+        return any(
+            isinstance(loop, ast.For)
+            and isinstance(loop.target, ast.Name)
+            and loop.target.id == name.id
+            and any(n is name for s in loop.body for n in ast.walk(s))
+            for loop in ast.walk(tree)
+        )
+
+    # --- statements
+
+    def _block(self, nodes: Sequence[ast.stmt]) -> tuple[Statement, ...]:
+        made: list[Statement] = []
+        for node in nodes:
+            made += self._statement(node)
+        return tuple(made)
+
+    def _statement(  # noqa: C901, PLR0911 - one case a line
+        self, node: ast.stmt
+    ) -> list[Statement]:
+        match node:
+            case ast.Return(value=ast.expr() as value):
+                return [Return(_real(self._expression(value)))]
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)):
+                if len(targets) != len(values):
+                    raise self._refused(node, "assigns a different number of values")
+                return self._together(targets, [self._expression(v) for v in values], node)
+            case ast.Assign(targets=[target], value=value):
+                return [self._assigned(target, self._expression(value))]
+            case ast.AnnAssign(target=target, value=ast.expr() as value):
+                return [self._assigned(target, self._expression(value))]
+            case ast.AugAssign(target=target, op=op, value=value):
+                left = self._expression(_loaded(target))
+                return [
+                    self._assigned(target, self._binary(op, left, self._expression(value), node))
+                ]
+            case ast.If(test=test, body=body, orelse=orelse):
+                return [If(self._truth(test), self._block(body), self._block(orelse))]
+            case ast.While(test=test, body=body, orelse=[]):
+                return [While(self._truth(test), self._block(body))]
+            case ast.For(
+                target=ast.Name(id=name),
+                iter=ast.Call(func=ast.Name(id="range"), args=[end], keywords=[]),
+                body=body,
+                orelse=[],
+            ):
+                limit = self._expression(end)
+                if limit.kind != "whole":
+                    raise self._refused(node, "counts to something that is no whole number")
+                self._declare(name, "whole", node)
+                return [Count(name, limit, self._block(body))]
+            case ast.Pass():
+                return []
+        raise self._refused(node, "is a statement that other languages are not told")
+
+    def _together(
+        self, targets: Sequence[ast.expr], values: Sequence[Expression], node: ast.stmt
+    ) -> list[Statement]:
+        """Several assignments at once; none of them may read what an earlier one has written."""
+        made: list[Statement] = []
+        for target, value in zip(targets, values, strict=True):
+            written = {name_of(s.to) for s in made if isinstance(s, Assign)}
+            if written & {name_of(leaf) for leaf in leaves(value)}:
+                raise self._refused(node, "swaps values in one line: write it in two")
+            made.append(self._assigned(target, value))
+        return made
+
+    def _assigned(self, target: ast.expr, value: Expression) -> Assign:
+        match target:
+            case ast.Name(id=name):
+                kind = self._declare(name, value.kind, target)
+                if kind == "real":
+                    value = _real(value)
+                elif kind != value.kind:
+                    raise self._refused(target, f"{name} changes from {kind} to {value.kind}")
+                return Assign(Name(name, kind), value)
+            case ast.Subscript(value=ast.Name(id=array), slice=index):
+                if array not in self._entry.written:
+                    raise self._refused(target, f"writes into {array}, which it only reads")
+                return Assign(Item(array, self._index(array, index)), _real(value))
+        raise self._refused(target, "is no variable")
+
+    def _declare(self, name: str, kind: Kind, node: ast.AST) -> Kind:
+        if name in self._entry.arrays or name in self._entry.drop:
+            raise self._refused(node, f"{name} is an argument")
+        if name not in self._kinds:
+            self._kinds[name] = kind
+            self._variables[name] = Name(name, kind)
+        return self._kinds[name]
+
+    # --- expressions
+
+    def _truth(self, node: ast.expr) -> Expression:
+        made = self._expression(node)
+        if made.kind != "truth":
+            raise self._refused(node, "asks a number whether it is true: compare it")
+        return made
+
+    def _index(self, array: str, node: ast.expr) -> Expression:
+        made = self._expression(node)
+        if made.kind != "whole":
+            raise self._refused(node, "is an index that is no whole number")
+        length = self._entry.arrays[array]
+        if isinstance(made, Number) and not 0 <= made.value < length:
+            raise self._refused(node, f"reads {array}[{made.value}], it has {length}")
+        return made
+
+    def _expression(  # noqa: C901, PLR0911, PLR0912 - one case a line
+        self, node: ast.expr
+    ) -> Expression:
+        match node:
+            case ast.Constant(value=bool() as value):
+                return Truth(value)
+            case ast.Constant(value=int() as value):
+                return Number(value, "whole")
+            case ast.Constant(value=float() as value):
+                return Number(value)
+            case ast.Name(id=name):
+                return self._named(name, node)
+            case ast.Attribute(value=ast.Name(), attr=attr) if attr in _CONSTANTS:
+                return Number(_CONSTANTS[attr])
+            case ast.Subscript(value=ast.Name(id=array), slice=index) if (
+                array in self._entry.arrays
+            ):
+                return Item(array, self._index(array, index))
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return _negative(self._expression(operand))
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return Unary("not", self._truth(operand), "truth")
+            case ast.BinOp(left=left, op=op, right=right):
+                return self._binary(op, self._expression(left), self._expression(right), node)
+            case ast.Compare(left=left, ops=ops, comparators=others):
+                return self._compared([left, *others], ops, node)
+            case ast.BoolOp(op=op, values=values):
+                sign: Literal["and", "or"] = "and" if isinstance(op, ast.And) else "or"
+                return Joined(sign, tuple(self._truth(v) for v in values))
+            case ast.IfExp(test=test, body=yes, orelse=no):
+                return self._choice(self._truth(test), yes, no)
+            case ast.Call(func=func, args=given, keywords=[]):
+                return self._call(func, given, node)
+        raise self._refused(node, "is an expression that other languages are not told")
+
+    def _named(self, name: str, node: ast.expr) -> Expression:
+        if name in self._kinds:
+            return Name(name, self._kinds[name])
+        value = self._outside(name)
+        if isinstance(value, bool):
+            return Truth(value)
+        if isinstance(value, int):
+            return Number(value, "whole")
+        if isinstance(value, float):
+            return Number(value)
+        raise self._refused(node, f"{name} is no number that is known here")
+
+    def _outside(self, name: str) -> Any:
+        """What a name means that is none of the function's own."""
+        for names in (self._known.nonlocals, self._known.globals, self._known.builtins):
+            if name in names:
+                return names[name]
+        return None
+
+    def _binary(
+        self, op: ast.operator, left: Expression, right: Expression, node: ast.AST
+    ) -> Expression:
+        sign = _SIGNS.get(type(op))
+        if isinstance(op, ast.Pow):
+            return _power(left, right)
+        if sign is None or "truth" in (left.kind, right.kind):
+            raise self._refused(node, "is an operation that other languages are not told")
+        whole = left.kind == right.kind == "whole" and sign != "/"
+        if sign == "//" and not whole:
+            raise self._refused(node, "divides reals without a rest: write it out")
+        if not whole:
+            left, right = _real(left), _real(right)
+        if isinstance(left, Number) and isinstance(right, Number):
+            return _folded(sign, left, right, whole=whole)
+        return Binary(sign, left, right, "whole" if whole else "real")
+
+    def _compared(
+        self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
+    ) -> Expression:
+        sides = [self._expression(n) for n in nodes]
+        made: list[Expression] = []
+        for left, op, right in zip(sides, ops, sides[1:], strict=False):
+            sign = _COMPARED.get(type(op))
+            if sign is None or "truth" in (left.kind, right.kind):
+                raise self._refused(node, "is a comparison that other languages are not told")
+            if left.kind != right.kind:
+                left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
+            made.append(Compare(sign, left, right))
+        return made[0] if len(made) == 1 else Joined("and", tuple(made))
+
+    def _choice(self, test: Expression, yes: ast.expr, no: ast.expr) -> Expression:
+        a, b = self._expression(yes), self._expression(no)
+        if a.kind != b.kind:
+            a, b = _real(a), _real(b)
+        return Choice(test, a, b, a.kind)
+
+    def _call(self, func: ast.expr, given: Sequence[ast.expr], node: ast.expr) -> Expression:
+        name = func.id if isinstance(func, ast.Name) else getattr(func, "attr", "")
+        if name == "len" and len(given) == 1 and isinstance(given[0], ast.Name):
+            array = given[0].id
+            if array in self._entry.arrays:
+                return Number(self._entry.arrays[array], "whole")
+        values = tuple(self._expression(g) for g in given)
+        if name == "float" and len(values) == 1:
+            return _real(values[0])
+        known = {"fabs": "abs"}.get(name, name)
+        if known in KNOWN and not self._own(func):
+            if len(values) < KNOWN[known] or (
+                len(values) > KNOWN[known] and known not in ("min", "max")
+            ):
+                raise self._refused(node, f"{name} takes {KNOWN[known]} values here")
+            return _known_call(known, tuple(map(_real, values)))
+        callee = self._outside(name) if isinstance(func, ast.Name) else None
+        if not inspect.isfunction(python_of(callee)):
+            raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
+        if python_of(callee) in self._of.open:
+            raise self._refused(node, f"{name} calls itself: write a loop")
+        return Call(self._of.called(callee, name), tuple(map(_real, values)))
+
+    def _own(self, func: ast.expr) -> bool:
+        """Whether a name that is known elsewhere means a function of the user's here."""
+        if not isinstance(func, ast.Name):
+            return False
+        value = self._outside(func.id)
+        return inspect.isfunction(value) or hasattr(value, "py_func")
+
+    def _refused(self, node: ast.AST, why: str) -> InputError:
+        line = self._first + getattr(node, "lineno", 1) - 1
+        try:
+            text = ast.unparse(node).partition("\n")[0]
+        except (ValueError, TypeError, AttributeError):
+            text = type(node).__name__
+        return InputError(
+            f"{self._of.what}: cannot be translated: {self._python.__name__}, line {line}: "
+            f"`{text:.60}`: {why}"
+        )
+
+
+_SIGNS: Mapping[type[ast.operator], Literal["+", "-", "*", "/", "//"]] = {
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//",
+}  # fmt: skip
+_COMPARED: Mapping[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
+    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
+_BY_TWO: Mapping[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b if b else math.copysign(math.inf, a) * math.copysign(1.0, b),
+    "//": lambda a, b: a // b,
+}
+
+
+def _real(of: Expression) -> Expression:
+    """The same value as a real number: of a whole one that is not known yet, by a call `real`."""
+    if of.kind == "truth":
+        raise InputError("a truth is not a number: use a conditional expression")
+    if isinstance(of, Number):
+        return Number(float(of.value))
+    return Call("real", (of,)) if of.kind == "whole" else of
+
+
+def _negative(of: Expression) -> Expression:
+    if isinstance(of, Number):
+        return Number(-of.value, of.kind)
+    return Unary("-", of, of.kind)
+
+
+def _folded(sign: str, left: Number, right: Number, *, whole: bool) -> Number:
+    value = _BY_TWO[sign](left.value, right.value)
+    return Number(int(value), "whole") if whole else Number(float(value))
+
+
+def _power(base: Expression, exponent: Expression) -> Expression:
+    """A square as a product, any other power as a call."""
+    if isinstance(exponent, Number) and exponent.value == 2:  # noqa: PLR2004 - the square
+        whole = base.kind == "whole"
+        return Binary("*", base, base, "whole" if whole else "real")
+    return _known_call("pow", (_real(base), _real(exponent)))
+
+
+def _known_call(name: str, given: tuple[Expression, ...]) -> Expression:
+    if len(given) > KNOWN[name]:  # min and max of more than two
+        return _known_call(name, (_known_call(name, given[:2]), *given[2:]))
+    if all(isinstance(g, Number) for g in given):
+        own: Any = {"abs": abs, "min": min, "max": max}.get(name) or getattr(math, name)
+        return Number(float(own(*(g.value for g in given if isinstance(g, Number)))))
+    return Call(name, given)
+
+
+def _ends(body: Sequence[Statement]) -> bool:
+    """Whether every way through a block returns."""
+    if not body:
+        return False
+    last = body[-1]
+    if isinstance(last, If):
+        return _ends(last.then) and _ends(last.otherwise)
+    return isinstance(last, Return)
+
+
+def _loaded(target: ast.expr) -> ast.expr:
+    """The target of an assignment as something that is read."""
+    match target:
+        case ast.Subscript(value=value, slice=index):
+            return ast.copy_location(
+                ast.Subscript(value=value, slice=index, ctx=ast.Load()), target
+            )
+        case ast.Name(id=name):
+            return ast.copy_location(ast.Name(id=name, ctx=ast.Load()), target)
+    return target

@@ -1,0 +1,183 @@
+"""A co-simulation unit (FMI 2.0) of axis and friction, compiled for this platform, with sources.
+
+The axis is stepped in C as `rig.stepping` steps it here: implicitly, extrapolated, a step halved
+where it is not good enough. FMI 2.0, since every tool that loads units loads those.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from ..._version import __version__
+from ...errors import InputError
+from ..code.c import c
+from ..model import Model
+from .axis import Axis, axis
+from .description import described, page
+
+#: The C that is the same for every axis, and of it and of the law's what is compiled.
+_OWN = ("axis.h", "axis.c", "fmi2.h", "fmi2.c")
+_COMPILED = ["axis.c", "fmi2.c", "friction.c"]
+#: Folder and ending of a binary, by the platform.
+_PLATFORMS = {
+    "linux": ("linux64", "so"),
+    "darwin": ("darwin64", "dylib"),
+    "win32": ("win64", "dll"),
+}
+#: A compiler that needs longer than that, s, is stuck.
+_PATIENCE = 120.0
+#: The only time of day that a file in the archive has, so that equal models make equal bytes.
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
+    """The unit: a zip archive, the same bytes for the same model and compiler.
+
+    Args:
+        model: What was identified.
+        name: The model identifier.
+        binary: Whether to compile for this platform; else the sources alone go out.
+
+    Raises:
+        InputError: a name that C does not take, a law or rig that cannot be translated, or a
+            compiler that is not there or fails.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", name):
+        raise InputError(
+            f"name {name!r}: a unit takes letters, digits and _, beginning with a letter, up to 41"
+        )
+    made = axis(model)
+    sources = _sources(model, made)
+    digest = hashlib.sha256(b"\0".join(sources[n] for n in sorted(sources)))
+    digest.update(f"{name}\0{model.sha256}\0{__version__}".encode())
+    guid = f"{{{digest.hexdigest()[:32]}}}"
+    sources["axis_model.h"] += f'#define AXIS_GUID "{guid}"\n'.encode()
+    files = {
+        "modelDescription.xml": described(model, made, name, guid, _COMPILED),
+        "documentation/index.html": page(model, made, name).encode(),
+        "documentation/licenses/license.txt": _licence().encode(),
+        "resources/card.json": model.card.text().encode(),
+        **{f"sources/{n}": text for n, text in sources.items()},
+    }
+    if binary:
+        folder, ending = _platform()
+        files[f"binaries/{folder}/{name}.{ending}"] = _built(sources, f"{name}.{ending}")
+    return _zipped(files)
+
+
+def _sources(model: Model, made: Axis) -> dict[str, bytes]:
+    """Names and contents of the C files, without the unit's GUID."""
+    own = Path(__file__).parent / "fmu_c"
+    sources = {n: (own / n).read_bytes() for n in _OWN}
+    law = c(model)
+    sources |= {n: law[n] for n in ("friction.h", "friction.c")}
+    return {**sources, "axis_model.h": _values(model, made).encode()}
+
+
+def _values(model: Model, made: Axis) -> str:
+    """Where the values of this axis stand, and how they start, as a header."""
+    inputs = made.of("input")
+    setting = made.first("setting")
+    law = made.first("law")
+    defined: dict[str, object] = {
+        "AXIS_DRIVE": made.drive,
+        "AXIS_STATES": model.law.states,
+        "AXIS_LOADED": int(bool(model.law.loads or model.law.terms)),
+        "AXIS_VALUES": len(made.values),
+        "AXIS_FIRST_INPUT": made.first("input"),
+        "AXIS_INPUTS": len(inputs),
+        "AXIS_PLACES": f"{{{', '.join(str(v.place) for v in inputs)}}}",
+        "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
+        "AXIS_POSITION": 0,
+        "AXIS_VELOCITY": 1,
+        "AXIS_DRIVE_FORCE": 2,
+        "AXIS_FRICTION": 3,
+        "AXIS_POSITION_START": setting,
+        "AXIS_VELOCITY_START": setting + 1,
+        "AXIS_STEP": setting + 2,
+        "AXIS_TOLERANCE": setting + 3,
+        "AXIS_LAW": law,
+    }
+    for i, value in enumerate(made.values):
+        defined |= {f"R_{symbol}": i for symbol in value.symbols}
+    starts = ", ".join(_number(v.start) for v in made.values)
+    return "\n".join(
+        [
+            "/* This axis: its drive, and where its values stand. */",
+            "#include <math.h>",
+            "",
+            *(f"#define {name} {value}" for name, value in defined.items()),
+            f"#define AXIS_START_VALUES {{{starts}}}",
+            "",
+        ]
+    )
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "0.0"
+    return repr(float(value)) if math.isfinite(value) else "HUGE_VAL"
+
+
+def _platform() -> tuple[str, str]:
+    found = _PLATFORMS.get(sys.platform)
+    if found is None or sys.maxsize < 2**32:
+        raise InputError(f"fmu: FMI 2.0 has no name for the platform {sys.platform}")
+    return found
+
+
+def _built(sources: Mapping[str, bytes], target: str) -> bytes:
+    """The sources compiled for this platform."""
+    compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
+    if compiler is None:
+        raise InputError("fmu: there is no C compiler (cc, gcc or clang) on the path: install one")
+    with tempfile.TemporaryDirectory(prefix="fmu-") as folder:
+        for name, text in sources.items():
+            (Path(folder) / name).write_bytes(text)
+        command = [
+            compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden",
+            *_COMPILED, "-lm", "-o", target,
+        ]  # fmt: skip
+        try:
+            done = subprocess.run(  # noqa: S603 - found on the path, no shell
+                command, cwd=folder, capture_output=True, timeout=_PATIENCE, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise InputError(f"fmu: {compiler} did not run: {error}") from error
+        if done.returncode:
+            said = done.stderr.decode(errors="replace").strip().splitlines() or ["it said nothing"]
+            raise InputError(f"fmu: {compiler} failed: {said[0]:.200}")
+        return (Path(folder) / target).read_bytes()
+
+
+def _licence() -> str:
+    """What the sources in a unit may be used for."""
+    try:
+        text = distribution("stribeck").read_text("licenses/LICENSE")
+    except PackageNotFoundError:
+        text = None
+    head = f"The C sources of this unit were made by stribeck {__version__}, BSD-3-Clause.\n"
+    return f"{head}\n{text}" if text else head
+
+
+def _zipped(files: Mapping[str, bytes]) -> bytes:
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3  # permissions as Unix has them, wherever it is made
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, files[name])
+    return made.getvalue()

@@ -1,0 +1,1 @@
+"""Friction in the robot files of simulators: MJCF and URDF."""

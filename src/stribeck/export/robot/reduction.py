@@ -1,0 +1,172 @@
+"""A friction law as the few numbers that a robot simulator holds, and how far they are from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar, nnls
+
+from ...friction import LAWS, Law
+from ...rig.rig import stem
+from ...space import Array
+
+#: Speeds each way at which a law and its numbers are held against each other.
+_SPEEDS = 400
+#: What a card of unknown speeds is taken to be good for: so many times its Stribeck velocity, or
+#: this, m/s and rad/s.
+_STRIBECKS, _LINEAR, _ROTARY = 10.0, 0.1, 1.0
+#: The speeds at which friction falls, by the names that laws give them.
+_FALLS = ("v_SS", "v_s", "w_s", "v_brk")
+#: Where the Stribeck velocity of a LuGre law is looked for, shares of the greatest speed.
+_DECADES = (1e-4, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A simulator's friction in place of a card's.
+
+    Args:
+        law: The law that the simulator has.
+        p: Its parameters, SI.
+        low: Least speed of the comparison, m/s (rad/s).
+        high: Greatest.
+        assumed: Whether nobody said these speeds.
+        size: RMS friction of the card over them, both directions, N (N m).
+        rms: RMS error of the friction, N (N m).
+        worst: Its largest error over them and over speeds by decades, N (N m).
+        worst_at: The speed of that, signed.
+        worst_of: The card's friction there, N (N m).
+    """
+
+    law: Law
+    p: Array
+    low: float
+    high: float
+    assumed: bool
+    size: float
+    rms: float
+    worst: float
+    worst_at: float
+    worst_of: float
+
+    def __getitem__(self, name: str) -> float:
+        """A parameter by its name."""
+        return float(self.p[self.law.names.index(name)])
+
+
+def coulomb_viscous(
+    law: Law, p: Array, speeds: tuple[float, float] | None, *, rotary: bool
+) -> Reduction:
+    """The level and the damping that come nearest to a law.
+
+    Least squares over speeds, evenly spaced, of both directions. Neither number is below zero:
+    a simulator would make energy of it.
+
+    Args:
+        law: The law; one that depends on loads is taken without them.
+        p: Its parameters, SI; what follows them is not looked at.
+        speeds: What the card is good for, m/s (rad/s).
+        rotary: Whether these are rad/s.
+    """
+    span = _range(law, p, speeds, rotary=rotary)
+    v = _speeds(span)
+    # The second column is scaled, so that neither number is lost in the other's digits.
+    columns = np.column_stack([np.sign(v), v / span[1]])
+    (level, damping), _ = nnls(columns, law.friction(v, p[: len(law.params)]))
+    return _held(law, p, span, LAWS["coulomb-viscous"], np.array([level, damping / span[1]]))
+
+
+def lugre(
+    law: Law,
+    p: Array,
+    speeds: tuple[float, float] | None,
+    *,
+    rotary: bool,
+    stiffness: float,
+    damping: float,
+) -> Reduction:
+    """The LuGre law that comes nearest to a law in steady sliding and breaks away as it does.
+
+    Its static friction is the law's level at rest; the others follow by least squares over the
+    same speeds, and a drop that is narrower than their spacing is seen at speeds by decades.
+
+    Args:
+        law: As for `coulomb_viscous`.
+        p: As there.
+        speeds: As there.
+        rotary: As there.
+        stiffness: Of the bristles, N/m (N m/rad).
+        damping: Of the bristles, N s/m (N m s/rad).
+    """
+    span = _range(law, p, speeds, rotary=rotary)
+    own = np.asarray(p[: len(law.params)], dtype=float)
+    minus, plus = law.levels(own)
+    F_S = 0.5 * (plus - minus)
+    v = np.concatenate([_speeds(span), _decades(span), -_decades(span)])
+    F = law.friction(v, own)
+
+    def solved(v_s: float) -> tuple[float, Array]:
+        fall = np.exp(-((v / v_s) ** 2))
+        columns = np.column_stack([np.sign(v) * (1.0 - fall), v / span[1]])
+        found, left = nnls(columns, F - np.sign(v) * F_S * fall)
+        return float(left), np.array([min(found[0], F_S), v_s, found[1] / span[1]])
+
+    low, high = (np.log(share * span[1]) for share in _DECADES)
+    grid = np.linspace(low, high, 60)
+    best = int(np.argmin([solved(float(np.exp(u)))[0] for u in grid]))
+    step = grid[1] - grid[0]
+    found = minimize_scalar(
+        lambda u: solved(float(np.exp(u)))[0],
+        bounds=(grid[best] - step, grid[best] + step),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    F_C, v_s, F_V = solved(float(np.exp(found.x)))[1]
+    return _held(law, p, span, LAWS["lugre"], np.array([stiffness, damping, F_S, F_C, v_s, F_V]))
+
+
+def _held(law: Law, p: Array, span: tuple[float, float, bool], to: Law, q: Array) -> Reduction:
+    """A law and what stands for it, compared."""
+    own = p[: len(law.params)]
+
+    def off(v: Array) -> tuple[Array, Array]:
+        F = law.friction(v, own)
+        return F, to.friction(v, q) - F
+
+    v = _speeds(span)
+    F, error = off(v)
+    # The largest error of a law that falls lies beside rest, where even speeds do not look.
+    near = np.concatenate([-_decades(span)[::-1], v, _decades(span)])
+    F_near, error_near = off(near)
+    at = int(np.abs(error_near).argmax())
+    return Reduction(
+        to, q, *span,
+        size=float(np.sqrt(np.mean(F * F))), rms=float(np.sqrt(np.mean(error * error))),
+        worst=float(abs(error_near[at])), worst_at=float(near[at]), worst_of=float(abs(F_near[at])),
+    )  # fmt: skip
+
+
+def _range(
+    law: Law, p: Array, speeds: tuple[float, float] | None, *, rotary: bool
+) -> tuple[float, float, bool]:
+    """Least and greatest speed of the comparison, and whether they had to be assumed."""
+    if speeds is not None:
+        a, b = min(speeds), max(speeds)
+        low, high = (a, b) if a > 0 else (-b, -a) if b < 0 else (0.0, max(b, -a))
+        if 0 < high < np.inf:
+            return (float(low) if low < high else 0.0), float(high), False
+    falls = [float(v) for q, v in zip(law.params, p, strict=False) if stem(q.name) in _FALLS]
+    return 0.0, _STRIBECKS * max(falls) if falls else _ROTARY if rotary else _LINEAR, True
+
+
+def _speeds(span: tuple[float, float, bool]) -> Array:
+    """Speeds of both directions, evenly spaced, none of them zero."""
+    low, high, _ = span
+    v = low + (high - low) * (np.arange(_SPEEDS) + 0.5) / _SPEEDS
+    return np.concatenate([-v[::-1], v])
+
+
+def _decades(span: tuple[float, float, bool]) -> Array:
+    low, high, _ = span
+    return np.geomspace(max(low, _DECADES[0] * high), high, _SPEEDS)

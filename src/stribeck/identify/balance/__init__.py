@@ -1,0 +1,1 @@
+"""Force balance: friction, mass and offset by regression on a measured force."""

@@ -1,0 +1,290 @@
+"""The inverse road: friction, mass and offset from the balance of a measured force.
+
+For each sample, force = M a + F_f(v) + offset. Velocity and acceleration come from the filtered
+position (`Filtering`), both sides are decimated in parallel, and what is linear in the parameters
+is solved by least squares: the inverse dynamic identification model of M. Gautier, as used by the
+EMPS report (Janot, Gautier, Brunot 2019). Parameters that shape the curve (v_SS, an exponent) are
+searched around it by variable projection (Golub and Pereyra 1973, doi 10.1137/0710036).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...data.filtering import DECIMATION_GAIN, Filtering
+from ...errors import InputError
+from ...rig.forced import Forced
+from ...space import Array, Param
+from . import variable_projection
+from .regression import System, Wanted
+from .rows import Log, Rows, logs_of
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ...friction import Law
+
+__all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
+
+#: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
+COLLINEAR = 30.0
+#: A relative error above this, percent, is told: the report's models leave 3 to 6.
+UNEXPLAINED = 25.0
+#: Above this, no parameter counts as identified, however small its standard error.
+NOTHING = 50.0
+#: Rows per parameter below which standard errors are too small.
+_FEW = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """One log's force balance, for figures; SI, (rows,) each, decimation's gain divided out.
+
+    Args:
+        t: Time.
+        velocity: Filtered.
+        acceleration: Filtered.
+        measured: Measured force.
+        predicted: Force of the model.
+        friction: Measured force less M a and offset: points to draw beside the friction curve.
+    """
+
+    t: Array
+    velocity: Array
+    acceleration: Array
+    measured: Array
+    predicted: Array
+    friction: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """How well parameters explain a log's force.
+
+    Args:
+        relative_error: 100 ||measured − predicted|| / ||measured||, percent.
+        residual_sd: Standard deviation of the residual, N (N m), after decimation.
+        rows: Rows compared.
+        signals: One a log.
+        notes: What was done to the logs or is doubtful about them, a sentence each.
+    """
+
+    relative_error: float
+    residual_sd: float
+    rows: int
+    signals: tuple[Signals, ...] = field(repr=False)
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Balance(Prediction):
+    """What a force balance found.
+
+    Args:
+        names: All parameters: the law's, then the rig's own.
+        values: Theirs, SI, (k,).
+        free: Names of those that were found; the others were fixed or tied.
+        standard_errors: (k,), those of the report: residual_sd² (WᵀW)⁻¹, as if residuals were
+            white, so too small where the model leaves something out. inf where the data cannot
+            see the parameter or a bound has set it, nan where it was fixed or tied.
+        robust_errors: (k,), the same for residuals as correlated as they are (Newey and West
+            1987, doi 10.2307/1913610), never below `standard_errors`. On the EMPS log they are
+            two to seven times those.
+        covariance: Of the free parameters; inf and nan in the rows of such parameters.
+        condition: Condition number of the regressor W in SI, as the literature prints it.
+        collinearity: The same with columns of one length, which no unit can change: above 30,
+            some parameter stands in for another.
+        at_bound: What a parameter was stopped by: `lower`, `upper`, or the parameter that it may
+            not fall below.
+        jacobian: d predicted / d free, (rows, free), after decimation.
+        residuals: Measured less predicted, (rows,), after decimation.
+        system: The balance that was solved.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    free: tuple[str, ...]
+    standard_errors: Array
+    robust_errors: Array
+    covariance: Array = field(repr=False)
+    condition: float
+    collinearity: float
+    at_bound: Mapping[str, str]
+    jacobian: Array = field(repr=False)
+    residuals: Array = field(repr=False)
+    system: System = field(repr=False)
+
+    def figures(self) -> dict[str, float]:
+        """What the literature prints beside a force balance, percent and SI."""
+        return {
+            "relative_error_percent": self.relative_error,
+            "residual_sd": self.residual_sd,
+            "condition": self.condition,
+            "collinearity": self.collinearity,
+            "rows": float(self.rows),
+            **{
+                f"{name} {log.label}": value
+                for log in self.system.logs
+                for name, value in log.figures.items()
+            },
+        }
+
+    def __getitem__(self, name: str) -> float:
+        """A parameter's value, SI."""
+        return float(self.values[self.names.index(name)])
+
+    def standard_error(self, name: str) -> float:
+        """A parameter's standard error, SI."""
+        return float(self.standard_errors[self.names.index(name)])
+
+
+def balance(
+    recordings: Recording | Sequence[Recording],
+    law: Law,
+    rig: Forced,
+    *,
+    filtering: Filtering | None = None,
+    params: Sequence[Param] | None = None,
+    tied: Mapping[str, str] | None = None,
+    rows: Sequence[Rows | None] | None = None,
+    near: Array | None = None,
+) -> Balance:
+    """Find a law's parameters and the rig's own from the measured force of one or several logs.
+
+    Args:
+        recordings: One or several logs of the axis; they are stacked.
+        law: Any friction law.
+        rig: The axis.
+        filtering: How the logs are made ready; by default the rig's.
+        params: Ranges and fixed values, in the order of `rig.parameters(law)`, which is the
+            default. All ranges hold, and so does the law's `physical` order.
+        tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+        rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
+            after filtering, so that filters see no edges.
+        near: (k,) a set, SI, near which the parameters that shape the curve are looked for; from
+            a grid over their ranges by default.
+
+    Raises:
+        InputError: no measured force, too few rows, or nothing left to find.
+    """
+    wanted = Wanted(law, rig, tuple(params or rig.parameters(law)), dict(tied or {}))
+    logs = logs_of(recordings, law, rig, filtering, rows)
+    system = System(wanted, logs)
+    if len(system.y) <= len(wanted.free):
+        raise InputError(
+            f"{len(system.y)} rows cannot tell {len(wanted.free)} parameters: "
+            "give more data, or decimate less"
+        )
+    p, at_bound = system.solved(near)
+    W = system.jacobian(p)
+    seen = _judged(system, p)
+    stopped = [i for i, at in enumerate(wanted.free) if wanted.names[at] in at_bound]
+    covariance = variable_projection.covariance(W, seen.residual_sd, stopped)
+    residuals = system.y - system.predicted(p[None])[:, 0]
+    robust = variable_projection.sandwich(W, residuals, [len(log.t) for log in logs])
+    errors, wide = np.full((2, len(p)), np.nan)
+    errors[wanted.free] = np.sqrt(np.diag(covariance))
+    wide[wanted.free] = np.fmax(errors[wanted.free], np.sqrt(np.diag(robust)))
+    return Balance(
+        relative_error=seen.relative_error,
+        residual_sd=seen.residual_sd,
+        rows=seen.rows,
+        signals=seen.signals,
+        notes=(*seen.notes, *_doubts(wanted, W, covariance, at_bound, seen.relative_error)),
+        names=wanted.names,
+        values=p,
+        free=tuple(wanted.names[i] for i in wanted.free),
+        standard_errors=errors,
+        robust_errors=wide,
+        covariance=covariance,
+        condition=variable_projection.condition(W),
+        collinearity=variable_projection.collinearity(W),
+        at_bound=at_bound,
+        jacobian=W,
+        residuals=residuals,
+        system=system,
+    )
+
+
+def validate(
+    recordings: Recording | Sequence[Recording],
+    law: Law,
+    rig: Forced,
+    p: Array,
+    *,
+    filtering: Filtering | None = None,
+    rows: Sequence[Rows | None] | None = None,
+) -> Prediction:
+    """How well given parameters explain the force of other logs, through the same filtering.
+
+    Args:
+        recordings: One or several logs.
+        law: The friction law.
+        rig: The axis.
+        p: (k,) the law's parameters, then the rig's own, SI.
+        filtering: As for `balance`.
+        rows: As for `balance`.
+    """
+    wanted = Wanted(law, rig, rig.parameters(law), {})
+    system = System(wanted, logs_of(recordings, law, rig, filtering, rows))
+    return _judged(system, np.asarray(p, dtype=float))
+
+
+def _judged(system: System, p: Array) -> Prediction:
+    """How well a complete set explains the logs."""
+    left = system.y - system.predicted(p[None])[:, 0]
+    size = float(np.linalg.norm(system.y))
+    return Prediction(
+        relative_error=100 * float(np.linalg.norm(left)) / size if size > 0 else float("inf"),
+        residual_sd=float(np.std(left, ddof=1)),
+        rows=len(system.y),
+        signals=tuple(_signals(system.wanted, log, p) for log in system.logs),
+        notes=tuple(note for log in system.logs for note in log.notes),
+    )
+
+
+def _signals(wanted: Wanted, log: Log, p: Array) -> Signals:
+    rig, law = wanted.rig, wanted.law
+    model = rig.force(law, p, log.v, log.a, log.loads)
+    rub = rig.friction(law, p, log.v, log.loads)
+    gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
+    rest, measured = log.thin(model - rub) / gain, log.force / gain
+    return Signals(
+        t=log.t,
+        velocity=log.pick(log.v),
+        acceleration=log.pick(log.a),
+        measured=measured,
+        predicted=log.thin(model) / gain,
+        friction=measured - rest,
+    )
+
+
+def _doubts(
+    wanted: Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
+) -> list[str]:
+    """What a reader must know about the estimates, a sentence each."""
+    label = wanted.rig.label
+    names = [label(wanted.names[i]) for i in wanted.free]
+    doubts = [
+        f"{name} cannot be identified from this data"
+        for at, name, variance in zip(wanted.free, names, np.diag(covariance), strict=True)
+        if not np.isfinite(variance) and wanted.names[at] not in at_bound
+    ]
+    for name, stop in at_bound.items():
+        where = f"the {stop} end of its range" if stop in ("lower", "upper") else label(stop)
+        doubts.append(f"{label(name)} is stopped at {where}")
+    seen = [i for i in range(len(names)) if np.isfinite(covariance[i, i])]
+    if seen and (degree := variable_projection.collinearity(W[:, seen])) > COLLINEAR:
+        doubts.append(
+            f"the data hardly tells the parameters apart (scaled condition number {degree:.3g}): "
+            "their standard errors say how far each may be off"
+        )
+    if error > UNEXPLAINED:
+        lost = ": the log supports nothing better than weak estimates" if error > NOTHING else ""
+        doubts.append(f"{error:.0f} % of the force is not explained by this model{lost}")
+    if len(W) < _FEW * len(names):
+        doubts.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
+    return doubts

@@ -1,0 +1,125 @@
+"""Logs made ready for the force balance: filtered, decimated, and only the rows that count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.filtering import Filtering, decimate, even, kept, smooth
+from ...errors import InputError
+from ...rig.forced import Forced
+from ...space import Array
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ...friction import Law
+
+#: Samples of a log that count: a mask over them or a slice of them.
+Rows = slice | NDArray[np.bool_]
+
+#: Fewest rows of a log; the decimation filter needs three samples of each.
+_LEAST = 10
+#: A row is at rest below this share of the top speed; worth a note if more than that share are.
+_REST_SPEED, _REST_SHARE = 0.005, 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """A log made ready: its clock to its raw force at full rate, t and force at rows that count."""
+
+    clock: Array
+    v: Array
+    a: Array
+    loads: Array
+    raw: Array
+    factor: int
+    counts: NDArray[np.bool_]
+    t: Array
+    force: Array
+    notes: tuple[str, ...]
+    label: str
+    figures: Mapping[str, float]
+
+    def thin(self, x: Array) -> Array:
+        """Full-rate columns (N, ...) decimated, and only the rows that count."""
+        thinned: Array = decimate(x, self.factor)[self.counts]
+        return thinned
+
+    def pick(self, x: Array) -> Array:
+        """The samples of a full-rate signal at the rows, as they are."""
+        picked: Array = x[kept(len(x), self.factor)][self.counts]
+        return picked
+
+
+def logs_of(
+    recordings: Recording | Sequence[Recording],
+    law: Law,
+    rig: Forced,
+    filtering: Filtering | None,
+    rows: Sequence[Rows | None] | None,
+) -> list[Log]:
+    """Each recording made ready, see `balance` for the arguments.
+
+    Raises:
+        InputError: nothing given, no measured force, or too few samples or rows.
+    """
+    logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
+    if not logs:
+        raise InputError("no recording was given")
+    rows = [None] * len(logs) if rows is None else rows
+    if len(rows) != len(logs):
+        raise InputError(f"rows are given for {len(rows)} of {len(logs)} recordings")
+    filtering = filtering or rig.filtering
+    made = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
+    if sum(len(log.t) for log in made) < 2:  # noqa: PLR2004 - a spread needs two
+        raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
+    return made
+
+
+def _log(
+    recording: Recording, law: Law, rig: Forced, filtering: Filtering, rows: Rows | None
+) -> Log:
+    log = even(recording, rig.measured(recording))
+    first, last = filtering.edges(log.rate)
+    factor = filtering.factor(log.rate)
+    inner = slice(first, len(log.t) - last)
+    if len(log.t[inner]) < _LEAST * max(factor, 3):
+        raise InputError(
+            f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
+            "the force balance needs a longer log"
+        )
+    q, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
+    loads = rig.load_rows(law, recording, log.t[inner], q)
+    wanted = np.zeros(len(recording), dtype=bool)
+    wanted[slice(None) if rows is None else rows] = True
+    thin = kept(len(v), factor)
+    counts = (wanted[log.nearest] & log.known)[inner][thin]
+    counts &= np.abs(v[thin]) >= filtering.slowest
+    t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
+    notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
+    return Log(
+        log.t[inner],
+        v,
+        a,
+        loads,
+        log.force[inner],
+        factor,
+        counts,
+        t,
+        force,
+        notes,
+        recording.label,
+        rig.figures(recording),
+    )
+
+
+def _rests(label: str, speed: Array) -> tuple[str, ...]:
+    share = float(np.mean(speed < _REST_SPEED * speed.max())) if len(speed) else 0.0
+    if share <= _REST_SHARE:
+        return ()
+    said = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
+    return (f"{label}: {said}: drop them with Filtering(slowest=...)",)

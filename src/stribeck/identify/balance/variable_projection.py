@@ -1,0 +1,201 @@
+"""Least squares that is linear in most parameters: bounds, order relations, honest errors.
+
+What is linear is solved for exactly at each value of what is not, so a search sees the few shape
+parameters alone (variable projection: Golub and Pereyra 1973, doi 10.1137/0710036).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from typing import Literal
+
+import numpy as np
+from numba import float64, njit
+
+from ...space import Array
+
+#: Starts along each axis by the number of shape parameters, and how many are polished.
+_LEVELS, _MORE, _POLISHED = {1: 16, 2: 6}, 3, 3
+#: How far from the edges of the cube a given start is kept.
+_INSIDE = 1e-3
+#: A direction is blind if it moves the prediction by less than this share of what the best seen
+#: one does, columns scaled to one length.
+_BLIND = 1e-9
+
+
+def bounded(
+    W: Array, y: Array, lower: Array, upper: Array, above: Sequence[Order] = ()
+) -> tuple[Array, dict[int, Literal["lower", "upper"] | int]]:
+    """The x that minimises ||y − W x|| within bounds and orders, and what stops it.
+
+    Args:
+        W: (rows, k).
+        y: (rows,).
+        lower: (k,); -inf for none.
+        upper: (k,).
+        above: Pairs (i, j) with x_i >= x_j; no i appears twice, nor as a j.
+
+    Returns:
+        x (k,), and for each parameter at an edge `lower`, `upper` or the j it rests on.
+    """
+    from scipy.optimize import lsq_linear  # noqa: PLC0415 - slow to import
+
+    lengths = _lengths(W)
+    T = triangle(np.column_stack([W / lengths, y]))
+    R, y = T[:-1, :-1] * lengths, T[:-1, -1]  # what follows is small
+    x: Array = np.linalg.lstsq(R / lengths, y, rcond=None)[0] / lengths
+    if (x >= lower).all() and (x <= upper).all() and all(x[i] >= x[j] for i, j in above):
+        return x, {}
+    # In place of x_i stands its height over x_j, which is only bounded from below by zero.
+    stack, low, high = np.eye(len(x)), lower.copy(), upper.copy()
+    for i, j in above:
+        stack[i, j] = 1.0
+        low[i], high[i] = 0.0, upper[i] - lower[j]
+        high[j] = min(high[j], upper[i])
+    system = R @ stack
+    lengths = _lengths(system)
+    found = lsq_linear(system / lengths, y, bounds=(low * lengths, high * lengths), method="bvls")
+    resting_on = dict(above)
+    stops: dict[int, Literal["lower", "upper"] | int] = {}
+    for i, side in enumerate(found.active_mask):
+        if side < 0:
+            stops[i] = resting_on.get(i, "lower")
+        elif side > 0:
+            stops[i] = "upper"
+    z = found.x / lengths
+    for i, stop in stops.items():
+        z[i] = high[i] if stop == "upper" else low[i]
+    return np.clip(stack @ z, lower, upper), stops
+
+
+def _triangle(A: Array) -> Array:
+    """The R of A = QR by Householder reflections; rows of zeros where A has too few.
+
+    A tall, thin matrix is too little work for a threaded library: with busy cores its threads
+    wait for each other a hundred times longer than this takes.
+    """
+    columns = A.T.copy()
+    k, n = columns.shape
+    R = np.zeros((k, k))
+    for j in range(min(k, n)):
+        v = columns[j]
+        square = 0.0
+        for i in range(j, n):
+            square += v[i] * v[i]
+        R[j, j] = -np.copysign(np.sqrt(square), v[j])
+        reflect = square - R[j, j] * v[j]  # half the squared length of the reflector
+        v[j] -= R[j, j]
+        for m in range(j + 1, k):
+            w = columns[m]
+            along = 0.0
+            for i in range(j, n):
+                along += v[i] * w[i]
+            share = along / reflect if reflect > 0.0 else 0.0
+            for i in range(j, n):
+                w[i] -= share * v[i]
+            R[j, m] = w[j]
+    return R
+
+
+_compiled = njit(float64[:, ::1](float64[:, ::1]), cache=True, error_model="numpy")(_triangle)
+
+
+def triangle(A: Array) -> Array:
+    """The R of A = QR, (k, k)."""
+    R: Array = _compiled(np.ascontiguousarray(A, dtype=float))
+    return R
+
+
+def search(residuals: Callable[[Array], Array], dim: int, start: Array | None = None) -> Array:
+    """The point of the unit cube with the least sum of squared residuals.
+
+    A grid of starts, the same each time, or one given; the best are polished by bounded least
+    squares.
+    """
+    from scipy.optimize import least_squares  # noqa: PLC0415 - slow to import
+
+    n = _LEVELS.get(dim, _MORE)
+    grid = np.array(list(product((np.arange(n) + 0.5) / n, repeat=dim)))
+    if start is not None:
+        grid = np.clip(start[None], _INSIDE, 1 - _INSIDE)
+    costs = np.array([np.sum(residuals(u) ** 2) for u in grid])
+    best: Array = grid[np.argmin(costs)]
+    least = float(costs.min())
+    for first in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
+        found = least_squares(
+            residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12
+        )
+        if 2 * found.cost < least:
+            best, least = np.asarray(found.x), 2 * float(found.cost)
+    return best
+
+
+def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
+    """sd² (WᵀW)⁻¹, (k, k): inf on the diagonal and nan beside it for what W cannot see.
+
+    The same for parameters `stopped` by a bound: there the data did not set the value, and how
+    the sum of squares curves does not say how far off it may be.
+    """
+    lengths = _lengths(W)
+    _, s, Vt = np.linalg.svd(triangle(W / lengths))
+    seen = s > _BLIND * max(s[0], np.finfo(float).tiny)
+    part: Array = Vt[seen].T / s[seen]
+    found: Array = np.asarray(sd**2 * (part @ part.T) / np.outer(lengths, lengths))
+    blind = (np.abs(Vt[~seen]) > np.sqrt(_BLIND)).any(axis=0) | ~W.any(axis=0)
+    blind[list(stopped)] = True
+    found[blind], found[:, blind] = np.nan, np.nan
+    found[blind, blind] = np.inf
+    return found
+
+
+def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
+    """Covariance of least squares estimates whose residuals correlate from row to row, (k, k).
+
+    The estimator of Newey and West (1987, doi 10.2307/1913610), with Bartlett weights over twice
+    the lag at which the residuals' autocorrelation first falls below zero. nan where W is blind.
+
+    Args:
+        W: (rows, k).
+        residuals: (rows,).
+        lengths: Rows of each log, in order: nothing correlates across logs.
+    """
+    bread = covariance(W, 1.0)
+    seen = np.isfinite(np.diag(bread))
+    scores = W[:, seen] * residuals[:, None]
+    reach = 2 * _first_below_zero(residuals, lengths)
+    meat = np.zeros((scores.shape[1], scores.shape[1]))
+    for part in np.split(scores, np.cumsum(lengths)[:-1]):
+        for lag in range(min(reach, len(part))):
+            shared = np.einsum("ij,ik->jk", part[lag:], part[: len(part) - lag])
+            meat += (1 - lag / reach) * (shared + shared.T if lag else shared)
+    found: Array = np.full(bread.shape, np.nan)
+    inner = bread[np.ix_(seen, seen)]
+    found[np.ix_(seen, seen)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
+    return found
+
+
+def _first_below_zero(residuals: Array, lengths: Sequence[int]) -> int:
+    """The first lag at which residuals no longer resemble themselves, at most a tenth of them."""
+    parts = [r - r.mean() for r in np.split(residuals, np.cumsum(lengths)[:-1]) if len(r)]
+    most = max(2, len(residuals) // 10)
+    for lag in range(1, most):
+        if sum(float(np.sum(r[lag:] * r[:-lag])) for r in parts if len(r) > lag) <= 0:
+            return lag
+    return most
+
+
+def condition(W: Array) -> float:
+    """Ratio of the largest to the least singular value; inf if W is singular."""
+    s = np.linalg.svd(triangle(W), compute_uv=False)
+    return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
+
+
+def collinearity(W: Array) -> float:
+    """`condition` with columns of one length, so that no unit changes it."""
+    return condition(W / _lengths(W))
+
+
+def _lengths(W: Array) -> Array:
+    lengths = np.linalg.norm(W, axis=0)
+    return np.asarray(np.where(lengths > 0, lengths, 1.0), dtype=float)

@@ -1,0 +1,1 @@
+"""Which experiment next: proposals ranked by the information that they would add."""

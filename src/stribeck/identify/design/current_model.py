@@ -1,0 +1,362 @@
+"""A card and its logs, as they stand before the next experiment."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...friction import LOADS
+from ...rig.forced import Forced
+from ...rig.joint import Joint
+from ...rig.presliding import Presliding
+from ...rig.rig import Simulated, in_si
+from ...rig.servo_pendulum import ServoPendulum
+from ...rig.slide_bed import SlideBed
+from ...space import Array, Param
+from ...units import unit
+from ..balance.balanced_fit import counting
+from ..balance.force_residuals import BalanceResiduals
+from ..balance.regression import System, Wanted
+from ..balance.rows import logs_of as made_ready
+from ..initial_state import StartedProblem, free_starts
+from ..problem import MotionProblem, Parameters, parameters, parts, ranges
+from ..segment import Stretch, stretches
+from ..uncertainty.covariance import quick_look
+from ..uncertainty.residuals import physical as meaningful
+from ..uncertainty.uncertainty import rest_noise
+from .experiment import Box, Experiment, decades, slopes
+from .operating_range import Axis, counted, speeds
+from .strokes import Loads
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ...rig import Rig
+    from ..card import Card, ParameterCard
+
+#: Rigs for which there are experiments.
+_KNOWN = (SlideBed, ServoPendulum, Joint, Presliding, Forced)
+#: Beside the data, a parameter is known to so many half-widths of its interval.
+WIDE = 3.0
+#: The odd sample that a greatest acceleration leaves out.
+_ODD = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Present:
+    """What is known now.
+
+    Args:
+        axis: The axis, as its logs show it.
+        data: The data at hand as an experiment.
+        half: Half-widths of the intervals on the card, in the parameters' scales, (dim,).
+        labels: What people call the free parameters.
+        cards: What the card says of them.
+        ways: Directions in which the axis was driven.
+        loads: What an axis with a measured force was exposed to.
+        explained: The misfit as a share of that of a smooth motion, or of the force itself.
+        said: What is odd about the logs, a sentence each.
+    """
+
+    axis: Axis
+    data: Experiment
+    half: Array
+    labels: tuple[str, ...]
+    cards: tuple[ParameterCard, ...]
+    ways: tuple[int, ...]
+    loads: Loads | None
+    explained: float
+    said: tuple[str, ...]
+
+    def ends(self, i: int, factor: float) -> tuple[float, float]:
+        """The ends of the i-th interval, shrunk by a factor about the value, in its unit."""
+        q, box, x = self.axis.made.free[i], self.axis.box, self.axis.x
+        scaled = box.scaled(x)
+        both = []
+        for sign in (-1.0, 1.0):
+            s = scaled.copy()
+            s[i] += sign * self.half[i] / factor
+            both.append(float(np.clip(box.plain(s)[i], q.lower, q.upper)))
+        rig = self.axis.made.rig
+        return _shown(rig, q, both[0]), _shown(rig, q, both[1])
+
+    @property
+    def simulated(self) -> bool:
+        """Whether motions are simulated rather than forces balanced."""
+        return isinstance(self.axis.made.rig, Simulated)
+
+
+def present(card: Card, logs: Sequence[Recording]) -> Present:
+    """A card with the logs that it was identified on.
+
+    Raises:
+        InputError: a card or logs that do not fit, or a rig for which there are no experiments.
+    """
+    shipped, p = card.model()
+    if not isinstance(shipped.rig, _KNOWN):
+        raise InputError(f"rig {shipped.rig.name}: there are no experiments to choose from for it")
+    made = _freed(card, shipped)
+    values = dict(zip((q.name for q in made.every), p, strict=True))
+    x = np.array([values[q.name] for q in made.free])
+    about = _balanced if isinstance(made.rig, Forced) else _moved
+    axis, data, ways, loads = about(card, made, x, logs)
+    labels = tuple(made.rig.label(q.name) for q in made.free)
+    cards = [card.parameters[n] for n in labels]
+    by_log = axis.box.log.tolist()
+    half = np.array(
+        [_half(q, c, by_log=b) for q, c, b in zip(made.free, cards, by_log, strict=True)]
+    )
+    return Present(
+        axis,
+        data,
+        half,
+        labels,
+        tuple(cards),
+        ways,
+        loads,
+        _explained(card),
+        _strangers(card, logs),
+    )
+
+
+def logs_beside(card: Card, path: Path) -> list[Path]:
+    """The logs of a card, by name and hash: in its folder, the one above, or the current one.
+
+    Raises:
+        InputError: one of them is in none of these.
+    """
+    found = []
+    for d in card.data:
+        places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
+        there = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
+        if not there:
+            raise InputError(
+                f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
+                "the card"
+            )
+        found.append(there[0])
+    return found
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _freed(card: Card, shipped: Parameters) -> Parameters:
+    """The parameters of a card, those free again that were found."""
+    rig, law = shipped.rig, shipped.law
+    found = {n: c for n, c in card.parameters.items() if c.verdict != "fixed"}
+    if not found:
+        raise InputError("every parameter of the card is fixed: there is nothing to plan for")
+    fixed = {n: c.value for n, c in card.parameters.items() if c.verdict == "fixed"}
+    bounds = {}
+    every = {rig.label(q.name): q for q in rig.parameters(law)}
+    for name, c in found.items():
+        q = every[name]
+        ends = [in_si(rig, q, v) for v in (c.value, c.low, c.high) if v is not None]
+        if q.fixed is not None or min(ends) < q.lower or max(ends) > q.upper:
+            lower, upper = (q.lower, q.upper) if q.fixed is None else (min(ends), max(ends))
+            wide = (min(lower, *ends), max(upper, *ends))
+            bounds[name] = (_shown(rig, q, wide[0]), _shown(rig, q, wide[1]))
+    tied = _ties(found)
+    fixed = {n: _to_shown(rig, every[n], card.parameters[n]) for n in fixed}
+    bounds = {n: b for n, b in bounds.items() if n not in tied}
+    return parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+
+
+def _ties(found: Mapping[str, ParameterCard]) -> dict[str, str]:
+    """Parameters of the two directions that are the same number: one was tied to the other."""
+    return {
+        name: f"{name[:-1]}+"
+        for name, c in found.items()
+        if name.endswith("-")
+        and (other := found.get(f"{name[:-1]}+")) is not None
+        and (c.value, c.low, c.high) == (other.value, other.low, other.high)
+    }
+
+
+def _shown(rig: Rig, q: Param, value: float) -> float:
+    return float(unit(rig.unit_of(q)).from_si(value))
+
+
+def _to_shown(rig: Rig, q: Param, c: ParameterCard) -> float:
+    return _shown(rig, q, float(unit(c.unit).to_si(c.value)))
+
+
+def _half(q: Param, c: ParameterCard, *, by_log: bool) -> float:
+    """Half of an interval in the parameter's scale; of the search range where an end is open."""
+    ends = (q.lower, q.upper)
+    if c.low is not None and c.high is not None:
+        found = [float(unit(c.unit).to_si(v)) for v in (c.low, c.high)]
+        if found[0] < found[1] and (found[0] > 0 or not by_log):
+            ends = (found[0], found[1])
+    return 0.5 * float(np.log(ends[1] / ends[0])) if by_log else 0.5 * (ends[1] - ends[0])
+
+
+def _explained(card: Card) -> float:
+    """The misfit of a card, as a share of doing without a model."""
+    if card.objective.unit == "%":
+        return card.objective.value / 100
+    without = card.objective.baselines.get("smooth", np.inf)
+    return card.objective.value / without if without > 0 else np.inf
+
+
+def _strangers(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
+    """A sentence for each log that the card does not know."""
+    known = {d.sha256 for d in card.data}
+    return tuple(
+        f"{log.label} is not a log that the card was identified on: what is known now is taken "
+        "from it all the same"
+        for log in logs
+        if log.source.sha256 and log.source.sha256 not in known
+    )
+
+
+_Seen = tuple[Axis, Experiment, tuple[int, ...], Loads | None]
+
+
+def _moved(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
+    """Axis and data of the simulation road."""
+    rig = made.rig
+    assert isinstance(rig, Simulated)  # noqa: S101 - `present` sent it here
+    train = [s for r in parts(card.train or None, rig) for s in stretches(logs, rig, r)]
+    plain = MotionProblem(made, train)
+    started = free_starts(plain)
+    problem = StartedProblem(plain) if started else plain
+    at = np.concatenate([x, problem.nominal]) if isinstance(problem, StartedProblem) else x
+    scale, box = plain.scale, _box(card, made)
+
+    def predict(rows: Array) -> Array:
+        found: Array = -scale * problem.residuals(rows)
+        return found
+
+    residuals = scale * problem.residuals(at[None])[0]
+    if not np.isfinite(residuals).all():
+        raise InputError("the model of the card cannot be simulated on these logs: check the card")
+    data = _data(predict, len(x), len(at) - len(x))
+    at_starts = _around(data, at, len(x))
+    J = slopes(at_starts, x, box)
+    look = quick_look(J, residuals, problem.logs)
+    trained = [counted(log, _rows_of(train, log)) for log in logs]
+    seconds, n = (float(sum(part)) for part in zip(*trained, strict=True))
+    noise = float(np.sqrt(look.variance))
+    inflation = look.ratio[: len(x)]
+    lead = [log.position if log.command is None else log.command for log in logs]
+    both = [speeds(log.t, u) for log, u in zip(logs, lead, strict=True)]
+    travel = np.concatenate([np.array([u.min(), u.max()]) for u in lead])
+    forces = [float(np.abs(_force(log, rig)).max()) for log in logs]
+    axis = Axis(
+        made, x, tuple(logs), box, noise, rest_noise(logs), inflation, seconds / n, seconds,
+        float(travel.min()), float(travel.max()), float(np.mean([v for v, _ in both])),
+        max(v for _, v in both), max(_lag(log) for log in logs), max(forces),
+    )  # fmt: skip
+    ways = tuple(sorted({s.direction for s in train}, reverse=True))
+    if made.law.directional:
+        ways = (1, -1)
+    return axis, replace(at_starts, noise=noise, inflation=inflation, seconds=seconds), ways, None
+
+
+def _force(log: Recording, rig: Simulated) -> Array:
+    """The force of the drive that a log shows; inf where it shows none."""
+    if log.force is not None:
+        return log.force
+    if isinstance(rig, SlideBed) and log.command is not None:
+        return rig.motor_force(log.command - log.position)
+    return np.array([np.inf])
+
+
+def _lag(log: Recording) -> float:
+    return 0.0 if log.command is None else float(np.abs(log.command - log.position).max())
+
+
+def _rows_of(train: Sequence[Stretch], log: Recording) -> list[slice]:
+    return [s.rows for s in train if s.recording is log]
+
+
+def _box(card: Card, made: Parameters) -> Box:
+    """Ranges, and that little is known beside the data: the range, or thrice the interval."""
+    lower, upper = (np.array([getattr(q, end) for q in made.free]) for end in ("lower", "upper"))
+    log = decades(lower, upper)
+    ranges_of = np.where(log, np.log(np.where(log, upper / np.where(log, lower, 1.0), 1.0)),
+                         upper - lower)  # fmt: skip
+    wide = np.array([
+        WIDE * _half(q, card.parameters[made.rig.label(q.name)], by_log=bool(by_log))
+        for q, by_log in zip(made.free, log, strict=True)
+    ])  # fmt: skip
+
+    def allowed(x: Array) -> NDArray[np.bool_]:
+        return np.asarray(made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool)
+
+    return Box(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
+
+
+def _data(predict: object, dim: int, starts: int) -> Experiment:
+    return Experiment("the data", "what was recorded", 0.0, predict, 1.0, np.ones(dim), starts)  # type: ignore[arg-type]
+
+
+def _around(data: Experiment, at: Array, dim: int) -> Experiment:
+    """Data whose starts are differences from where they were seen."""
+    whole, begun = data.predict, at[dim:]
+
+    def predict(rows: Array) -> Array:
+        moved = rows.copy()
+        if rows.shape[1] > dim:
+            moved[:, dim:] += begun
+        else:
+            moved = np.hstack([rows, np.tile(begun, (len(rows), 1))])
+        return whole(moved)
+
+    return replace(data, predict=predict)
+
+
+def _balanced(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
+    """Axis and data of the inverse road."""
+    rig = made.rig
+    assert isinstance(rig, Forced)  # noqa: S101 - `present` sent it here
+    chosen, rows = counting(logs, ranges(card.train or None, made.rig))
+    fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
+    ready = made_ready(chosen, made.law, rig, None, rows)
+    problem = BalanceResiduals(System(Wanted(made.law, rig, fixed, dict(made.tied)), ready))
+    box = _box(card, made)
+
+    thin = [(log.thin(log.v), log.thin(log.a), log.thin(log.loads)) for log in ready]
+    v, a, loads = (np.ascontiguousarray(np.concatenate(part)) for part in zip(*thin, strict=True))
+
+    def predict(at: Array) -> Array:
+        return np.array([rig.force(made.law, p, v, a, loads) for p in made.full(at)])
+
+    data = _data(predict, len(x), 0)
+    residuals = problem.residuals(x[None])[0]
+    if not (np.isfinite(residuals).all() and meaningful(problem, x[None])[0]):
+        raise InputError("the model of the card cannot be run on these logs: check the card")
+    look = quick_look(slopes(data, x, box), residuals, problem.logs)
+    noise = float(np.sqrt(look.variance))
+    n = sum(len(log.t) for log in ready)
+    interval = float(np.median(np.concatenate([np.diff(log.t) for log in ready])))
+    q = loads[:, LOADS.index("position")]
+    force = max(float(np.abs(log.force).max()) for log in ready)
+    top = float(np.abs(v).max())
+    axis = Axis(
+        made, x, tuple(chosen), box, noise, float("nan"), look.ratio, interval, n * interval,
+        float(q.min()), float(q.max()), float(np.abs(v).mean()), top, 0.0, force,
+    )  # fmt: skip
+    exposed = _loads(a, loads, rig)
+    ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
+    seen = replace(data, noise=noise, inflation=look.ratio, seconds=n * interval)
+    return axis, seen, ways, exposed
+
+
+def _loads(a: Array, loads: Array, rig: Forced) -> Loads:
+    normal = loads[:, LOADS.index("normal")]
+    warm = loads[:, LOADS.index("temperature")]
+    return Loads(
+        float(np.quantile(np.abs(a), _ODD)),
+        (float(normal.min()), float(normal.max())) if "normal" in rig.loads else None,
+        float(warm.mean()),
+    )

@@ -1,0 +1,139 @@
+"""Whether a promise is kept: twins of the data and of an experiment, with noise, refitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import SeedSequence
+from scipy.signal import lfilter
+
+from ...optimize import rms
+from ...space import Array, Param, Space
+from ..polish import polish
+from .experiment import Box, Experiment
+
+#: Rounds of a refit, and how far a start may move, in standard deviations of a sample.
+REFITS, ROOM = 40, 4.0
+#: By how much the sum of squares, noise being 1, must be less for another end to count.
+BETTER = 1.0
+#: The most a noise may resemble the sample before.
+PERSISTENT = 0.97
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """What twins say of an experiment.
+
+    Args:
+        factors: By what factor it really shrinks the error of each parameter: medians of
+            absolute errors over twins, without it by with it, (dim,).
+        before: Errors of refits of the data alone, in the scales of the box, (twins, dim).
+        after: The same with the experiment, (twins, dim).
+    """
+
+    factors: Array
+    before: Array
+    after: Array
+
+    @property
+    def twins(self) -> int:
+        """How many there were."""
+        return len(self.before)
+
+
+def promise(data: Experiment, more: Experiment, box: Box, at: Array, n: int, seed: int) -> Kept:
+    """Try out an experiment on twins.
+
+    A twin's truth is one of the parameter sets that the data allow; what the data and the
+    experiment would show of it is simulated, gets noise, and is refitted from the fit, and from
+    the truth too: the better end counts, but what the data do not see stays as it was fitted.
+
+    Args:
+        data: The data at hand.
+        more: The experiment.
+        box: Of the parameters.
+        at: Parameter sets that the data allow, (n, dim), the fit first.
+        n: Twins.
+        seed: Of the noise.
+    """
+    before: list[Array] = []
+    after: list[Array] = []
+    for k, stream in enumerate(SeedSequence(seed).spawn(n)):
+        rng = np.random.default_rng(stream)
+        truth = at[1 + k % (len(at) - 1)] if len(at) > 1 else at[0]
+        shown = [_shown(e, truth, rng) for e in (data, more)]
+        for found, of in ((before, 1), (after, 2)):
+            refitted = _best([data, more][:of], shown[:of], (at[0], truth), box)
+            found.append(box.scaled(refitted) - box.scaled(truth))
+    old, new = np.array(before), np.array(after)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        factors = np.median(np.abs(old), axis=0) / np.median(np.abs(new), axis=0)
+    return Kept(factors, old, new)
+
+
+def _shown(of: Experiment, truth: Array, rng: np.random.Generator) -> Array:
+    """What an experiment shows of a truth, with noise as correlated as it is."""
+    still = np.concatenate([truth, np.zeros(of.starts)])
+    clean: Array = of.predict(still[None])[0]
+    time = float(np.median(of.inflation))
+    a = min((time - 1) / (time + 1), PERSISTENT) if time > 1 else 0.0
+    white = rng.standard_normal(len(clean)) * np.sqrt(1 - a * a)
+    white[0] /= np.sqrt(1 - a * a)
+    scale = of.noise if time >= 1 else of.noise * np.sqrt(time)
+    found: Array = clean + scale * np.asarray(lfilter([1.0], [1.0, -a], white), dtype=float)
+    return found
+
+
+def _best(
+    tried: list[Experiment], shown: list[Array], near: tuple[Array, Array], box: Box
+) -> Array:
+    """Parameters that fit what was shown: refitted from the first place unless the other wins."""
+    problem = _Refit(tried, shown, box)
+    (a, cost), (b, other) = (problem.solved(x) for x in near)
+    return b if other < cost - BETTER else a
+
+
+class _Refit:
+    """Experiments and what they have shown, as a problem of least squares, noise being 1.
+
+    Args:
+        tried: The experiments.
+        shown: What each has shown.
+        box: Of the parameters; the starts of the experiments come behind these.
+    """
+
+    def __init__(self, tried: list[Experiment], shown: list[Array], box: Box) -> None:
+        self.name = "twin"
+        self._tried, self._shown, self._box = tried, shown, box
+        ends = zip(box.lower.tolist(), box.upper.tolist(), box.log.tolist(), strict=True)
+        self._dim = len(box.lower)
+        starts = [ROOM * e.noise for e in tried for _ in range(e.starts)]
+        self.space = Space((
+            *(Param(f"x{i}", a, b, log=by) for i, (a, b, by) in enumerate(ends)),
+            *(Param(f"start{i}", -r, r) for i, r in enumerate(starts)),
+        ))  # fmt: skip
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) points to (n,) root mean squares."""
+        return rms(self.residuals(x))
+
+    def residuals(self, x: Array, /) -> Array:
+        """(n, dim) points to (n, N) residuals; nan where a point means nothing."""
+        good, found, at = self._box.physical(x[:, : self._dim]), [], self._dim
+        for e, y in zip(self._tried, self._shown, strict=True):
+            rows = np.full((len(x), len(y)), np.nan)
+            own = np.hstack([x[good, : self._dim], x[good, at : at + e.starts]])
+            if len(own):
+                time = float(np.median(e.inflation))
+                rows[good] = (y - e.predict(own)) / (e.noise * np.sqrt(time))
+            found.append(rows)
+            at += e.starts
+        return np.concatenate(found, axis=1)
+
+    def solved(self, near: Array) -> tuple[Array, float]:
+        """The parameters of the best fit near a place, and its sum of squares."""
+        x = np.concatenate([near, np.zeros(self.space.dim - self._dim)])
+        found = polish(self, x, float(self(x[None])[0]), REFITS * (self.space.dim + 1))
+        many = sum(len(y) for y in self._shown)
+        return found.x[: self._dim], found.cost**2 * many

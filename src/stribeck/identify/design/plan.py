@@ -1,0 +1,392 @@
+"""Which experiment next: candidates ranked by how far they would shrink what is badly known.
+
+The data at hand and each candidate have a Fisher information, at the fit and at further parameter
+sets that the data allow. Their sum gives the standard errors to be expected; the search ranges
+count as what was known before any data. Noise is as the fit left it, as correlated as that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import InputError
+from ...rig.joint import Joint
+from ...rig.presliding import Presliding
+from ...rig.servo_pendulum import ServoPendulum
+from ...rig.slide_bed import SlideBed
+from ...space import Array
+from ..problem import listed
+from ..uncertainty.uncertainty import IDENTIFIED
+from .commands import joint, presliding, servo_pendulum
+from .current_model import Present, present
+from .expected_information import Kept, promise
+from .experiment import Experiment, covariance, draws, factors, told
+from .proposals import Left
+from .ramps import slide_bed
+from .strokes import strokes
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ..card import Card, ParameterCard
+
+#: Parameter sets at which each experiment is looked at.
+DRAWS = 9
+#: Seconds that a candidate takes at most unless told otherwise.
+LONGEST = 120.0
+#: Half-width of a 95 % interval, in standard errors.
+NORMAL = 1.96
+#: Candidates whose promise is checked.
+CHECKED = 3
+#: A force gauge, by hand, is good to this share.
+GAUGE = 0.02
+#: How much less noise a finer sensor has, and how much faster a faster one is.
+FINER, FASTER = 3.0, 4.0
+#: A scale of forces that is sure to a ten-thousandth; and the share of the errors that is left
+#: with it, below which it is told.
+SURE, SHARED = 1e4, 0.7
+#: An uncertainty above this many times a value is no figure to print.
+MUCH = 3.0
+#: A misfit above this share of that of doing without the model explains little.
+LITTLE = 0.5
+#: Verdicts of parameters that a plan is for.
+DOUBTFUL = ("weak", "not identifiable")
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What an experiment does to the interval of one parameter.
+
+    Args:
+        name: Of the parameter, as its rig calls it.
+        factor: By what factor its half-width shrinks.
+        low: Where its interval is expected to begin, in the unit of the card.
+        high: Where it is expected to end.
+        doubtful: Whether it is one of those that the plan is for.
+    """
+
+    name: str
+    factor: float
+    low: float
+    high: float
+    doubtful: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """An experiment and what it promises.
+
+    Args:
+        experiment: It.
+        score: Geometric mean of the factors of the doubtful parameters.
+        gains: One a free parameter.
+        kept: What the check by twins found; None where it was not asked for.
+    """
+
+    experiment: Experiment
+    score: float
+    gains: tuple[Gain, ...]
+    kept: Kept | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Experiments, the best first.
+
+    Args:
+        law: Name of the law.
+        rig: Name of the rig.
+        doubtful: Names of the parameters that the plan is for.
+        now: What the card says of each free parameter, by name.
+        proposals: The experiments, the best first.
+        left: What was left out, and why.
+        said: What a reader must know, a sentence each.
+        seconds: Length of each experiment.
+        draws: Parameter sets at which each was looked at.
+        seed: Of the draws and checks.
+    """
+
+    law: str
+    rig: str
+    doubtful: tuple[str, ...]
+    now: dict[str, ParameterCard]
+    proposals: tuple[Proposal, ...]
+    left: tuple[tuple[str, str], ...]
+    said: tuple[str, ...]
+    seconds: float
+    draws: int
+    seed: int
+
+
+def plan(
+    card: Card,
+    recordings: Recording | Sequence[Recording],
+    *,
+    seconds: float | None = None,
+    check: int = 0,
+    seed: int = 0,
+    count: int = DRAWS,
+) -> Plan:
+    """Rank experiments by how much they would shrink the intervals of doubtful parameters.
+
+    Args:
+        card: An identified model.
+        recordings: The logs that it was identified on.
+        seconds: How long an experiment takes; as long as the data at hand by default, but no
+            longer than two minutes.
+        check: Twins on which the best three are tried out: simulated with noise and refitted.
+        seed: Of the draws and of the twins.
+        count: Parameter sets at which each experiment is looked at.
+
+    Raises:
+        InputError: a card or logs that do not fit, nothing left to find, or a rig or law for
+            which there are no experiments.
+    """
+    for name, value, least in (("check", check, 0), ("seed", seed, 0), ("draws", count, 1)):
+        if value < least:
+            raise InputError(f"{name} must be a whole number >= {least}, got {value}")
+    now = present(card, listed(recordings))
+    axis = now.axis
+    length = min(axis.trained, LONGEST) if seconds is None else seconds
+    if not 0 < length < np.inf:
+        raise InputError(f"seconds must be a number above 0, got {seconds}")
+    left: Left = []
+    offered = _candidates(now, length, left)
+    rng = np.random.default_rng(seed)
+    at, known = _draws(now, count, rng)
+    same = length / axis.trained
+    more = [(same if e is offered[0] else 1.0) * told(e, at, axis.box) for e in offered]
+    chosen = _doubtful(now)
+    found = []
+    for e, F in zip(offered, more, strict=True):
+        shrunk = factors(known, F)
+        if np.isfinite(shrunk).all():
+            found.append((_score(shrunk, chosen), e, shrunk))
+        else:
+            left.append((e.name, "the model cannot be simulated there"))
+    found.sort(key=lambda one: -one[0])
+    proposals = [Proposal(e, score, _gains(now, shrunk)) for score, e, shrunk in found]
+    if check:
+        proposals[:CHECKED] = [
+            replace(p, kept=_kept(now, p, at, same, offered[0], check, seed))
+            for p in proposals[:CHECKED]
+        ]
+    motions = [F for e, F in zip(offered, more, strict=True) if e.kind == "motion"]
+    return Plan(
+        card.law,
+        card.rig,
+        tuple(now.labels[i] for i in chosen),
+        dict(zip(now.labels, now.cards, strict=True)),
+        tuple(proposals),
+        tuple(left),
+        (*now.said, *_incurable(now, known, motions, proposals)),
+        length,
+        count,
+        seed,
+    )
+
+
+def _doubtful(now: Present) -> list[int]:
+    """Places of the parameters that a plan is for: all of them where none is doubtful."""
+    found = [i for i, c in enumerate(now.cards) if c.verdict in DOUBTFUL]
+    return found or list(range(len(now.cards)))
+
+
+def _score(shrunk: Array, chosen: Sequence[int]) -> float:
+    return float(np.exp(np.mean(np.log(shrunk[list(chosen)]))))
+
+
+def _gains(now: Present, shrunk: Array) -> tuple[Gain, ...]:
+    chosen = _doubtful(now)
+    return tuple(
+        Gain(n, f, *now.ends(i, f), i in chosen)
+        for i, (n, f) in enumerate(zip(now.labels, shrunk.tolist(), strict=True))
+    )
+
+
+def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Parameter sets that the data allow, and the information of the data and ranges at each."""
+    box, x = now.axis.box, now.axis.x
+    prior = box.known
+    here = told(now.data, x[None], box)[0]
+    if not np.isfinite(here).all():
+        raise InputError("the model of the card cannot be simulated on these logs: check the card")
+    C = covariance(here, prior)
+    wide = now.half / NORMAL / np.sqrt(np.diag(C))  # as wide as on the card, whatever slopes say
+    at = draws(x, C * np.outer(wide, wide), count, box, rng)
+    known = told(now.data, at, box) + prior
+    good = np.isfinite(known).all(axis=(1, 2))
+    return at[good], known[good]
+
+
+def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
+    """More of the same first, then what the rig can do, then better sensors."""
+    axis, rig = now.axis, now.axis.made.rig
+    same = replace(
+        now.data,
+        name="the same again",
+        words="what was recorded, once more"
+        if seconds >= 0.99 * axis.trained
+        else f"what was recorded, {seconds:.3g} s of it once more",
+        seconds=seconds,
+    )
+    if isinstance(rig, SlideBed):
+        found = slide_bed(axis, now.ways, seconds, left)
+    elif isinstance(rig, ServoPendulum):
+        found = servo_pendulum(axis, seconds, left)
+    elif isinstance(rig, Joint):
+        found = joint(axis, seconds, left)
+    elif isinstance(rig, Presliding):
+        found = presliding(replace(axis, force=np.inf), seconds, left)
+    else:
+        assert now.loads is not None  # noqa: S101 - `present` has refused the others
+        found = strokes(axis, now.loads, seconds, left)
+    return [same, *found, *_sensors(now, same), *_gauges(now)]
+
+
+def _sensors(now: Present, same: Experiment) -> list[Experiment]:
+    """The same again, seen better."""
+    axis = now.axis
+    found = []
+    if np.isfinite(axis.sensor):
+        rest = max(axis.noise**2 - axis.sensor**2, 0.0)
+        noise = np.sqrt(rest + (min(axis.sensor, axis.noise) / FINER) ** 2)
+        words = (
+            "the same again with a position sensor of a third of the noise, "
+            f"{axis.place(axis.sensor / FINER)}"
+        )
+        found.append(
+            replace(same, name="finer sensor", words=words, noise=float(noise), kind="sensor")
+        )
+    faster = axis.repeated(axis.interval / FASTER)
+    words = (
+        f"the same again with a position sensor that measures {FASTER:g} times as often, at "
+        f"{FASTER / axis.interval:.3g} Hz"
+    )
+    if now.simulated:
+        inflation = faster / FASTER  # of the samples that there are
+        found.append(
+            replace(same, name="faster sensor", words=words, inflation=inflation, kind="sensor")
+        )
+    return found
+
+
+def _gauges(now: Present) -> list[Experiment]:
+    """A breakaway force measured by hand."""
+    axis = now.axis
+    if not isinstance(axis.made.rig, SlideBed):
+        return []
+    names = [q.name for q in axis.made.free]
+    at = [i for i, n in enumerate(names) if n.rstrip("+-") == "F_S"]
+    if not at or not axis.x[at].all():
+        return []
+    noise = GAUGE * float(np.mean(axis.x[at]))
+
+    def predict(x: Array) -> Array:
+        found: Array = x[:, at]
+        return found
+
+    words = (
+        "disconnect the drive and pull with a force gauge until the axis breaks away: F_S to "
+        f"{100 * GAUGE:g} %"
+    )
+    plain = np.ones(len(axis.x))
+    return [Experiment("force gauge", words, now.axis.trained, predict, noise, plain, kind="gauge")]
+
+
+def _kept(
+    now: Present,
+    proposal: Proposal,
+    at: Array,
+    same: float,
+    again: Experiment,
+    check: int,
+    seed: int,
+) -> Kept:
+    e = proposal.experiment
+    if e.name == again.name:
+        e = replace(e, noise=e.noise / np.sqrt(same))
+    return promise(now.data, e, now.axis.box, at, check, seed)
+
+
+def _incurable(
+    now: Present, known: Array, motions: Sequence[Array], proposals: Sequence[Proposal]
+) -> list[str]:
+    """What no motion cures, and what would help."""
+    axis, said = now.axis, list[str]()
+    everything = np.sum([np.where(np.isfinite(F), F, 0.0) for F in motions], axis=0)
+    shrunk = factors(known, everything)
+    reach = now.half / shrunk
+    size = np.where(axis.box.log, 1.0, np.abs(axis.x))
+    short = [i for i in _doubtful(now) if reach[i] > IDENTIFIED * size[i]]
+    aided = []
+    for i in short:
+        aids = [
+            (g.factor, p.experiment.name)
+            for p in proposals
+            if p.experiment.kind != "motion"
+            for g in p.gains
+            if g.name == now.labels[i] and g.factor > shrunk[i]
+        ]
+        if aids:
+            aided.append(f"a {max(aids)[1]} does more for {now.labels[i]}")
+    if short:
+        known_to = ", ".join(
+            f"{now.labels[i]} to ±{_share(reach[i], float(size[i]))}" for i in short
+        )
+        more = "".join(f"; {text}" for text in aided)
+        said.append(f"all these motions together leave {known_to}: none of them cures that{more}")
+    said += [t for t in (_scale(now, known), _bounds(now), _doubts(now)) if t is not None]
+    return said
+
+
+def _share(reach: float, size: float) -> str:
+    """An uncertainty as a share of a value."""
+    return f"{100 * reach / size:.0f} %" if reach < MUCH * size else "much more than its value"
+
+
+def _scale(now: Present, known: Array) -> str | None:
+    """Whether all forces and stiffnesses share a scale that the data hardly know."""
+    made, x = now.axis.made, now.axis.x
+    at = [i for i, q in enumerate(made.free) if q.unit.startswith("N")]
+    if not isinstance(made.rig, SlideBed) or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
+        return None
+    along = np.zeros(len(x))
+    along[at] = SURE / (len(at) * x[at])
+
+    def relative(F: Array) -> float:
+        return float(np.sqrt(np.mean(np.diag(covariance(F))[at] / x[at] ** 2)))
+
+    share = float(np.median([relative(F + np.outer(along, along)) / relative(F) for F in known]))
+    if share > SHARED:
+        return None
+    return (
+        f"{', '.join(now.labels[i] for i in at)} share a scale: if one of them were known from "
+        f"elsewhere, the relative errors of all would shrink {1 / share:.2g}-fold; as long as only "
+        "positions are fitted, the rig's known gains and mass alone set it: check them, or measure "
+        "a force"
+    )
+
+
+def _bounds(now: Present) -> str | None:
+    """Parameters that sit at the end of their range."""
+    at = [n for n, c in zip(now.labels, now.cards, strict=True) if c.at_bound]
+    if not at:
+        return None
+    return (
+        f"{', '.join(at)} at an end of the search range: widen that (--bounds) and identify again "
+        "before believing what is expected"
+    )
+
+
+def _doubts(now: Present) -> str | None:
+    """Whether the model holds at all: a plan for one that does not is a plan for another axis."""
+    if now.explained <= LITTLE:
+        return None
+    return (
+        "the model of the card explains little of its own data: what is expected here holds for "
+        "an axis that behaves as the model; find a better model first"
+    )

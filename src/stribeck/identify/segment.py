@@ -1,0 +1,161 @@
+"""Stretches of recordings, made ready to be simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..data.ranges import Range, Window, inner, start_of, windows
+from ..data.repeated_samples import fresh
+from ..data.segmentation import Segments, segment
+from ..errors import InputError
+from ..rig.motion.track import Track
+from ..rig.rig import Simulated
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+
+#: A stretch of fewer samples says nothing of a motion.
+_FEWEST = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """One stretch of a recording, ready to be simulated.
+
+    Args:
+        recording: Where it comes from.
+        rows: The samples that count.
+        begin: The sample at which the simulation starts; at or before `rows`.
+        track: Command, samples and measured positions from `begin` to the end of `rows`.
+        still: Samples before `rows` at which the axis rests where it starts; none as a rule
+            where a simulation starts in motion.
+    """
+
+    recording: Recording
+    rows: slice
+    begin: int
+    track: Track
+    still: slice
+
+    @property
+    def direction(self) -> int:
+        """+1 if the axis went rightward over it, else -1."""
+        x = self.recording.position
+        return 1 if x[self.rows.stop - 1] >= x[self.rows.start] else -1
+
+
+def stretches(
+    recordings: Sequence[Recording], rig: Simulated, within: Range | None, *, restart: bool = False
+) -> list[Stretch]:
+    """The stretches of a range in all recordings, each from the last rest before it.
+
+    Args:
+        recordings: The logs.
+        rig: How its motions start: at rest, from the measured state, or with the log.
+        within: The range; None for all.
+        restart: Whether a new stretch starts at every rest.
+
+    Raises:
+        InputError: no recording passes the range, or the axis never rests where it must.
+    """
+    found: list[Stretch] = []
+    missing: list[InputError] = []
+    for recording in recordings:
+        try:
+            found += _stretches(recording, rig, within, restart)
+        except InputError as error:
+            missing.append(error)
+    if not found:
+        raise missing[0]
+    return found
+
+
+def _stretches(
+    recording: Recording, rig: Simulated, within: Range | None, restart: bool
+) -> list[Stretch]:
+    if recording.rotary != rig.rotary:
+        kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
+        instead = ": use forced-rotary if the torque was measured" if recording.rotary else ""
+        raise InputError(
+            f"{recording.label}: its position is {kinds[0]}, and rig {rig.name} is "
+            f"{kinds[1]}{instead}"
+        )
+    seen = segment(recording)
+    found = []
+    for window in windows(recording, within, seen):
+        if restart:
+            found += _from_rests(recording, rig, within, seen, window)
+        elif rig.from_rest:
+            found.append(_from_rest(recording, rig, within, seen, window))
+        else:
+            found.append(_from_state(recording, rig, window))
+    return found
+
+
+def _from_rest(
+    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
+) -> Stretch:
+    start = start_of(seen, window)
+    if start is None:
+        raise InputError(
+            f"{recording.label}: the axis never rests"
+            f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
+            "simulate from: this rig is for logs with stick-slip"
+        )
+    return _resting(recording, rig, start.rest, start.rows)
+
+
+def _from_rests(
+    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
+) -> list[Stretch]:
+    """From each rest in a window to the next: where it landed counts, how it went on does not."""
+    rests = [r for r in map(inner, seen.rests) if _in(r, window.rows)]
+    ends = [*(r.start for r in rests), window.rows.stop]
+    legs = [
+        (rest, slice(a, b))
+        for rest, (a, b) in zip(rests, pairwise(ends), strict=True)
+        if b - a >= _FEWEST
+    ]
+    if not legs:
+        raise InputError(
+            f"{recording.label}: the axis never rests{f' in {within.text}' if within else ''}, so "
+            "there is no rest to start from"
+        )
+    return [_resting(recording, rig, rest, rows) for rest, rows in legs]
+
+
+def _in(rest: slice, rows: slice) -> bool:
+    return bool(rows.start <= rest.start < rest.stop <= rows.stop)
+
+
+def _resting(recording: Recording, rig: Simulated, rest: slice, rows: slice) -> Stretch:
+    """A stretch that starts at a rest, whose mean is its position."""
+    samples = slice(rest.start, rows.stop)
+    score = _counting(recording, rig)[samples] & (
+        np.arange(samples.start, samples.stop) >= rows.start
+    )
+    x0 = float(recording.position[rest].mean())
+    on = rig.track(recording, samples, x0, score.astype(float))._replace(v0=0.0)
+    return Stretch(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
+
+
+def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch:
+    """A stretch from the measured state at its start, or from the start of the log."""
+    rows = window.rows
+    begin = 0 if rig.history else rows.start
+    samples = slice(begin, rows.stop)
+    score = _counting(recording, rig)[samples] & (np.arange(begin, rows.stop) >= rows.start)
+    x0 = float(recording.position[begin])
+    on = rig.track(recording, samples, x0, score.astype(float))
+    return Stretch(recording, rows, begin, on, slice(begin, begin))
+
+
+def _counting(recording: Recording, rig: Simulated) -> NDArray[np.bool_]:
+    """Which samples may count: not those that a sensor holds, where a rig has such a sensor."""
+    return fresh(recording) if rig.holds else np.ones(len(recording), dtype=bool)

@@ -1,0 +1,1 @@
+"""Which law the data support: nested laws fitted alike, compared on held-out data."""

@@ -1,0 +1,300 @@
+"""One law of a ladder, fitted to portions of logs on either road, and held against others."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ...errors import InputError
+from ...optimize import MemeticTabuSearch, Run, Search, configure, steps
+from ...rig.forced import Forced
+from ...rig.rig import Simulated
+from ...space import Array
+from ..balance import balance
+from ..initial_state import StartedProblem, free_starts, from_starts
+from ..polish import Polished, polish
+from ..problem import MotionProblem, Parameters
+from ..segment import Stretch, stretches
+from ..uncertainty.residuals import parts
+from .folds import Portion
+from .nesting import embedded
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from .folds import Mask
+
+#: Evaluations that a search may spend on one fit, and after how many for each parameter without
+#: anything better it has settled: more in stick-slip, where there are many basins. The simpler
+#: laws' answers are candidates as well.
+BUDGET, SETTLE, SETTLE_STICK_SLIP = 4_000, 60, 200
+#: How many answers of simpler laws are refined, and what that may take for each parameter.
+STARTS, REFINED = 2, 25
+
+#: Called with the searches after every step.
+Look = Callable[[Sequence[Search]], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How each fit is searched for, on the road that searches.
+
+    Args:
+        seed: Of all searches.
+        budget: Evaluations of one fit.
+        look: A progress bar looks here.
+    """
+
+    seed: int
+    budget: int
+    look: Look | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """A law fitted to portions.
+
+    Args:
+        made: Its parameters.
+        p: What was found, a complete set, SI, (k,).
+        error: Misfit on what it was trained on, as people read it: J or percent.
+        unit: Of the misfit.
+        residuals: Of the training, (rows,).
+        logs: Rows of each log or stretch.
+        evaluations: Of the cost.
+        seconds: It took.
+        problem: What was searched; None on the inverse road.
+        x: Free parameters, and the starts where they are unknowns too, SI.
+        run: The search; None on the inverse road.
+        balance: The solved force balance; None on the simulation road.
+    """
+
+    made: Parameters
+    p: Array
+    error: float
+    unit: str
+    residuals: Array
+    logs: tuple[int, ...]
+    evaluations: int
+    seconds: float
+    problem: MotionProblem | StartedProblem | None
+    x: Array
+    run: Run | None
+    balance: balance.Balance | None
+
+    @property
+    def train(self) -> tuple[Stretch, ...]:
+        """The stretches it was trained on, from the starts found; none on the inverse road."""
+        if isinstance(self.problem, StartedProblem):
+            return from_starts(self.problem.problem.train, self.x[len(self.made.free) :])
+        return () if self.problem is None else self.problem.train
+
+
+def climb(
+    made: Parameters, on: Sequence[Portion], below: Sequence[Rung], plan: Plan, key: int = 0
+) -> Rung:
+    """Fit a law, from other answers too: it trains no worse than any law that it contains.
+
+    Args:
+        made: Its parameters.
+        on: What to train on.
+        below: Simpler laws fitted to the same, and the law itself fitted to more: where to
+            start decides nothing but which of several minima is seen.
+        plan: How to search.
+        key: Which round this is, so that rounds draw different numbers.
+
+    Raises:
+        InputError: these portions cannot be simulated, or have too few rows.
+    """
+    began = time.perf_counter()
+    if isinstance(made.rig, Simulated):
+        return _searched(made, on, below, plan, key, began)
+    return _solved(made, on, below, began)
+
+
+def _searched(
+    made: Parameters,
+    on: Sequence[Portion],
+    below: Sequence[Rung],
+    plan: Plan,
+    key: int,
+    began: float,
+) -> Rung:
+    problem = MotionProblem(made, _stretches(made, on))
+    seed = SeedSequence(plan.seed, spawn_key=(crc32(made.law.name.encode()), key))
+    settle = SETTLE_STICK_SLIP if free_starts(problem) else SETTLE
+    method = configure(MemeticTabuSearch.name, settle=settle)
+    search = Search(problem.space, method, budget=plan.budget, seed=seed)
+    for _ in steps(problem, [search]):
+        if plan.look is not None:
+            plan.look([search])
+    run = search.run()
+    if not np.isfinite(run.cost):
+        raise InputError(
+            f"no parameter set in the search ranges could be simulated with law "
+            f"{made.law.name}: check the ranges and the rig's constants"
+        )
+    spent = run.evaluations
+    whole: MotionProblem | StartedProblem = problem
+    x = [run.x]
+    if free_starts(problem):
+        whole = StartedProblem(problem)
+        x = [np.concatenate([run.x, whole.nominal])]
+    x += [_carried(rung, made, whole) for rung in below]
+    costs = whole(np.array(x))
+    spent += len(x)
+    # What a search of the motion found is at rest there, unless the starts have come free.
+    worth = [k for k in np.argsort(costs, kind="stable")[: STARTS + 1] if np.isfinite(costs[k])]
+    done = [Polished(x[k], float(costs[k]), 0) for k in range(len(x)) if np.isfinite(costs[k])]
+    done += [
+        polish(whole, x[k], float(costs[k]), REFINED * whole.space.dim)
+        for k in worth
+        if k or whole is not problem
+    ]
+    best = min(done, key=lambda d: d.cost)
+    return Rung(
+        made,
+        made.full(best.x[None, : len(made.free)])[0],
+        best.cost,
+        problem.unit,
+        whole.residuals(best.x[None])[0],
+        whole.logs,
+        spent + sum(d.evaluations for d in done),
+        time.perf_counter() - began,
+        whole,
+        best.x,
+        run,
+        None,
+    )
+
+
+def _carried(rung: Rung, made: Parameters, whole: MotionProblem | StartedProblem) -> Array:
+    """A simpler law's answer as a point of a richer law's problem, its starts with it."""
+    x = embedded(rung.made, rung.p, made)
+    if not isinstance(whole, StartedProblem):
+        return x
+    starts, own = rung.x[len(rung.made.free) :], whole.nominal
+    return np.concatenate([x, starts if len(starts) == len(own) else own])
+
+
+def _stretches(made: Parameters, on: Sequence[Portion]) -> list[Stretch]:
+    """The stretches of all portions; one in which the axis never rests counts for nothing.
+
+    Raises:
+        InputError: nothing is left.
+    """
+    assert isinstance(made.rig, Simulated)  # noqa: S101 - asked of such rigs only
+    found: list[Stretch] = []
+    refused: InputError | None = None
+    for portion in on:
+        try:
+            found += stretches([portion.recording], made.rig, portion.within)
+        except InputError as error:
+            refused = refused or error
+    if refused is not None and not found:
+        raise refused
+    return found
+
+
+def _solved(made: Parameters, on: Sequence[Portion], below: Sequence[Rung], began: float) -> Rung:
+    rig, (logs, masks) = _forced(made), _masks(on)
+    params = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
+
+    def solved(near: Array | None = None) -> balance.Balance:
+        return balance.balance(
+            logs, made.law, rig, params=params, tied=made.tied, rows=masks, near=near
+        )
+
+    found = solved()
+    linear = {q.name for q in rig.own(made.law)} | set(made.law.linear)
+    if any(q.name not in linear for q in made.free):
+        for rung in (r for r in below if r.error < found.relative_error):
+            near = made.full(embedded(rung.made, rung.p, made)[None])[0]
+            other = solved(near)
+            if other.relative_error < found.relative_error:
+                found = other
+    rows = tuple(len(s.t) for s in found.signals)
+    free = [found.names.index(q.name) for q in made.free]
+    return Rung(
+        made,
+        found.values,
+        found.relative_error,
+        "%",
+        found.residuals,
+        rows,
+        0,
+        time.perf_counter() - began,
+        None,
+        found.values[free],
+        None,
+        found,
+    )
+
+
+def _masks(on: Sequence[Portion]) -> tuple[list[Recording], list[Mask]]:
+    """Each log once, with all that counts of it."""
+    masks: dict[int, tuple[Recording, Mask]] = {}
+    for portion in on:
+        log = portion.recording
+        known = masks.get(id(log), (log, np.zeros(len(log), dtype=bool)))
+        masks[id(log)] = (log, known[1] | portion.mask())
+    return [log for log, _ in masks.values()], [mask for _, mask in masks.values()]
+
+
+def _forced(made: Parameters) -> Forced:
+    assert isinstance(made.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
+    return made.rig
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A model's residuals on what was held out.
+
+    Args:
+        residuals: A piece an array; nan where the model cannot be run.
+        size: Sum of squares of what was measured, for an error relative to that.
+        relative: Whether it is.
+    """
+
+    residuals: tuple[Array, ...]
+    size: float
+    relative: bool
+
+    @property
+    def error(self) -> float:
+        """J, or the relative error in percent."""
+        squares = sum(float(r @ r) for r in self.residuals)
+        if not np.isfinite(squares):
+            return float("inf")
+        if self.relative:
+            return 100 * float(np.sqrt(squares / self.size)) if self.size > 0 else float("inf")
+        return float(np.sqrt(squares / sum(len(r) for r in self.residuals)))
+
+    def joined(self, other: Held) -> Held:
+        """Both together."""
+        return Held(self.residuals + other.residuals, self.size + other.size, self.relative)
+
+
+def held(rung: Rung, on: Sequence[Portion]) -> Held:
+    """A fitted law on what it has not seen, from where the axis was seen to start.
+
+    Raises:
+        InputError: these portions cannot be simulated, or have too few rows.
+    """
+    made = rung.made
+    if isinstance(made.rig, Simulated):
+        problem = MotionProblem(made, _stretches(made, on))
+        names = [q.name for q in made.every]
+        x = rung.p[None, [names.index(q.name) for q in made.free]]
+        found = parts(problem.residuals(x)[0], problem.logs)
+        return Held(tuple(r for r in found if len(r)), 0.0, relative=False)
+    logs, masks = _masks(on)
+    seen = balance.validate(logs, made.law, _forced(made), rung.p, rows=masks)
+    pieces = tuple(s.measured - s.predicted for s in seen.signals if len(s.t))
+    size = sum(float(s.measured @ s.measured) for s in seen.signals)
+    return Held(pieces, size, relative=True)

@@ -1,0 +1,246 @@
+"""What is trained on and what is held out, when several laws are compared.
+
+Samples of a log that are held out one by one tell nothing: each has neighbours that were trained
+on. So whole logs are held out, or whole stretches of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.ranges import FEWEST, Range, windows
+from ...data.segmentation import segment
+from ...errors import InputError
+from ...rig.forced import Forced
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ...rig import Rig
+
+Kind = Literal["hold-out", "logs", "strokes", "time"]
+Mask = NDArray[np.bool_]
+
+#: Logs from which on whole logs are held out.
+_LOGS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Portion:
+    """A part of a log; all of it where `within` is None."""
+
+    recording: Recording
+    within: Range | None
+
+    def mask(self) -> Mask:
+        """Which samples, (N,)."""
+        found = np.zeros(len(self.recording), dtype=bool)
+        for window in windows(self.recording, self.within):
+            found[window.rows] = True
+        return found
+
+    @property
+    def label(self) -> str:
+        """The log, and the range if there is one."""
+        name = self.recording.label
+        return name if self.within is None else f"{name} {self.within.text}"
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """What one round trains on, and what it holds out; no sample is in both."""
+
+    train: tuple[Portion, ...]
+    held: tuple[Portion, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Splits:
+    """All rounds of a comparison.
+
+    Args:
+        kind: What is held out: what was asked for, logs in turn, strokes in turn, or parts of
+            the time in turn.
+        text: The same in words.
+        whole: All that may be trained on: what the law that is recommended is fitted to.
+        rounds: One for data that was held out on purpose, or one for each fold.
+    """
+
+    kind: Kind
+    text: str
+    whole: tuple[Portion, ...]
+    rounds: tuple[Split, ...]
+
+
+def splits(
+    logs: Sequence[Recording],
+    rig: Rig,
+    train: Sequence[Range],
+    holdout: Sequence[Range],
+    test: Sequence[Recording],
+    folds: int,
+) -> Splits:
+    """Sort logs and ranges into rounds of training and holding out.
+
+    Args:
+        logs: To train on.
+        rig: The axis.
+        train: Ranges to train on; everything if there is none.
+        holdout: Ranges to hold out.
+        test: Whole logs to hold out.
+        folds: Rounds where nothing was given to be held out.
+
+    Raises:
+        InputError: no log passes a range, hold-outs overlap what is trained on, or the logs are
+            too short for so many folds.
+    """
+    whole = _portions(logs, train)
+    if not (holdout or test):
+        return _folded(logs, whole, rig, folds)
+    if twice := [log for log in test if any(log is one for one in logs)]:
+        raise InputError(f"{twice[0].label}: is trained on and tested: give it once")
+    held = (*(_portions(logs, holdout) if holdout else ()), *_portions(test, []))
+    for part in held:
+        if any(_overlap(part, one) for one in whole):
+            assert part.within is not None  # noqa: S101 - test logs are not trained on
+            raise InputError(
+                f"hold-out {part.within.text} overlaps the training data, so that its error says "
+                "nothing: give --train as well"
+            )
+    texts = [f"ranges {', '.join(r.text for r in holdout)}"] if holdout else []
+    texts += [f"{len(test)} test log{'s' * (len(test) > 1)}"] if test else []
+    return Splits("hold-out", " and ".join(texts), whole, (Split(whole, held),))
+
+
+def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[Portion, ...]:
+    """Each range in each log that passes it.
+
+    Raises:
+        InputError: a log passes none of the ranges, or a range is passed by no log.
+    """
+    if not ranges:
+        return tuple(Portion(log, None) for log in logs)
+    found: list[Portion] = []
+    refused: dict[int, InputError] = {}
+    for within in ranges:
+        before = len(found)
+        for log in logs:
+            try:
+                windows(log, within)
+            except InputError as error:
+                refused[id(log)] = error
+            else:
+                found.append(Portion(log, within))
+        if len(found) == before:
+            raise refused[id(logs[0])]
+    return tuple(found)
+
+
+def _overlap(a: Portion, b: Portion) -> bool:
+    return a.recording is b.recording and bool((a.mask() & b.mask()).any())
+
+
+def _folded(logs: Sequence[Recording], whole: tuple[Portion, ...], rig: Rig, folds: int) -> Splits:
+    if folds < 2:  # noqa: PLR2004 - with one fold, nothing is left to train on
+        raise InputError(f"folds: give 2 or more, got {folds}")
+    if len(logs) >= _LOGS and _every_way(logs, folds := min(folds, len(logs))):
+        groups = [set(map(id, logs[k::folds])) for k in range(folds)]
+        rounds = tuple(
+            Split(
+                tuple(p for p in whole if id(p.recording) not in group),
+                tuple(p for p in whole if id(p.recording) in group),
+            )
+            for group in groups
+        )
+        each = f"{len(logs)} logs, each held out once in {folds} rounds"
+        return Splits("logs", each, whole, rounds)
+    masks = {id(log): np.zeros(len(log), dtype=bool) for log in logs}
+    for p in whole:
+        masks[id(p.recording)] |= p.mask()
+    by_stroke = all(len(segment(log).strokes) >= 2 * folds for log in logs)
+    rounds = tuple(
+        Split(*_round(logs, masks, rig, folds, k, by_stroke=by_stroke)) for k in range(folds)
+    )
+    each = "whole strokes" if by_stroke else "a part of every stroke"
+    return Splits("strokes" if by_stroke else "time", f"{each}, in {folds} rounds", whole, rounds)
+
+
+def _every_way(logs: Sequence[Recording], folds: int) -> bool:
+    """Whether the logs left in every round run in all directions of those held out."""
+    ways = [{s.direction for s in segment(log).strokes} for log in logs]
+    for k in range(folds):
+        held = set().union(*ways[k::folds])
+        if held - set().union(*(w for i, w in enumerate(ways) if i % folds != k)):
+            return False
+    return True
+
+
+def _round(
+    logs: Sequence[Recording],
+    masks: dict[int, Mask],
+    rig: Rig,
+    folds: int,
+    k: int,
+    *,
+    by_stroke: bool,
+) -> tuple[tuple[Portion, ...], tuple[Portion, ...]]:
+    train: list[Portion] = []
+    held: list[Portion] = []
+    for log in logs:
+        out = np.zeros(len(log), dtype=bool)
+        for part in _parts(log, folds, k, by_stroke=by_stroke):
+            out[part] = True
+        base = masks[id(log)]
+        train += _runs(log, base & ~_widened(out, _reach(log, rig)))
+        held += _runs(log, base & out)
+    for what, found in (("trained on", train), ("held out", held)):
+        if not found:
+            raise InputError(
+                f"{logs[0].label}: is too short for {folds} folds, so that nothing is {what}: "
+                "give fewer, or longer logs"
+            )
+    return tuple(train), tuple(held)
+
+
+def _parts(log: Recording, folds: int, k: int, *, by_stroke: bool) -> Iterator[slice]:
+    """What fold k holds out of a log."""
+    begins = [s.rows.start for s in segment(log).strokes[1:]]
+    edges = [0, *begins, len(log)]
+    if by_stroke:
+        at = np.linspace(0, len(edges) - 1, folds + 1).round().astype(int)
+        yield slice(edges[at[k]], edges[at[k + 1]])
+        return
+    for a, b in pairwise(edges):
+        cut = np.linspace(a, b, folds + 1).round().astype(int)
+        yield slice(int(cut[k]), int(cut[k + 1]))
+
+
+def _reach(log: Recording, rig: Rig) -> int:
+    """Samples beside what is held out that a filter mixes with it."""
+    return max(rig.filtering.edges(1 / log.dt)) if isinstance(rig, Forced) else 0
+
+
+def _widened(mask: Mask, by: int) -> Mask:
+    if not by:
+        return mask
+    at = np.flatnonzero(mask)
+    wide = np.zeros(len(mask) + 1, dtype=int)
+    np.add.at(wide, np.maximum(at - by, 0), 1)
+    np.add.at(wide, np.minimum(at + by + 1, len(mask)), -1)
+    return np.asarray(np.cumsum(wide)[:-1] > 0)
+
+
+def _runs(log: Recording, mask: Mask) -> list[Portion]:
+    """The runs of a mask that are long enough, as ranges of time."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    t = np.append(log.t, log.t[-1] + log.dt)
+    return [
+        Portion(log, Range(f"{t[a]:.6g}s:{t[b]:.6g}s", float(t[a]), float(t[b]), timed=True))
+        for a, b in edges.reshape(-1, 2)
+        if b - a >= FEWEST
+    ]

@@ -1,0 +1,130 @@
+"""A ladder of laws: their order, what one has more than another, and how one stands in another.
+
+A richer law that contains a simpler one starts from the simpler one's answer as well, so that it
+never trains worse. Whether it does contain it is not asked of a table: the simpler law's values
+are carried over by their meaning, and what they cost under the richer law is evaluated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...space import Array, Param, Space
+
+if TYPE_CHECKING:
+    from ...friction import Law
+    from ..problem import Parameters
+
+#: What other literatures call a parameter.
+_ALIASES = {"K_c": "F_C", "K_v": "F_V", "w_s": "v_SS", "v_s": "v_SS", "alpha": "exponent"}
+#: Levels of friction, to which a constant force adds in one direction and not in the other.
+_LEVELS = ("F_S", "F_C")
+#: Parameters that a law has in place of a single one.
+_PARTS = {"K_m": "K_l", "K_e": "K_l", "K_ms": "K_ls", "K_es": "K_ls"}
+#: Parameters by which a law falls from rest to speed.
+_FALLS = frozenset({"F_S", "K_cs", "g1", "ratio"})
+_OFFSET = "offset"
+
+#: What a law may have beyond a level and a slope, as people call it, the plainest first.
+INGREDIENTS = {
+    "asymmetry": "parameters of their own for each direction",
+    "stribeck": "a level at rest above the one at speed (Stribeck)",
+    "exponent": "a free exponent of the Stribeck curve",
+    "load": "friction that grows with the load",
+    "two loads": "a share of its own for each load",
+    "squares": "a share that goes with the square of the load",
+    "states": "inner states (presliding, memory)",
+    "temperature": "a share that depends on temperature",
+    "position": "a share that depends on position",
+}
+#: What only refines another ingredient, and is no step of its own where that is new.
+_REFINES = {"exponent": "stribeck", "two loads": "load", "squares": "load"}
+
+
+def ingredients(law: Law, free: Iterable[str]) -> frozenset[str]:
+    """What a law has beyond Coulomb and viscous friction, of `INGREDIENTS`.
+
+    Args:
+        law: The law.
+        free: Names of the parameters that are to be found.
+    """
+    bare = {name.rstrip("+-") for name in law.names}
+    asked = {_ALIASES.get(stem, stem) for stem in (name.rstrip("+-") for name in free)}
+    has = {
+        "asymmetry": law.directional,
+        "stribeck": bool(bare & _FALLS),
+        "exponent": bool(bare & _FALLS) and "exponent" in asked,
+        "load": bool(law.loads),
+        "two loads": "K_m" in bare,
+        "squares": "K_mq" in bare,
+        "states": law.states > 0,
+        "temperature": "temperature" in law.terms,
+        "position": "position" in law.terms,
+    }
+    return frozenset(name for name, there in has.items() if there)
+
+
+def step(simple: frozenset[str], rich: frozenset[str]) -> str | None:
+    """The one ingredient that is new in a richer law; None if there are none or several."""
+    if not simple < rich:
+        return None
+    new = rich - simple
+    own = [name for name in INGREDIENTS if name in new and _REFINES.get(name) not in new]
+    return own[0] if len(own) == 1 else None
+
+
+def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
+    """The free parameters (dim,) of a richer law at which it is, if it can be, a simpler one.
+
+    What both have keeps its value; both directions get the one value of a law that knew no
+    direction, its constant force counted with the levels where the richer law has none; a
+    Stribeck curve starts without a fall, and what else is new at zero, or in the middle of its
+    range where that does not reach to zero.
+
+    Args:
+        simple: The simpler law's parameters.
+        p: Their values, SI, (k,).
+        rich: The richer law's.
+    """
+    known = {_renamed(n): v for n, v in simple.values(p).items()}
+    dropped = 0.0 if any(q.name == _OFFSET for q in rich.every) else known.get(_OFFSET, 0.0)
+    space = Space(rich.free)
+    x = [_value(q, known, dropped) for q in rich.free]
+    inside: Array = space.decode(space.encode(np.array([x])).clip(0.0, 1.0))[0]
+    return inside
+
+
+def _renamed(name: str) -> str:
+    stem = name.rstrip("+-")
+    return _ALIASES.get(stem, stem) + name[len(stem) :]
+
+
+def _value(param: Param, known: Mapping[str, float], offset: float) -> float:
+    name = _renamed(param.name)
+    stem, sign = name.rstrip("+-"), name[len(name.rstrip("+-")) :]
+    for called in (stem, *(("F_C",) if stem == "F_S" else ())):
+        if (found := _at(called, sign, known, offset)) is not None:
+            return found
+    if stem == "K_cs" and "F_S" in known:
+        return known["F_S"] - known["F_C"]
+    if stem in _PARTS:
+        return known.get(_PARTS[stem], 0.0)
+    if param.lower <= 0.0 <= param.upper:
+        return 0.0
+    middle: Array = Space((param,)).decode(np.array([[0.5]]))
+    return float(middle[0, 0])
+
+
+def _at(stem: str, sign: str, known: Mapping[str, float], offset: float) -> float | None:
+    """A value by its name and direction, or by what comes closest to that, if anything does."""
+    if stem + sign in known:
+        return known[stem + sign]
+    if sign and stem in known:
+        way = {"+": 1.0, "-": -1.0}[sign] if stem in _LEVELS else 0.0
+        return known[stem] + way * offset
+    if f"{stem}+" in known and f"{stem}-" in known:
+        return 0.5 * (known[f"{stem}+"] + known[f"{stem}-"])
+    return None

@@ -1,0 +1,62 @@
+"""What a log cannot tell in which the axis never slid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ..data.breakaway import presliding, ramps
+from ..rig.rig import stem
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from .problem import Parameters
+    from .uncertainty.uncertainty import Estimate
+
+#: What only sliding shows, by the names that laws give it.
+_SLIDING = ("F_S", "F_C", "v_SS", "v_s", "ratio", "tau")
+#: Levels of elements: they add up to what the contact was seen to hold.
+_LEVEL = "W"
+
+
+def never_slid(made: Parameters, recordings: Sequence[Recording]) -> list[str]:
+    """A sentence where no recording has a force that moved the axis out of presliding.
+
+    A law fits the loops all the same, with a level towards which they flatten; but a contact
+    that creeps flattens long before it breaks away, so that this level is none.
+    """
+    if not recordings or not all(map(_held, recordings)):
+        return []
+    free = [q.name for q in made.free]
+    names = [made.rig.label(n) for n in free if n.rstrip("+-") in _SLIDING]
+    said = []
+    if names:
+        listed = " and ".join(x for x in (", ".join(names[:-1]), names[-1]) if x)
+        which = "this log" if len(recordings) == 1 else "these logs"
+        said.append(f"{listed} cannot be known from {which}")
+    if any(stem(n) == _LEVEL for n in free):
+        said.append(f"the levels {_LEVEL}_i do not add up to its breakaway")
+    return [f"the axis never slid: {'; '.join(said)}"] if said else []
+
+
+def unslid(
+    made: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
+) -> tuple[Estimate, ...]:
+    """The estimates, with no parameter called identified that only sliding shows and none saw."""
+    if not recordings or not all(map(_held, recordings)):
+        return tuple(found)
+    hidden = {made.rig.label(q.name) for q in made.free if q.name.rstrip("+-") in _SLIDING}
+    meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
+    return tuple(
+        replace(e, verdict="not identifiable", meaning=meaning) if e.name in hidden else e
+        for e in found
+    )
+
+
+def _held(recording: Recording) -> bool:
+    """Whether the force of a log went round or up below breakaway."""
+    rising = ramps(recording)
+    if rising:
+        return all(ramp.by_speed is None for ramp in rising)
+    return presliding(recording) is not None

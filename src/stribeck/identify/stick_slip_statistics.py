@@ -1,0 +1,85 @@
+"""Whether a model sticks and slips as the axis does, whenever that is.
+
+Two axes with the same friction soon slip at different times if slips come at a force that is not
+the same each time: the position error of a long simulation then says little of the friction. How
+often they slip, how far, and for how much of the time they rest, does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..data.recording import Recording
+from ..data.segmentation import noise, segment, step
+from ..space import Array
+
+if TYPE_CHECKING:
+    from ..rig import Motion
+    from .segment import Stretch
+
+#: Fewer slips of an axis make no staircase.
+_FEWEST = 5
+
+
+@dataclass(frozen=True)
+class Staircase:
+    """How an axis stuck and slipped.
+
+    Args:
+        slips: How often it slipped from one rest to the next.
+        jump: How far, as the median, m or rad; 0 without slips.
+        stuck: For which share of the time it rested.
+    """
+
+    slips: int
+    jump: float
+    stuck: float
+
+
+def staircases(
+    on: Sequence[Stretch], motions: Sequence[Motion]
+) -> tuple[Staircase | None, Staircase | None]:
+    """How the axis and how the model stuck and slipped, over all stretches.
+
+    The model's motion is read as the sensor would have shown it, with its noise (drawn anew, the
+    same each time) and its quantisation, and both are taken apart by the same rules. None for
+    both if the axis hardly slipped.
+    """
+    pairs = [_pair(s, m) for s, m in zip(on, motions, strict=True) if len(s.track.t) > _FEWEST]
+    if not pairs:
+        return None, None
+    measured, modelled = (_of([pair[k] for pair in pairs]) for k in (0, 1))
+    return (measured, modelled) if measured.slips >= _FEWEST else (None, None)
+
+
+def _pair(stretch: Stretch, motion: Motion) -> tuple[Recording, Recording]:
+    log, on = stretch.recording, stretch.track
+    counts = np.flatnonzero(on.score > 0)
+    rows = slice(int(counts[0]), int(counts[-1]) + 1)
+    command = np.interp(on.t, on.knots_t, on.knots_x)[rows]
+    sd, q = noise(log), step(log.position)
+    x = motion.position[0][rows] + sd * np.random.default_rng(0).standard_normal(len(on.t[rows]))
+    if q > 0:
+        x = q * np.rint(x / q)
+    return (
+        Recording(on.t[rows], on.measured[rows], command, rotary=log.rotary),
+        Recording(on.t[rows], _finite(x), command, rotary=log.rotary),
+    )
+
+
+def _finite(x: Array) -> Array:
+    """A motion that runs away ends where it was last seen."""
+    good = np.isfinite(x) & (np.abs(x) < 1e9)  # noqa: PLR2004 - nothing goes that far
+    return np.where(good, x, x[good][-1] if good.any() else 0.0)
+
+
+def _of(logs: Sequence[Recording]) -> Staircase:
+    seen = [segment(log) for log in logs]
+    jumps = [abs(slip.jump) for s in seen for slip in s.slips]
+    seconds = np.array([log.t[-1] - log.t[0] for log in logs])
+    stuck = float(np.sum([s.stuck for s in seen] * seconds) / np.sum(seconds))
+    return Staircase(len(jumps), float(np.median(jumps)) if jumps else 0.0, stuck)

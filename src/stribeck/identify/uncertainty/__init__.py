@@ -1,0 +1,1 @@
+"""How well the data know each parameter: profiles, bootstrap, posterior, verdicts."""

@@ -1,0 +1,136 @@
+"""Blind directions: combinations of parameters that the data hardly see, in words.
+
+Which parameter leads one is asked of the slopes: the eigenvectors of their curvature, for relative
+changes, that noise hides. What is told is read off its profile, where the others were refitted: a
+valley of the misfit is curved, and a straight way leaves it soon.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...space import Array, Space
+from .profile import Profile, Profiles
+
+#: The move that is told is the least of at least this, relative, that a profile has visited.
+MOVE = 0.1
+#: Greatest relative rise of the misfit that people would not notice.
+UNSEEN = 0.01
+#: Components below this share of the largest one are not told.
+SMALL = 0.1
+#: A value smaller than this share of its range is moved by shares of the range.
+NOUGHT = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """A joint move of parameters that the data do not notice.
+
+    Args:
+        names: The parameters that move, the one that leads first, then by size.
+        changes: By how much, relative to the value (to the range, where the value is near 0).
+        misfit: Relative change of the misfit, a root mean square, at the end of the move.
+    """
+
+    names: tuple[str, ...]
+    changes: tuple[float, ...]
+    misfit: float
+
+    def text(self, labels: Sequence[str] | None = None, misfit: str = "J") -> str:
+        """The direction as a sentence, the parameters by other names if given."""
+        moves = [
+            f"{n} {'+' if c > 0 else '−'}{percent(c)}"
+            for n, c in zip(labels or self.names, self.changes, strict=True)
+        ]
+        changes = f"changes {misfit} by {percent(self.misfit)}"
+        if len(moves) == 1:
+            return f"{moves[0]} {changes}: the data hardly see it"
+        return (
+            f"{moves[0]} together with {', '.join(moves[1:])} {changes}: "
+            "only their combination is known"
+        )
+
+
+def percent(share: float) -> str:
+    """The size of a relative change, for people."""
+    value = 100 * abs(share)
+    if value < 0.01:  # noqa: PLR2004 - finer is nothing to anybody
+        return "less than 0.01 %"
+    return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
+
+
+def directions(space: Space, found: Profiles) -> tuple[Direction, ...]:
+    """The joint moves of the parameters profiled that the data do not notice, weakest first.
+
+    Args:
+        space: Of the problem.
+        found: Its profiles.
+    """
+    x, width = found.x, space.upper - space.lower
+    scale = np.where(np.abs(x) < NOUGHT * width, width, np.abs(x))
+    asked = [space.names.index(p.name) for p in found.profiles]
+    values, vectors = _curvature(space, found, scale, asked)
+    told: list[Direction] = []
+    led: set[int] = set()
+    for value, way in zip(values, vectors.T, strict=True):
+        leader = int(np.argmax(np.abs(way)))
+        hidden = value * (MOVE / abs(way[leader])) ** 2 < found.profiles[leader].threshold
+        if not hidden or leader in led:
+            continue
+        led.add(leader)
+        move = _move(found.profiles[leader], x, scale, asked, leader)
+        if move is not None and move[1] <= ((1 + UNSEEN) ** 2 - 1) * found.squares:
+            changes, rise = move
+            order = [leader, *(int(i) for i in np.argsort(-np.abs(changes), kind="stable"))]
+            least = SMALL * abs(changes[leader])
+            keep = [i for i in dict.fromkeys(order) if i == leader or abs(changes[i]) >= least]
+            worse = rise / found.squares if found.squares > 0 else 0.0
+            told.append(
+                Direction(
+                    tuple(space.names[asked[i]] for i in keep),
+                    tuple(float(changes[i]) for i in keep),
+                    float(np.sqrt(1 + worse) - 1),
+                )
+            )
+    return tuple(told)
+
+
+def _curvature(
+    space: Space, found: Profiles, scale: Array, asked: Sequence[int]
+) -> tuple[Array, Array]:
+    """Eigenvalues and vectors of the curvature for relative changes of the parameters asked about.
+
+    The others follow at their best: the Schur complement takes them out.
+    """
+    beside = space.encode(found.x[None] + np.diag(1e-7 * (space.upper - space.lower)))
+    back = space.encode(found.x[None] - np.diag(1e-7 * (space.upper - space.lower)))
+    step = space.decode(beside) - space.decode(back)
+    dudx = np.diag(beside - back) / np.diag(step)
+    J = found.J * (dudx * scale)[:, None]
+    A = np.einsum("im,jm->ij", J, J)
+    rest = [i for i in range(space.dim) if i not in asked]
+    inner = A[np.ix_(asked, asked)]
+    if rest:
+        across = A[np.ix_(rest, asked)]
+        inner = inner - across.T @ np.linalg.pinv(A[np.ix_(rest, rest)], rcond=1e-12) @ across
+    values, vectors = np.linalg.eigh(inner)
+    return np.maximum(values, 0.0), vectors
+
+
+def _move(
+    profile: Profile, x: Array, scale: Array, asked: Sequence[int], leader: int
+) -> tuple[Array, float] | None:
+    """Relative changes at a place of the leader's profile that noise explains, and the rise there.
+
+    The place with the least move of at least MOVE; None if there is none.
+    """
+    changes = ((profile.places - x) / scale)[:, asked]
+    moves = np.abs(changes[:, leader])
+    hidden = np.flatnonzero((profile.rises <= 1.1) & (moves >= MOVE))  # noqa: PLR2004 - ends
+    if not len(hidden):
+        return None
+    best = hidden[np.argmin(moves[hidden])]
+    return changes[best], float(profile.rises[best]) * profile.threshold

@@ -1,0 +1,186 @@
+"""The quick look: what the slopes at an estimate say of its errors, one batch of evaluations.
+
+Residuals of a log correlate from sample to sample. How much that costs depends on the parameter:
+one whose slopes change sign within the time in which residuals forget loses nothing, one with
+even slopes the most. So each has its own ratio of the variance for residuals as they are (Newey
+and West 1987, doi 10.2307/1913610) to the one for white ones. It is the greater of two: of the
+residuals themselves, which is too small where they forget slowly, and of what a first-order
+autoregression leaves of them (Andrews and Monahan 1992, doi 10.2307/2951574), which takes a slow
+error of the model under the noise of a sensor for a fast one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+from .residuals import parts
+
+#: A direction is blind if its curvature is below this share of the greatest, slopes scaled to
+#: one length.
+BLIND = 1e-12
+#: Critical value of a t test whose variance is Newey and West's with Bartlett weights over a share
+#: b of the rows, divided by the normal's 1.96 (Kiefer and Vogelsang 2005, doi
+#: 10.1017/S0266466605050565, table 1, 97.5 %): the estimated variance is uncertain itself.
+FIXED_B = np.array([-0.5324, 0.4160, 2.9694, 1.9600]) / 1.9600
+#: Greatest autoregression that is taken out.
+PERSISTENT = 0.97
+
+
+@dataclass(frozen=True, eq=False)
+class QuickLook:
+    """Errors of estimates to first order, in the unit cube.
+
+    Args:
+        errors: Standard errors for residuals as correlated as they are, (dim,); inf for blind
+            parameters.
+        white: The same as if residuals were white.
+        ratio: Variance of the first over that of the second, at least 1; (dim,).
+        correlation: Of the estimates, (dim, dim); zero beside blind parameters.
+        blind: Which parameters have a part in a direction that the data do not see.
+        curvature: Pseudo-inverse of J J^T, (dim, dim).
+        variance: Of the residuals, sum of squares over degrees of freedom.
+        dof: Degrees of freedom.
+    """
+
+    errors: Array
+    white: Array
+    ratio: Array
+    correlation: Array
+    blind: NDArray[np.bool_]
+    curvature: Array
+    variance: float
+    dof: int
+
+
+def quick_look(J: Array, r: Array, logs: Sequence[int]) -> QuickLook:
+    """Look at slopes J (dim, N) and residuals r (N,) of logs of so many rows each."""
+    dim, rows = J.shape
+    lengths = np.sqrt(np.einsum("im,im->i", J, J))
+    lengths[lengths == 0] = 1.0
+    scaled = J / lengths[:, None]
+    values, vectors = np.linalg.eigh(np.einsum("im,jm->ij", scaled, scaled))
+    seen = values > BLIND * max(float(values[-1]), np.finfo(float).tiny)
+    part = vectors[:, seen] / np.sqrt(values[seen])
+    C = part @ part.T / np.outer(lengths, lengths)
+    blind = (np.abs(vectors[:, ~seen]) > np.sqrt(BLIND) ** 0.5).any(axis=1)
+    dof = max(rows - dim, 1)
+    variance = float(r @ r) / dof
+    ratio = inflation(C, J, r, logs)
+    ratio = np.where(blind, ratio.max(), ratio)  # away from here they may be seen like any other
+    white = np.sqrt(variance * np.diag(C))
+    errors = white * np.sqrt(ratio)
+    spread = np.sqrt(np.diag(C))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = C / np.outer(spread, spread)
+    correlation[blind], correlation[:, blind] = 0.0, 0.0
+    correlation[~np.isfinite(correlation)] = 0.0
+    np.fill_diagonal(correlation, 1.0)
+    return QuickLook(
+        np.where(blind, np.inf, errors),
+        np.where(blind, np.inf, white),
+        ratio,
+        correlation,
+        blind,
+        C,
+        variance,
+        dof,
+    )
+
+
+def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
+    """How many times the white variance each estimate has with residuals as they are, >= 1.
+
+    Args:
+        C: Inverse of J J^T, (dim, dim).
+        J: Slopes, (dim, N).
+        r: Residuals, (N,).
+        logs: Rows of each log.
+    """
+    dim, rows = J.shape
+    dof = max(rows - dim, 1)
+    moves = np.einsum("ij,jm->im", C, J) * r
+    # They add up to zero but where an end of a range holds the fit, and how far it holds it from
+    # the least sum of squares is no noise.
+    shares = parts(moves - moves.mean(axis=1, keepdims=True), logs)
+    a = _persistence(shares, rows)
+    rest = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
+    plain = float(_persistence([p[None] for p in parts(r, logs)], rows)[0])
+    left = [p[1:] - plain * p[:-1] for p in parts(r, logs)]
+    total = np.maximum(
+        _newey_west(rest, np.concatenate(left), [len(p) for p in left], rows) / (1 - a) ** 2,
+        _newey_west(shares, r, logs, rows),
+    )
+    white = np.diag(C) * float(r @ r) / dof
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = total * (rows / dof) / white
+    return np.where(np.isfinite(ratio), np.maximum(ratio, 1.0), 1.0)
+
+
+def _newey_west(shares: Sequence[Array], r: Array, logs: Sequence[int], rows: int) -> Array:
+    """Variances of the sums of series (k, n) of all logs, as widened as they are uncertain, (k,).
+
+    Bartlett weights over twice the lag at which residuals r, of logs of so many rows, forget.
+    """
+    reach = max(2 * first_below_zero(r, logs), int(4 * (rows / 100) ** (2 / 9)))
+    reach = min(reach, max(rows // 5, 1))
+    weights = 1.0 - np.arange(reach) / reach
+    weights[1:] *= 2.0
+    total = np.zeros(len(shares[0]))
+    for part in shares:
+        products = autocovariance(part, reach)
+        total += products @ weights[: products.shape[-1]]
+    return total * fixed_b(reach / rows) ** 2
+
+
+def _persistence(shares: Sequence[Array], rows: int) -> Array:
+    """First-order autoregression of series (k, n) of all logs, (k,), freed of its usual bias."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        a = sum(np.sum(p[:, 1:] * p[:, :-1], axis=1) for p in shares) / sum(
+            np.sum(p * p, axis=1) for p in shares
+        )
+    a = np.where(np.isfinite(a), a, 0.0)
+    return np.clip(a + (1 + 3 * a) / rows, -PERSISTENT, PERSISTENT)
+
+
+def fixed_b(share: float) -> float:
+    """By how much intervals widen because a variance from so long blocks is uncertain itself."""
+    return float(np.polyval(FIXED_B, share))
+
+
+def autocovariance(series: Array, lags: int) -> Array:
+    """Sums of products a lag apart, (..., N) to (..., min(lags, N))."""
+    n = series.shape[-1]
+    spectrum = np.abs(np.fft.rfft(series, 2 * n)) ** 2
+    found: Array = np.fft.irfft(spectrum, 2 * n)[..., : min(lags, n)]
+    return found
+
+
+def first_below_zero(r: Array, logs: Sequence[int]) -> int:
+    """The first lag at which residuals no longer resemble themselves, at most a tenth of them."""
+    most = max(2, len(r) // 10)
+    total = np.zeros(most)
+    for part in parts(r, logs):
+        products = autocovariance(part - part.mean(), most)
+        total[: len(products)] += products
+    below = np.flatnonzero(total[1:] <= 0)
+    return int(below[0]) + 1 if len(below) else most
+
+
+def correlation_time(r: Array, logs: Sequence[int] | None = None) -> float:
+    """Integrated autocorrelation 1 + 2 sum rho_k, summed while rho_k stays above zero; >= 1."""
+    lags = max(len(r) // 2, 1)
+    total = np.zeros(lags)
+    for part in parts(r, logs or (len(r),)):
+        products = autocovariance(part - part.mean(), lags)
+        total[: len(products)] += products
+    if not total[0] > 0:
+        return 1.0
+    rho = total / total[0]
+    below = np.flatnonzero(rho <= 0)
+    stop = int(below[0]) if len(below) else len(rho)
+    return float(max(1.0 + 2.0 * rho[1:stop].sum(), 1.0))

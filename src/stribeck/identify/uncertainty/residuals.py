@@ -1,0 +1,79 @@
+"""What every question about uncertainty is asked of: residuals over a box of parameters.
+
+The same for every law, both roads and any search method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...friction.orders import orders
+from ...space import Array, Space
+
+
+class Residuals(Protocol):
+    """Measured less modelled, for many parameter sets at once.
+
+    Three attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
+    order: nothing correlates across them (default: all rows are one log). `orders` is a tuple
+    of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says, (n,), which of the
+    points (n, dim) mean something.
+    """
+
+    @property
+    def space(self) -> Space:
+        """The free parameters, SI, with their ranges."""
+
+    def residuals(self, x: Array, /) -> Array:
+        """(n, dim) points, SI, to (n, N) residuals; nan where a point cannot be run."""
+
+
+def logs_of(problem: Residuals, rows: int) -> tuple[int, ...]:
+    """How many rows each log has, in order.
+
+    Raises:
+        InputError: the problem's logs do not add up to its rows.
+    """
+    logs: Sequence[int] | None = getattr(problem, "logs", None)
+    if logs is None:
+        return (rows,)
+    if sum(logs) != rows:
+        raise InputError(f"logs of {sum(logs)} rows in all, but {rows} residuals: count them again")
+    return tuple(int(n) for n in logs if n)
+
+
+def parts(series: Array, logs: Sequence[int]) -> list[Array]:
+    """Rows (..., N) cut into their logs."""
+    ends = np.cumsum([0, *logs]).tolist()
+    return [series[..., a:b] for a, b in pairwise(ends)]
+
+
+def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
+    """Pairs (i, j) of free parameters for which x_i >= x_j must hold, asked of the law if any."""
+    given: Sequence[tuple[int, int]] | None = getattr(problem, "orders", None)
+    if given is not None:
+        return tuple(given)
+    made: Any = getattr(problem, "parameters", None)
+    if made is None or not hasattr(made, "law"):
+        return ()
+    at = {q.name: i for i, q in enumerate(made.free)}
+    names = [made.tied.get(q.name, q.name) for q in made.law.params]
+    pairs = ((names[i], names[j]) for i, j in orders(made.law, every=True))
+    return tuple(dict.fromkeys((at[a], at[b]) for a, b in pairs if a in at and b in at))
+
+
+def physical(problem: Residuals, x: Array) -> NDArray[np.bool_]:
+    """Which points (n, dim), SI, mean something; all of them where nobody says."""
+    asked: Any = getattr(problem, "physical", None)
+    if asked is not None:
+        return np.asarray(asked(x), dtype=bool)
+    made: Any = getattr(problem, "parameters", None)
+    if made is None or not hasattr(made, "law"):
+        return np.ones(len(x), dtype=bool)
+    return np.asarray(made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool)

@@ -1,0 +1,149 @@
+"""A plan of experiments, for the terminal and as JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Any
+
+from .terminal import console, grid, number
+
+if TYPE_CHECKING:
+    from ..identify.design.plan import Gain, Plan, Proposal
+
+#: A factor below this is no gain worth a cell.
+GAIN = 1.05
+
+
+def show_plan(plan: Plan) -> None:
+    """Experiments in order, how to do them, and what they do not cure."""
+    out = console()
+    names = [g.name for g in plan.proposals[0].gains] if plan.proposals else []
+    names = [*plan.doubtful, *(n for n in names if n not in plan.doubtful)]
+    heads = ["rank", "experiment", "s", "score", *(_head(plan, n) for n in names)]
+    rows = [
+        [
+            str(k),
+            p.experiment.name,
+            f"{p.experiment.seconds:.3g}",
+            f"{p.score:.2g}",
+            *(_times(_gain(p, n).factor) for n in names),
+        ]
+        for k, p in enumerate(plan.proposals, 1)
+    ]
+    out.print(
+        grid(
+            f"{plan.law} on {plan.rig}: what to record next, by how much intervals shrink",
+            heads,
+            rows,
+            left=2,
+        )
+    )
+    out.print()
+    for k, p in enumerate(plan.proposals, 1):
+        out.print(f"{k}. {p.experiment.name}: {p.experiment.words}")
+    for text in _sentences(plan):
+        out.print(f"\n{text}")
+    if plan.left:
+        out.print()
+    for name, why in plan.left:
+        out.print(f"left out: {name}: {why}")
+
+
+def _head(plan: Plan, name: str) -> str:
+    verdict = plan.now[name].verdict
+    mark = {"weak": " (weak)", "not identifiable": " (unknown)"}.get(verdict, "")
+    return f"{name}{mark}"
+
+
+def _times(factor: float) -> str:
+    return f"{factor:.2g}×" if factor >= GAIN else "–"
+
+
+def _gain(proposal: Proposal, name: str) -> Gain:
+    return next(g for g in proposal.gains if g.name == name)
+
+
+def _sentences(plan: Plan) -> list[str]:
+    """What the table does not say."""
+    whom = "the doubtful ones, " if any(_doubted(plan, n) for n in plan.doubtful) else ""
+    about = f"score: geometric mean of the factors of {whom}{', '.join(plan.doubtful)}"
+    how = f"medians over {plan.draws} parameter sets that the data allow, seed {plan.seed}"
+    said = [f"{about}; {how}"]
+    if plan.proposals:
+        best = plan.proposals[0]
+        said.append(f"after {best.experiment.name}, to be expected: {_expected(plan, best)}")
+    for p in plan.proposals:
+        if p.kept is not None:
+            pairs = zip(p.gains, p.kept.factors, strict=True)
+            told = ", ".join(
+                f"{g.name} {f:.2g}× (promised {g.factor:.2g}×)" for g, f in pairs if g.doubtful
+            )
+            said.append(f"{p.experiment.name}, tried on {p.kept.twins} twins: {told}")
+    return [*said, *plan.said]
+
+
+def _doubted(plan: Plan, name: str) -> bool:
+    return plan.now[name].verdict in ("weak", "not identifiable")
+
+
+def _expected(plan: Plan, best: Proposal) -> str:
+    """The intervals of the doubtful parameters after an experiment, beside those of now."""
+    parts = []
+    for g in best.gains:
+        if g.doubtful:
+            card = plan.now[g.name]
+            now = f"{_end(card.low)} to {_end(card.high)}"
+            parts.append(
+                f"{g.name} within {number(g.low, 3)} to {number(g.high, 3)} {card.unit} "
+                f"(now {now})".replace("  ", " ")
+            )
+    return ", ".join(parts)
+
+
+def _end(value: float | None) -> str:
+    return "open" if value is None else number(value, 3)
+
+
+def plan_text(plan: Plan) -> str:
+    """The same as JSON."""
+    said: dict[str, Any] = {
+        "schema": "stribeck-plan/1",
+        "law": plan.law,
+        "rig": plan.rig,
+        "seconds": plan.seconds,
+        "draws": plan.draws,
+        "seed": plan.seed,
+        "doubtful": list(plan.doubtful),
+        "now": {
+            n: {"value": c.value, "unit": c.unit, "low": c.low, "high": c.high,
+                "verdict": c.verdict}
+            for n, c in plan.now.items()
+        },
+        "experiments": [_proposal(p) for p in plan.proposals],
+        "left_out": [{"name": name, "why": why} for name, why in plan.left],
+        "notes": list(plan.said),
+    }  # fmt: skip
+    return json.dumps(said, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _proposal(p: Proposal) -> dict[str, Any]:
+    e = p.experiment
+    found: dict[str, Any] = {
+        "name": e.name,
+        "kind": e.kind,
+        "words": e.words,
+        "seconds": e.seconds,
+        "score": p.score,
+        "parameters": {
+            g.name: {"factor": g.factor, "expected_low": g.low, "expected_high": g.high}
+            for g in p.gains
+        },
+    }
+    if p.kept is not None:
+        factors = dict(zip((g.name for g in p.gains), p.kept.factors.tolist(), strict=True))
+        found["checked"] = {
+            "twins": p.kept.twins,
+            "factors": {n: f if math.isfinite(f) else None for n, f in factors.items()},
+        }
+    return found

@@ -1,0 +1,332 @@
+"""A comparison of laws as people read it: a table, sentences, a figure; and as programs do."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.status import Status
+from rich.table import Table
+from rich.text import Text
+
+from .._version import __version__
+from ..identify.card import kind_of
+from .terminal import PACE, Watch, console, grid, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..identify.selection.contender import Candidate
+    from ..identify.selection.paired_test import Paired
+    from ..identify.selection.select import Selection
+    from ..optimize import Search
+
+SCHEMA = "stribeck-selection/1"
+#: File names in a folder of results.
+FILE, CARD, FIGURE = "selection.json", "card.json", "selection"
+#: Percent beyond which differences are drawn on a logarithmic scale.
+FAR = 100
+
+
+def show_selection(selection: Selection) -> None:
+    """The laws in a table, the recommended one marked, and what a reader must know."""
+    out, s = console(), selection
+    heads = ["", "law", "free", f"training/{s.unit}", f"held out/{s.unit}", "against the best"]
+    rows = [
+        [
+            "→" if k == s.chosen else "",
+            c.name,
+            str(c.free),
+            number(c.error, 4),
+            number(c.held, 4),
+            f"{'best' if k == s.best else against(c.against)}{', worse' * c.worse}",
+        ]
+        for k, c in enumerate(s.candidates)
+    ]
+    title = f"laws on {s.rig.name}, held out: {s.splits.text}; → recommended"
+    table = grid(title, heads, rows, left=2)
+    table.columns[1].no_wrap = True
+    table.columns[-1].justify = "left"
+    table.rows[s.chosen].style = "bold"
+    out.print(table)
+    out.print()
+    out.print(_diagnoses(s))
+    out.print()
+    for k, sentence in enumerate(s.said):
+        out.print(Text(sentence, style="bold" if k == 0 else ""))
+    seconds = sum(c.seconds for c in s.candidates)
+    compared = f"{s.blocks} blocks or more; " if len(s.candidates) > 1 else ""
+    out.print(
+        Text(
+            f"{compared}{s.effective:,.0f} training samples in effect; fits took {seconds:.1f} s",
+            style="dim",
+        )
+    )
+
+
+def _diagnoses(s: Selection) -> Table:
+    """What else there is to know of each law."""
+    searched = s.seed is not None
+    heads = ["law", "ΔAICc", "ΔBIC", "lag 1", *(["evaluations"] if searched else []),
+             "not identifiable"]  # fmt: skip
+    aicc = min(c.criteria.aicc for c in s.candidates)
+    bic = min(c.criteria.bic for c in s.candidates)
+    rows = [
+        [
+            c.name,
+            _less(c.criteria.aicc, aicc),
+            _less(c.criteria.bic, bic),
+            f"{c.white.lag_1:.3f}",
+            *([f"{c.evaluations:,}"] if searched else []),
+            ", ".join(c.unseen),
+        ]
+        for c in s.candidates
+    ]
+    table = grid("", heads, rows)
+    table.columns[0].no_wrap = True
+    table.columns[-1].justify = "left"
+    return table
+
+
+def _less(value: float, least: float) -> str:
+    difference = value - least
+    return f"{difference:,.1f}" if math.isfinite(difference) else "–"
+
+
+def against(found: Paired | None) -> str:
+    """A held-out error against the best's with its 90 % interval: in percent, or as a factor."""
+    if found is None:
+        return ""
+    if not math.isfinite(found.change):
+        return "cannot be run"
+    ends = [found.change, *(e for e in (found.low, found.high) if not math.isnan(e))]
+    if max(ends) > 1:
+        shown = [f"{1 + e:.3g}" for e in ends]
+        shown[0] += " times"
+    else:
+        shown = [f"{100 * e:+.2g}" for e in ends]
+        shown[0] += " %"
+    return shown[0] if len(ends) == 1 else f"{shown[0]} ({shown[1]} to {shown[2]})"
+
+
+def selection_text(selection: Selection) -> str:
+    """The same as JSON; docs/selection.md says what each field means."""
+    s = selection
+    said: dict[str, Any] = {
+        "schema": SCHEMA,
+        "rig": s.rig.name,
+        "kind": kind_of(s.rig),
+        "recommended": s.law,
+        "best": s.candidates[s.best].name,
+        "unit": s.unit,
+        "held_out": {"kind": s.splits.kind, "text": s.splits.text, "rounds": len(s.splits.rounds),
+                     "blocks": s.blocks},
+        "effective_samples": s.effective,
+        "seed": s.seed,
+        "laws": [_law(c) for c in s.candidates],
+        "ingredients": [
+            {"ingredient": f.ingredient, "without": f.without, "with": f.within,
+             "warranted": f.warranted, "training_gain": f.training, "held_out": _paired(f.held),
+             "text": f.text}
+            for f in s.findings
+        ],
+        "interrupted": bool(s.left),
+        "left_out": list(s.left),
+        "sentences": list(s.said),
+        "data": [
+            {"file": log.source.file, "sha256": log.source.sha256, "rows": len(log), "role": role}
+            for role, logs in _logs(s).items()
+            for log in logs
+        ],
+        "software": {"stribeck": __version__},
+    }  # fmt: skip
+    return json.dumps(_plain(said), indent=2, ensure_ascii=False) + "\n"
+
+
+def _law(c: Candidate) -> dict[str, Any]:
+    return {
+        "law": c.name,
+        "free": c.free,
+        "ingredients": sorted(c.ingredients),
+        "training_error": c.error,
+        "held_out_error": c.held,
+        "against_best": None if c.against is None else _paired(c.against),
+        "worse": c.worse,
+        "aicc": c.criteria.aicc,
+        "bic": c.criteria.bic,
+        "residuals": {"lag_1": c.white.lag_1, "correlation_time": c.white.time,
+                      "ljung_box": c.white.Q, "lags": c.white.lags, "p": c.white.p},
+        "not_identifiable": list(c.unseen),
+        "evaluations": c.evaluations,
+        "seconds": round(c.seconds, 3),
+    }  # fmt: skip
+
+
+def _paired(found: Paired) -> dict[str, Any]:
+    return {
+        "change": found.change,
+        "low": found.low,
+        "high": found.high,
+        "p": found.p,
+        "blocks": found.blocks,
+    }
+
+
+def _logs(s: Selection) -> dict[str, list[Any]]:
+    """Every log once: those trained on, and those that were only held out."""
+    trained = {id(p.recording): p.recording for p in s.splits.whole}
+    held = {id(p.recording): p.recording for r in s.splits.rounds for p in r.held}
+    return {
+        "train": list(trained.values()),
+        "test": [log for key, log in held.items() if key not in trained],
+    }
+
+
+def _plain(value: Any) -> Any:
+    """What is not finite as null."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def write_selection(selection: Selection, folder: Path) -> None:
+    """Write the comparison and the card of the recommended law, both or neither."""
+    from ..identify.card import card  # noqa: PLC0415 - only what is kept is made into a card
+    from .folder import write_files  # noqa: PLC0415
+
+    texts = {FILE: selection_text(selection), CARD: card(selection.fit).text()}
+
+    def write(place: Path) -> None:
+        for name, text in texts.items():
+            (place / name).write_text(text, encoding="utf-8")
+
+    write_files(folder, write)
+
+
+def write_figure(selection: Selection, folder: Path) -> None:
+    """Draw the comparison into a folder."""
+    import matplotlib as mpl  # noqa: PLC0415 - comes late on purpose
+
+    from .figures.fit_figures import STYLE, save  # noqa: PLC0415
+    from .folder import write_files  # noqa: PLC0415
+
+    with mpl.rc_context(STYLE):
+        write_files(folder, lambda place: save(figure(selection), place, FIGURE))
+
+
+def figure(selection: Selection) -> Figure:
+    """Training and held-out error of each law, and how it stands against the best."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - comes late on purpose
+
+    from .figures.fit_figures import ACCENT, INK, MEASURED, MODEL  # noqa: PLC0415
+
+    s = selection
+    n = len(s.candidates)
+    drawn = Figure(figsize=(8.8, 2.1 + 0.42 * n), layout="constrained")
+    left, right = drawn.subplots(
+        1, 2, sharey=True, width_ratios=[1.25, 1], gridspec_kw={"wspace": 0.08}
+    )
+    rows = list(range(n))
+    shown = [k for k in rows if math.isfinite(s.candidates[k].held)]
+    left.plot([c.error for c in s.candidates], rows, "o", color=MEASURED, ms=6, label="training")
+    left.plot(
+        [s.candidates[k].held for k in shown], shown, "D", color=MODEL, ms=6, label="held out"
+    )
+    for k in shown:
+        ends = [s.candidates[k].error, s.candidates[k].held]
+        left.plot(ends, [k, k], color=MEASURED, lw=1, alpha=0.6, zorder=0)
+    left.set_yticks(rows, [f"{c.name}  ({c.free})" for c in s.candidates])
+    left.set(xlabel=f"{_called(s)} / {s.unit}", ylim=(n - 0.45, -0.55))
+    left.margins(x=0.08)
+    drawn.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+    right.axvspan(-1, 1, color="#e5e9ed", zorder=0, lw=0)
+    right.axvline(0, color=INK, lw=0.8)
+    for k, c in enumerate(s.candidates):
+        if c.against is None:
+            right.plot([0], [k], "|", color=INK, ms=14, mew=1.5)
+            right.annotate("best", (0, k), (5, 4), textcoords="offset points", fontsize=8.5)
+            continue
+        if not math.isfinite(c.against.change):
+            right.annotate("cannot be run", (0, k), (5, -3), textcoords="offset points")
+            continue
+        colour = MODEL if c.worse else ACCENT
+        if math.isfinite(c.against.low):
+            ends = [100 * c.against.low, 100 * c.against.high]
+            right.plot(ends, [k, k], color=colour, lw=2)
+        right.plot([100 * c.against.change], [k], "D", color=colour, ms=5)
+    right.set(xlabel="Held-out error against the best / %,\nwith 90 % intervals")
+    right.margins(x=0.1)
+    ends = [abs(e) for c in s.candidates if c.against for e in (c.against.change, c.against.high)]
+    if max((100 * e for e in ends if math.isfinite(e)), default=0) > FAR:
+        right.set_xscale("symlog", linthresh=10)
+    for axes in (left, right):
+        axes.axhspan(s.chosen - 0.45, s.chosen + 0.45, color="#dbeafe", zorder=-1, lw=0)
+        axes.tick_params(axis="y", length=0)
+        axes.grid(visible=False, axis="y")
+    label = left.get_yticklabels()[s.chosen]
+    label.set(fontweight="bold", color=ACCENT)
+    drawn.suptitle(f"Recommended: {s.law}", x=0.01, ha="left", fontsize=11, fontweight="bold")
+    drawn.supxlabel(
+        "In brackets: free parameters. Grey band: 1 %, below which a difference does not matter.",
+        fontsize=8.5,
+        x=0.99,
+        ha="right",
+    )
+    return drawn
+
+
+def _called(s: Selection) -> str:
+    return "Position error J" if s.seed is not None else "Relative force error"
+
+
+class Climb(Watch):
+    """Progress of a comparison: what is being fitted, and how far its search is.
+
+    It ends a search between two steps upon Ctrl-C, as `Watch` does.
+    """
+
+    def __init__(self, unit: str) -> None:
+        super().__init__(unit)
+        self._doing = ""
+        self._status: Status | None = None
+        self._last = -math.inf
+
+    def __exit__(self, *done: object) -> None:
+        super().__exit__(*done)
+        if self._status is not None:
+            self._status.stop()
+
+    def look(self, doing: str, searches: Sequence[Search]) -> None:
+        """Say what is being done.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed during the step.
+        """
+        if searches:
+            self._searching = not self._asked and any(s.ended is None for s in searches)
+            if self._asked:
+                raise KeyboardInterrupt
+        else:
+            self._searching = False
+        best = min((s.trace.cost for s in searches), default=math.inf)
+        far = sum(len(s.trace) for s in searches)
+        text = f"{doing}: {far:,} evaluations, best {number(best, 4)}" if searches else doing
+        if sys.stderr.isatty():
+            if self._status is None:
+                self._status = Status(text, console=Console(stderr=True))
+                self._status.start()
+            self._status.update(text)
+        elif doing != self._doing or time.monotonic() - self._last >= PACE:
+            self._last = time.monotonic()
+            print(text, file=sys.stderr, flush=True)  # noqa: T201
+        self._doing = doing

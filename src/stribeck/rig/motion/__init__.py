@@ -1,0 +1,1 @@
+"""Simulated motion: the compiled integrators, and the tracks that they run over."""

@@ -1,0 +1,98 @@
+"""A stroke made ready to be simulated and compared with what was measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
+
+if TYPE_CHECKING:
+    from .command import Drive
+
+#: The kinds of drive that `implicit` knows. What each reads of a candidate's constants and of its
+#: inputs stands there; the first two inputs are the normal load and the temperature for each.
+SLIDE, SERVO, JOINT, FORCE = range(4)
+#: Constants that a candidate may have there.
+WIDTH = 10
+
+#: Knots of a command whose least and greatest are kept together.
+RUN = 64
+
+
+class Track(NamedTuple):
+    """One stroke to simulate: its command, its samples, and what was measured there.
+
+    Args:
+        knots_t: Command knots, s.
+        knots_x: Command at the knots, m.
+        t: Sample times, s; the motion starts at rest at `t[0]`.
+        x0: Position at the start, m.
+        measured: Measured position at the samples, m.
+        score: 1.0 for a sample that counts in the misfit, 0.0 for one that does not.
+        sums: Prefix sums of score * (1, d, d^2) with d = measured - x0, shape (3, N + 1).
+        extremes: Least and greatest command from each RUN-th knot to the next, m, (2, K / RUN);
+            may be left out.
+        v0: Velocity at the start, m/s.
+        inputs: What else drives the axis at the samples, (m, N), for rigs that step through them.
+        held: Which of the inputs keep a value until the next sample, (m,); the others are linear
+            between samples.
+        given: What the log says of its axis, SI, in the order in which its rig reads it.
+    """
+
+    knots_t: Array
+    knots_x: Array
+    t: Array
+    x0: float
+    measured: Array
+    score: Array
+    sums: Array
+    extremes: Array = np.empty((2, 0))
+    v0: float = 0.0
+    inputs: Array = np.empty((0, 0))
+    held: Array = np.empty(0)
+    given: Array = np.empty(0)
+
+
+def track(
+    drive: Drive, t: Array, x0: float, measured: Array | None = None, score: Array | None = None
+) -> Track:
+    """Prepare a stroke: contiguous arrays and prefix sums.
+
+    Raises:
+        InputError: no samples or no command, times or positions that are not finite numbers, or
+            not one value for each time.
+    """
+    t, knots_t, x = _ready(t), _ready(drive.t), _ready(drive.x)
+    measured = np.zeros(len(t)) if measured is None else _ready(measured)
+    score = np.ones(len(t)) if score is None else _ready(score)
+    for name, times, values in (
+        ("measured", t, measured), ("score", t, score), ("command", knots_t, x),
+    ):  # fmt: skip
+        if not (times.ndim == 1 and times.size and values.shape == times.shape):
+            raise InputError(
+                f"a track needs one {name} value for each of its times: got {values.shape} for "
+                f"{times.shape}"
+            )
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError(f"a track's {name} and its times must be finite numbers")
+    if not np.isfinite(x0):
+        raise InputError(f"a track starts at a finite position, got {x0}")
+    d = measured - x0
+    sums = np.zeros((3, len(t) + 1))
+    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
+    return Track(knots_t, x, t, float(x0), measured, score, sums, extremes(x))
+
+
+def extremes(x: Array) -> Array:
+    """Least and greatest of a command from each RUN-th knot to the next, both with it; (2, R)."""
+    inner = (len(x) - 1) // RUN
+    runs = x[: inner * RUN].reshape(inner, RUN)
+    ends = x[RUN::RUN][:inner]
+    return np.stack([np.minimum(runs.min(axis=1), ends), np.maximum(runs.max(axis=1), ends)])
+
+
+def _ready(a: Any) -> Array:
+    return np.ascontiguousarray(a, dtype=float)

@@ -1,0 +1,176 @@
+"""The paper's test bed (section 4.1, figure 3), simulated with its sensors: the twin.
+
+A PC closes the position loop as a P-controller over a bipolar drive, a DC motor with gearbox and
+a ball screw; an ultrasonic transducer looks at a reflector on the slide, a second-order
+differentiator makes a speed signal from it, a current sensor watches the motor, and a 12-bit
+converter reads all three. The slide obeys the slide bed's equation of motion; what is logged is
+what the sensors saw. The truth is kept apart from the log.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.random import SeedSequence
+from scipy.signal import bilinear, lfilter
+
+from ..data.recording import Recording
+from ..errors import InputError
+from ..friction import LAWS, Law
+from ..space import Array
+from .motion.command import Drive
+from .motion.track import track
+from .rig import Motion
+from .slide_bed import SLIDE_BED, SlideBed, published_both
+
+Direction = Literal["up", "down", "both"]
+
+#: Spans that the zero-span circuits map onto the converter (the paper states 0 to 400 mm).
+POSITION_SPAN = (0.0, 0.4)
+VELOCITY_SPAN = (-0.5, 0.5)
+CURRENT_SPAN = (-2.5, 2.5)
+
+
+@dataclass(frozen=True)
+class TestBed:
+    """The sensors and the ramp of the test bed; what the paper leaves open is marked inferred.
+
+    Args:
+        rig: The slide.
+        low: Lower end of the ramp, m (section 4.1: 50 mm).
+        high: Upper end, m (350 mm).
+        speed: Speed of the ramp, m/s (section 4.5: 5 mm/s).
+        hold: Rest of the command before and after the ramp, s (inferred).
+        start_low: Where the slide rests before a ramp up, m (section 4.5.2: data from 44 mm).
+        start_high: Where it rests before a ramp down, m (data from 352 mm).
+        rate: Rate of the log, Hz (inferred).
+        echo_rate: Rate at which the ultrasonic transducer renews its value, Hz (inferred from
+            the 14 to 140 Hz of the maker's sensors).
+        echo_noise: Standard deviation of an echo, m (inferred).
+        current_noise: Standard deviation of the current sensor, A (inferred).
+        corner: Corner frequency of the second-order differentiator, Hz (inferred).
+        bits: Resolution of the converter (section 4.1: 12).
+    """
+
+    __test__ = False  # not a test, whatever its name looks like to pytest
+
+    rig: SlideBed = SLIDE_BED
+    low: float = 0.050
+    high: float = 0.350
+    speed: float = 0.005
+    hold: float = 1.0
+    start_low: float = 0.044
+    start_high: float = 0.352
+    rate: float = 100.0
+    echo_rate: float = 50.0
+    echo_noise: float = 0.3e-3
+    current_noise: float = 5e-3
+    corner: float = 5.0
+    bits: int = 12
+
+    def __post_init__(self) -> None:
+        for name in ("rate", "echo_rate", "corner", "speed"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"test bed: {name} must be above zero")
+        for name in ("echo_noise", "current_noise", "hold"):
+            if not getattr(self, name) >= 0:
+                raise InputError(f"test bed: {name} must not be below zero")
+        if self.corner >= self.rate / 2:
+            raise InputError("test bed: the differentiator's corner is above half the log's rate")
+
+    def drive(self, direction: Direction) -> tuple[Drive, float]:
+        """The command of a run and where the slide rests before it."""
+        if direction == "up":
+            return Drive.path([self.low, self.high], self.speed, hold=self.hold), self.start_low
+        if direction == "down":
+            return Drive.path([self.high, self.low], self.speed, hold=self.hold), self.start_high
+        if direction == "both":
+            path = [self.low, self.high, self.low]
+            return Drive.path(path, self.speed, hold=self.hold), self.start_low
+        raise InputError(f"direction {direction!r} is not one of up, down, both")
+
+    def run(
+        self,
+        direction: Direction = "both",
+        *,
+        law: Law = LAWS["stribeck-directional"],
+        truth: Array | None = None,
+        seed: int = 0,
+    ) -> Twin:
+        """Record a run.
+
+        Args:
+            direction: A ramp up, a ramp down, or up and then down.
+            law: The slide's friction.
+            truth: (k,) parameters, the law's and then the rig's; by default the paper's two
+                published sets, one for each direction.
+            seed: Of the sensor noise.
+        """
+        p = published_both() if truth is None else np.asarray(truth, dtype=float)
+        drive, x0 = self.drive(direction)
+        t = np.arange(0.0, drive.t[-1] + 0.5 / self.rate, 1.0 / self.rate)
+        motion = self.rig.move(law, p[None], track(drive, t, x0))
+        echo, amperes = (np.random.default_rng(s) for s in SeedSequence(seed).spawn(2))
+        seen = self._transducer(t, motion.position[0], echo)
+        current = motion.force[0] / (self.rig["K_t"] * self.rig["K_v"])
+        current = current + self.current_noise * amperes.standard_normal(len(t))
+        read = self._convert(current, CURRENT_SPAN)
+        return Twin(
+            Recording(
+                t=t,
+                position=self._convert(seen, POSITION_SPAN),
+                command=drive(t),
+                velocity=self._convert(self._differentiate(seen), VELOCITY_SPAN),
+                current=read,
+                force=read * self.rig["K_t"] * self.rig["K_v"],
+            ),
+            motion,
+            law,
+            p,
+            seed,
+            self,
+        )
+
+    def _transducer(self, t: Array, x: Array, rng: np.random.Generator) -> Array:
+        """The distance as the last echo said: noisy, and held until the next."""
+        echo = np.floor(t * self.echo_rate + 1e-9).astype(int)
+        noise = self.echo_noise * rng.standard_normal(echo[-1] + 1)
+        seen: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
+        return seen
+
+    def _differentiate(self, x: Array) -> Array:
+        """The analogue differentiator s w^2 / (s^2 + sqrt(2) w s + w^2), sampled (bilinear)."""
+        w = 2 * np.pi * self.corner
+        b, a = bilinear([w * w, 0.0], [1.0, np.sqrt(2.0) * w, w * w], self.rate)
+        return np.asarray(lfilter(b, a, x - x[0]), dtype=float)
+
+    def _convert(self, values: Array, span: tuple[float, float]) -> Array:
+        """What the analogue-to-digital converter makes of a signal over its span."""
+        low, high = span
+        levels = 2**self.bits
+        code = np.clip(np.floor((values - low) / (high - low) * levels), 0, levels - 1)
+        read: Array = low + (code + 0.5) * (high - low) / levels
+        return read
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """A simulated recording and the truth behind it.
+
+    Args:
+        recording: What the sensors saw.
+        motion: What really happened.
+        law: The true friction law.
+        truth: Its parameters and then the rig's, SI.
+        seed: Of the sensor noise.
+        bed: The test bed.
+    """
+
+    recording: Recording
+    motion: Motion
+    law: Law
+    truth: Array
+    seed: int
+    bed: TestBed = field(repr=False)

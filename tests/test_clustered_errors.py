@@ -1,0 +1,45 @@
+"""Several logs of one axis: whether chance alone makes them seem to follow different laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stribeck import Recording
+from stribeck.friction import LAWS
+from stribeck.identify.balance.balance import balance
+from stribeck.identify.balance.clustered_errors import block_errors
+from stribeck.rig import RIGS
+from stribeck.rig.forced import Forced
+from stribeck.space import Rng
+
+DT = 0.01
+
+
+def log(cycles: int, level: float, rng: Rng) -> Recording:
+    """Strokes of half a second; friction differs by chance from stroke to stroke, by 1 N."""
+    t = np.arange(0.0, cycles, DT)
+    v = np.pi * np.cos(2 * np.pi * t)
+    stroke = np.floor(2 * t + 0.5).astype(int)
+    own = level + rng.standard_normal(stroke[-1] + 1)
+    x, a = 0.5 * np.sin(2 * np.pi * t), -2 * np.pi**2 * np.sin(2 * np.pi * t)
+    return Recording(t, x, force=own[stroke] * np.sign(v) + 5 * v + 2 * a)
+
+
+def doubted(cycles: tuple[int, ...], levels: tuple[float, ...], seed: int) -> bool:
+    rig, rng = RIGS["forced"], np.random.default_rng(seed)
+    assert isinstance(rig, Forced)
+    logs = [log(n, level, rng) for n, level in zip(cycles, levels, strict=True)]
+    said, _ = block_errors(balance(logs, LAWS["coulomb-viscous"], rig))
+    return "the friction of the logs does not follow one law" in said
+
+
+@pytest.mark.parametrize("cycles", [(6, 6, 6), (60, 3, 3)])
+def test_logs_of_one_law_are_not_doubted_whatever_their_lengths(cycles: tuple[int, ...]) -> None:
+    # A chance of one in a thousand each.
+    assert not any(doubted(cycles, (20.0, 20.0, 20.0), seed) for seed in range(20))
+
+
+@pytest.mark.parametrize("cycles", [(6, 6, 6), (60, 3, 3)])
+def test_a_log_of_another_level_is_told(cycles: tuple[int, ...]) -> None:
+    assert all(doubted(cycles, (20.0, 20.0, 30.0), seed) for seed in range(5))

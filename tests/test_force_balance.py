@@ -1,0 +1,559 @@
+"""The force balance: recovery, calibrated errors, bounds, filtering without delay, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import lfilter
+from scipy.stats import chi2
+
+from stribeck.data.filtering import DECIMATION_GAIN, Filtering, decimate, even, kept, smooth
+from stribeck.data.recording import Recording
+from stribeck.errors import InputError
+from stribeck.friction import LAWS
+from stribeck.friction.orders import orders
+from stribeck.identify.balance import variable_projection
+from stribeck.identify.balance.balance import Balance, balance, validate
+from stribeck.rig.emps import EMPS
+from stribeck.rig.forced import FORCED, FORCED_ROTARY, Forced
+from stribeck.space import Array, Param
+
+COULOMB, DIRECTIONAL = LAWS["coulomb-viscous"], LAWS["coulomb-viscous-directional"]
+STRIBECK = LAWS["stribeck"]
+TRUTH: dict[str, dict[str, float]] = {
+    "coulomb-viscous": {"F_C": 20.0, "F_V": 200.0, "M": 95.0, "offset": -3.0},
+    "coulomb-viscous-directional": {
+        "F_C+": 20.0, "F_V+": 160.0, "F_C-": 23.0, "F_V-": 240.0, "M": 95.0,
+    },
+    "stribeck": {
+        "F_S": 31.0, "F_C": 20.0, "F_V": 200.0, "v_SS": 0.02, "exponent": 1.0, "M": 95.0,
+        "offset": -3.0,
+    },
+    "stribeck-directional": {
+        "F_S+": 31.0, "F_C+": 20.0, "F_V+": 160.0, "v_SS+": 0.02,
+        "F_S-": 35.0, "F_C-": 23.0, "F_V-": 240.0, "v_SS-": 0.03, "exponent": 1.0, "M": 95.0,
+    },
+}  # fmt: skip
+
+
+def truth(law: str) -> Array:
+    return np.array(list(TRUTH[law].values()))
+
+
+def motion(t: Array) -> tuple[Array, Array, Array]:
+    """Position, velocity and acceleration of a slow, smooth motion, exact."""
+    x, v, a = np.zeros((3, len(t)))
+    for size, f, phase in ((0.3, 0.11, 0.3), (0.05, 0.17, 1.1), (0.03, 0.29, 2.0)):
+        w = 2 * np.pi * f
+        x += size * np.sin(w * t + phase)
+        v += size * w * np.cos(w * t + phase)
+        a -= size * w**2 * np.sin(w * t + phase)
+    return x, v, a
+
+
+def log(
+    law: str = "coulomb-viscous", *, rate: float = 1000.0, seconds: float = 30.0,
+    p: Array | None = None, rig: Forced = FORCED, t: Array | None = None,
+) -> Recording:  # fmt: skip
+    t = np.arange(round(seconds * rate)) / rate if t is None else t
+    x, v, a = motion(t)
+    force = rig.force(LAWS[law], truth(law) if p is None else p, v, a)
+    return Recording(t=t, position=x, force=force, rotary=rig.rotary)
+
+
+def noisy(recording: Recording, sd: float, rng: np.random.Generator) -> Recording:
+    assert recording.force is not None
+    return replace(recording, force=recording.force + sd * rng.standard_normal(len(recording)))
+
+
+@pytest.mark.parametrize("law", list(TRUTH))
+def test_exact_motion_gives_the_parameters_back(law: str) -> None:
+    found = balance(log(law), LAWS[law], FORCED)
+    # Central differences of the fastest tone are off by (w T)^2 / 3 = 1e-6, weighted by its share.
+    np.testing.assert_allclose(
+        found.values, truth(law), rtol=5e-6 if LAWS[law].directional else 1e-6
+    )
+    assert found.relative_error < 1e-3
+    assert found.at_bound == {}
+
+
+def test_the_error_of_recovery_is_that_of_the_differences_and_falls_with_their_square() -> None:
+    def off(rate: float) -> float:
+        fine = Filtering(cutoff_hz=rate / 10, edge=(490 / rate, 490 / rate), decimation=1)
+        found = balance(log(rate=rate), COULOMB, FORCED, filtering=fine)
+        return abs(found["M"] / 95.0 - 1)
+
+    assert off(250.0) / off(1000.0) == pytest.approx(16.0, rel=0.15)
+
+
+def test_a_free_exponent_is_found_too() -> None:
+    p = truth("stribeck")
+    p[4] = 2.0
+    params = [replace(q, fixed=None) for q in FORCED.parameters(STRIBECK)]
+    found = balance(log("stribeck", p=p), STRIBECK, FORCED, params=params)
+    np.testing.assert_allclose(found.values, p, rtol=1e-3)
+    assert np.isfinite(found.standard_errors).all()
+
+
+def test_rotary_axis() -> None:
+    p = np.array([0.3, 0.05, 0.02, 0.1])
+    found = balance(log(p=p, rig=FORCED_ROTARY), COULOMB, FORCED_ROTARY)
+    np.testing.assert_allclose(found.values, p, rtol=1e-5)
+    assert [q.unit for q in FORCED_ROTARY.parameters(COULOMB)] == [
+        "N m", "N m s/rad", "kg m**2", "N m",
+    ]  # fmt: skip
+
+
+# Standard errors
+
+
+def spreads(filtering: Filtering, runs: int, seed: int) -> tuple[Array, tuple[str, ...]]:
+    """Squared errors over claimed variances, summed over runs: chi-square if errors are right."""
+    clean = log(rate=100.0, seconds=20.0)
+    exact = balance(clean, COULOMB, FORCED, filtering=filtering)
+    rng = np.random.default_rng(seed)
+    total = np.zeros(4)
+    for _ in range(runs):
+        found = balance(noisy(clean, 2.0, rng), COULOMB, FORCED, filtering=filtering)
+        total += ((found.values - exact.values) / found.standard_errors) ** 2
+    return total, exact.names
+
+
+def test_standard_errors_are_calibrated_for_white_noise() -> None:
+    # Without decimation noise stays white. 4 parameters, each two-sided at 1e-4: a false alarm
+    # in at most 8e-4 of seeds.
+    runs = 200
+    total, _ = spreads(Filtering(decimation=1), runs, seed=20190410)
+    low, high = (float(chi2.ppf(q, runs)) for q in (1e-4, 1 - 1e-4))
+    assert (total > low).all(), total / runs
+    assert (total < high).all(), total / runs
+
+
+def test_after_decimation_the_report_s_standard_errors_are_a_tenth_too_small() -> None:
+    # The decimation filter passes 0.8 of the new band, so white noise is left with 1 / 0.8 of its
+    # share where a slow motion looks. Same rate of false alarms.
+    runs = 200
+    total, names = spreads(Filtering(decimation=10), runs, seed=20190411)
+    low, high = (float(chi2.ppf(q, runs)) / 0.8 for q in (1e-4, 1 - 1e-4))
+    slow = [names.index(n) for n in ("M", "F_V", "offset")]
+    assert (total[slow] > low).all(), total / runs
+    assert (total[slow] < high).all(), total / runs
+
+
+def test_robust_errors_hold_where_noise_is_correlated() -> None:
+    # First-order autoregressive noise, correlated over (1 + 0.9) / (1 - 0.9) = 19 samples. Sums
+    # of squares over 200 runs as above, each end at 1e-4; the estimator itself is known to be
+    # small by up to a third in variance at this length (Andrews 1991), hence the factor.
+    runs, rho, clean = 200, 0.9, log(rate=100.0, seconds=60.0)
+    raw = Filtering(decimation=1)
+    exact = balance(clean, COULOMB, FORCED, filtering=raw).values
+    rng = np.random.default_rng(20190412)
+    claimed, robust = np.zeros((2, 4))
+    for _ in range(runs):
+        noise = lfilter([1.0], [1.0, -rho], rng.standard_normal(len(clean)))
+        assert clean.force is not None
+        found = balance(replace(clean, force=clean.force + noise), COULOMB, FORCED, filtering=raw)
+        claimed += ((found.values - exact) / found.standard_errors) ** 2
+        robust += ((found.values - exact) / found.robust_errors) ** 2
+    low, high = (float(chi2.ppf(q, runs)) for q in (1e-4, 1 - 1e-4))
+    assert (claimed > 4 * high).all(), claimed / runs
+    assert (robust > low).all(), robust / runs
+    assert (robust < 1.5 * high).all(), robust / runs
+
+
+def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
+    data = noisy(log(), 2.0, np.random.default_rng(16))
+    found = balance(data, COULOMB, FORCED, filtering=Filtering(decimation=1))
+    ratio = found.robust_errors / found.standard_errors
+    assert (ratio >= 1.0).all()
+    assert (ratio < 1.2).all(), ratio
+
+
+def test_nothing_correlates_across_logs() -> None:
+    rng = np.random.default_rng(17)
+    W, e = rng.standard_normal((200, 2)), np.repeat(rng.standard_normal(20), 10)
+    one = variable_projection.sandwich(W, e, [200])
+    np.testing.assert_allclose(variable_projection.sandwich(W, e, [200, 0]), one, rtol=1e-12)
+    assert not np.allclose(variable_projection.sandwich(W, e, [100, 100]), one)
+    blind = variable_projection.sandwich(np.column_stack([W, np.zeros(200)]), e, [200])
+    assert np.isnan(blind[2]).all()
+    assert np.isfinite(blind[:2, :2]).all()
+
+
+def test_a_log_that_is_shorter_than_what_residuals_remember_adds_what_it_has() -> None:
+    rng = np.random.default_rng(3)
+    W, e = rng.standard_normal((605, 1)), np.repeat([1.0, -1.0, 1.0], [300, 300, 5])
+    errors = [variable_projection.sandwich(W[:n], e[:n], lengths)[0, 0]
+              for n, lengths in ((600, [600]), (605, [600, 5]))]  # fmt: skip
+    assert errors[1] == pytest.approx(errors[0], rel=0.1)
+
+
+def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
+    rng = np.random.default_rng(7)
+    found = balance(noisy(log(), 2.0, rng), STRIBECK, FORCED)
+    assert found.standard_error("v_SS") > 0.5 * found["v_SS"]
+    own = found.standard_error("F_S")  # the level at rest, in truth F_C
+    assert abs(found["F_S"] - 20.0) < 5 * own
+    assert found["F_S"] >= found["F_C"]
+    assert abs(found["M"] - 95.0) < 5 * found.standard_error("M")
+
+
+def test_covariance_is_the_textbook_s_and_says_what_it_cannot_see() -> None:
+    rng = np.random.default_rng(1)
+    W = rng.standard_normal((50, 3)) * [1.0, 1e-6, 1e6]
+    C = variable_projection.covariance(W, 2.0)
+    np.testing.assert_allclose(C, 4.0 * np.linalg.inv(W.T @ W), rtol=1e-6, atol=0)
+    blind = variable_projection.covariance(np.column_stack([W, np.zeros(50)]), 2.0)
+    assert blind[3, 3] == np.inf
+    assert np.isnan(blind[3, :3]).all()
+    np.testing.assert_allclose(blind[:3, :3], C, rtol=1e-9)
+    twins = variable_projection.covariance(np.column_stack([W, W[:, 0]]), 2.0)
+    assert (np.diag(twins)[[0, 3]] == np.inf).all()
+    assert np.isfinite(np.diag(twins)[[1, 2]]).all()
+    assert variable_projection.collinearity(W) < 2
+    assert variable_projection.condition(W) > 1e10
+
+
+# Bounds, order, fixed and tied
+
+
+def with_(law: str, **changes: dict[str, float]) -> list[Param]:
+    params = FORCED.parameters(LAWS[law])
+    return [replace(q, **changes.get(q.name, {})) for q in params]  # type: ignore[arg-type]
+
+
+def test_a_fixed_parameter_stays_and_the_others_make_do() -> None:
+    params = with_("coulomb-viscous", M={"fixed": 95.0}, offset={"fixed": -3.0})
+    found = balance(log(), COULOMB, FORCED, params=params)
+    assert found.free == ("F_C", "F_V")
+    assert (found["M"], found["offset"]) == (95.0, -3.0)
+    assert np.isnan(found.standard_error("M"))
+    assert found.covariance.shape == (2, 2)
+    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-5)
+
+
+def test_a_bound_holds_and_is_said() -> None:
+    found = balance(log(), COULOMB, FORCED, params=with_("coulomb-viscous", F_V={"upper": 150.0}))
+    assert found["F_V"] == 150.0
+    assert found.at_bound == {"F_V": "upper"}
+    assert found.standard_error("F_V") == np.inf
+    assert any("F_V is stopped at the upper end" in note for note in found.notes)
+
+
+def test_friction_never_pushes() -> None:
+    p = truth("coulomb-viscous")
+    p[1] = -50.0  # a log that no friction explains
+    found = balance(log(p=p), COULOMB, FORCED)
+    assert found["F_V"] == 0.0
+    assert found.at_bound == {"F_V": "lower"}
+
+
+def test_static_friction_may_not_fall_below_coulomb_s() -> None:
+    p = truth("stribeck")
+    p[0] = 10.0  # the reverse of a Stribeck curve
+    found = balance(log("stribeck", p=p), STRIBECK, FORCED)
+    assert found["F_S"] == found["F_C"]
+    assert found.at_bound["F_S"] == "F_C"
+
+
+@pytest.mark.parametrize(
+    ("law", "pairs"),
+    [
+        ("coulomb-viscous", set()),
+        ("coulomb-viscous-directional", set()),
+        ("stribeck", {("F_S", "F_C")}),
+        ("stribeck-directional", {("F_S+", "F_C+"), ("F_S-", "F_C-")}),
+    ],
+)
+def test_orders_are_asked_of_the_law(law: str, pairs: set[tuple[str, str]]) -> None:
+    names = LAWS[law].names
+    assert {(names[i], names[j]) for i, j in orders(LAWS[law])} == pairs
+
+
+def test_both_directions_tied_are_the_symmetric_law() -> None:
+    p = truth("coulomb-viscous")
+    p[3] = 0.0
+    rng = np.random.default_rng(3)
+    data = noisy(log(p=p), 2.0, rng)
+    tied = {"F_C-": "F_C+", "F_V-": "F_V+"}
+    two = balance(data, DIRECTIONAL, FORCED, tied=tied)
+    one = balance(data, COULOMB, FORCED, params=with_("coulomb-viscous", offset={"fixed": 0.0}))
+    np.testing.assert_allclose(two.values[[0, 1, 4]], one.values[:3], rtol=1e-9)
+    assert two["F_C-"] == two["F_C+"]
+    assert two.relative_error == pytest.approx(one.relative_error, rel=1e-9)
+    assert two.free == ("F_C+", "F_V+", "M")
+
+
+def test_equal_directions_are_found_equal() -> None:
+    p = truth("coulomb-viscous")
+    p[3] = 0.0
+    found = balance(log(p=p), DIRECTIONAL, FORCED)
+    np.testing.assert_allclose(found.values, p[[0, 1, 0, 1, 2]], rtol=1e-5)
+
+
+matrices = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+
+
+@given(rng=matrices)
+@settings(max_examples=60, deadline=None)
+def test_bounded_least_squares_meets_the_conditions_of_a_minimum(rng: np.random.Generator) -> None:
+    W, y = rng.standard_normal((30, 4)) * [1.0, 1e3, 1e-3, 1.0], rng.standard_normal(30)
+    free = np.linalg.lstsq(W, y, rcond=None)[0]
+    lower = free + np.abs(free) * rng.normal(-0.5, 0.5, 4)
+    upper = lower + np.abs(free) * rng.uniform(0.1, 2.0, 4)
+    x, stops = variable_projection.bounded(W, y, lower, upper)
+    assert ((x >= lower) & (x <= upper)).all()
+    lengths = np.linalg.norm(W, axis=0)
+    slope = W.T @ (W @ x - y) / lengths
+    for i in range(4):
+        side = stops.get(i)
+        assert {"lower": slope[i] > -1e-8, "upper": slope[i] < 1e-8}.get(
+            str(side), abs(slope[i]) < 1e-8
+        )
+
+
+@given(rng=matrices)
+@settings(max_examples=60, deadline=None)
+def test_ordered_least_squares_is_beaten_by_no_other_ordered_point(
+    rng: np.random.Generator,
+) -> None:
+    W, y = rng.standard_normal((30, 3)), 3 * rng.standard_normal(30)
+    lower, upper = np.full(3, -5.0), np.full(3, 5.0)
+    x, stops = variable_projection.bounded(W, y, lower, upper, [(0, 1)])
+    assert x[0] >= x[1] - 1e-12
+    assert (stops.get(0) == 1) == (x[0] == pytest.approx(x[1], abs=1e-9))
+    near = np.clip(
+        x + rng.standard_normal((200, 3)) * rng.choice([1e-3, 0.1, 1.0], (200, 1)), -5, 5
+    )
+    near = near[near[:, 0] >= near[:, 1]]
+    others = ((near @ W.T - y) ** 2).sum(axis=1)
+    assert (others >= np.sum((W @ x - y) ** 2) - 1e-9).all()
+
+
+@given(rng=matrices, k=st.integers(1, 6), extra=st.integers(0, 30))
+@settings(max_examples=40, deadline=None)
+def test_triangle_keeps_every_length_and_angle(
+    rng: np.random.Generator, k: int, extra: int
+) -> None:
+    A = rng.standard_normal((k + extra, k))
+    A[:, rng.integers(k)] *= rng.choice([0.0, 1.0])
+    R = variable_projection.triangle(A)
+    np.testing.assert_allclose(R.T @ R, A.T @ A, atol=1e-12 * len(A))
+    assert (np.tril(R, -1) == 0).all()
+
+
+# What units, stacking and rows must not change
+
+
+@pytest.mark.parametrize(("force", "length"), [(1000.0, 1.0), (1.0, 1e-3), (0.2, 30.0)])
+def test_other_units_give_the_same_physics(force: float, length: float) -> None:
+    data = noisy(log(), 2.0, np.random.default_rng(11))
+    one = balance(data, COULOMB, FORCED)
+    assert data.force is not None
+    scaled = replace(data, force=force * data.force, position=length * data.position)
+    wide = [replace(q, lower=-1e9, upper=1e9) for q in FORCED.parameters(COULOMB)]
+    two = balance(scaled, COULOMB, FORCED, params=wide)
+    factors = np.array([force, force / length, force / length, force])
+    np.testing.assert_allclose(two.values, factors * one.values, rtol=1e-8)
+    np.testing.assert_allclose(two.standard_errors, factors * one.standard_errors, rtol=1e-8)
+    assert two.relative_error == pytest.approx(one.relative_error, rel=1e-8)
+    assert two.collinearity == pytest.approx(one.collinearity, rel=1e-6)
+
+
+def test_a_log_twice_is_the_same_answer_with_smaller_errors() -> None:
+    data = noisy(log(), 2.0, np.random.default_rng(12))
+    one, two = balance(data, COULOMB, FORCED), balance([data, data], COULOMB, FORCED)
+    np.testing.assert_allclose(two.values, one.values, rtol=1e-9)
+    np.testing.assert_allclose(two.standard_errors, one.standard_errors / np.sqrt(2), rtol=1e-3)
+    assert two.rows == 2 * one.rows
+    assert len(two.signals) == 2
+
+
+def test_logs_of_different_rates_stack() -> None:
+    found = balance([log(), log(rate=250.0)], COULOMB, FORCED)
+    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
+
+
+def test_signals_are_the_forces_themselves() -> None:
+    data = log()
+    (s,) = balance(data, COULOMB, FORCED).signals
+    _, v, a = motion(s.t)
+    inner = slice(20, -20)  # the decimation filter lacks neighbours outside
+    assert data.force is not None
+    at = np.round(s.t * 1000).astype(int)
+    # Where sgn v does not jump, they are the log's within the filter's ripple (2 x 0.05 dB).
+    calm = np.abs(v) > 0.1
+    np.testing.assert_allclose(s.measured[calm], data.force[at][calm], rtol=0.02)
+    np.testing.assert_allclose(s.predicted[inner], s.measured[inner], atol=1e-3)
+    np.testing.assert_allclose(s.velocity[inner], v[inner], atol=1e-6)
+    np.testing.assert_allclose(s.acceleration[inner], a[inner], atol=1e-5)
+    curve = COULOMB.friction(v, truth("coulomb-viscous")[:2])
+    np.testing.assert_allclose(s.friction[calm], curve[calm], rtol=0.02)
+
+
+def test_rows_left_out_do_not_matter() -> None:
+    data = log()
+    assert data.force is not None
+    spoilt = data.force.copy()
+    spoilt[12_000:13_000] += 500.0
+    bad = replace(data, force=spoilt)
+    keep = np.ones(len(data), dtype=bool)
+    keep[11_500:13_500] = False  # and what the decimation filter spreads around them
+    found = balance(bad, COULOMB, FORCED, rows=[keep])
+    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
+    assert validate(bad, COULOMB, FORCED, found.values, rows=[keep]).relative_error < 0.01
+    assert validate(bad, COULOMB, FORCED, found.values).relative_error > 10
+
+
+def test_validation_of_the_same_log_repeats_the_fit_s_numbers() -> None:
+    data = noisy(log(), 2.0, np.random.default_rng(13))
+    found = balance(data, COULOMB, FORCED)
+    seen = validate(data, COULOMB, FORCED, found.values)
+    assert seen.relative_error == pytest.approx(found.relative_error, rel=1e-12)
+    assert seen.residual_sd == pytest.approx(found.residual_sd, rel=1e-12)
+    # White noise of 2 N keeps 0.8 of a tenth of its power.
+    assert found.residual_sd == pytest.approx(2.0 * np.sqrt(0.08) * DECIMATION_GAIN, rel=0.05)
+
+
+# Filtering
+
+
+def test_filtering_has_no_delay() -> None:
+    rng = np.random.default_rng(14)
+    x = np.cumsum(rng.standard_normal(4000)) * 1e-4
+    q, v, a = smooth(x, 1000.0, Filtering())
+    back_q, back_v, back_a = smooth(x[::-1], 1000.0, Filtering())
+    inner = slice(200, -200)
+    np.testing.assert_allclose(q[inner], back_q[::-1][inner], atol=1e-9)
+    np.testing.assert_allclose(v[inner], -back_v[::-1][inner], atol=1e-6)
+    np.testing.assert_allclose(a[inner], back_a[::-1][inner], atol=1e-3)
+
+
+@pytest.mark.parametrize("f", [0.5, 5.0, 20.0, 60.0])
+def test_low_pass_is_a_butterworth_run_both_ways(f: float) -> None:
+    t = np.arange(8000) / 1000.0
+    q, v, _ = smooth(np.sin(2 * np.pi * f * t), 1000.0, Filtering())
+    # |H|^2 of a bilinear Butterworth filter, whose frequencies are warped by tan.
+    ratio = np.tan(np.pi * f / 1000) / np.tan(np.pi * 100 / 1000)
+    gain = 1 / (1 + ratio**8)
+    inner = slice(500, -500)
+    np.testing.assert_allclose(q[inner], gain * np.sin(2 * np.pi * f * t)[inner], atol=1e-8)
+    slope = gain * np.sin(2 * np.pi * f / 1000) * 1000
+    np.testing.assert_allclose(v[inner], slope * np.cos(2 * np.pi * f * t)[inner], atol=1e-5)
+
+
+@pytest.mark.parametrize("n", [1000, 1001, 1009])
+def test_decimation_keeps_phase_the_last_sample_and_its_gain(n: int) -> None:
+    t = np.arange(n) / 1000.0
+    x = np.column_stack([np.ones(n), np.sin(2 * np.pi * 3 * t)])
+    y, at = decimate(x, 10), t[kept(n, 10)]
+    assert at[-1] == t[-1]
+    assert len(y) == len(at) == -(-n // 10)
+    np.testing.assert_allclose(y[:, 0], DECIMATION_GAIN, rtol=1e-9)
+    # No delay: the sine stays a sine of its own, within the ripple of 0.05 dB each way.
+    z, sine = y[20:-20, 1], np.sin(2 * np.pi * 3 * at)[20:-20]
+    gain = z @ sine / (sine @ sine)
+    assert DECIMATION_GAIN <= gain <= 1.0
+    np.testing.assert_allclose(z, gain * sine, atol=5e-4)
+
+
+def test_filtering_follows_the_rate() -> None:
+    f = Filtering()
+    assert (f.cutoff(1000.0), f.factor(1000.0), f.edges(1000.0)) == (100.0, 10, (49, 49))
+    assert (f.cutoff(100.0), f.factor(100.0), f.edges(100.0)) == (10.0, 10, (49, 49))
+    assert (f.cutoff(5000.0), f.factor(5000.0), f.edges(5000.0)) == (100.0, 50, (245, 245))
+
+
+def test_irregular_sampling_is_resampled_and_said() -> None:
+    rng = np.random.default_rng(15)
+    t = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 30_000))
+    found = balance(log(t=t), COULOMB, FORCED)
+    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-3)
+    assert any("sampled irregularly, resampled" in note for note in found.notes)
+
+
+def test_what_lies_in_a_gap_is_not_used() -> None:
+    t = np.arange(30_000) / 1000.0
+    whole = log(t=t)
+    holed = np.r_[0:9_000, 12_000:30_000]
+    data = log(t=t[holed])
+    e = even(data, np.zeros(len(data)))
+    missing = (e.t > 8.9995) & (e.t < 11.9995)
+    assert not e.known[missing].any()
+    assert e.known[~missing].all()
+    found = balance(data, COULOMB, FORCED)
+    assert found.rows == pytest.approx(0.9 * balance(whole, COULOMB, FORCED).rows, abs=2)
+    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=2e-3)
+
+
+def test_rest_is_noticed_and_can_be_left_out() -> None:
+    t = np.arange(40_000) / 1000.0
+    moving = (t % 10) < 6
+    phase = np.where(moving, t % 10, 6.0) * 2 * np.pi / 6
+    x = 0.1 * (1 - np.cos(phase))
+    v = np.where(moving, 0.1 * 2 * np.pi / 6 * np.sin(phase), 0.0)
+    a = np.where(moving, 0.1 * (2 * np.pi / 6) ** 2 * np.cos(phase), 0.0)
+    force = FORCED.force(COULOMB, truth("coulomb-viscous"), v, a)
+    force = np.where(moving, force, 15.0)  # held below breakaway
+    data = Recording(t=t, position=x, force=force)
+    found = balance(data, COULOMB, FORCED)
+    assert any("at or near rest" in note for note in found.notes)
+    assert abs(found["offset"] + 3.0) > 1.0  # rest pulls it away
+    better = balance(data, COULOMB, FORCED, filtering=Filtering(slowest=0.02))
+    np.testing.assert_allclose(better.values, truth("coulomb-viscous"), rtol=0.01)
+    assert not any("at or near rest" in note for note in better.notes)
+
+
+# Refusals
+
+T2 = np.arange(3000) / 1000.0
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (
+            lambda: balance(Recording(t=T2, position=T2), COULOMB, FORCED),
+            "needs the measured force",
+        ),
+        (lambda: balance(Recording(t=T2, position=T2), COULOMB, EMPS), "needs the measured force"),
+        (lambda: balance(log(), COULOMB, FORCED_ROTARY), "position is a length"),
+        (lambda: balance(log(rig=FORCED_ROTARY), COULOMB, FORCED), "position is an angle"),
+        (lambda: balance(log(seconds=0.1), COULOMB, FORCED), "too few to filter"),
+        (lambda: balance([], COULOMB, FORCED), "no recording"),
+        (lambda: balance(log(), COULOMB, FORCED, rows=[None, None]), "2 of 1 recordings"),
+        (lambda: balance(log(), COULOMB, FORCED, rows=[slice(0, 0)]), "no rows are left"),
+        (lambda: balance(log(), COULOMB, FORCED, rows=[slice(0, 80)]), "rows cannot tell"),
+        (lambda: balance(log(), COULOMB, FORCED, params=fixed_all()), "no parameter is left"),
+        (lambda: balance(log(), COULOMB, FORCED, tied={"F_C": "F_Q"}), "cannot be tied"),
+        (lambda: Filtering(order=0), "order 0"),
+        (lambda: Filtering(cutoff_hz=0.0), "cutoff_hz"),
+        (lambda: Filtering(edge=(-1.0, 0.0)), "edge"),
+        (lambda: Filtering(decimation=0), "decimation 0"),
+        (lambda: Filtering(slowest=-1.0), "slowest"),
+    ],
+)
+def test_refusals(call: Any, says: str) -> None:
+    with pytest.raises(InputError, match=says) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def fixed_all() -> list[Param]:
+    return [replace(q, fixed=1.0) for q in FORCED.parameters(COULOMB)]
+
+
+def test_force_that_motion_does_not_explain_is_said() -> None:
+    found = balance(noisy(log(), 200.0, np.random.default_rng(18)), COULOMB, FORCED)
+    assert found.relative_error > 25
+    assert any("is not explained by this model" in note for note in found.notes)
+
+
+def test_few_rows_are_said() -> None:
+    found: Balance = balance(log(), COULOMB, FORCED, rows=[slice(0, 300)])
+    assert any("standard errors are too small" in note for note in found.notes)

@@ -1,0 +1,56 @@
+"""The lists of laws and rigs: they fit a terminal of 80 columns, and say what is there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from stribeck.friction import LAWS, law_named
+from stribeck.report.registries import show_laws, show_rigs
+from stribeck.rig import RIGS
+
+
+@pytest.fixture(autouse=True)
+def narrow(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.mark.parametrize("name", [None, *LAWS])
+def test_laws_fit_the_terminal(name: str | None, capsys: pytest.CaptureFixture[str]) -> None:
+    show_laws(name)
+    said = capsys.readouterr().out
+    assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+    if name is None:
+        assert [line.split()[0] for line in said.splitlines() if line[:1].strip()][1:-2] == [*LAWS]
+    else:
+        for q in LAWS[name].params:
+            assert f"\n{q.name} " in said
+
+
+def test_a_long_formula_stays_inset(capsys: pytest.CaptureFixture[str]) -> None:
+    show_laws("bam-m6")
+    paragraph = capsys.readouterr().out.split("\n\n")[1].splitlines()
+    assert len(paragraph) > 4
+    assert all(line.startswith("  ") for line in paragraph)
+
+
+@pytest.mark.parametrize("name", list(RIGS))
+def test_rigs_fit_the_terminal(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    show_rigs(RIGS[name])
+    said = capsys.readouterr().out
+    assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+    for c in RIGS[name].constants:
+        assert f"\n{c.name} " in said
+
+
+def test_a_rig_shows_the_parameters_of_a_law_of_elements(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    show_rigs(replace(RIGS["presliding-rotary"], laws=("maxwell-slip:2",)))
+    said = capsys.readouterr().out
+    assert "parameters with maxwell-slip:2" in " ".join(said.split())
+    _, _, table = said.partition("maxwell-slip:2")
+    names = [line.split()[0] for line in table.splitlines()[2:] if line[:1].strip()]
+    own = [q.name for q in law_named("maxwell-slip:2").params]
+    assert names[: len(own) + 2] == [*own, "J", "offset"]

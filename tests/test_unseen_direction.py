@@ -1,0 +1,33 @@
+"""A card that was trained one way, held against a log that runs both ways."""
+
+import pytest
+
+from exported import model_of
+from stribeck.identify.card import Card, SpeedsCard
+from stribeck.identify.validate import unseen
+from stribeck.rig.twin import TestBed
+
+LOG = TestBed().run("both", seed=3).recording
+
+
+def card(law: str, low: float, high: float) -> Card:
+    speeds = SpeedsCard(low=low, high=high, unit="mm/s")
+    return model_of(law).card.model_copy(update={"speeds": speeds})
+
+
+def test_the_other_way_is_told() -> None:
+    (said,) = unseen(card("stribeck", -0.1, 60.0), [LOG])
+    assert "runs the other way" in said
+    assert "-0.1 to 60 mm/s" in said
+
+
+@pytest.mark.parametrize(
+    ("law", "low", "high", "within"),
+    [
+        ("stribeck", -80.0, 60.0, None),
+        ("stribeck-directional", 0.0, 60.0, None),
+        ("stribeck", 0.0, 60.0, "60:300"),
+    ],
+)
+def test_what_was_seen_is_not_told(law: str, low: float, high: float, within: str | None) -> None:
+    assert unseen(card(law, low, high), [LOG], within) == []
