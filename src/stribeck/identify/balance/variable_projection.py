@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numba import float64, njit
 
+from ...friction.orders import Order
 from ...space import Array
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
