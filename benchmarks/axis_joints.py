@@ -26,7 +26,7 @@ from stribeck.data.recording import Recording
 from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
 from stribeck.identify.loss import PLAIN, Measure
-from stribeck.identify.problem import Parameters, parameters
+from stribeck.identify.problem import Parameters, partition
 from stribeck.identify.score import scores
 from stribeck.identify.segment import stretches
 from stribeck.identify.stick_slip_statistics import Staircase
@@ -166,13 +166,15 @@ def _fitted(joint: int, on: Half, model: Model, *, restart: bool) -> Fit:
     )
 
 
-def held_against(made: Parameters, p: Array, test: Half) -> dict[str, Any]:
+def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
     """RMSE of the whole half and from rest to rest, mrad, and both staircases."""
     within = Range.parse(test.within, "mrad")
-    assert isinstance(made.rig, Simulated)  # noqa: S101 - it is
-    whole = scores(replace(made, measure=PLAIN), p, stretches([test.log], made.rig, within))
-    legs = stretches([test.log], made.rig, within, restart=True)
-    rested = scores(replace(made, measure=Measure(restart=True)), p, legs)
+    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - it is
+    whole = scores(
+        replace(parameters, measure=PLAIN), p, stretches([test.log], parameters.rig, within)
+    )
+    legs = stretches([test.log], parameters.rig, within, restart=True)
+    rested = scores(replace(parameters, measure=Measure(restart=True)), p, legs)
     return {
         "whole": whole.value,
         "rest to rest": rested.value,
@@ -233,8 +235,8 @@ def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -
     values = {n: row[0] for n, row in part["halves"][f"1/{SEEN}/rest to rest"]["estimates"].items()}
     share = scatter * part["onsets"]["scatter"] / part["onsets"]["F_S"]
     first, second = halves(made_log(recording(joint), joint, values, share, seed))
-    made = parameters(rig(joint), law_named(MODELS[SEEN].law))
-    p = np.array([values[q.name] for q in made.every])
+    parameters = partition(rig(joint), law_named(MODELS[SEEN].law))
+    p = np.array([values[q.name] for q in parameters.every])
     plain = {
         road: predicted(joint, first, second, MODELS[PLAIN_NAME], restart=restart)
         for road, restart in ROADS.items()
@@ -242,7 +244,7 @@ def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -
     return {
         "truth": values,
         "share": share,
-        "true": held_against(made, p, second),
+        "true": held_against(parameters, p, second),
         "plain": {
             road: {key: row[key] for key in (*ROADS, "modelled")} for road, row in plain.items()
         },

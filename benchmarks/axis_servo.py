@@ -19,7 +19,7 @@ from stribeck.data.recording import Recording
 from stribeck.friction import law_named
 from stribeck.identify.loss import Loss, Measure
 from stribeck.identify.polish import polish
-from stribeck.identify.problem import MotionProblem, Parameters, parameters
+from stribeck.identify.problem import MotionProblem, Parameters, partition
 from stribeck.identify.selection.candidate import BUDGET, Plan, Rung, climb
 from stribeck.identify.selection.folds import Portion
 from stribeck.space import Array
@@ -104,12 +104,12 @@ def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Model:
-    made: Parameters
+    parameters: Parameters
     p: Array
 
     def model(self) -> tuple[Parameters, Array]:
         """What `validate` asks for; errors are read as sizes, whatever they were fitted by."""
-        return replace(self.made, measure=Measure("absolute")), self.p
+        return replace(self.parameters, measure=Measure("absolute")), self.p
 
 
 def _mae(model: Any, logs: Sequence[Recording]) -> float:
@@ -126,29 +126,29 @@ def _climbed(
     below: list[Rung] = []
     found: dict[str, Any] = {}
     for name in names:
-        made = parameters(RIG, law_named(LAWS[name]), measure=Measure(loss))
-        rung = climb(made, [Portion(log, None) for log in train], below, Plan(0, BUDGET))
+        parameters = partition(RIG, law_named(LAWS[name]), measure=Measure(loss))
+        rung = climb(parameters, [Portion(log, None) for log in train], below, Plan(0, BUDGET))
         below.append(rung)
         p, more = _last(rung)
-        model = _Model(made, p)
+        model = _Model(parameters, p)
         found[name] = {
             "train": _mae(model, train),
             "test": _mae(model, test) if test else None,
             "evaluations": rung.evaluations + more,
-            "p": made.values(p),
+            "p": parameters.values(p),
         }
     return found
 
 
 def _last(rung: Rung) -> tuple[Array, int]:
     """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
-    on, made = rung.problem, rung.made
+    on, parameters = rung.problem, rung.parameters
     assert isinstance(on, MotionProblem)  # noqa: S101 - no start is free here
-    if made.measure.loss != "absolute":
+    if parameters.measure.loss != "absolute":
         return rung.p, 0
     fine = on.finer()
     done = polish(fine, rung.x, float(fine(rung.x[None])[0]), _LAST * len(rung.x))
-    return made.full(done.x[None])[0], done.evaluations + 1
+    return parameters.full(done.x[None])[0], done.evaluations + 1
 
 
 # --- tables ---------------------------------------------------------------------------------------

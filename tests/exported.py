@@ -8,7 +8,7 @@ from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.friction.law import Law
 from stribeck.identify.card import Card
-from stribeck.identify.problem import parameters
+from stribeck.identify.problem import partition
 from stribeck.rig import RIGS, Rig
 from stribeck.rig.rig import shown_in
 from stribeck.space import Array, Param
@@ -44,7 +44,7 @@ END_FUNCTION
 def model_with(law: Law, seed: int = 1) -> Model:
     """The same for a law at hand that no table knows."""
     values = _values(law, seed)
-    return Model(_card(law, values, None), parameters(_rig(law), law), values, "0", "card.json")
+    return Model(_card(law, values, None), partition(_rig(law), law), values, "0", "card.json")
 
 
 def _values(law: Law, seed: int) -> Array:

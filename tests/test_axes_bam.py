@@ -15,7 +15,7 @@ from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
 from stribeck.identify.loss import Measure
-from stribeck.identify.problem import Parameters, parameters
+from stribeck.identify.problem import Parameters, partition
 from stribeck.space import Array
 
 HOME = axis_servo.LOGS.parent
@@ -37,11 +37,11 @@ def kept(part: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Model:
-    made: Parameters
+    parameters: Parameters
     p: Array
 
     def model(self) -> tuple[Parameters, Array]:
-        return self.made, self.p
+        return self.parameters, self.p
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +53,9 @@ def logs() -> list[Recording]:
 
 def error(law: str, values: dict[str, float], logs: list[Recording]) -> float:
     """Mean over the logs of the mean absolute errors that `validate` prints, mrad."""
-    made = parameters(RIG, law_named(law), measure=Measure("absolute"))
-    p = np.array([values[q.name] for q in made.every])
-    return float(np.mean([score.value for _, _, score in validate(Model(made, p), logs)]))
+    parameters = partition(RIG, law_named(law), measure=Measure("absolute"))
+    p = np.array([values[q.name] for q in parameters.every])
+    return float(np.mean([score.value for _, _, score in validate(Model(parameters, p), logs)]))
 
 
 @pytest.mark.parametrize(("model", "published"), sorted(axis_servo.PUBLISHED.items()))

@@ -14,7 +14,7 @@ from axis_joints import GAINS, PLAIN_NAME, SEEN
 from stribeck.data.recording import Recording
 from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
-from stribeck.identify.problem import Parameters, parameters
+from stribeck.identify.problem import Parameters, partition
 from stribeck.space import Array
 
 pytestmark = pytest.mark.skipif(
@@ -39,8 +39,8 @@ def kept(joint: int) -> dict[str, Any]:
 
 
 def true_model() -> tuple[Parameters, Array]:
-    made = parameters(axis_joints.rig(3), law_named("stribeck-gauss"))
-    return made, np.array([TRUTH[q.name] for q in made.every])
+    parameters = partition(axis_joints.rig(3), law_named("stribeck-gauss"))
+    return parameters, np.array([TRUTH[q.name] for q in parameters.every])
 
 
 # --- breakaway at the onsets ----------------------------------------------------------------------
@@ -120,9 +120,9 @@ def test_committed_predictions_are_what_the_models_do(
     known, both = kept(joint), axis_joints.halves(logs[joint])
     for name in (PLAIN_NAME, SEEN):
         row = known[f"1/{name}/rest to rest"]
-        made = parameters(axis_joints.rig(joint), law_named(axis_joints.MODELS[name].law))
-        p = np.array([row["estimates"][q.name][0] for q in made.every])
-        again = axis_joints.held_against(made, p, both[1])
+        parameters = partition(axis_joints.rig(joint), law_named(axis_joints.MODELS[name].law))
+        p = np.array([row["estimates"][q.name][0] for q in parameters.every])
+        again = axis_joints.held_against(parameters, p, both[1])
         assert again["rest to rest"] == pytest.approx(row["rest to rest"], rel=0.02)
         assert again["measured"] == pytest.approx(row["measured"])
 

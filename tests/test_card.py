@@ -48,11 +48,13 @@ def test_a_card_is_the_model_that_was_fitted(asked: Any, tmp_path: Path) -> None
     file.write_text(card(fit).text(), encoding="utf-8")
     again = read_card(file)
     assert again == card(fit)
-    made, p = again.model()
+    parameters, p = again.model()
     np.testing.assert_allclose(p, fit.p, rtol=1e-14)
-    assert scores(made, p, fit.train).value == pytest.approx(fit.score.value, rel=1e-12)
+    assert scores(parameters, p, fit.train).value == pytest.approx(fit.score.value, rel=1e-12)
     # What is searched is summed in another order (prefix sums over rests): not bit for bit.
-    cost = MotionProblem(made, fit.train)(p[[-1]][None])  # the one parameter that is left free
+    cost = MotionProblem(parameters, fit.train)(
+        p[[-1]][None]
+    )  # the one parameter that is left free
     assert cost[0] == pytest.approx(fit.score.value, rel=1e-9)
 
 
@@ -136,12 +138,12 @@ def test_an_edited_card_is_a_card_or_one_line(
     file = tmp_path_factory.getbasetemp() / "edited.json"
     file.write_text(json.dumps(edited), encoding="utf-8", errors="replace")
     try:
-        made, p = read_card(file).model()
+        parameters, p = read_card(file).model()
     except InputError as error:
         assert "\n" not in str(error)  # noqa: PT017 - either way is right, nothing else is
         return
     assert np.isfinite(p).all()
-    assert bool(made.law.physical(p[None, : len(made.law.params)])[0])
+    assert bool(parameters.law.physical(p[None, : len(parameters.law.params)])[0])
 
 
 @given(text=st.binary(max_size=60))

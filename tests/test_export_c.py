@@ -514,7 +514,7 @@ def told(name: str, a: Array, b: Array) -> Array:
 def test_the_head_says_what_friction_is_added_to() -> None:
     assert "add it to the force that is asked of the drive" in "\n".join(model_of("lugre").head())
     servo = model_of("bam-m4")  # on a rig whose drive takes volts
-    own = {q.name: v for q, v in zip(servo.made.every, servo.values, strict=True)}
+    own = {q.name: v for q, v in zip(servo.parameters.every, servo.values, strict=True)}
     said = "\n".join(servo.head())
     assert "add it to the torque that is asked of the drive" in said
     assert f"takes volts: {own['R'] / own['k_t']:.4g} V for a N m" in said

@@ -172,7 +172,7 @@ def test_parameters_carry_unit_range_interval_and_verdict() -> None:
     model = model_of("stribeck")
     given = model.card.parameters["F_C"].model_copy(update={"low": 60.0, "high": 65.5})
     parameters = {**model.card.parameters, "F_C": given}
-    model = Model(model.card.model_copy(update={"parameters": parameters}), model.made,
+    model = Model(model.card.model_copy(update={"parameters": parameters}), model.parameters,
                   model.values, "", "card.json")  # fmt: skip
     root = ET.fromstring(unpacked(fmu(model, binary=False))["modelDescription.xml"])  # noqa: S314
     made = {v.get("name"): v for v in root.iter("ScalarVariable")}

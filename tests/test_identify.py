@@ -247,7 +247,7 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
         if len(searches[0].trace) > 200:  # type: ignore[index]
             raise KeyboardInterrupt
 
-    fit = identify(log, train="112:295", look=stop)
+    fit = identify(log, train="112:295", progress=stop)
     assert fit.ended == "interrupted"
     assert np.isfinite(fit.score.value)
     assert fit.score.value == pytest.approx(min(r.cost for r in fit.runs))

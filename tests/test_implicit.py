@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS, Law, law_named
-from stribeck.identify.problem import parameters, problem
+from stribeck.identify.problem import partition, problem
 from stribeck.rig import RIGS
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.track import Track, track
@@ -334,7 +334,7 @@ def test_logs_that_do_not_fit_are_refused(name: str, rotary: bool, said: str) ->
 
 def test_a_law_that_needs_a_load_that_a_rig_does_not_know_is_refused() -> None:
     with pytest.raises(InputError, match="depends on the normal load, which rig joint"):
-        parameters(RIGS["joint"], LAWS["coulomb-load"])
+        partition(RIGS["joint"], LAWS["coulomb-load"])
 
 
 def test_a_temperature_term_needs_a_temperature() -> None:

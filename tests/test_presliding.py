@@ -12,7 +12,7 @@ from stribeck import Fit, Recording, identify, read, select, validate
 from stribeck.data.repeated_samples import fresh
 from stribeck.friction import law_named
 from stribeck.friction.orders import orders
-from stribeck.identify.problem import parameters
+from stribeck.identify.problem import partition
 from stribeck.identify.sliding_check import never_slid
 from stribeck.rig.presliding import PRESLIDING
 from stribeck.space import Array
@@ -108,26 +108,26 @@ RAMP = np.clip(np.linspace(-0.1, 1.0, 800), 0.0, 1.0)
 
 
 def test_an_axis_that_slides_shows_its_levels_and_one_that_is_held_does_not() -> None:
-    made = parameters(PRESLIDING, law_named("lugre"))
+    parameters = partition(PRESLIDING, law_named("lugre"))
     for shape in (CYCLES, RAMP):
         held, slid = pulled(9.0 * shape), pulled(24.0 * shape)
-        assert never_slid(made, [held]) == [
+        assert never_slid(parameters, [held]) == [
             "the axis never slid: F_S, F_C and v_s cannot be known from this log"
         ]
-        assert "these logs" in never_slid(made, [held, held])[0]
-        assert never_slid(made, [slid]) == never_slid(made, [held, slid]) == []
+        assert "these logs" in never_slid(parameters, [held, held])[0]
+        assert never_slid(parameters, [slid]) == never_slid(parameters, [held, slid]) == []
 
 
 def test_only_what_is_searched_is_told() -> None:
     held = pulled(9.0 * CYCLES)
-    lugre = parameters(PRESLIDING, law_named("lugre"), fixed={"F_C": 12.0, "v_s": 0.02})
+    lugre = partition(PRESLIDING, law_named("lugre"), fixed={"F_C": 12.0, "v_s": 0.02})
     assert never_slid(lugre, [held])[0].endswith("never slid: F_S cannot be known from this log")
-    gms = parameters(PRESLIDING, law_named("gms:2"))
+    gms = partition(PRESLIDING, law_named("gms:2"))
     (said,) = never_slid(gms, [held])
     assert said.endswith("tau cannot be known from this log; the levels W_i do not add up to its "
                          "breakaway")  # fmt: skip
     free = {"M": 2.0, "F_C": 12.0}
-    assert never_slid(parameters(PRESLIDING, law_named("dahl"), fixed=free), [held]) == []
+    assert never_slid(partition(PRESLIDING, law_named("dahl"), fixed=free), [held]) == []
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stribeck import LAWS, RIGS, InputError, select
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.problem import parameters, ranges
+from stribeck.identify.problem import partition, ranges
 from stribeck.identify.selection.folds import Splits, splits
 from stribeck.identify.selection.nesting import embedded, ingredients, step
 from stribeck.identify.selection.paired_test import criteria, paired, whiteness
@@ -74,8 +74,8 @@ INSIDE = [
 def test_a_simpler_law_stands_unchanged_in_a_richer_one(simple: str, rich: str) -> None:
     # Wide enough that nothing is clipped: the offset may exceed no level.
     wide = replace(FORCED, ranges={})
-    small = parameters(wide, law_named(simple))
-    large = parameters(wide, law_named(rich))
+    small = partition(wide, law_named(simple))
+    large = partition(wide, law_named(rich))
     rng = np.random.default_rng(3)
     for _ in range(5):
         p = wide.sample(small.law, rng, 1)[0]
@@ -96,7 +96,7 @@ def test_a_simpler_law_stands_unchanged_in_a_richer_one(simple: str, rich: str) 
 def test_bam_laws_of_one_load_stand_in_those_of_two() -> None:
     rig = RIGS["servo-pendulum"]
     rng = np.random.default_rng(0)
-    chain = [parameters(rig, LAWS[f"bam-m{k}"]) for k in (3, 4, 5, 6)]
+    chain = [partition(rig, LAWS[f"bam-m{k}"]) for k in (3, 4, 5, 6)]
     p = rig.sample(chain[0].law, rng, 1)[0]
     load = np.array([0.3, -0.2, 0.0, 0.0, 0.0])
     none = np.empty(0)

@@ -105,7 +105,7 @@ def identify(
             loss=cast("Any", loss),
             restart=restart,
             draws=bootstrap,
-            look=watch,
+            progress=watch,
             **asked,
         )
     clock.lap("search", fit.seconds)
@@ -218,7 +218,7 @@ def select(
             seed=seed,
             budget=budget,
             folds=folds,
-            look=climb.look,
+            progress=climb.show,
         )
     _tell_selection(selection, out, json)
 

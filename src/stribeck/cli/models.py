@@ -30,8 +30,8 @@ def validate(
     if max_error is not None:
         above_zero("--max-error", max_error)
     each_once("--range", range_)
-    written, made, _ = card_model(card)
-    recordings = read_logs(logs, made.rig, columns)
+    written, parameters, _ = card_model(card)
+    recordings = read_logs(logs, parameters.rig, columns)
     rows = validated(written, recordings, range_ or None)
     for said in unseen(written, recordings, range_ or None):
         typer.echo(f"warning: {said}", err=True)
@@ -66,8 +66,8 @@ def plan(
 
     if seconds is not None:
         above_zero("--seconds", seconds)
-    written, made, _ = card_model(card)
-    recordings = read_logs(logs or logs_beside(written, card), made.rig, columns)
+    written, parameters, _ = card_model(card)
+    recordings = read_logs(logs or logs_beside(written, card), parameters.rig, columns)
     found = planned(written, recordings, seconds=seconds, check=check, seed=seed)
     if json:
         typer.echo(plan_text(found), nl=False)
@@ -109,8 +109,8 @@ def compensate(
         raise InputError(f"--mode {mode!r} is not one of reference, feedback")
     if speed is not None and reference is not None:
         raise InputError("--speed and --reference both say what to follow: give one")
-    written, made, _ = card_model(card)
-    on = made.rig if rig is None else rig_named(rig)
+    written, parameters, _ = card_model(card)
+    on = parameters.rig if rig is None else rig_named(rig)
     controlled(on)
     logs = [] if reference is None else [reference]
     if speed is None and reference is None:
@@ -134,7 +134,7 @@ def compensate(
         scale=scale,
         reference=follow,
         sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
-        look=lambda doing: typer.echo(f"trying {doing}", err=True),
+        progress=lambda doing: typer.echo(f"trying {doing}", err=True),
     )
     if json:
         typer.echo(compensation_text(found), nl=False)
@@ -161,9 +161,9 @@ def simulate(
     from ..report.motion_file import check_motion, write_motion
 
     check_motion(out, log)
-    _, made, p = card_model(card)
-    (recording,) = read_logs([log], made.rig, columns)
-    write_motion(made, p, recording, out)
+    _, parameters, p = card_model(card)
+    (recording,) = read_logs([log], parameters.rig, columns)
+    write_motion(parameters, p, recording, out)
     typer.echo(out)
 
 

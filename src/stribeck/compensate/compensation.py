@@ -173,7 +173,7 @@ def compensation(
     reference: Reference | None = None,
     sensor: Sensor = IDEAL,
     beside: Mapping[str, Array] | None = None,
-    look: Callable[[str], object] | None = None,
+    progress: Callable[[str], object] | None = None,
 ) -> Compensation:
     """Try compensations of an identified friction, and recommend one.
 
@@ -189,7 +189,7 @@ def compensation(
         reference: Follow this in place of the usual motions.
         sensor: How the compensator sees the position.
         beside: Further axes to try, parameter sets by name, SI.
-        look: Is told what is being tried.
+        progress: Called with what is being tried.
 
     Raises:
         InputError: a rig without a controller, a card that is not of this rig, or no speed.
@@ -200,26 +200,28 @@ def compensation(
         raise InputError(f"scale: give a number above 0, got {scale:g}")
     if rig is not None:
         controlled(rig)
-    made, p = _on(card, rig).model()
-    controlled(made.rig)
-    axes, notes = plants(card, made, p)
+    parameters, p = _on(card, rig).model()
+    controlled(parameters.rig)
+    axes, notes = plants(card, parameters, p)
     axes |= beside or {}
-    motions = (reference,) if reference is not None else _motions(made, recordings, speed, period)
-    shape = _shape(made, p, motions, sensor, notes)
-    trial = Trial(made.rig, made.law, p, axes, motions, shape, sensor)
+    motions = (
+        (reference,) if reference is not None else _motions(parameters, recordings, speed, period)
+    )
+    shape = _shape(parameters, p, motions, sensor, notes)
+    trial = Trial(parameters.rig, parameters.law, p, axes, motions, shape, sensor)
     curves = []
     for one in MODES if mode is None else (mode,):
-        if look is not None:
-            look(f"{one}: {len(axes)} axes, {len(motions)} motions")
+        if progress is not None:
+            progress(f"{one}: {len(axes)} axes, {len(motions)} motions")
         curves.append(_curve(trial, one, scale))
     chosen = _chosen(curves)
     settings = None
     if chosen is not None and chosen.scale is not None:
         settings = replace(shape, scale=chosen.scale, feedback=chosen.mode == "feedback")
     return Compensation(
-        made.law.name, made.rig, period, sensor, tuple(m.name for m in motions), tuple(axes),
-        tuple(curves), trial.frictionless(), None if chosen is None else chosen.mode, settings,
-        MARGIN, trial.traces(settings), tuple(notes),
+        parameters.law.name, parameters.rig, period, sensor, tuple(m.name for m in motions),
+        tuple(axes), tuple(curves), trial.frictionless(), None if chosen is None else chosen.mode,
+        settings, MARGIN, trial.traces(settings), tuple(notes),
     )  # fmt: skip
 
 
@@ -239,15 +241,15 @@ def _on(card: Card, rig: Rig | None) -> Card:
 
 
 def _motions(
-    made: Parameters, recordings: Sequence[Recording], speed: float | None, period: float
+    parameters: Parameters, recordings: Sequence[Recording], speed: float | None, period: float
 ) -> tuple[Reference, ...]:
     if speed is not None and not 0 < speed < np.inf:
         raise InputError(f"speed: give a number above 0, got {speed:g}")
     pace = paced(recordings)
     if pace is None and speed is None:
         raise InputError(
-            f"rig {made.rig.name}: no log says how fast the axis is driven: give the speed of the "
-            "slowest motion, or a reference to follow"
+            f"rig {parameters.rig.name}: no log says how fast the axis is driven: give the speed "
+            "of the slowest motion, or a reference to follow"
         )
     slowest, travel, x0 = pace or (0.0, np.inf, 0.0)
     slow = slowest if speed is None else speed
@@ -255,7 +257,7 @@ def _motions(
 
 
 def _shape(
-    made: Parameters, p: Array, motions: Sequence[Reference], sensor: Sensor, notes: list[str]
+    parameters: Parameters, p: Array, motions: Sequence[Reference], sensor: Sensor, notes: list[str]
 ) -> Compensator:
     """The settings beside scale and mode: what the drive eats, what counts as rest."""
     h = motions[0].h
@@ -271,7 +273,9 @@ def _shape(
             "take a longer period or a finer sensor for feedback"
         )
     return Compensator(
-        dead_band=dead_band, drive=drive_friction(made.rig), rest=_rest(made.law, p, slowest)
+        dead_band=dead_band,
+        drive=drive_friction(parameters.rig),
+        rest=_rest(parameters.law, p, slowest),
     )
 
 

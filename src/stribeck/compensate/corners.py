@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 IDENTIFIED = "as identified"
 
 
-def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], list[str]]:
+def plants(card: Card, parameters: Parameters, p: Array) -> tuple[dict[str, Array], list[str]]:
     """Parameter sets of axes by name, SI, and what could not be tried, in words.
 
     The identified axis; each end of each interval, the other parameters as identified; and all
@@ -25,10 +25,10 @@ def plants(card: Card, made: Parameters, p: Array) -> tuple[dict[str, Array], li
 
     Args:
         card: Says the intervals.
-        made: Its rig and law.
+        parameters: Its rig and law.
         p: Its parameter set, (k,).
     """
-    rig, law = made.rig, made.law
+    rig, law = parameters.rig, parameters.law
     found: dict[str, Array] = {IDENTIFIED: p}
     open_: list[str] = []
     low, high = p.copy(), p.copy()

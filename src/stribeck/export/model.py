@@ -38,14 +38,14 @@ class Model:
 
     Args:
         card: The card.
-        made: Its rig, its law, and the names of all parameters.
+        parameters: Its rig, its law, and the names of all parameters.
         values: The complete parameter set, SI, (k,): the law's first, then the rig's own.
         sha256: Of the card's file.
         source: The card file's name.
     """
 
     card: Card
-    made: Parameters
+    parameters: Parameters
     values: Array
     sha256: str
     source: str
@@ -53,12 +53,12 @@ class Model:
     @property
     def law(self) -> Law:
         """The friction law."""
-        return self.made.law
+        return self.parameters.law
 
     @property
     def rig(self) -> Rig:
         """The rig that it was identified on."""
-        return self.made.rig
+        return self.parameters.rig
 
     @property
     def p(self) -> Array:
@@ -89,7 +89,7 @@ class Model:
 
         `F_S+` and `F_S-` become `F_S_pos` and `F_S_neg`.
         """
-        own = self.made.every[: len(self.law.params)]
+        own = self.parameters.every[: len(self.law.params)]
         names = [identifier(self.rig.label(q.name)) for q in own]
         unique = [
             name if names.count(name) == 1 else identifier(q.name)
@@ -170,7 +170,7 @@ class Model:
 
     def _volts(self) -> list[str]:
         """How a torque is asked of a drive that takes volts."""
-        own = {q.name: float(v) for q, v in zip(self.made.every, self.values, strict=True)}
+        own = {q.name: float(v) for q, v in zip(self.parameters.every, self.values, strict=True)}
         if not {"k_t", "R"} <= own.keys():
             return []
         per = own["R"] / own["k_t"]
@@ -210,16 +210,18 @@ def read_model(path: str | Path) -> Model:
     path = Path(path)
     card = read_card(path)
     try:
-        made, values = card.model()
+        parameters, values = card.model()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-    return Model(card, made, values, hashlib.sha256(path.read_bytes()).hexdigest(), path.name)
+    return Model(card, parameters, values, hashlib.sha256(path.read_bytes()).hexdigest(), path.name)
 
 
 def as_model(card: Card) -> Model:
     """The model of a card that is no file yet; its hash is that of the file it would be."""
-    made, values = card.model()
-    return Model(card, made, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json")
+    parameters, values = card.model()
+    return Model(
+        card, parameters, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json"
+    )
 
 
 def _one_line(text: str) -> str:

@@ -21,7 +21,7 @@ from ..space import Param
 from ..text_file import page
 from ..units import convertible, unit
 from .loss import Measure
-from .problem import Parameters, parameters
+from .problem import Parameters, partition
 from .uncertainty.profile import Ended
 
 if TYPE_CHECKING:
@@ -195,8 +195,8 @@ class Card(_Part):
         absolute = self.objective.name == "position_mae"
         measure = Measure("absolute" if absolute else "squares", self.objective.restart)
         fixed = {n: v for n, v in values.items() if n != last}
-        made = parameters(rig, law, fixed=fixed, measure=measure)
-        return made, p
+        parameters = partition(rig, law, fixed=fixed, measure=measure)
+        return parameters, p
 
     def _check_speeds(self, rig: Rig) -> None:
         """Raises InputError where the speeds are none of this rig, or in the wrong order."""
@@ -343,16 +343,16 @@ def kind_of(rig: Rig) -> str:
 
 
 def _parameters(fit: Fit) -> dict[str, ParameterCard]:
-    made, cards = fit.parameters, {}
-    for q, e in zip(made.every, fit.estimates, strict=True):
+    parameters, cards = fit.parameters, {}
+    for q, e in zip(parameters.every, fit.estimates, strict=True):
         if e.verdict == "fixed" and q.fixed == e.value:
             continue  # as the law holds it anyway
-        zero = float(shown_in(made.rig, q, 0.0))
+        zero = float(shown_in(parameters.rig, q, 0.0))
 
         def shown(value: float, *, width: bool = False, q: Any = q, zero: float = zero) -> Any:
             if not math.isfinite(value):
                 return None
-            return float(shown_in(made.rig, q, value)) - (zero if width else 0.0)
+            return float(shown_in(parameters.rig, q, value)) - (zero if width else 0.0)
 
         free = e.verdict != "fixed"
         cards[e.name] = ParameterCard(

@@ -23,7 +23,7 @@ from .balance.balanced_fit import balanced
 from .initial_state import StartedProblem, free_starts, from_starts
 from .loss import Loss, Measure
 from .polish import Polished, polish, polish_run
-from .problem import MotionProblem, Parameters, chosen, listed, parameters, parts, ranges
+from .problem import MotionProblem, Parameters, chosen, listed, partition, parts, ranges
 from .result import Fit
 from .score import Score, held_out, scores
 from .segment import Stretch, stretches
@@ -65,7 +65,7 @@ NOISY = 1.5
 #: Stopping rule of the paper (section 4.4): J < 4.5 mm or 1000 rounds.
 PAPER_TARGET = 4.5
 
-Look = Callable[[Sequence[Search]], None]
+Progress = Callable[[Sequence[Search]], None]
 
 
 def identify(
@@ -88,7 +88,7 @@ def identify(
     loss: Loss = "squares",
     restart: bool = False,
     draws: int = 0,
-    look: Look | None = None,
+    progress: Progress | None = None,
 ) -> Fit:
     """Identify the friction of an axis.
 
@@ -120,7 +120,7 @@ def identify(
         restart: Whether the simulation starts anew at every rest; see `Measure`.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
-        look: Called with the searches after every step; a progress bar looks here.
+        progress: Called with the searches after every step.
 
     Raises:
         InputError: something asked for cannot be done with these recordings.
@@ -128,7 +128,7 @@ def identify(
     rig, law = chosen(rig, law)
     logs = listed(recordings)
     measure = Measure(loss, restart)
-    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     trained, held = ranges(train, rig), ranges(holdout, rig)
     if not isinstance(rig, Simulated):
         asked = {
@@ -147,11 +147,11 @@ def identify(
                 f"rig {rig.name} is solved by least squares, without a search: "
                 f"{', '.join(idle)} does not apply"
             )
-        return balanced(made, logs, trained, held, draws=draws)
+        return balanced(parameters, logs, trained, held, draws=draws)
     train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
     tests = [(r, stretches(logs, rig, r, restart=restart)) for r in held]
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
-    problem = MotionProblem(made, train_on)
+    problem = MotionProblem(parameters, train_on)
     plan = _Plan(
         method or MemeticTabuSearch.name,
         dict(settings or {}),
@@ -164,7 +164,7 @@ def identify(
     )
     began = time.perf_counter()
     searches = plan.searches(problem)
-    interrupted = _run(problem, searches, look)
+    interrupted = _run(problem, searches, progress)
     return _conclude(problem, plan, searches, tests, trained, logs, began, interrupted)
 
 
@@ -229,12 +229,12 @@ def _slips(problem: MotionProblem) -> bool:
     return bool(sum(inside) >= SLIPS * len(logs))
 
 
-def _run(problem: MotionProblem, searches: Sequence[Search], look: Look | None) -> bool:
+def _run(problem: MotionProblem, searches: Sequence[Search], progress: Progress | None) -> bool:
     """Advance all searches together until they have ended; True if somebody interrupted them."""
     try:
         for _ in steps(problem, searches):
-            if look is not None:
-                look(searches)
+            if progress is not None:
+                progress(searches)
     except KeyboardInterrupt:
         if not all(len(s.trace) for s in searches):
             raise
@@ -269,8 +269,8 @@ def _conclude(
     order = sorted(range(len(runs)), key=lambda k: done[k].cost)
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
-    made = problem.parameters
-    if loss_is_bent := made.measure.loss == "absolute" and not interrupted:
+    parameters = problem.parameters
+    if loss_is_bent := parameters.measure.loss == "absolute" and not interrupted:
         problem = problem.finer()
     try:
         spent = sum(r.evaluations for r in runs) + sum(d.evaluations for d in done)
@@ -292,16 +292,16 @@ def _conclude(
     known, interrupted = _known(on, start, free, plan, budget, interrupted)
     x, correlation = known.x, known.correlation[:free, :free]
     train = problem.train if begun is None else from_starts(problem.train, x[free:])
-    p = made.full(x[None, :free])[0]
+    p = parameters.full(x[None, :free])[0]
     rivals = [d.x for d in done if d.cost <= RIVAL * done[0].cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
-    score = scores(made, p, train)
-    doubtful = _explains_little(made, score)
-    found = estimates(made, p, known, spread, resting=resting(on, x), doubtful=doubtful)
-    found = unslid(made, found, _recordings(train))
-    tested = tuple(held_out(made, p, r, s) for r, s in tests)
+    score = scores(parameters, p, train)
+    doubtful = _explains_little(parameters, score)
+    found = estimates(parameters, p, known, spread, resting=resting(on, x), doubtful=doubtful)
+    found = unslid(parameters, found, _recordings(train))
+    tested = tuple(held_out(parameters, p, r, s) for r, s in tests)
     return Fit(
-        parameters=made,
+        parameters=parameters,
         p=p,
         estimates=found,
         correlation=correlation,
@@ -319,7 +319,7 @@ def _conclude(
         recordings=tuple(logs),
         warnings=(
             *_warnings(
-                made,
+                parameters,
                 found,
                 correlation,
                 score,
@@ -330,7 +330,7 @@ def _conclude(
                 len(runs),
                 interrupted,
             ),
-            *known.notes(made),
+            *known.notes(parameters),
         ),
         known=known,
         residuals=on,
@@ -386,9 +386,9 @@ def _recordings(train: Sequence[Stretch]) -> list[Recording]:
     return list({id(s.recording): s.recording for s in train}.values())
 
 
-def _explains_little(made: Parameters, score: Score) -> bool:
+def _explains_little(parameters: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each stretch is a slip, does nearly as well."""
-    beside = score.still if made.measure.restart else score.smooth
+    beside = score.still if parameters.measure.restart else score.smooth
     return score.value >= LITTLE * beside
 
 
@@ -403,7 +403,7 @@ def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
 
 
 def _warnings(
-    made: Parameters,
+    parameters: Parameters,
     found: Sequence[Estimate],
     correlation: Array,
     score: Score,
@@ -418,11 +418,11 @@ def _warnings(
     if interrupted:
         said.append("interrupted: the search, its polishing or its intervals had not ended")
     said += bound_warnings(found)
-    said += correlation_warnings(made, correlation)
-    said += never_slid(made, _recordings(train))
-    floor = _noise_floor(made.rig, logs)
+    said += correlation_warnings(parameters, correlation)
+    said += never_slid(parameters, _recordings(train))
+    floor = _noise_floor(parameters.rig, logs)
     said += _resting(score, floor)
-    if _explains_little(made, score):
+    if _explains_little(parameters, score):
         said.append(
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
             f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
@@ -439,8 +439,8 @@ def _warnings(
             "not confirmed; raise --repeats"
         )
     seen = {s.direction for s in train}
-    assert isinstance(made.rig, Simulated)  # noqa: S101 - others are not searched
-    one_way = made.rig.from_rest and not made.law.directional
+    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - others are not searched
+    one_way = parameters.rig.from_rest and not parameters.law.directional
     for within, held in tests:
         if any(_overlap(a, b) for a in held for b in train):
             said.append(
@@ -449,15 +449,15 @@ def _warnings(
             )
         if one_way and {s.direction for s in held} - seen:
             said.append(f"hold-out {within.text} runs in a direction that was not trained on")
-    if one_way and len(seen) > 1 and f"{made.law.name}-directional" in LAWS:
+    if one_way and len(seen) > 1 and f"{parameters.law.name}-directional" in LAWS:
         said.append(
             "both directions share one parameter set: use the law "
-            f"{made.law.name}-directional, or train on one direction"
+            f"{parameters.law.name}-directional, or train on one direction"
         )
-    if made.rig.scale:
+    if parameters.rig.scale:
         said.append(
-            f"forces, masses and stiffnesses are in proportion to {made.rig.scale}: if those are "
-            "10 % off, so are all of these, and no motion would show it"
+            f"forces, masses and stiffnesses are in proportion to {parameters.rig.scale}: if those "
+            "are 10 % off, so are all of these, and no motion would show it"
         )
     said += [f"{log.label}: {note}" for log in logs for note in log.notes]
     return said

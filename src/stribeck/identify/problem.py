@@ -65,7 +65,7 @@ class Parameters:
         return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}
 
 
-def parameters(
+def partition(
     rig: Rig,
     law: Law,
     *,
@@ -119,9 +119,9 @@ def parameters(
             raise InputError(f"{name} is set to {value}: it must be a finite number")
         if value < 0 <= every[name].lower:
             raise InputError(f"{name} is set to {value}: it must not be below 0")
-    made = Parameters(rig, law, tuple(every.values()), free, values, tied, measure or PLAIN)
-    _check_meaning(made)
-    return made
+    parameters = Parameters(rig, law, tuple(every.values()), free, values, tied, measure or PLAIN)
+    _check_meaning(parameters)
+    return parameters
 
 
 def _check_loads(rig: Rig, law: Law) -> None:
@@ -145,15 +145,15 @@ def _named(
     return labels[name]
 
 
-def _check_meaning(made: Parameters) -> None:
+def _check_meaning(parameters: Parameters) -> None:
     """Some point of the search box must be a law that means something."""
-    k = len(made.law.params)
-    corners = Space(made.free).sample(np.random.default_rng(0), 256)
-    sample = made.full(np.vstack([Space(made.free).decode(corners)]))
-    if not made.law.physical(sample[:, :k]).any():
-        values = ", ".join(f"{n} = {v:g}" for n, v in made.fixed.items())
+    k = len(parameters.law.params)
+    corners = Space(parameters.free).sample(np.random.default_rng(0), 256)
+    sample = parameters.full(np.vstack([Space(parameters.free).decode(corners)]))
+    if not parameters.law.physical(sample[:, :k]).any():
+        values = ", ".join(f"{n} = {v:g}" for n, v in parameters.fixed.items())
         raise InputError(
-            f"law {made.law.name}: no parameter set in these ranges is physical ({values})"
+            f"law {parameters.law.name}: no parameter set in these ranges is physical ({values})"
         )
 
 
@@ -172,27 +172,28 @@ class MotionProblem:
     `scale` is `unit` in SI, `logs` how many samples count in each stretch, in order.
     """
 
-    def __init__(self, made: Parameters, train: Sequence[Stretch]) -> None:
-        if not isinstance(made.rig, Simulated):
+    def __init__(self, parameters: Parameters, train: Sequence[Stretch]) -> None:
+        if not isinstance(parameters.rig, Simulated):
             raise InputError(
-                f"rig {made.rig.name} is identified by force balance: it poses no search problem"
+                f"rig {parameters.rig.name} is identified by force balance: it poses no search "
+                "problem"
             )
-        self.name = f"{made.rig.name}/{made.law.name}"
-        self.parameters, self.train = made, tuple(train)
+        self.name = f"{parameters.rig.name}/{parameters.law.name}"
+        self.parameters, self.train = parameters, tuple(train)
         for stretch in train:
-            if "temperature" in made.law.terms and stretch.recording.temperature is None:
+            if "temperature" in parameters.law.terms and stretch.recording.temperature is None:
                 raise InputError(
-                    f"{stretch.recording.label}: law {made.law.name} needs a temperature: map a "
-                    "column to temperature"
+                    f"{stretch.recording.label}: law {parameters.law.name} needs a temperature: "
+                    "map a column to temperature"
                 )
-        self.space = Space(made.free)
+        self.space = Space(parameters.free)
         self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
         self.samples = sum(self.logs)
-        self.unit = made.rig.shows.get("position", "m")
-        self._rig = made.rig
+        self.unit = parameters.rig.shows.get("position", "m")
+        self._rig = parameters.rig
         self.scale = unit(self.unit).factor
         widest = max(float(np.ptp(s.recording.position)) for s in train)
-        self._knee = KNEE * widest / self.scale if made.measure.loss == "absolute" else np.inf
+        self._knee = KNEE * widest / self.scale if parameters.measure.loss == "absolute" else np.inf
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -254,9 +255,9 @@ def problem(
         rig: A rig or its name in RIGS.
         law: A law or its name in LAWS; by default the rig's first.
         train: Ranges to use, as `112:295`; by default everything.
-        fixed: See `parameters`.
-        bounds: See `parameters`.
-        tied: See `parameters`.
+        fixed: See `partition`.
+        bounds: See `partition`.
+        tied: See `partition`.
         loss: See `Measure`.
         restart: See `Measure`.
     """
@@ -266,10 +267,10 @@ def problem(
             f"rig {rig.name} is identified by force balance: it poses no search problem"
         )
     measure = Measure(loss, restart)
-    made = parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     logs = listed(recordings)
     every = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
-    return MotionProblem(made, every)
+    return MotionProblem(parameters, every)
 
 
 def chosen(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:

@@ -69,24 +69,26 @@ class HeldOut:
     motions: tuple[Motion, ...]
 
 
-def held_out(made: Parameters, p: Array, within: Range | None, on: Sequence[Stretch]) -> HeldOut:
+def held_out(
+    parameters: Parameters, p: Array, within: Range | None, on: Sequence[Stretch]
+) -> HeldOut:
     """Score a complete parameter set (SI) on the stretches of a range."""
-    motions = tuple(simulated(made, p, on))
-    return HeldOut(within, scores(made, p, on), tuple(on), motions)
+    motions = tuple(simulated(parameters, p, on))
+    return HeldOut(within, scores(parameters, p, on), tuple(on), motions)
 
 
-def simulated(made: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]:
+def simulated(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]:
     """The model's motion over each stretch."""
-    rig = made.rig
+    rig = parameters.rig
     assert isinstance(rig, Simulated)  # noqa: S101 - stretches are made for such rigs only
-    return [rig.move(made.law, p[None], s.track) for s in on]
+    return [rig.move(parameters.law, p[None], s.track) for s in on]
 
 
-def scores(made: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
+def scores(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
     """J (4.5) over stretches, or the mean absolute error if that is the measure; and baselines."""
-    written = made.rig.shows.get("position", "m")
-    motions = simulated(made, p, on)
-    floating = isinstance(made.rig, Simulated) and made.rig.floating
+    written = parameters.rig.shows.get("position", "m")
+    motions = simulated(parameters, p, on)
+    floating = isinstance(parameters.rig, Simulated) and parameters.rig.floating
     model, still, smooth = [], [], []
     for s, motion in zip(on, motions, strict=True):
         counts = s.track.score > 0
@@ -98,12 +100,12 @@ def scores(made: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
         model.append(off - off.mean() if floating else off)
         still.append(x - (x.mean() if floating else s.track.x0))
         smooth.append(_beside_a_line(command, x))
-    absolute = made.measure.loss == "absolute"
+    absolute = parameters.measure.loss == "absolute"
     sizes = [
         float(unit(written).from_si(np.mean(np.abs(r)) if absolute else np.sqrt(np.mean(r * r))))
         for r in (np.concatenate(part) for part in (model, still, smooth))
     ]
-    stairs = (None, None) if made.measure.restart else staircases(on, motions)
+    stairs = (None, None) if parameters.measure.restart else staircases(on, motions)
     name: Literal["position_rmse", "position_mae"]
     name = "position_mae" if absolute else "position_rmse"
     return Score(name, sizes[0], written, sizes[1], sizes[2], sum(map(len, model)), *stairs)

@@ -20,7 +20,7 @@ _SLIDING = ("F_S", "F_C", "v_SS", "v_s", "ratio", "tau")
 _LEVEL = "W"
 
 
-def never_slid(made: Parameters, recordings: Sequence[Recording]) -> list[str]:
+def never_slid(parameters: Parameters, recordings: Sequence[Recording]) -> list[str]:
     """A sentence where no recording has a force that moved the axis out of presliding.
 
     A law fits the loops all the same, with a level towards which they flatten; but a contact
@@ -28,8 +28,8 @@ def never_slid(made: Parameters, recordings: Sequence[Recording]) -> list[str]:
     """
     if not recordings or not all(map(_held, recordings)):
         return []
-    free = [q.name for q in made.free]
-    names = [made.rig.label(n) for n in free if n.rstrip("+-") in _SLIDING]
+    free = [q.name for q in parameters.free]
+    names = [parameters.rig.label(n) for n in free if n.rstrip("+-") in _SLIDING]
     said = []
     if names:
         listed = " and ".join(x for x in (", ".join(names[:-1]), names[-1]) if x)
@@ -41,12 +41,14 @@ def never_slid(made: Parameters, recordings: Sequence[Recording]) -> list[str]:
 
 
 def unslid(
-    made: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
+    parameters: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
 ) -> tuple[Estimate, ...]:
     """The estimates, with no parameter called identified that only sliding shows and none saw."""
     if not recordings or not all(map(_held, recordings)):
         return tuple(found)
-    hidden = {made.rig.label(q.name) for q in made.free if q.name.rstrip("+-") in _SLIDING}
+    hidden = {
+        parameters.rig.label(q.name) for q in parameters.free if q.name.rstrip("+-") in _SLIDING
+    }
     meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
     return tuple(
         replace(e, verdict="not identifiable", meaning=meaning) if e.name in hidden else e

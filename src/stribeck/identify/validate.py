@@ -48,11 +48,11 @@ def validate(
     Raises:
         InputError: a log lacks what the rig needs, or holds no motion in a range.
     """
-    made, p = model.model()
+    parameters, p = model.model()
     return [
-        (log.label, r.text if r is not None else "all", _score(made, p, log, r))
+        (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
         for log in listed(recordings)
-        for r in parts(within, made.rig)
+        for r in parts(within, parameters.rig)
     ]
 
 
@@ -66,18 +66,18 @@ def unseen(
     Only where both directions share one set of parameters: then nothing in the card says that
     the other one rubs alike.
     """
-    made, _ = card.model()
+    parameters, _ = card.model()
     seen = card.speeds
-    if seen is None or made.law.directional or not isinstance(made.rig, Simulated):
+    if seen is None or parameters.law.directional or not isinstance(parameters.rig, Simulated):
         return []
     least = ONE_WAY * max(abs(seen.low), abs(seen.high))
     ways = {way for way, speed in ((1, seen.high), (-1, -seen.low)) if speed > least}
-    if not made.rig.from_rest or len(ways) != 1:
+    if not parameters.rig.from_rest or len(ways) != 1:
         return []
     said = []
     for log in recordings:
-        for r in parts(within, made.rig):
-            if _ways(stretches([log], made.rig, r)) - ways:
+        for r in parts(within, parameters.rig):
+            if _ways(stretches([log], parameters.rig, r)) - ways:
                 where = "as a whole" if r is None else f"over {r.text}"
                 said.append(
                     f"{log.label} {where} also runs the other way than the card was trained on "
@@ -98,8 +98,8 @@ def _ways(passed: Sequence[Stretch]) -> set[int]:
     }
 
 
-def _score(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
-    if isinstance(made.rig, Simulated):
-        on = stretches([log], made.rig, within, restart=made.measure.restart)
-        return scores(made, p, on)
-    return balance_scores(made, p, log, within)
+def _score(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
+    if isinstance(parameters.rig, Simulated):
+        on = stretches([log], parameters.rig, within, restart=parameters.measure.restart)
+        return scores(parameters, p, on)
+    return balance_scores(parameters, p, log, within)

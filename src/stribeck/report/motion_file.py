@@ -107,18 +107,18 @@ def check_motion(out: Path, log: Path) -> None:
         raise InputError(f"{out}: is the log itself: take another name for the motion")
 
 
-def write_motion(made: Parameters, p: Array, recording: Recording, out: Path) -> None:
+def write_motion(parameters: Parameters, p: Array, recording: Recording, out: Path) -> None:
     """Write what a model does under a recording's command, in the units its rig shows."""
-    if recording.rotary and not getattr(made.rig, "rotary", False):
+    if recording.rotary and not getattr(parameters.rig, "rotary", False):
         raise InputError(
-            f"{recording.label}: its position is an angle, and rig {made.rig.name} is linear: "
-            "take a log of that rig"
+            f"{recording.label}: its position is an angle, and rig {parameters.rig.name} is "
+            "linear: take a log of that rig"
         )
-    motion = made.rig.simulate(made.law, p[None], recording)
+    motion = parameters.rig.simulate(parameters.law, p[None], recording)
     if not (np.isfinite(motion.position).all() and np.isfinite(motion.force).all()):
         raise InputError(f"{recording.label}: the model cannot be simulated on it: check the card")
-    length = made.rig.shows.get("position", "rad" if recording.rotary else "m")
-    speed = made.rig.shows.get("velocity", "rad/s" if recording.rotary else "m/s")
+    length = parameters.rig.shows.get("position", "rad" if recording.rotary else "m")
+    speed = parameters.rig.shows.get("velocity", "rad/s" if recording.rotary else "m/s")
     force = "Nm" if recording.rotary else "N"
     columns = {
         "t_s": (motion.t, 9),

@@ -306,7 +306,7 @@ class Climb(Watch):
         if self._status is not None:
             self._status.stop()
 
-    def look(self, doing: str, searches: Sequence[Search]) -> None:
+    def show(self, doing: str, searches: Sequence[Search]) -> None:
         """Say what is being done.
 
         Raises:

@@ -211,7 +211,7 @@ def longest(model: Model, step: float) -> float:
     law, p = model.law, model.p
     if law.states or isinstance(model.rig, Stepped) or not (law.static and law.sticks):
         return step
-    by = model.made.every[len(law.params) :]
+    by = model.parameters.every[len(law.params) :]
     own = zip(by, model.values[len(law.params) :].tolist(), strict=True)
     masses = [value for q, value in own if q.name == "M"]
     mass = masses[0] if masses else model.rig["m"]
@@ -222,7 +222,7 @@ def longest(model: Model, step: float) -> float:
 
 def _identified(model: Model) -> Iterator[Value]:
     named = [name for name, _ in model.named()]
-    every, k = model.made.every, len(model.law.params)
+    every, k = model.parameters.every, len(model.law.params)
     labels = [*named, *(identifier(model.rig.label(q.name)) for q in every[k:])]
     for i, (name, q, value) in enumerate(zip(labels, every, model.values.tolist(), strict=True)):
         symbol = identifier(q.name)

@@ -193,7 +193,7 @@ def _inside_another(default: Tag) -> bool:
 
 def _armature(model: Model) -> float:
     """The rotor's inertia, kg m^2."""
-    for q, value in zip(model.made.every, model.values, strict=True):
+    for q, value in zip(model.parameters.every, model.values, strict=True):
         if q.name == "armature":
             return float(value)
     raise InputError(

@@ -25,7 +25,7 @@ from .rows import logs_of
 
 
 def balanced(
-    made: Parameters,
+    parameters: Parameters,
     logs: Sequence[Recording],
     train: Sequence[Range],
     holdout: Sequence[Range],
@@ -35,7 +35,7 @@ def balanced(
     """Solve the force balance of one or several logs, and score what was held out.
 
     Args:
-        made: What is to be found.
+        parameters: What is to be found.
         logs: The recordings.
         train: Ranges to use; everything if there are none.
         holdout: Ranges to score besides.
@@ -44,19 +44,21 @@ def balanced(
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-    rig = _forced(made)
+    rig = _forced(parameters)
     chosen, rows = counting(logs, train)
     _check_used(logs, chosen, [*train, *holdout])
-    fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
-    found = balance.balance(chosen, made.law, rig, params=fixed, tied=made.tied, rows=rows)
-    free = [found.names.index(q.name) for q in made.free]
+    fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
+    found = balance.balance(
+        chosen, parameters.law, rig, params=fixed, tied=parameters.tied, rows=rows
+    )
+    free = [found.names.index(q.name) for q in parameters.free]
     ends = {n: at for n, at in found.at_bound.items() if at in ("lower", "upper")}
     correlation = _correlation(found.covariance)
-    wanted = Wanted(made.law, rig, fixed, dict(made.tied))
-    system = BalanceResiduals(System(wanted, logs_of(chosen, made.law, rig, None, rows)))
+    wanted = Wanted(parameters.law, rig, fixed, dict(parameters.tied))
+    system = BalanceResiduals(System(wanted, logs_of(chosen, parameters.law, rig, None, rows)))
     known = uncertainty(system, found.values[free], keep=True, draws=draws)
     seen = estimates(
-        made,
+        parameters,
         found.values,
         known,
         errors=found.standard_errors[free],
@@ -65,27 +67,28 @@ def balanced(
         misfit="the force error",
     )
     doubted = doubts(chosen, found, rows)
-    seen = doubted.widened(made, found, seen)
+    seen = doubted.widened(parameters, found, seen)
     warnings = [
         *bound_warnings(seen),
         *(
-            f"{made.rig.label(n)} was stopped by {made.rig.label(at)}: the data would have it below"
+            f"{parameters.rig.label(n)} was stopped by {parameters.rig.label(at)}: "
+            "the data would have it below"
             for n, at in found.at_bound.items()
             if n not in ends
         ),
-        *correlation_warnings(made, correlation),
-        *known.notes(made, "the force error"),
+        *correlation_warnings(parameters, correlation),
+        *known.notes(parameters, "the force error"),
         *found.notes,
         *doubted.said,
         *(f"{log.label}: {note}" for log in chosen for note in log.notes),
     ]
     return Fit(
-        parameters=made,
+        parameters=parameters,
         p=found.values,
         estimates=seen,
         correlation=correlation,
         score=_score(found),
-        holdout=tuple(_held_out(made, found.values, logs, r) for r in holdout),
+        holdout=tuple(_held_out(parameters, found.values, logs, r) for r in holdout),
         runs=(),
         polished=(),
         method="least squares",
@@ -112,16 +115,16 @@ def _check_used(
             counting([log], within)  # says why not
 
 
-def balance_scores(made: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
+def balance_scores(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
     """The relative error of the force of a parameter set (SI) on a log or a range of it."""
-    return _held_out(made, p, [log], within).score
+    return _held_out(parameters, p, [log], within).score
 
 
 def _held_out(
-    made: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
+    parameters: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
 ) -> HeldOut:
     chosen, rows = counting(logs, [] if within is None else [within])
-    seen = balance.validate(chosen, made.law, _forced(made), p, rows=rows)
+    seen = balance.validate(chosen, parameters.law, _forced(parameters), p, rows=rows)
     return HeldOut(within, _score(seen), (), ())
 
 
@@ -130,9 +133,9 @@ def _score(seen: balance.Prediction) -> Score:
     return Score("relative_error", seen.relative_error, "%", nan, nan, seen.rows)
 
 
-def _forced(made: Parameters) -> Forced:
-    assert isinstance(made.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
-    return made.rig
+def _forced(parameters: Parameters) -> Forced:
+    assert isinstance(parameters.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
+    return parameters.rig
 
 
 def counting(

@@ -70,17 +70,19 @@ class Doubts:
     nothing: bool
 
     def widened(
-        self, made: Parameters, found: balance.Balance, estimates: Sequence[Estimate]
+        self, parameters: Parameters, found: balance.Balance, estimates: Sequence[Estimate]
     ) -> tuple[Estimate, ...]:
         """The estimates with intervals that hold what was found here, and verdicts to match."""
-        return tuple(self._widened(made, found, i, e) for i, e in enumerate(estimates))
+        return tuple(self._widened(parameters, found, i, e) for i, e in enumerate(estimates))
 
-    def _widened(self, made: Parameters, found: balance.Balance, i: int, e: Estimate) -> Estimate:
+    def _widened(
+        self, parameters: Parameters, found: balance.Balance, i: int, e: Estimate
+    ) -> Estimate:
         if e.verdict == "fixed":
             return e
         if e.verdict == "identified" and self.nothing:
             e = replace(e, verdict="weak")
-        error, param = float(self.errors[i]), made.every[i]
+        error, param = float(self.errors[i]), parameters.every[i]
         if not (np.isfinite(error) and error > found.robust_errors[i]):
             return e
         half = 1.96 * error

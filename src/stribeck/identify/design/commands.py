@@ -57,7 +57,7 @@ def presliding(axis: Axis, seconds: float, left: Left) -> list[Experiment]:
 
 
 def _servo(axis: Axis, seconds: float, left: Left) -> Iterator[Offer]:
-    rig = axis.made.rig
+    rig = axis.parameters.rig
     assert isinstance(rig, ServoPendulum)  # noqa: S101 - asked before
     log = axis.logs[0]
 
@@ -106,7 +106,7 @@ def _servo(axis: Axis, seconds: float, left: Left) -> Iterator[Offer]:
 
 
 def _joint(axis: Axis, seconds: float) -> Iterator[Offer]:
-    assert isinstance(axis.made.rig, Joint)  # noqa: S101 - asked before
+    assert isinstance(axis.parameters.rig, Joint)  # noqa: S101 - asked before
     low, high, pace = axis.low, axis.high, axis.pace
     ends = f"between {axis.place(low)} and {axis.place(high)}"
 
@@ -140,8 +140,8 @@ def _joint(axis: Axis, seconds: float) -> Iterator[Offer]:
 def _pushes(axis: Axis, seconds: float) -> Iterator[Offer]:
     forces = np.concatenate([log.force for log in axis.logs if log.force is not None])
     offset = axis.value("offset")
-    made = axis.made
-    level = made.law.levels(made.full(axis.x[None])[0, : len(made.law.params)])[1]
+    parameters = axis.parameters
+    level = parameters.law.levels(parameters.full(axis.x[None])[0, : len(parameters.law.params)])[1]
     clock = _clock(axis, seconds)
     log = axis.logs[0]
     assert log.force is not None  # noqa: S101 - the rig needs it

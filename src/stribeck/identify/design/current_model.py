@@ -26,7 +26,7 @@ from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System, Wanted
 from ..balance.rows import logs_of as made_ready
 from ..initial_state import StartedProblem, free_starts
-from ..problem import MotionProblem, Parameters, parameters, parts, ranges
+from ..problem import MotionProblem, Parameters, partition, parts, ranges
 from ..segment import Stretch, stretches
 from ..uncertainty.covariance import quick_look
 from ..uncertainty.residuals import physical as meaningful
@@ -76,20 +76,20 @@ class Present:
 
     def ends(self, i: int, factor: float) -> tuple[float, float]:
         """The ends of the i-th interval, shrunk by a factor about the value, in its unit."""
-        q, box, x = self.axis.made.free[i], self.axis.box, self.axis.x
+        q, box, x = self.axis.parameters.free[i], self.axis.box, self.axis.x
         scaled = box.scaled(x)
         both = []
         for sign in (-1.0, 1.0):
             s = scaled.copy()
             s[i] += sign * self.half[i] / factor
             both.append(float(np.clip(box.plain(s)[i], q.lower, q.upper)))
-        rig = self.axis.made.rig
+        rig = self.axis.parameters.rig
         return _shown(rig, q, both[0]), _shown(rig, q, both[1])
 
     @property
     def simulated(self) -> bool:
         """Whether motions are simulated rather than forces balanced."""
-        return isinstance(self.axis.made.rig, Simulated)
+        return isinstance(self.axis.parameters.rig, Simulated)
 
 
 def present(card: Card, logs: Sequence[Recording]) -> Present:
@@ -101,16 +101,16 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
     shipped, p = card.model()
     if not isinstance(shipped.rig, _KNOWN):
         raise InputError(f"rig {shipped.rig.name}: there are no experiments to choose from for it")
-    made = _freed(card, shipped)
-    values = dict(zip((q.name for q in made.every), p, strict=True))
-    x = np.array([values[q.name] for q in made.free])
-    about = _balanced if isinstance(made.rig, Forced) else _moved
-    axis, data, ways, loads = about(card, made, x, logs)
-    labels = tuple(made.rig.label(q.name) for q in made.free)
+    parameters = _freed(card, shipped)
+    values = dict(zip((q.name for q in parameters.every), p, strict=True))
+    x = np.array([values[q.name] for q in parameters.free])
+    about = _balanced if isinstance(parameters.rig, Forced) else _moved
+    axis, data, ways, loads = about(card, parameters, x, logs)
+    labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
     by_log = axis.box.log.tolist()
     half = np.array(
-        [_half(q, c, by_log=b) for q, c, b in zip(made.free, cards, by_log, strict=True)]
+        [_half(q, c, by_log=b) for q, c, b in zip(parameters.free, cards, by_log, strict=True)]
     )
     return Present(
         axis,
@@ -167,7 +167,7 @@ def _freed(card: Card, shipped: Parameters) -> Parameters:
     tied = _ties(found)
     fixed = {n: _to_shown(rig, every[n], card.parameters[n]) for n in fixed}
     bounds = {n: b for n, b in bounds.items() if n not in tied}
-    return parameters(rig, law, fixed=fixed, bounds=bounds, tied=tied)
+    return partition(rig, law, fixed=fixed, bounds=bounds, tied=tied)
 
 
 def _ties(found: Mapping[str, ParameterCard]) -> dict[str, str]:
@@ -221,16 +221,16 @@ def _strangers(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
 _Seen = tuple[Axis, Experiment, tuple[int, ...], Loads | None]
 
 
-def _moved(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
+def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the simulation road."""
-    rig = made.rig
+    rig = parameters.rig
     assert isinstance(rig, Simulated)  # noqa: S101 - `present` sent it here
     train = [s for r in parts(card.train or None, rig) for s in stretches(logs, rig, r)]
-    plain = MotionProblem(made, train)
+    plain = MotionProblem(parameters, train)
     started = free_starts(plain)
     problem = StartedProblem(plain) if started else plain
     at = np.concatenate([x, problem.nominal]) if isinstance(problem, StartedProblem) else x
-    scale, box = plain.scale, _box(card, made)
+    scale, box = plain.scale, _box(card, parameters)
 
     def predict(rows: Array) -> Array:
         found: Array = -scale * problem.residuals(rows)
@@ -252,12 +252,12 @@ def _moved(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) ->
     travel = np.concatenate([np.array([u.min(), u.max()]) for u in lead])
     forces = [float(np.abs(_force(log, rig)).max()) for log in logs]
     axis = Axis(
-        made, x, tuple(logs), box, noise, rest_noise(logs), inflation, seconds / n, seconds,
+        parameters, x, tuple(logs), box, noise, rest_noise(logs), inflation, seconds / n, seconds,
         float(travel.min()), float(travel.max()), float(np.mean([v for v, _ in both])),
         max(v for _, v in both), max(_lag(log) for log in logs), max(forces),
     )  # fmt: skip
     ways = tuple(sorted({s.direction for s in train}, reverse=True))
-    if made.law.directional:
+    if parameters.law.directional:
         ways = (1, -1)
     return axis, replace(at_starts, noise=noise, inflation=inflation, seconds=seconds), ways, None
 
@@ -279,19 +279,23 @@ def _rows_of(train: Sequence[Stretch], log: Recording) -> list[slice]:
     return [s.rows for s in train if s.recording is log]
 
 
-def _box(card: Card, made: Parameters) -> Box:
+def _box(card: Card, parameters: Parameters) -> Box:
     """Ranges, and that little is known beside the data: the range, or thrice the interval."""
-    lower, upper = (np.array([getattr(q, end) for q in made.free]) for end in ("lower", "upper"))
+    lower, upper = (
+        np.array([getattr(q, end) for q in parameters.free]) for end in ("lower", "upper")
+    )
     log = decades(lower, upper)
     ranges_of = np.where(log, np.log(np.where(log, upper / np.where(log, lower, 1.0), 1.0)),
                          upper - lower)  # fmt: skip
     wide = np.array([
-        WIDE * _half(q, card.parameters[made.rig.label(q.name)], by_log=bool(by_log))
-        for q, by_log in zip(made.free, log, strict=True)
+        WIDE * _half(q, card.parameters[parameters.rig.label(q.name)], by_log=bool(by_log))
+        for q, by_log in zip(parameters.free, log, strict=True)
     ])  # fmt: skip
 
     def allowed(x: Array) -> NDArray[np.bool_]:
-        return np.asarray(made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool)
+        return np.asarray(
+            parameters.law.physical(parameters.full(x)[:, : len(parameters.law.params)]), dtype=bool
+        )
 
     return Box(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
 
@@ -315,21 +319,23 @@ def _around(data: Experiment, at: Array, dim: int) -> Experiment:
     return replace(data, predict=predict)
 
 
-def _balanced(card: Card, made: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
+def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the inverse road."""
-    rig = made.rig
+    rig = parameters.rig
     assert isinstance(rig, Forced)  # noqa: S101 - `present` sent it here
-    chosen, rows = counting(logs, ranges(card.train or None, made.rig))
-    fixed = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
-    ready = made_ready(chosen, made.law, rig, None, rows)
-    problem = BalanceResiduals(System(Wanted(made.law, rig, fixed, dict(made.tied)), ready))
-    box = _box(card, made)
+    chosen, rows = counting(logs, ranges(card.train or None, parameters.rig))
+    fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
+    ready = made_ready(chosen, parameters.law, rig, None, rows)
+    problem = BalanceResiduals(
+        System(Wanted(parameters.law, rig, fixed, dict(parameters.tied)), ready)
+    )
+    box = _box(card, parameters)
 
     thin = [(log.thin(log.v), log.thin(log.a), log.thin(log.loads)) for log in ready]
     v, a, loads = (np.ascontiguousarray(np.concatenate(part)) for part in zip(*thin, strict=True))
 
     def predict(at: Array) -> Array:
-        return np.array([rig.force(made.law, p, v, a, loads) for p in made.full(at)])
+        return np.array([rig.force(parameters.law, p, v, a, loads) for p in parameters.full(at)])
 
     data = _data(predict, len(x), 0)
     residuals = problem.residuals(x[None])[0]
@@ -343,7 +349,7 @@ def _balanced(card: Card, made: Parameters, x: Array, logs: Sequence[Recording])
     force = max(float(np.abs(log.force).max()) for log in ready)
     top = float(np.abs(v).max())
     axis = Axis(
-        made, x, tuple(chosen), box, noise, float("nan"), look.ratio, interval, n * interval,
+        parameters, x, tuple(chosen), box, noise, float("nan"), look.ratio, interval, n * interval,
         float(q.min()), float(q.max()), float(np.abs(v).mean()), top, 0.0, force,
     )  # fmt: skip
     exposed = _loads(a, loads, rig)

@@ -27,7 +27,7 @@ class Axis:
     """An axis as its model and its logs show it, SI.
 
     Args:
-        made: Rig, law and which parameters are free.
+        parameters: Rig, law and which parameters are free.
         x: The free parameters, as fitted, (dim,).
         logs: The recordings.
         box: Ranges of the free parameters.
@@ -44,7 +44,7 @@ class Axis:
         force: Greatest force of the drive that the log shows; inf where it shows none.
     """
 
-    made: Parameters
+    parameters: Parameters
     x: Array
     logs: tuple[Recording, ...]
     box: Box
@@ -66,26 +66,26 @@ class Axis:
 
     def value(self, name: str) -> float:
         """A parameter by name."""
-        full = self.made.full(self.x[None])[0]
-        return self.made.values(full)[name]
+        full = self.parameters.full(self.x[None])[0]
+        return self.parameters.values(full)[name]
 
     def place(self, position: float) -> str:
         """A position as people see it."""
         if abs(position) < 1e-3 * (self.high - self.low):
             position = 0.0
-        return self.shown("position", position, "rad" if self.made.rig.rotary else "m")
+        return self.shown("position", position, "rad" if self.parameters.rig.rotary else "m")
 
     def rate(self, speed: float) -> str:
         """A speed as people see it."""
-        return self.shown("velocity", speed, "rad/s" if self.made.rig.rotary else "m/s")
+        return self.shown("velocity", speed, "rad/s" if self.parameters.rig.rotary else "m/s")
 
     def push(self, force: float) -> str:
         """A force or torque as people see it."""
-        return self.shown("force", force, "N m" if self.made.rig.rotary else "N")
+        return self.shown("force", force, "N m" if self.parameters.rig.rotary else "N")
 
     def shown(self, what: str, value: float, si: str) -> str:
         """A quantity in the unit its rig shows."""
-        written = self.made.rig.shows.get(what, si)
+        written = self.parameters.rig.shows.get(what, si)
         figure = float(f"{float(unit(written).from_si(value)):.3g}")
         return f"{figure:g} {written}"
 

@@ -224,7 +224,7 @@ def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, A
 
 def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
     """More of the same first, then what the rig can do, then better sensors."""
-    axis, rig = now.axis, now.axis.made.rig
+    axis, rig = now.axis, now.axis.parameters.rig
     same = replace(
         now.data,
         name="the same again",
@@ -277,9 +277,9 @@ def _sensors(now: Present, same: Experiment) -> list[Experiment]:
 def _gauges(now: Present) -> list[Experiment]:
     """A breakaway force measured by hand."""
     axis = now.axis
-    if not isinstance(axis.made.rig, SlideBed):
+    if not isinstance(axis.parameters.rig, SlideBed):
         return []
-    names = [q.name for q in axis.made.free]
+    names = [q.name for q in axis.parameters.free]
     at = [i for i, n in enumerate(names) if n.rstrip("+-") == "F_S"]
     if not at or not axis.x[at].all():
         return []
@@ -350,9 +350,9 @@ def _share(reach: float, size: float) -> str:
 
 def _scale(now: Present, known: Array) -> str | None:
     """Whether all forces and stiffnesses share a scale that the data hardly know."""
-    made, x = now.axis.made, now.axis.x
-    at = [i for i, q in enumerate(made.free) if q.unit.startswith("N")]
-    if not isinstance(made.rig, SlideBed) or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
+    parameters, x = now.axis.parameters, now.axis.x
+    at = [i for i, q in enumerate(parameters.free) if q.unit.startswith("N")]
+    if not isinstance(parameters.rig, SlideBed) or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
         return None
     along = np.zeros(len(x))
     along[at] = SURE / (len(at) * x[at])

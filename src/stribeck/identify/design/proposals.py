@@ -56,7 +56,7 @@ def course(
 
 def tracks(axis: Axis, courses: Sequence[Course]) -> list[Track]:
     """Courses made ready to be simulated."""
-    rig = axis.made.rig
+    rig = axis.parameters.rig
     assert isinstance(rig, Simulated)  # noqa: S101 - the others have no courses
     warm = [log.temperature for log in axis.logs if log.temperature is not None]
     made = []
@@ -79,9 +79,9 @@ def tracks(axis: Axis, courses: Sequence[Course]) -> list[Track]:
 
 def moved(axis: Axis, on: Track, x: Array) -> Motion:
     """The motion of (n, dim) free parameter sets over a track."""
-    rig, made = axis.made.rig, axis.made
+    rig, parameters = axis.parameters.rig, axis.parameters
     assert isinstance(rig, Simulated)  # noqa: S101 - as above
-    return rig.move(made.law, made.full(x), on)
+    return rig.move(parameters.law, parameters.full(x), on)
 
 
 def predictor(axis: Axis, on: Sequence[Track]) -> Callable[[Array], Array]:
@@ -107,7 +107,7 @@ def simulated(
     axis: Axis, name: str, words: str, courses: Sequence[Course], **more: Any
 ) -> Experiment:
     """An experiment of the simulation road."""
-    rig = axis.made.rig
+    rig = axis.parameters.rig
     on = tracks(axis, courses)
     seconds = float(sum(c.t[-1] for c in courses))
     free = isinstance(rig, Simulated) and rig.free_start

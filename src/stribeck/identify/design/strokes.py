@@ -190,7 +190,7 @@ def _made(
     normal: Array | None = None,
 ) -> Experiment:
     q, v, a = motion
-    rig = axis.made.rig
+    rig = axis.parameters.rig
     assert isinstance(rig, Forced)  # noqa: S101 - the others are simulated
     loads = np.zeros((len(v), len(LOADS)))
     loads[:, _POSITION], loads[:, _TEMPERATURE] = q, seen.temperature
@@ -202,8 +202,8 @@ def _made(
     v, a, loads = (np.ascontiguousarray(part[keep]) for part in (v, a, loads))
 
     def predict(x: Array) -> Array:
-        full = axis.made.full(x[:, : len(axis.x)])
-        return np.array([rig.force(axis.made.law, p, v, a, loads) for p in full])
+        full = axis.parameters.full(x[:, : len(axis.x)])
+        return np.array([rig.force(axis.parameters.law, p, v, a, loads) for p in full])
 
     seconds = axis.interval * len(q)
     return Experiment(name, words, seconds, predict, axis.noise, axis.inflation)

@@ -37,7 +37,7 @@ BUDGET, SETTLE, SETTLE_STICK_SLIP = 4_000, 60, 200
 STARTS, REFINED = 2, 25
 
 #: Called with the searches after every step.
-Look = Callable[[Sequence[Search]], None]
+Progress = Callable[[Sequence[Search]], None]
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ class Plan:
     Args:
         seed: Of all searches.
         budget: Evaluations of one fit.
-        look: A progress bar looks here.
+        progress: Called with the searches after every step.
     """
 
     seed: int
     budget: int
-    look: Look | None = None
+    progress: Progress | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class Rung:
     """A law fitted to portions.
 
     Args:
-        made: Its parameters.
+        parameters: Its parameters.
         p: What was found, a complete set, SI, (k,).
         error: Misfit on what it was trained on, as people read it: J or percent.
         unit: Of the misfit.
@@ -74,7 +74,7 @@ class Rung:
         balance: The solved force balance; None on the simulation road.
     """
 
-    made: Parameters
+    parameters: Parameters
     p: Array
     error: float
     unit: str
@@ -91,17 +91,17 @@ class Rung:
     def train(self) -> tuple[Stretch, ...]:
         """The stretches it was trained on, from the starts found; none on the inverse road."""
         if isinstance(self.problem, StartedProblem):
-            return from_starts(self.problem.problem.train, self.x[len(self.made.free) :])
+            return from_starts(self.problem.problem.train, self.x[len(self.parameters.free) :])
         return () if self.problem is None else self.problem.train
 
 
 def climb(
-    made: Parameters, on: Sequence[Portion], below: Sequence[Rung], plan: Plan, key: int = 0
+    parameters: Parameters, on: Sequence[Portion], below: Sequence[Rung], plan: Plan, key: int = 0
 ) -> Rung:
     """Fit a law, from other answers too: it trains no worse than any law that it contains.
 
     Args:
-        made: Its parameters.
+        parameters: Its parameters.
         on: What to train on.
         below: Simpler laws fitted to the same, and the law itself fitted to more: where to
             start decides nothing but which of several minima is seen.
@@ -112,32 +112,32 @@ def climb(
         InputError: these portions cannot be simulated, or have too few rows.
     """
     began = time.perf_counter()
-    if isinstance(made.rig, Simulated):
-        return _searched(made, on, below, plan, key, began)
-    return _solved(made, on, below, began)
+    if isinstance(parameters.rig, Simulated):
+        return _searched(parameters, on, below, plan, key, began)
+    return _solved(parameters, on, below, began)
 
 
 def _searched(
-    made: Parameters,
+    parameters: Parameters,
     on: Sequence[Portion],
     below: Sequence[Rung],
     plan: Plan,
     key: int,
     began: float,
 ) -> Rung:
-    problem = MotionProblem(made, _stretches(made, on))
-    seed = SeedSequence(plan.seed, spawn_key=(crc32(made.law.name.encode()), key))
+    problem = MotionProblem(parameters, _stretches(parameters, on))
+    seed = SeedSequence(plan.seed, spawn_key=(crc32(parameters.law.name.encode()), key))
     settle = SETTLE_STICK_SLIP if free_starts(problem) else SETTLE
     method = configure(MemeticTabuSearch.name, settle=settle)
     search = Search(problem.space, method, budget=plan.budget, seed=seed)
     for _ in steps(problem, [search]):
-        if plan.look is not None:
-            plan.look([search])
+        if plan.progress is not None:
+            plan.progress([search])
     run = search.run()
     if not np.isfinite(run.cost):
         raise InputError(
             f"no parameter set in the search ranges could be simulated with law "
-            f"{made.law.name}: check the ranges and the rig's constants"
+            f"{parameters.law.name}: check the ranges and the rig's constants"
         )
     spent = run.evaluations
     whole: MotionProblem | StartedProblem = problem
@@ -145,7 +145,7 @@ def _searched(
     if free_starts(problem):
         whole = StartedProblem(problem)
         x = [np.concatenate([run.x, whole.nominal])]
-    x += [_carried(rung, made, whole) for rung in below]
+    x += [_carried(rung, parameters, whole) for rung in below]
     costs = whole(np.array(x))
     spent += len(x)
     # What a search of the motion found is at rest there, unless the starts have come free.
@@ -158,8 +158,8 @@ def _searched(
     ]
     best = min(done, key=lambda d: d.cost)
     return Rung(
-        made,
-        made.full(best.x[None, : len(made.free)])[0],
+        parameters,
+        parameters.full(best.x[None, : len(parameters.free)])[0],
         best.cost,
         problem.unit,
         whole.residuals(best.x[None])[0],
@@ -173,27 +173,27 @@ def _searched(
     )
 
 
-def _carried(rung: Rung, made: Parameters, whole: MotionProblem | StartedProblem) -> Array:
+def _carried(rung: Rung, parameters: Parameters, whole: MotionProblem | StartedProblem) -> Array:
     """A simpler law's answer as a point of a richer law's problem, its starts with it."""
-    x = embedded(rung.made, rung.p, made)
+    x = embedded(rung.parameters, rung.p, parameters)
     if not isinstance(whole, StartedProblem):
         return x
-    starts, own = rung.x[len(rung.made.free) :], whole.nominal
+    starts, own = rung.x[len(rung.parameters.free) :], whole.nominal
     return np.concatenate([x, starts if len(starts) == len(own) else own])
 
 
-def _stretches(made: Parameters, on: Sequence[Portion]) -> list[Stretch]:
+def _stretches(parameters: Parameters, on: Sequence[Portion]) -> list[Stretch]:
     """The stretches of all portions; one in which the axis never rests counts for nothing.
 
     Raises:
         InputError: nothing is left.
     """
-    assert isinstance(made.rig, Simulated)  # noqa: S101 - asked of such rigs only
+    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - asked of such rigs only
     found: list[Stretch] = []
     refused: InputError | None = None
     for portion in on:
         try:
-            found += stretches([portion.recording], made.rig, portion.within)
+            found += stretches([portion.recording], parameters.rig, portion.within)
         except InputError as error:
             refused = refused or error
     if refused is not None and not found:
@@ -201,27 +201,29 @@ def _stretches(made: Parameters, on: Sequence[Portion]) -> list[Stretch]:
     return found
 
 
-def _solved(made: Parameters, on: Sequence[Portion], below: Sequence[Rung], began: float) -> Rung:
-    rig, (logs, masks) = _forced(made), _masks(on)
-    params = tuple(replace(q, fixed=made.fixed.get(q.name)) for q in made.every)
+def _solved(
+    parameters: Parameters, on: Sequence[Portion], below: Sequence[Rung], began: float
+) -> Rung:
+    rig, (logs, masks) = _forced(parameters), _masks(on)
+    params = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
 
     def solved(near: Array | None = None) -> balance.Balance:
         return balance.balance(
-            logs, made.law, rig, params=params, tied=made.tied, rows=masks, near=near
+            logs, parameters.law, rig, params=params, tied=parameters.tied, rows=masks, near=near
         )
 
     found = solved()
-    linear = {q.name for q in rig.own(made.law)} | set(made.law.linear)
-    if any(q.name not in linear for q in made.free):
+    linear = {q.name for q in rig.own(parameters.law)} | set(parameters.law.linear)
+    if any(q.name not in linear for q in parameters.free):
         for rung in (r for r in below if r.error < found.relative_error):
-            near = made.full(embedded(rung.made, rung.p, made)[None])[0]
+            near = parameters.full(embedded(rung.parameters, rung.p, parameters)[None])[0]
             other = solved(near)
             if other.relative_error < found.relative_error:
                 found = other
     rows = tuple(len(s.t) for s in found.signals)
-    free = [found.names.index(q.name) for q in made.free]
+    free = [found.names.index(q.name) for q in parameters.free]
     return Rung(
-        made,
+        parameters,
         found.values,
         found.relative_error,
         "%",
@@ -246,9 +248,9 @@ def _masks(on: Sequence[Portion]) -> tuple[list[Recording], list[Mask]]:
     return [log for log, _ in masks.values()], [mask for _, mask in masks.values()]
 
 
-def _forced(made: Parameters) -> Forced:
-    assert isinstance(made.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
-    return made.rig
+def _forced(parameters: Parameters) -> Forced:
+    assert isinstance(parameters.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
+    return parameters.rig
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,15 +288,15 @@ def held(rung: Rung, on: Sequence[Portion]) -> Held:
     Raises:
         InputError: these portions cannot be simulated, or have too few rows.
     """
-    made = rung.made
-    if isinstance(made.rig, Simulated):
-        problem = MotionProblem(made, _stretches(made, on))
-        names = [q.name for q in made.every]
-        x = rung.p[None, [names.index(q.name) for q in made.free]]
+    parameters = rung.parameters
+    if isinstance(parameters.rig, Simulated):
+        problem = MotionProblem(parameters, _stretches(parameters, on))
+        names = [q.name for q in parameters.every]
+        x = rung.p[None, [names.index(q.name) for q in parameters.free]]
         found = parts(problem.residuals(x)[0], problem.logs)
         return Held(tuple(r for r in found if len(r)), 0.0, relative=False)
     logs, masks = _masks(on)
-    seen = balance.validate(logs, made.law, _forced(made), rung.p, rows=masks)
+    seen = balance.validate(logs, parameters.law, _forced(parameters), rung.p, rows=masks)
     pieces = tuple(s.measured - s.predicted for s in seen.signals if len(s.t))
     size = sum(float(s.measured @ s.measured) for s in seen.signals)
     return Held(pieces, size, relative=True)

@@ -62,8 +62,8 @@ def unseen(rung: Rung) -> tuple[str, ...]:
     known = uncertainty(residuals, rung.x, keep=True).by_name()
     rests = resting(residuals, rung.x)
     return tuple(
-        rung.made.rig.label(q.name)
-        for q in rung.made.free
+        rung.parameters.rig.label(q.name)
+        for q in rung.parameters.free
         if q.name in rests or verdict(known[q.name][0], q) == "not identifiable"
     )
 
@@ -72,7 +72,7 @@ def _balanced(
     rung: Rung, trained: Sequence[Range], out: Sequence[Range], logs: Sequence[Recording]
 ) -> Fit:
     """The force balance as it is always told, with a better answer if a simpler law led there."""
-    fit = balanced(rung.made, logs, trained, out)
+    fit = balanced(rung.parameters, logs, trained, out)
     assert rung.balance is not None  # noqa: S101 - the inverse road's
     if fit.score.value <= rung.error * (1 + SAME):
         return fit
@@ -100,24 +100,24 @@ def _simulated(
     logs: Sequence[Recording],
     seed: int,
 ) -> Fit:
-    made, free = rung.made, len(rung.made.free)
-    rig = made.rig
+    parameters, free = rung.parameters, len(rung.parameters.free)
+    rig = parameters.rig
     assert rung.problem is not None  # noqa: S101 - the simulation road's
     assert rung.run is not None  # noqa: S101
     assert isinstance(rig, Simulated)  # noqa: S101
     budget = PROFILES * rung.problem.space.dim
     known = uncertainty(rung.problem, rung.x, among=free, budget=budget, keep=True)
     correlation = known.correlation[:free, :free]
-    score = scores(made, rung.p, rung.train)
+    score = scores(parameters, rung.p, rung.train)
     doubtful = score.value > LITTLE * score.smooth
-    found = estimates(made, rung.p, known, np.full(free, np.nan), doubtful=doubtful)
+    found = estimates(parameters, rung.p, known, np.full(free, np.nan), doubtful=doubtful)
     return Fit(
-        parameters=made,
+        parameters=parameters,
         p=rung.p,
         estimates=found,
         correlation=correlation,
         score=score,
-        holdout=tuple(held_out(made, rung.p, r, stretches(logs, rig, r)) for r in out),
+        holdout=tuple(held_out(parameters, rung.p, r, stretches(logs, rig, r)) for r in out),
         runs=(rung.run,),
         polished=(),
         method=MemeticTabuSearch.name,
@@ -130,8 +130,8 @@ def _simulated(
         recordings=tuple(logs),
         warnings=(
             *bound_warnings(found),
-            *correlation_warnings(made, correlation),
-            *known.notes(made),
+            *correlation_warnings(parameters, correlation),
+            *known.notes(parameters),
             *(f"{log.label}: {note}" for log in logs for note in log.notes),
         ),
         known=known,

@@ -16,7 +16,7 @@ class Candidate:
     """One law of the ladder.
 
     Args:
-        made: Its parameters.
+        parameters: Its parameters.
         error: Its misfit on all that may be trained on, J or percent.
         held: Its error on what was held out.
         criteria: Of Akaike and Schwarz.
@@ -30,7 +30,7 @@ class Candidate:
         conclude: Makes its fit.
     """
 
-    made: Parameters
+    parameters: Parameters
     error: float
     held: float
     criteria: Criteria
@@ -51,9 +51,9 @@ class Candidate:
     @property
     def name(self) -> str:
         """The law's."""
-        return self.made.law.name
+        return self.parameters.law.name
 
     @property
     def free(self) -> int:
         """How many parameters were found."""
-        return len(self.made.free)
+        return len(self.parameters.free)

@@ -23,7 +23,7 @@ from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
 from ...rig.rig import Simulated
-from ..problem import Parameters, chosen, listed, parameters, ranges
+from ..problem import Parameters, chosen, listed, partition, ranges
 from ..result import Fit
 from .candidate import BUDGET, Held, Plan, Rung, climb, held
 from .candidate_fit import fitted, unseen
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 FOLDS = 5
 
 #: Told what is being done, with the searches after every step, or none elsewhere.
-Look = Callable[[str, Sequence[Search]], None]
+Progress = Callable[[str, Sequence[Search]], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def select(
     seed: int | None = None,
     budget: int | None = None,
     folds: int | None = None,
-    look: Look | None = None,
+    progress: Progress | None = None,
 ) -> Selection:
     """Fit a ladder of laws and recommend the simplest that the data support.
 
@@ -139,7 +139,7 @@ def select(
         seed: Of the searches; 0 by default.
         budget: Evaluations of one fit; 4,000 by default. A search settles sooner, as a rule.
         folds: Rounds, where nothing is given to be held out; 5 by default.
-        look: Told what is being done, and shown the searches after every step.
+        progress: Called with what is being done and the searches, after every step.
 
     Raises:
         InputError: something asked for cannot be done with these recordings.
@@ -161,7 +161,7 @@ def select(
     if folds is not None and (out or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, trained, out, tests, FOLDS if folds is None else folds)
-    plan = _Ladder(rounds, 0 if seed is None else seed, budget or BUDGET, look)
+    plan = _Ladder(rounds, 0 if seed is None else seed, budget or BUDGET, progress)
     for one in made:
         try:
             plan.climb(one, trained, out, logs)
@@ -196,7 +196,7 @@ def _ladder(
         own = {n for q in axis.parameters(law) for n in (q.name, axis.label(q.name))}
         known |= own
         made.append(
-            parameters(
+            partition(
                 axis,
                 law,
                 fixed={n: v for n, v in fixed.items() if n in own},
@@ -214,35 +214,35 @@ def _ladder(
 class _Ladder:
     """The laws that are done, with what is needed to compare them."""
 
-    def __init__(self, rounds: Splits, seed: int, budget: int, look: Look | None) -> None:
-        self.rounds, self.seed, self.budget, self._look = rounds, seed, budget, look
+    def __init__(self, rounds: Splits, seed: int, budget: int, progress: Progress | None) -> None:
+        self.rounds, self.seed, self.budget, self._progress = rounds, seed, budget, progress
         self.done: list[tuple[Rung, Held, tuple[str, ...], Callable[[], Fit], float, int]] = []
         self._below: list[list[Rung]] = [[] for _ in (rounds.whole, *rounds.rounds)]
 
     def climb(
         self,
-        made: Parameters,
+        parameters: Parameters,
         trained: Sequence[Range],
         out: Sequence[Range],
         logs: Sequence[Recording],
     ) -> None:
         """Fit a law to everything and in every round, and hold it against what is left."""
-        name, found = made.law.name, []
+        name, found = parameters.law.name, []
         rounds = self.rounds.rounds
-        main = climb(made, self.rounds.whole, self._below[0], self._plan(name))
+        main = climb(parameters, self.rounds.whole, self._below[0], self._plan(name))
         found.append(main)
         seen: Held | None = None
         for k, split in enumerate(rounds, 1):
             rung = main
             if self.rounds.kind != "hold-out":
                 plan = self._plan(f"{name}, round {k} of {len(rounds)}")
-                rung = climb(made, split.train, [*self._below[k], main], plan, k)
+                rung = climb(parameters, split.train, [*self._below[k], main], plan, k)
                 found.append(rung)
             part = held(rung, split.held)
             seen = part if seen is None else seen.joined(part)
         assert seen is not None  # noqa: S101 - there is at least one round
-        if self._look is not None:
-            self._look(f"{name}, intervals", [])
+        if self._progress is not None:
+            self._progress(f"{name}, intervals", [])
         conclude = partial(fitted, main, trained, out, logs, self.seed)
         if main.problem is None:  # the rest takes as long as the fit, and may wait
             blind = unseen(main)
@@ -256,11 +256,11 @@ class _Ladder:
             below.append(rung)
 
     def _plan(self, doing: str) -> Plan:
-        look = self._look
-        if look is None:
+        progress = self._progress
+        if progress is None:
             return Plan(self.seed, self.budget)
-        look(doing, [])
-        return Plan(self.seed, self.budget, lambda searches: look(doing, searches))
+        progress(doing, [])
+        return Plan(self.seed, self.budget, lambda searches: progress(doing, searches))
 
 
 def _kept(fit: Fit) -> Fit:
@@ -282,10 +282,10 @@ def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) 
     effective = len(ruler.residuals) / whiteness(ruler.residuals, ruler.logs).time
     made = []
     for i, (rung, part, blind, conclude, seconds, spent) in enumerate(plan.done):
-        r, free = rung.residuals, len(rung.made.free)
+        r, free = rung.residuals, len(rung.parameters.free)
         made.append(
             Candidate(
-                made=rung.made,
+                parameters=rung.parameters,
                 error=rung.error,
                 held=part.error,
                 criteria=criteria(float(np.mean(r**2)), free, effective),
@@ -293,7 +293,9 @@ def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) 
                 unseen=blind,
                 against=None if i == best else against[i],
                 worse=worse[i],
-                ingredients=ingredients(rung.made.law, [q.name for q in rung.made.free]),
+                ingredients=ingredients(
+                    rung.parameters.law, [q.name for q in rung.parameters.free]
+                ),
                 evaluations=spent,
                 seconds=seconds,
                 conclude=conclude,

@@ -59,12 +59,12 @@ def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
     given: Sequence[tuple[int, int]] | None = getattr(problem, "orders", None)
     if given is not None:
         return tuple(given)
-    made: Any = getattr(problem, "parameters", None)
-    if made is None or not hasattr(made, "law"):
+    parameters: Any = getattr(problem, "parameters", None)
+    if parameters is None or not hasattr(parameters, "law"):
         return ()
-    at = {q.name: i for i, q in enumerate(made.free)}
-    names = [made.tied.get(q.name, q.name) for q in made.law.params]
-    pairs = ((names[i], names[j]) for i, j in orders(made.law, every=True))
+    at = {q.name: i for i, q in enumerate(parameters.free)}
+    names = [parameters.tied.get(q.name, q.name) for q in parameters.law.params]
+    pairs = ((names[i], names[j]) for i, j in orders(parameters.law, every=True))
     return tuple(dict.fromkeys((at[a], at[b]) for a, b in pairs if a in at and b in at))
 
 
@@ -73,7 +73,8 @@ def physical(problem: Residuals, x: Array) -> NDArray[np.bool_]:
     asked: Any = getattr(problem, "physical", None)
     if asked is not None:
         return np.asarray(asked(x), dtype=bool)
-    made: Any = getattr(problem, "parameters", None)
-    if made is None or not hasattr(made, "law"):
+    parameters: Any = getattr(problem, "parameters", None)
+    if parameters is None or not hasattr(parameters, "law"):
         return np.ones(len(x), dtype=bool)
-    return np.asarray(made.law.physical(made.full(x)[:, : len(made.law.params)]), dtype=bool)
+    law = parameters.law
+    return np.asarray(law.physical(parameters.full(x)[:, : len(law.params)]), dtype=bool)

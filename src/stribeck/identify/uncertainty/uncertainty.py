@@ -128,7 +128,7 @@ class Uncertainty:
         pairs = zip(self.profiles.profiles, self.weights, strict=True)
         return {p.name: (p, w) for p, w in pairs}
 
-    def notes(self, made: Parameters, misfit: str = "J") -> list[str]:
+    def notes(self, parameters: Parameters, misfit: str = "J") -> list[str]:
         """What a reader must know, a sentence each."""
         said = []
         squares, before = self.profiles.squares, self.profiles.before
@@ -140,7 +140,9 @@ class Uncertainty:
             )
         if not self.profiles.complete:
             said.append("some intervals are extrapolated: the profiles spent their evaluations")
-        said += [d.text([made.rig.label(n) for n in d.names], misfit) for d in self.directions]
+        said += [
+            d.text([parameters.rig.label(n) for n in d.names], misfit) for d in self.directions
+        ]
         return said
 
 
@@ -188,7 +190,7 @@ def uncertainty(
 
 
 def estimates(
-    made: Parameters,
+    parameters: Parameters,
     p: Array,
     found: Uncertainty,
     spread: Array | None = None,
@@ -199,10 +201,10 @@ def estimates(
     doubtful: bool = False,
     misfit: str = "J",
 ) -> tuple[Estimate, ...]:
-    """Every parameter with its interval, its bound and a verdict, in the order of `made.every`.
+    """Every parameter with its interval, its bound and a verdict, in `parameters.every`'s order.
 
     Args:
-        made: Which parameters were free.
+        parameters: Which parameters were free.
         p: The complete parameter set, SI, (k,).
         found: How well the free ones are known; they come first in its problem.
         spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
@@ -214,13 +216,13 @@ def estimates(
         doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
         misfit: What the root mean square of the residuals is called.
     """
-    free = {q.name: i for i, q in enumerate(made.free)}
+    free = {q.name: i for i, q in enumerate(parameters.free)}
     seen = found.by_name()
     drawn = found.bootstrap
     made_of = []
-    for param, value in zip(made.every, p.tolist(), strict=True):
-        label, written = made.rig.label(param.name), made.rig.unit_of(param)
-        own = made.tied.get(param.name, param.name)
+    for param, value in zip(parameters.every, p.tolist(), strict=True):
+        label, written = parameters.rig.label(param.name), parameters.rig.unit_of(param)
+        own = parameters.tied.get(param.name, param.name)
         i = free.get(own)
         if i is None:
             nan = float("nan")
@@ -230,7 +232,7 @@ def estimates(
         at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
 
         def show(x: float, q: Param = param, written: str = written) -> str:
-            return f"{float(shown_in(made.rig, q, x)):.4g} {written}".rstrip()
+            return f"{float(shown_in(parameters.rig, q, x)):.4g} {written}".rstrip()
 
         made_of.append(
             Estimate(
@@ -243,11 +245,11 @@ def estimates(
                 at,
                 "not identifiable"
                 if own in resting
-                else verdict(profile, made.free[i], doubtful=doubtful),
+                else verdict(profile, parameters.free[i], doubtful=doubtful),
                 written,
                 profile.low.ended,
                 profile.high.ended,
-                _rests(label, made.rig.label(resting[own]))
+                _rests(label, parameters.rig.label(resting[own]))
                 if own in resting
                 else sentence(label, profile, weight, show, misfit),
                 None if drawn is None else (float(drawn.low[i]), float(drawn.high[i])),
@@ -341,9 +343,9 @@ def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
-def correlation_warnings(made: Parameters, correlation: Array) -> list[str]:
+def correlation_warnings(parameters: Parameters, correlation: Array) -> list[str]:
     """A sentence for the parameters that the data cannot tell apart."""
-    names = [made.rig.label(q.name) for q in made.free]
+    names = [parameters.rig.label(q.name) for q in parameters.free]
     pairs = [
         f"{names[i]} and {names[j]} ({correlation[i, j]:+.3f})"
         for i in range(len(names))
