@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from filelock import FileLock
 
 from stribeck.bench import database
 from stribeck.bench.record import Job, Record, Steps
@@ -359,7 +360,7 @@ def test_no_room_for_the_lock(file: Path, monkeypatch: pytest.MonkeyPatch) -> No
 
     with opened(file) as store:
         store.add([job(40)])
-        monkeypatch.setattr(tempfile, "mkstemp", full)
+        monkeypatch.setattr(FileLock, "acquire", full)
         assert refusal(store.claim) == (
             f"the disk is full: 20 finished runs are safe in {file}; "
             "make room and give the same command again"
