@@ -1,89 +1,51 @@
 """Runs Structured Text by the rules of IEC 61131-3, so that tests need no controller.
 
-The text is parsed by blark, whose grammar is TwinCAT's; this file walks blark's tree. It shares
-nothing with what writes the text, and is stricter than a controller where tools differ: a
-literal without a type is a REAL, AND and OR look at both sides, DINT and LREAL do not mix, an
-input is not assigned to, a loop's variable has no value after the loop, arrays have bounds,
-integers overflow, and what a floating-point unit would trap is an error.
+Units are compiled to closures. Shares nothing with what writes the text, and is stricter than a
+controller where tools differ: a literal without a type is a REAL, AND and OR evaluate both sides,
+DINT and LREAL do not mix, an input is not assigned to, a loop's counter has no value after the
+loop, arrays have bounds, integers overflow, and what a floating-point unit would trap is an error.
 """
 
 from __future__ import annotations
 
 import math
-import re
-import struct
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass, field
-from functools import cache
-from typing import Any
+import operator
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
-from blark import transform as tf
-from blark.parse import parse_source_code
-
-_DINT = 2**31
-_RESERVED = frozenset(
-    """
-    if then elsif else end_if for to by do end_for while end_while repeat until of at on or and xor
-    not mod exit return case function function_block end_function end_function_block program var
-    var_input var_output var_in_out end_var constant array string bool int dint lint sint uint real
-    lreal time date byte word dword lword true false type struct limit sel mux min max len left
-    right mid concat insert delete replace find abs sqrt ln log exp sin cos tan asin acos atan add
-    mul sub div expt move gt ge eq le lt ne shl shr rol ror trunc tp ton tof sr rs ctu ctd ctud with
-    step action task interval priority configuration resource transition pointer reference ref
-    """.split()  # noqa: SIM905 - a list of words is read as a text
+from st_parser import (
+    STANDARD,
+    Assignment,
+    Binary,
+    Body,
+    Call,
+    Element,
+    Expression,
+    For,
+    IecError,
+    If,
+    Name,
+    Number,
+    Output,
+    Return,
+    Statement,
+    Truth,
+    Unary,
+    Unit,
+    Variable,
+    While,
+    parsed,
 )
 
+_DINT = 2**31
+_LARGEST = sys.float_info.max
 
-class IecError(Exception):
-    """What a compiler would refuse, or a controller would stop at."""
-
-
-class _Return(Exception):  # noqa: N818 - no error: a RETURN
-    pass
-
-
-@dataclass
-class _Declared:
-    name: str
-    type: str
-    length: int | None
-    initial: Any
-    section: str
-
-
-@dataclass
-class _Unit:
-    name: str
-    block: bool
-    variables: dict[str, _Declared]
-    body: list[Any]
-
-
-@dataclass
-class _Frame:
-    unit: _Unit
-    values: dict[str, Any] = field(default_factory=dict)
-    #: Variables that running loops count by: not to be assigned to.
-    counting: set[str] = field(default_factory=set)
-
-
-def parsed(text: str) -> tf.SourceCode:
-    """The syntax tree of a text."""
-    made = parse_source_code(text).transform()
-    assert isinstance(made, tf.SourceCode)
-    return made
-
-
-@cache
-def _items(text: str) -> tuple[Any, ...]:
-    return tuple(parsed(text).items)
-
-
-def _units(text: str) -> list[Any]:
-    """The trees of all units: parsed one by one, as most are in many texts and parsing is slow."""
-    found = re.split(r"(?<=^END_FUNCTION\n)|(?<=^END_FUNCTION_BLOCK\n)", text, flags=re.MULTILINE)
-    return [item for unit in found for item in _items(unit)]
+#: Values of a unit's variables, by their places; a function's result is at place 0.
+Frame = list[Any]
+Evaluate = Callable[[Frame], Any]
+#: Runs a statement: whether it was a RETURN.
+Run = Callable[[Frame], bool]
 
 
 class Controller:
@@ -91,357 +53,453 @@ class Controller:
 
     Args:
         text: Structured Text.
+
+    Raises:
+        IecError: A compiler would refuse the text.
     """
 
     def __init__(self, text: str) -> None:
+        trees = parsed(text)
+        names = [tree.name.lower() for tree in trees]
         self.units: dict[str, _Unit] = {}
-        for item in _units(text):
-            unit = _unit(item)
-            if unit.name.lower() in self.units:
-                raise IecError(f"{unit.name} is declared twice")
-            self.units[unit.name.lower()] = unit
-        for unit in self.units.values():
-            for name in unit.variables:
-                if name in self.units:
-                    raise IecError(f"{unit.name}: {name} is a unit")
+        for name, tree in zip(names, trees, strict=True):
+            if name in self.units:
+                raise IecError(f"{tree.name} is declared twice")
+            for variable in tree.variables:
+                if variable.name.lower() in names:
+                    raise IecError(f"{tree.name}: {variable.name} is a unit")
+            # What a unit calls stands before it: so none can call itself.
+            self.units[name] = _Unit(tree, self.units)
 
     def instance(self, name: str) -> Instance:
         """A new instance of a function block."""
-        return Instance(self, self.units[name.lower()])
+        return Instance(self.units[name.lower()])
 
-    def call(self, name: str, *given: Any) -> Any:
+    def call(self, name: str, *arguments: Any) -> Any:
         """A function's value; arrays are lists."""
         unit = self.units[name.lower()]
-        frame = self._frame(unit)
-        places = [d for d in unit.variables.values() if d.section in ("input", "in_out")]
-        for place, value in zip(places, given, strict=True):
-            frame.values[place.name.lower()] = value
-        return self._run(frame)
-
-    def _frame(self, unit: _Unit) -> _Frame:
-        frame = _Frame(unit)
-        for key, declared in unit.variables.items():
-            frame.values[key] = self._initial(declared)
-        return frame
-
-    def _initial(self, of: _Declared) -> Any:
-        if of.type.lower() in self.units:
-            return Instance(self, self.units[of.type.lower()])
-        if of.length is not None:
-            return [_ZERO[of.type]] * of.length
-        if of.initial is None:
-            return _ZERO[of.type]
-        value = self._value(of.initial, _Frame(_Unit("", block=False, variables={}, body=[])))
-        return _as(of.type, value)
-
-    def _run(self, frame: _Frame) -> Any:
-        with suppress(_Return):
-            self._block(frame.unit.body, frame)
-        return frame.values.get(frame.unit.name.lower())
-
-    # --- statements
-
-    def _block(self, body: Any, frame: _Frame) -> None:
-        for statement in body.statements if isinstance(body, tf.StatementList) else body or ():
-            self._statement(statement, frame)
-
-    def _statement(self, of: Any, frame: _Frame) -> None:
-        match of:
-            case tf.AssignmentStatement(variables=[target], expression=expression):
-                self._assign(target, self._value(expression, frame), frame)
-            case tf.IfStatement():
-                self._if(of, frame)
-            case tf.ForStatement():
-                self._for(of, frame)
-            case tf.WhileStatement(expression=test, statements=body):
-                while self._truth(test, frame):
-                    self._block(body, frame)
-            case tf.ReturnStatement():
-                raise _Return
-            case tf.FunctionCallStatement() | tf.FunctionCall():
-                instance = self._look(of.name, frame)
-                if not isinstance(instance, Instance):
-                    raise IecError(f"{of.name} is no function block")
-                instance.call_with(
-                    {str(p.name.name): self._value(p.value, frame) for p in of.parameters}
-                )
-            case _:
-                raise IecError(f"statement {type(of).__name__}")
-
-    def _if(self, of: tf.IfStatement, frame: _Frame) -> None:
-        if self._truth(of.if_expression, frame):
-            self._block(of.statements, frame)
-            return
-        for other in of.else_ifs or ():
-            if self._truth(other.if_expression, frame):
-                self._block(other.statements, frame)
-                return
-        if of.else_clause is not None:
-            self._block(of.else_clause.statements, frame)
-
-    def _for(self, of: tf.ForStatement, frame: _Frame) -> None:
-        name = str(of.control.name).lower()
-        first, last = (_whole(self._value(e, frame)) for e in (of.from_, of.to))
-        step = 1 if of.step is None else _whole(self._value(of.step, frame))
-        if frame.unit.variables[name].type != "DINT":
-            raise IecError(f"{name} is no DINT")
-        frame.counting.add(name)
-        for i in range(first, last + (1 if step > 0 else -1), step):
-            frame.values[name] = i
-            self._block(of.statements, frame)
-        frame.counting.discard(name)
-        frame.values[name] = None  # the standard does not say what it is now
-
-    def _assign(self, target: Any, value: Any, frame: _Frame) -> None:
-        name = _plain(target.name)
-        declared = frame.unit.variables.get(name)
-        if name == frame.unit.name.lower() and not frame.unit.block:
-            frame.values[name] = _as("LREAL", value)
-            return
-        if declared is None:
-            raise IecError(f"{frame.unit.name}: {name} is not declared")
-        if declared.section == "input" or name in frame.counting:
-            raise IecError(f"{frame.unit.name}: {name} is assigned to")
-        if isinstance(target, tf.MultiElementVariable):
-            array = frame.values[name]
-            array[self._place(target, array, frame)] = _as(declared.type, value)
-        else:
-            if declared.length is not None:
-                raise IecError(f"{frame.unit.name}: {name} is assigned to as a whole")
-            frame.values[name] = _as(declared.type, value)
-
-    # --- expressions
-
-    def _truth(self, of: Any, frame: _Frame) -> bool:
-        value = self._value(of, frame)
-        if not isinstance(value, bool):
-            raise IecError("a condition is no BOOL")
-        return value
-
-    def _value(self, of: Any, frame: _Frame) -> Any:  # noqa: PLR0911 - one case a line
-        match of:
-            case tf.ParenthesizedExpression(expr=inner):
-                return self._value(inner, frame)
-            case tf.Real(value=text, type_name=kind):
-                value = float(str(text).replace("_", ""))
-                return value if str(kind).upper() == "LREAL" else _single(value)
-            case tf.Integer(value=text):
-                return int(str(text).replace("_", ""))
-            case tf.Boolean(value=text):
-                return str(text).upper() == "TRUE"
-            case tf.UnaryOperation(op=op, expr=inner):
-                return _unary(str(op).upper(), self._value(inner, frame))
-            case tf.BinaryOperation(left=left, op=op, right=right):
-                return _binary(str(op).upper(), self._value(left, frame), self._value(right, frame))
-            case tf.FunctionCall():
-                return self._call(of, frame)
-            case tf.SimpleVariable() | tf.MultiElementVariable():
-                return self._look(of, frame)
-        raise IecError(f"expression {type(of).__name__}")
-
-    def _look(self, of: Any, frame: _Frame) -> Any:
-        name = _plain(of if isinstance(of, tf.SimpleVariable) else of.name)
-        if name not in frame.values:
-            raise IecError(f"{frame.unit.name}: {name} is not declared")
-        value = frame.values[name]
-        if value is None:
-            raise IecError(f"{frame.unit.name}: {name} has no value")
-        if isinstance(of, tf.SimpleVariable):
-            return value
-        if isinstance(value, Instance):
-            (selector,) = of.elements
-            assert isinstance(selector, tf.FieldSelector)
-            return value.output(_plain(selector.field))
-        return value[self._place(of, value, frame)]
-
-    def _place(self, of: Any, array: Any, frame: _Frame) -> int:
-        (subscripts,) = of.elements
-        (index,) = subscripts.subscripts
-        at = _whole(self._value(index, frame))
-        if not isinstance(array, list) or not 0 <= at < len(array):
-            raise IecError(f"{frame.unit.name}: index {at}")
-        return at
-
-    def _call(self, of: tf.FunctionCall, frame: _Frame) -> Any:
-        name = _plain(of.name)
-        given = [self._value(p.value, frame) for p in of.parameters]
-        if name in _STANDARD:
-            return _finite(_STANDARD[name](*given))
-        unit = self.units.get(name)
-        if unit is None or unit.block:
-            raise IecError(f"{frame.unit.name}: no function {name}")
-        inner = self._frame(unit)
-        places = [d for d in unit.variables.values() if d.section in ("input", "in_out")]
-        names = [None if p.name is None else str(p.name.name).lower() for p in of.parameters]
-        if len(given) > 1 and set(names) != {d.name.lower() for d in places}:
-            raise IecError(f"{name} is given {names}")
-        for i, (key, value) in enumerate(zip(names, given, strict=True)):
-            place = places[i] if key is None else unit.variables[key]
-            if place.length is not None:
-                if not isinstance(value, list) or len(value) != place.length:
-                    raise IecError(f"{name}: {place.name} is no array of {place.length}")
-            else:
-                value = _as(place.type, value)  # noqa: PLW2901 - checked
-            inner.values[place.name.lower()] = value
-        return self._run(inner)
+        frame = unit.frame()
+        for (place, variable), value in zip(unit.parameters.values(), arguments, strict=True):
+            frame[place] = value if variable.length is not None else _as(variable.kind, value)
+        return unit.result(frame)
 
 
 class Instance:
-    """An instance of a function block: it keeps what it was last given, and its variables."""
+    """An instance of a function block: it keeps its inputs and its variables."""
 
-    def __init__(self, controller: Controller, unit: _Unit) -> None:
-        if not unit.block:
+    def __init__(self, unit: _Unit) -> None:
+        if unit.kind is not None:
             raise IecError(f"{unit.name} is no function block")
-        self._controller, self._unit = controller, unit
-        self._frame = controller._frame(unit)  # noqa: SLF001 - the same interpreter
+        self._unit, self.frame = unit, unit.frame()
 
-    def __call__(self, **given: float | bool) -> None:
-        self.call_with(given)
-
-    def call_with(self, given: dict[str, Any]) -> None:
+    def __call__(self, **inputs: float | bool) -> None:
         """Set inputs and run the body once."""
-        for name, value in given.items():
-            declared = self._unit.variables.get(name.lower())
-            if declared is None or declared.section != "input":
-                raise IecError(f"{self._unit.name} has no input {name}")
-            self._frame.values[name.lower()] = _as(declared.type, value)
-        self._controller._run(self._frame)  # noqa: SLF001 - the same interpreter
+        for name, value in inputs.items():
+            place, variable = self._unit.variable(name.lower(), "input")
+            self.frame[place] = _as(variable.kind, value)
+        self._unit.run(self.frame)
 
     def output(self, name: str) -> Any:
-        """What an output has."""
-        declared = self._unit.variables.get(name.lower())
-        if declared is None or declared.section != "output":
-            raise IecError(f"{self._unit.name} has no output {name}")
-        return self._frame.values[name.lower()]
+        """The value of an output."""
+        return self.frame[self._unit.variable(name.lower(), "output")[0]]
 
     def write(self, name: str, value: float) -> None:
         """Retune a variable, as a person at a controller's watch window does."""
-        if name.lower() not in self._unit.variables:
-            raise IecError(f"{self._unit.name} has no {name}")
-        self._frame.values[name.lower()] = value
+        place, variable = self._unit.variable(name.lower())
+        self.frame[place] = _as(variable.kind, value)
 
     def initial(self, name: str) -> Any:
         """The value that a variable has now."""
-        return self._frame.values[name.lower()]
+        return self.frame[self._unit.variable(name.lower())[0]]
 
 
-# --- declarations
+class _Typed(NamedTuple):
+    """A compiled expression, of LREAL, DINT, BOOL, or the type of an array or instance."""
 
-_SECTIONS = {
-    tf.InputDeclarations: "input",
-    tf.InputOutputDeclarations: "in_out",
-    tf.OutputDeclarations: "output",
-    tf.VariableDeclarations: "own",
-    tf.FunctionVariableDeclarations: "own",
-}
+    kind: str
+    evaluate: Evaluate
 
 
-def _unit(of: Any) -> _Unit:
-    if not isinstance(of, tf.Function | tf.FunctionBlock):
-        raise IecError(f"{type(of).__name__} is no unit")
-    name = _named(str(of.name))
-    variables: dict[str, _Declared] = {}
-    for section in of.declarations:
-        for item in section.items:
-            for variable in item.variables:
-                made = _declared(
-                    _named(str(variable.variable.name)), item, _SECTIONS[type(section)]
-                )
-                if made.name.lower() in {*variables, name.lower()}:
-                    raise IecError(f"{name}: {made.name} is declared twice")
-                variables[made.name.lower()] = made
-    body = of.body.statements if of.body is not None else []
-    return _Unit(name, isinstance(of, tf.FunctionBlock), variables, list(body))
+class _Unit:
+    """A compiled function or function block.
 
+    Args:
+        tree: The unit.
+        units: Those declared before it.
+    """
 
-def _declared(name: str, item: Any, section: str) -> _Declared:
-    init = item.init
-    if isinstance(item, tf.ArrayVariableInitDeclaration):
-        (bounds,) = init.spec.subranges
-        if int(str(bounds.start.value)) != 0:
-            raise IecError(f"{name} is not counted from 0")
-        kind = str(init.spec.type.type_name).upper()
-        return _Declared(name, kind, int(str(bounds.stop.value)) + 1, None, section)
-    return _Declared(name, str(init.spec.type), None, init.value, section)
+    def __init__(self, tree: Unit, units: dict[str, _Unit]) -> None:
+        self.name, self.kind, self._units = tree.name, tree.result, dict(units)
+        if self.kind not in (None, "LREAL"):
+            raise IecError(f"{self.name} is of {self.kind}")
+        self._variables: dict[str, tuple[int, Variable]] = {}
+        self._start: Frame = [None]
+        #: Places of lists and instances, of which each frame has its own.
+        self._fresh: list[tuple[int, Callable[[], Any]]] = []
+        for variable in tree.variables:
+            self._declare(variable)
+        #: Counters of the loops around the statement that is compiled.
+        self._counting: list[str] = []
+        self.run = self._body(tree.body)
 
+    @property
+    def parameters(self) -> dict[str, tuple[int, Variable]]:
+        """Inputs, with their places."""
+        return {k: x for k, x in self._variables.items() if x[1].section in ("input", "in_out")}
 
-def _named(name: str) -> str:
-    if not re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", name) or name.lower() in _RESERVED:
-        raise IecError(f"{name} is no identifier")
-    return name
+    def variable(self, name: str, section: str | None = None) -> tuple[int, Variable]:
+        """A variable and its place."""
+        known = self._variables.get(name)
+        if known is None or section not in (None, known[1].section):
+            raise IecError(f"{self.name} has no {section or 'variable'} {name}")
+        return known
 
+    def frame(self) -> Frame:
+        """Its variables, before a first call."""
+        frame = self._start.copy()
+        for place, new in self._fresh:
+            frame[place] = new()
+        return frame
 
-def _plain(of: Any) -> str:
-    while not isinstance(of, str):
-        of = of.name
-    return str(of).lower()
+    def result(self, frame: Frame) -> Any:
+        """Run a function."""
+        self.run(frame)
+        if frame[0] is None:
+            raise IecError(f"{self.name} has no value")
+        return frame[0]
+
+    def _declare(self, variable: Variable) -> None:
+        place, name = len(self._start), variable.name.lower()
+        if name in self._variables or name == self.name.lower():
+            raise IecError(f"{self.name}: {variable.name} is declared twice")
+        self._variables[name] = place, variable
+        block, value = self._units.get(variable.kind.lower()), None
+        if block is not None:
+            self._fresh.append((place, lambda: Instance(block)))
+        elif variable.kind not in _ZERO:
+            raise IecError(f"{self.name}: no type {variable.kind}")
+        elif variable.length is not None:
+            zeros = [_ZERO[variable.kind]] * variable.length
+            self._fresh.append((place, zeros.copy))
+        elif variable.initial is None:
+            value = _ZERO[variable.kind]
+        else:
+            value = _of(variable.kind, self._constant(variable.initial))([])
+        self._start.append(value)
+
+    # --- statements
+
+    def _body(self, body: Body) -> Run:
+        steps = [self._statement(s) for s in body]
+        if len(steps) == 1:
+            return steps[0]
+
+        def run(frame: Frame) -> bool:
+            for step in steps:  # noqa: SIM110 - `any` is half as fast
+                if step(frame):
+                    return True
+            return False
+
+        return run
+
+    def _statement(self, statement: Statement) -> Run:
+        match statement:
+            case Assignment():
+                return self._assignment(statement)
+            case If():
+                return self._if(statement)
+            case For():
+                return self._for(statement)
+            case While():
+                return self._while(statement)
+            case Return():
+                return lambda _: True
+            case Call():
+                return self._invocation(statement)
+
+    def _assignment(self, statement: Assignment) -> Run:
+        name = statement.target.name
+        value = self._expression(statement.value)
+        if name == self.name.lower() and self.kind and isinstance(statement.target, Name):
+            return _stored(0, _of("LREAL", value))
+        place, variable = self.variable(name)
+        if variable.section == "input" or name in self._counting:
+            raise IecError(f"{self.name}: {name} is assigned to")
+        evaluate = _of(variable.kind, value)
+        if isinstance(statement.target, Name):
+            if variable.length is not None or variable.kind not in _ZERO:
+                raise IecError(f"{self.name}: {name} is assigned to as a whole")
+            return _stored(place, evaluate)
+        array, index = self._element(statement.target)
+
+        def run(frame: Frame) -> bool:
+            array(frame)[index(frame)] = evaluate(frame)
+            return False
+
+        return run
+
+    def _if(self, statement: If) -> Run:
+        otherwise = self._body(statement.otherwise)
+        branches = [(self._truth(test), self._body(body)) for test, body in statement.branches]
+        if len(branches) == 1:
+            ((condition, body),) = branches
+            return lambda frame: body(frame) if condition(frame) else otherwise(frame)
+
+        def run(frame: Frame) -> bool:
+            for condition, body in branches:
+                if condition(frame):
+                    return body(frame)
+            return otherwise(frame)
+
+        return run
+
+    def _for(self, statement: For) -> Run:
+        name = statement.counter
+        place, variable = self.variable(name)
+        if variable.kind != "DINT" or variable.length is not None or name in self._counting:
+            raise IecError(f"{self.name}: no loop counts by {name}")
+        ends = (statement.first, statement.last, statement.step)
+        first, last, step = (_of("DINT", self._expression(x)) for x in ends)
+        self._counting.append(name)
+        body = self._body(statement.body)
+        self._counting.remove(name)
+
+        def run(frame: Frame) -> bool:
+            start, end, by = first(frame), last(frame), step(frame)
+            for i in range(start, end + (1 if by > 0 else -1), by):
+                frame[place] = i
+                if body(frame):
+                    return True
+            frame[place] = None  # the standard does not say what it is now
+            return False
+
+        return run
+
+    def _while(self, statement: While) -> Run:
+        condition, body = self._truth(statement.condition), self._body(statement.body)
+
+        def run(frame: Frame) -> bool:
+            while condition(frame):
+                if body(frame):
+                    return True
+            return False
+
+        return run
+
+    def _invocation(self, statement: Call) -> Run:
+        place, variable = self.variable(statement.name)
+        block = self._units.get(variable.kind.lower())
+        if block is None or block.kind is not None:
+            raise IecError(f"{statement.name} is no function block")
+        inputs = []
+        for name, value in statement.arguments:
+            there, declared = block.variable(name or "", "input")
+            inputs.append((there, _of(declared.kind, self._expression(value))))
+
+        def run(frame: Frame) -> bool:
+            inner = frame[place].frame
+            for there, value in [(there, evaluate(frame)) for there, evaluate in inputs]:
+                inner[there] = value
+            block.run(inner)
+            return False
+
+        return run
+
+    # --- expressions
+
+    def _truth(self, expression: Expression) -> Evaluate:
+        return _of("BOOL", self._expression(expression))
+
+    def _expression(self, expression: Expression) -> _Typed:  # noqa: PLR0911 - one case a line
+        match expression:
+            case Number(value=value):
+                number = _finite(value)
+                return _Typed("LREAL" if isinstance(value, float) else "DINT", lambda _: number)
+            case Truth(value=value):
+                return _Typed("BOOL", lambda _: value)
+            case Name(name=name):
+                return self._variable(name)
+            case Element():
+                _, variable = self.variable(expression.name)
+                array, index = self._element(expression)
+                return _Typed(variable.kind, lambda frame: array(frame)[index(frame)])
+            case Output(name=name, output=output):
+                place, variable = self.variable(name)
+                block = self._units.get(variable.kind.lower())
+                if block is None:
+                    raise IecError(f"{name} is no function block")
+                there, declared = block.variable(output, "output")
+                return _Typed(declared.kind, lambda frame: frame[place].frame[there])
+            case Unary():
+                return _unary(expression.operator, self._expression(expression.operand))
+            case Binary(operator=operator, left=left, right=right):
+                return _binary(operator, self._expression(left), self._expression(right))
+            case Call():
+                return self._call(expression)
+
+    def _constant(self, expression: Expression) -> _Typed:
+        match expression:
+            case Number() | Truth() | Unary(operand=Number()):
+                return self._expression(expression)
+        raise IecError(f"{self.name}: {expression} is no constant")
+
+    def _variable(self, name: str) -> _Typed:
+        if name == self.name.lower() and self.kind:
+            place, kind = 0, self.kind
+        else:
+            place, variable = self.variable(name)
+            kind = variable.kind
+            if variable.length is not None:
+                return _Typed(_array(variable), lambda frame: frame[place])
+
+        def evaluate(frame: Frame) -> Any:
+            value = frame[place]
+            if value is None:
+                raise IecError(f"{name} has no value")
+            return value
+
+        may_lack = place == 0 or kind == "DINT"
+        return _Typed(kind, evaluate if may_lack else operator.itemgetter(place))
+
+    def _element(self, element: Element) -> tuple[Evaluate, Evaluate]:
+        """The array, and where the element is in it."""
+        place, variable = self.variable(element.name)
+        length = variable.length
+        if length is None:
+            raise IecError(f"{self.name}: {element.name} is no array")
+        at = _of("DINT", self._expression(element.index))
+        if isinstance(element.index, Number) and element.index.value in range(length):
+            return operator.itemgetter(place), at
+
+        def index(frame: Frame) -> int:
+            i = int(at(frame))
+            if not 0 <= i < length:
+                raise IecError(f"{self.name}: {element.name}[{i}]")
+            return i
+
+        return operator.itemgetter(place), index
+
+    def _call(self, call: Call) -> _Typed:
+        values = [self._expression(value) for _, value in call.arguments]
+        if call.name in STANDARD or call.name == "dint_to_lreal":
+            if any(name is not None for name, _ in call.arguments):
+                raise IecError(f"{call.name} takes no names")
+            return _standard(call.name, values)
+        unit = self._units.get(call.name)
+        if unit is None or unit.kind is None:
+            raise IecError(f"{self.name}: no function {call.name}")
+        parameters, names = unit.parameters, [name for name, _ in call.arguments]
+        if names == [None]:
+            names = list(parameters)
+        if len(names) != len(parameters) or set(names) != set(parameters):
+            raise IecError(f"{call.name} is called with {names}")
+        arguments = []
+        for name, value in zip(names, values, strict=True):
+            place, variable = parameters[name or ""]
+            arguments.append((place, _of(_array(variable), value)))
+
+        def evaluate(frame: Frame) -> Any:
+            inner = unit.frame()
+            for place, argument in arguments:
+                inner[place] = argument(frame)
+            return unit.result(inner)
+
+        return _Typed(unit.kind, evaluate)
 
 
 # --- values
 
 _ZERO: dict[str, Any] = {"LREAL": 0.0, "DINT": 0, "BOOL": False}
+_PYTHON = {"LREAL": float, "DINT": int, "BOOL": bool}
+
+
+def _array(variable: Variable) -> str:
+    return variable.kind if variable.length is None else f"{variable.kind}[{variable.length}]"
+
+
+def _of(kind: str, value: _Typed) -> Evaluate:
+    """An expression that must be of a type."""
+    if value.kind != kind:
+        raise IecError(f"an expression is of {value.kind}, not of {kind}")
+    return value.evaluate
 
 
 def _as(kind: str, value: Any) -> Any:
-    fits = {"LREAL": float, "DINT": int, "BOOL": bool}.get(kind)
-    if fits is None or type(value) is not fits:
+    if kind not in _PYTHON or type(value) is not _PYTHON[kind]:
         raise IecError(f"{value!r} is no {kind}")
     return _finite(value)
 
 
 def _finite(value: Any) -> Any:
-    if isinstance(value, float) and not math.isfinite(value):
-        raise IecError("a floating-point exception")
+    if isinstance(value, float):
+        if not -_LARGEST <= value <= _LARGEST:
+            raise IecError("a floating-point exception")
+        return value + 0.0  # no zero has a sign here: what relies on one gives another number
     if type(value) is int and not -_DINT <= value < _DINT:
         raise IecError("an overflow")
-    # No zero has a sign here: what relies on one gives another number.
-    return 0.0 if isinstance(value, float) and value == 0.0 else value
-
-
-def _single(value: float) -> float:
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
-
-
-def _whole(value: Any) -> int:
-    if type(value) is not int:
-        raise IecError(f"{value!r} is no DINT")
     return value
 
 
-def _unary(op: str, value: Any) -> Any:
-    if op == "NOT":
-        return not _as("BOOL", value)
-    if op != "-" or isinstance(value, bool):
-        raise IecError(f"{op} {value!r}")
-    return _finite(-value)
+def _stored(place: int, evaluate: Evaluate) -> Run:
+    def run(frame: Frame) -> bool:
+        frame[place] = evaluate(frame)
+        return False
+
+    return run
 
 
-def _binary(op: str, a: Any, b: Any) -> Any:
-    if type(a) is not type(b):
-        raise IecError(f"{a!r} {op} {b!r}")
-    if op in ("AND", "OR"):
-        return (_as("BOOL", a) and b) if op == "AND" else (_as("BOOL", a) or b)
-    if isinstance(a, bool):
-        raise IecError(f"{a!r} {op} {b!r}")
-    if op == "/" and b == 0:
+# --- operators
+
+
+def _unary(sign: str, operand: _Typed) -> _Typed:
+    evaluate = operand.evaluate
+    if sign == "not":
+        _of("BOOL", operand)
+        return _Typed("BOOL", lambda frame: not evaluate(frame))
+    if operand.kind not in ("LREAL", "DINT"):
+        raise IecError(f"{sign} of {operand.kind}")
+    return _Typed(operand.kind, lambda frame: _finite(-evaluate(frame)))
+
+
+def _binary(sign: str, left: _Typed, right: _Typed) -> _Typed:
+    kind, a, b = left.kind, left.evaluate, right.evaluate
+    kinds = ("BOOL",) if sign in ("and", "or") else ("LREAL", "DINT")
+    if kind != right.kind or kind not in kinds:
+        raise IecError(f"{kind} {sign} {right.kind}")
+    operation = _OPERATIONS[sign]
+    if sign not in "+-*/":
+        return _Typed("BOOL", lambda frame: operation(a(frame), b(frame)))
+    if kind == "DINT":
+        operation = _whole_division if sign == "/" else operation
+        return _Typed(kind, lambda frame: _finite(operation(a(frame), b(frame))))
+
+    def evaluate(frame: Frame) -> float:
+        try:
+            value: float = operation(a(frame), b(frame))
+        except ZeroDivisionError:
+            raise IecError("a division by 0") from None
+        if -_LARGEST <= value <= _LARGEST:
+            return value + 0.0
+        raise IecError("a floating-point exception")
+
+    return _Typed(kind, evaluate)
+
+
+def _whole_division(a: int, b: int) -> int:
+    """Towards 0."""
+    if b == 0:
         raise IecError("a division by 0")
-    if op == "/" and isinstance(a, int):
-        return _finite(abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1))
-    return _finite(_OPERATIONS[op](a, b))
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
 
 
 _OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": lambda a, b: a / b,
-    "<": lambda a, b: a < b,
-    "<=": lambda a, b: a <= b,
-    ">": lambda a, b: a > b,
-    ">=": lambda a, b: a >= b,
-    "=": lambda a, b: a == b,
-    "<>": lambda a, b: a != b,
-}
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+    "=": operator.eq, "<>": operator.ne, "and": operator.and_, "or": operator.or_,
+}  # fmt: skip
+
+
+# --- standard functions
 
 
 def _expt(base: float, exponent: float) -> float:
@@ -450,8 +508,25 @@ def _expt(base: float, exponent: float) -> float:
     return float(base**exponent)
 
 
-_STANDARD: dict[str, Callable[..., Any]] = {
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": abs, "sqrt": math.sqrt, "exp": math.exp, "ln": math.log, "sin": math.sin,
-    "cos": math.cos, "min": min, "max": max, "expt": _expt,
-    "dint_to_lreal": lambda i: float(_whole(i)),
+    "cos": math.cos, "min": min, "max": max, "expt": _expt, "dint_to_lreal": float,
 }  # fmt: skip
+
+
+def _standard(name: str, arguments: Sequence[_Typed]) -> _Typed:
+    kinds = {x.kind for x in arguments}
+    takes = "DINT" if name == "dint_to_lreal" or kinds == {"DINT"} else "LREAL"
+    two = name in ("min", "max", "expt")
+    any_number = name in ("abs", "min", "max", "dint_to_lreal")
+    if kinds != {takes} or len(arguments) != 1 + two or (takes == "DINT" and not any_number):
+        raise IecError(f"{name} of {[x.kind for x in arguments]}")
+    function, evaluates = _FUNCTIONS[name], [x.evaluate for x in arguments]
+
+    def evaluate(frame: Frame) -> Any:
+        try:
+            return _finite(function(*[x(frame) for x in evaluates]))
+        except (ValueError, OverflowError):
+            raise IecError("a floating-point exception") from None
+
+    return _Typed("LREAL" if name == "dint_to_lreal" else takes, evaluate)

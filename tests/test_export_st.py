@@ -13,7 +13,8 @@ import pytest
 
 from exported import DAHLS, MORE, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
-from st_interpreter import Controller, IecError, Instance, parsed
+from st_interpreter import Controller, Instance
+from st_parser import IecError, parsed
 from stribeck.compensate.compensator import SETTINGS, Compensator
 from stribeck.errors import InputError
 from stribeck.export.code.check_vectors import Vectors, vectors, walk
@@ -201,7 +202,7 @@ def test_no_comment_ends_early_and_all_is_ascii() -> None:
         "Friction.st"
     ]
     assert text.isascii()
-    names = [str(item.name) for item in parsed(text.decode()).items]
+    names = [unit.name for unit in parsed(text.decode())]
     assert names[-2:] == ["Friction", "Friction_compensator"]
     assert "rig Fuhrung -1 * ) ( * * / / * ]]>" in text.decode()
 
