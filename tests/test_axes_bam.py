@@ -19,7 +19,7 @@ from stribeck.identify.problem import Parameters, partition
 from stribeck.space import Array
 
 HOME = axis_servo.LOGS.parent
-pytestmark = pytest.mark.skipif(not HOME.exists(), reason="the logs are not beside the repository")
+pytestmark = pytest.mark.recordings("bam_xl330")
 RIG = RIGS["servo-pendulum"]
 #: What the authors call the parameters.
 CALLED = {

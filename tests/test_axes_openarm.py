@@ -17,9 +17,7 @@ from stribeck.friction import law_named
 from stribeck.identify.problem import Parameters, partition
 from stribeck.space import Array
 
-pytestmark = pytest.mark.skipif(
-    not axis_joints.DATA.exists(), reason="the arm's logs are not beside the repository"
-)
+pytestmark = pytest.mark.recordings("openarm")
 #: A joint that sticks and slips much as joint 3 does.
 TRUTH = {
     "F_S": 0.6, "F_C": 0.3, "F_V": 0.7, "v_SS": 0.05, "exponent": 2.0, "J": 0.06,

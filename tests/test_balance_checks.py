@@ -65,14 +65,14 @@ def test_a_sound_log_raises_no_doubt_and_all_of_it_is_identified() -> None:
     )
 
 
-@pytest.mark.skipif(not EMPS.exists(), reason="the EMPS logs are not beside the repository")
+@pytest.mark.recordings("emps")
 @pytest.mark.parametrize("name", ["DATA_EMPS", "DATA_EMPS_PULSES"])
 def test_emps_raises_none(name: str) -> None:
     log = read(EMPS / f"{name}.mat", columns=dict(RIGS["emps"].columns))
     assert faults(identify(log, rig="emps")) == set()
 
 
-@pytest.mark.skipif(not EMPS.exists(), reason="the EMPS logs are not beside the repository")
+@pytest.mark.recordings("emps")
 def test_emps_has_too_few_speeds_for_a_stribeck_curve() -> None:
     log = read(EMPS / "DATA_EMPS.mat", columns=dict(RIGS["emps"].columns))
     assert faults(identify(log, rig="emps", law="stribeck")) == {"few"}

@@ -13,9 +13,7 @@ from stribeck import cli, identify, read
 from stribeck.data import check
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "dfki_pendulum"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the pendulum logs are not beside the repository"
-)
+pytestmark = pytest.mark.recordings("dfki_pendulum")
 COLUMNS = {
     "time": "time [s]", "position": "position [rad]", "velocity": "velocity [rad/s]",
     "force": "torque [Nm]",

@@ -11,9 +11,7 @@ from stribeck.data import check, read
 from stribeck.data.breakaway import levels, presliding, ramps
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "direct_drive"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the direct-drive logs are not beside the repository"
-)
+pytestmark = pytest.mark.recordings("direct_drive")
 
 
 @pytest.mark.parametrize(

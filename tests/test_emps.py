@@ -20,7 +20,7 @@ from stribeck.rig.forced import slips
 from stribeck.space import Array, Space
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "emps"
-real = pytest.mark.skipif(not DATA.exists(), reason="the EMPS logs are not beside the repository")
+real = pytest.mark.recordings("emps")
 SYMMETRIC, DIRECTIONAL = LAWS["coulomb-viscous"], LAWS["coulomb-viscous-directional"]
 #: The report's symmetric model in the order of EMPS.parameters: F_C, F_V, M, offset.
 PUBLISHED = np.array([20.3935, 203.5034, 95.1089, -3.1648])

@@ -40,7 +40,7 @@ pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
 )
 DATA = Path(__file__).parents[2] / "shared" / "data"
-real = pytest.mark.skipif(not DATA.exists(), reason="the logs are not beside the repository")
+real = pytest.mark.recordings
 OUTPUTS = ("position", "velocity", "drive", "friction")
 
 

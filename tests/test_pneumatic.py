@@ -11,9 +11,7 @@ from stribeck import identify, read
 from stribeck.rig.cylinder import CYLINDER
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "pneumatic"
-pytestmark = pytest.mark.skipif(
-    not DATA.exists(), reason="the cylinder logs are not beside the repository"
-)
+pytestmark = pytest.mark.recordings("pneumatic")
 BARS = {"O-ring257": (1, 3, 5, 7), "X-ring257": (1, 3, 5, 7), "Kidney": (1, 2, 3)}
 #: Mean friction extending less retracting, N, as published with the logs.
 RANGES = {

@@ -22,9 +22,7 @@ DATA = ROOT.parent / "shared" / "data" / "direct_drive"
 RIG = str(ROOT / "benchmarks" / "direct_drive.toml")
 #: From where on a loop has settled, and the inertia that the authors give.
 SETTLED, KNOWN = "2s:11s", {"J": 2.519}
-real = pytest.mark.skipif(
-    not DATA.exists(), reason="the direct-drive logs are not beside the repository"
-)
+real = pytest.mark.recordings("direct_drive")
 
 
 @cache

@@ -12,7 +12,7 @@ from stribeck.data import Quality, Recording, check, read
 from stribeck.space import Array
 
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data"
-real = pytest.mark.skipif(not REAL.exists(), reason="real logs are not beside the repository")
+real = pytest.mark.recordings
 T: Array = np.arange(6000, dtype=float) * 0.01
 
 

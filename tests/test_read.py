@@ -22,7 +22,7 @@ from stribeck.data.readers.repair import SHORT_GAP
 from stribeck.errors import InputError
 
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data"
-real = pytest.mark.skipif(not REAL.exists(), reason="real logs are not beside the repository")
+real = pytest.mark.recordings
 
 N = 40
 T = np.arange(N) * 0.01

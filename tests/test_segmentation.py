@@ -14,7 +14,7 @@ from stribeck.data import Recording, noise, read, rests, segment, slips, step, s
 from stribeck.space import Array
 
 REAL = Path(__file__).parents[1] / ".." / "shared" / "data"
-real = pytest.mark.skipif(not REAL.exists(), reason="real logs are not beside the repository")
+real = pytest.mark.recordings
 DT = 0.01
 RAMP = 5e-3  # m/s
 

@@ -182,7 +182,7 @@ def test_emps_has_two_directions_and_no_stribeck_effect() -> None:
     assert found["stribeck-directional"].unseen
 
 
-@pytest.mark.skipif(not BAM.exists(), reason="the servo's logs are not beside the repository")
+@pytest.mark.recordings("bam_xl330")
 def test_the_servo_needs_its_load() -> None:
     # A quarter of the logs: the comparison of all is in benchmarks/selection.py.
     rig = RIGS["servo-pendulum"]
