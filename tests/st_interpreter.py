@@ -367,8 +367,8 @@ class _Unit:
         length = variable.length
         if length is None:
             raise IecError(f"{self.name}: {element.name} is no array")
-        at = _of("DINT", self._expression(element.index))
-        if isinstance(element.index, Number) and element.index.value in range(length):
+        at = _of("DINT", self._expression(element.subscript))
+        if isinstance(element.subscript, Number) and element.subscript.value in range(length):
             return operator.itemgetter(place), at
 
         def index(frame: Frame) -> int:

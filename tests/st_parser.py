@@ -61,7 +61,7 @@ class Element(NamedTuple):
     """An element of an array."""
 
     name: str
-    index: Expression
+    subscript: Expression
 
 
 class Output(NamedTuple):
