@@ -30,7 +30,7 @@ from stribeck.identify.problem import Parameters, partition
 from stribeck.identify.score import scores
 from stribeck.identify.segment import stretches
 from stribeck.identify.stick_slip_statistics import Staircase
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.space import Array
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "openarm"
@@ -117,11 +117,11 @@ def recording(joint: int) -> Recording:
     return read(DATA / f"collect_joint_{joint}.csv")
 
 
-def rig(joint: int) -> Simulated:
+def rig(joint: int) -> SimulatedRig:
     """The rig of a joint: the gains that its authors state, a torque held from row to row."""
     kp, kd = GAINS[joint]
     made = RIGS["joint"].set(kp=kp, kd=kd, gain=GAIN, hold=1.0, step=STEP)
-    assert isinstance(made, Simulated)  # noqa: S101 - it is
+    assert isinstance(made, SimulatedRig)  # noqa: S101 - it is
     return made
 
 
@@ -169,7 +169,7 @@ def _fitted(joint: int, on: Half, model: Model, *, restart: bool) -> Fit:
 def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
     """RMSE of the whole half and from rest to rest, mrad, and both staircases."""
     within = Range.parse(test.within, "mrad")
-    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - it is
+    assert isinstance(parameters.rig, SimulatedRig)  # noqa: S101 - it is
     whole = scores(
         replace(parameters, measure=PLAIN), p, stretches([test.log], parameters.rig, within)
     )

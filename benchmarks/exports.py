@@ -23,7 +23,8 @@ from stribeck.friction import law_named
 from stribeck.identify.card import Card
 from stribeck.rig import RIGS
 from stribeck.rig.motion.track import Track, track
-from stribeck.rig.rig import Simulated, shown_in
+from stribeck.rig.rig import shown_in
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
@@ -175,7 +176,7 @@ def _emps() -> Recording:
 def _agreement(rig: str, law: str, what: str, on: Track) -> dict[str, Any]:
     """How far the unit's positions are from ours, as shares of the range."""
     made = model(rig, law)
-    assert isinstance(made.rig, Simulated)  # noqa: S101 - every rig here is
+    assert isinstance(made.rig, SimulatedRig)  # noqa: S101 - every rig here is
     want = made.rig.move(made.law, made.values[None], on).position[0]
     got, seconds = _simulated(made, on)
     apart = (got - want) / np.ptp(want)

@@ -22,9 +22,9 @@ from stribeck.friction import LAWS, Law, law_named
 from stribeck.rig import RIGS, Rig
 from stribeck.rig.motion.implicit import motions
 from stribeck.rig.motion.track import SLIDE
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
-from stribeck.rig.stepped import Stepped
+from stribeck.rig.stepped import SteppedRig
 from stribeck.space import Array
 
 COULOMB, STRIBECK, LUGRE = LAWS["coulomb-viscous"], LAWS["stribeck"], LAWS["lugre"]
@@ -86,7 +86,7 @@ BRISTLES = {"sigma_0": 1e5, "sigma_1": 100.0, "F_S": 140.0, "F_C": 50.0, "v_s": 
     ids=["joint", "held", "late", "servo", "slide-bed"],
 )
 def test_a_scale_of_nothing_is_the_rigs_own_motion_bit_for_bit(
-    rig: Simulated, law: str, values: dict[str, float]
+    rig: SimulatedRig, law: str, values: dict[str, float]
 ) -> None:
     reference = ramps(0.6, 0.6) if rig.rotary else ramps(0.08, 0.04)
     made = law_named(law)
@@ -308,4 +308,4 @@ def test_what_does_not_fit_is_refused() -> None:
     far = Reference("long", np.array([0.0, 1e9, 2e9]), np.array([0.0, 1.0, 2.0]))
     with pytest.raises(InputError, match="take a shorter one"):
         run(JOINT, STRIBECK, p, far, OFF)
-    assert isinstance(JOINT, Stepped)
+    assert isinstance(JOINT, SteppedRig)

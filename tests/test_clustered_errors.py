@@ -10,7 +10,7 @@ from stribeck.friction import LAWS
 from stribeck.identify.balance.balance import balance
 from stribeck.identify.balance.clustered_errors import block_errors
 from stribeck.rig import RIGS
-from stribeck.rig.forced import Forced
+from stribeck.rig.balanced import BalancedRig
 from stribeck.space import Rng
 
 DT = 0.01
@@ -28,7 +28,7 @@ def log(cycles: int, level: float, rng: Rng) -> Recording:
 
 def doubted(cycles: tuple[int, ...], levels: tuple[float, ...], seed: int) -> bool:
     rig, rng = RIGS["forced"], np.random.default_rng(seed)
-    assert isinstance(rig, Forced)
+    assert isinstance(rig, BalancedRig)
     logs = [log(n, level, rng) for n, level in zip(cycles, levels, strict=True)]
     said, _ = block_errors(balance(logs, LAWS["coulomb-viscous"], rig))
     return "the friction of the logs does not follow one law" in said

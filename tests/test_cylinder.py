@@ -14,9 +14,10 @@ from stribeck import InputError, Recording, cli, identify, read, read_card, vali
 from stribeck.friction import LAWS, law_named
 from stribeck.identify.balance.balance import balance
 from stribeck.rig import RIGS
+from stribeck.rig.balanced import rubs
 from stribeck.rig.custom import rig_file
 from stribeck.rig.cylinder import CYLINDER, Cylinder
-from stribeck.rig.forced import FORCED, rubs
+from stribeck.rig.forced import FORCED
 from stribeck.space import Array
 
 T: Array = np.arange(0.0, 40.0, 0.01)

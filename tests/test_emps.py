@@ -15,8 +15,8 @@ from stribeck.errors import InputError
 from stribeck.friction import LAWS
 from stribeck.identify.balance.balance import Balance, balance, validate
 from stribeck.rig import emps
+from stribeck.rig.balanced import slips
 from stribeck.rig.emps import EMPS
-from stribeck.rig.forced import slips
 from stribeck.space import Array, Space
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "emps"

@@ -24,7 +24,7 @@ from stribeck.export.code.check_vectors import scale, walk
 from stribeck.export.code.program import KNOWN
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
-from stribeck.rig.forced import slips
+from stribeck.rig.balanced import slips
 from stribeck.space import Array
 
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")

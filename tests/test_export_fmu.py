@@ -24,10 +24,10 @@ from stribeck.export.fmu.description import exponents
 from stribeck.export.fmu.fmu import fmu
 from stribeck.export.model import Model
 from stribeck.friction import law_named
-from stribeck.rig.forced import NORMAL
+from stribeck.rig.balanced import NORMAL
 from stribeck.rig.motion.implicit import motions
 from stribeck.rig.motion.track import FORCE, JOINT, Track, track
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
@@ -226,8 +226,8 @@ def test_its_sources_compile_without_a_warning(law: str, rig: str, tmp_path: Pat
 # The motion.
 
 
-def rig_of(model: Model) -> Simulated:
-    assert isinstance(model.rig, Simulated)
+def rig_of(model: Model) -> SimulatedRig:
+    assert isinstance(model.rig, SimulatedRig)
     return model.rig
 
 

@@ -19,8 +19,9 @@ from stribeck.friction import LAWS
 from stribeck.friction.orders import orders
 from stribeck.identify.balance import variable_projection
 from stribeck.identify.balance.balance import Balance, balance, validate
+from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.emps import EMPS
-from stribeck.rig.forced import FORCED, FORCED_ROTARY, Forced
+from stribeck.rig.forced import FORCED, FORCED_ROTARY
 from stribeck.space import Array, Param
 
 COULOMB, DIRECTIONAL = LAWS["coulomb-viscous"], LAWS["coulomb-viscous-directional"]
@@ -58,7 +59,7 @@ def motion(t: Array) -> tuple[Array, Array, Array]:
 
 def log(
     law: str = "coulomb-viscous", *, rate: float = 1000.0, seconds: float = 30.0,
-    p: Array | None = None, rig: Forced = FORCED, t: Array | None = None,
+    p: Array | None = None, rig: BalancedRig = FORCED, t: Array | None = None,
 ) -> Recording:  # fmt: skip
     t = np.arange(round(seconds * rate)) / rate if t is None else t
     x, v, a = motion(t)

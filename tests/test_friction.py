@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from stribeck import InputError
 from stribeck.friction import LAWS, LOADS, TERMS, Law, addressed, friction, law_named, stick
-from stribeck.rig.forced import slips
+from stribeck.rig.balanced import slips
 from stribeck.rig.slide_bed import PUBLISHED
 from stribeck.space import Array, Space
 from stribeck.units import unit

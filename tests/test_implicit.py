@@ -13,22 +13,22 @@ from stribeck.identify.problem import partition, problem
 from stribeck.rig import RIGS
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.track import Track, track
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED
-from stribeck.rig.stepped import Stepped
+from stribeck.rig.stepped import SteppedRig
 from stribeck.space import Array
 
 COULOMB, STRIBECK, LUGRE = LAWS["coulomb-viscous"], LAWS["stribeck"], LAWS["lugre"]
 G = 9.80665
 
 
-def rig(name: str) -> Stepped:
+def rig(name: str) -> SteppedRig:
     found = RIGS[name]
-    assert isinstance(found, Stepped)
+    assert isinstance(found, SteppedRig)
     return found
 
 
-def made_ready(on: Simulated, log: Recording) -> Track:
+def made_ready(on: SimulatedRig, log: Recording) -> Track:
     rows = slice(0, len(log))
     return on.track(log, rows, float(log.position[0]), np.ones(len(log)))
 

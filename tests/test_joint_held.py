@@ -9,7 +9,7 @@ from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS
 from stribeck.rig import RIGS
-from stribeck.rig.stepped import Stepped
+from stribeck.rig.stepped import SteppedRig
 from stribeck.space import Array
 
 KP, KD, GAIN, LIMIT = 40.0, 2.5, 0.5, 4.0
@@ -33,9 +33,9 @@ def log() -> Recording:
     )
 
 
-def joint(hold: float) -> Stepped:
+def joint(hold: float) -> SteppedRig:
     found = RIGS["joint"]
-    assert isinstance(found, Stepped)
+    assert isinstance(found, SteppedRig)
     return found.set(kp=KP, kd=KD, gain=GAIN, limit=LIMIT, hold=hold)
 
 

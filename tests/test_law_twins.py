@@ -15,11 +15,11 @@ from stribeck import LAWS, RIGS, Recording, identify
 from stribeck.friction import law_named
 from stribeck.identify.problem import problem
 from stribeck.identify.uncertainty.uncertainty import estimates, uncertainty
+from stribeck.rig.balanced import rubs
 from stribeck.rig.cylinder import CYLINDER
-from stribeck.rig.forced import rubs
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.track import track
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.space import Array
 
@@ -166,9 +166,9 @@ CASES: dict[str, Case] = {
 every = pytest.mark.parametrize("name", CASES)
 
 
-def rig_of(case: Case) -> Simulated:
+def rig_of(case: Case) -> SimulatedRig:
     found = RIGS[case.axis.rig]
-    assert isinstance(found, Simulated)
+    assert isinstance(found, SimulatedRig)
     return found.set(**case.axis.constants)
 
 

@@ -11,14 +11,15 @@ from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
 from stribeck.report.figures.fit_figures import draw
 from stribeck.rig.motion.event_driven import misfits
 from stribeck.rig.motion.track import Track
-from stribeck.rig.rig import Motion, Simulated, constant
+from stribeck.rig.rig import Motion, constant
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Dragged(Simulated):
+class Dragged(SimulatedRig):
     """A weightless sledge on a spring: it follows as soon as the spring overcomes friction."""
 
     def move(self, law: Law, p: Array, on: Track) -> Motion:
@@ -33,7 +34,6 @@ class Dragged(Simulated):
 
 SLEDGE = Dragged(
     name="sledge",
-    road="simulation",
     doc="a weightless sledge on a spring",
     cite="this test",
     constants=(constant("m", 0.0, "kg", "mass", "weightless"),),
@@ -72,7 +72,7 @@ def test_its_misfit_follows_from_its_motion(log: Recording) -> None:
 
 
 def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:
-    still = Simulated(name="still", road="simulation", doc="", cite="", laws=("coulomb-viscous",))
+    still = SimulatedRig(name="still", doc="", cite="", laws=("coulomb-viscous",))
     with pytest.raises(InputError, match="does not say how it moves"):
         identify(log, rig=still, budget=10, repeats=1)
 

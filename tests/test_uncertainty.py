@@ -19,7 +19,7 @@ from stribeck.identify.uncertainty.residuals import orders_of
 from stribeck.identify.uncertainty.sensitivity import weights
 from stribeck.identify.uncertainty.uncertainty import rest_noise, uncertainty, verdict
 from stribeck.rig import RIGS
-from stribeck.rig.forced import Forced
+from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.slide_bed import PUBLISHED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Param, Space, box
@@ -177,7 +177,7 @@ def test_a_force_balance_shows_its_residuals() -> None:
         len(t)
     )
     rig, law = RIGS["forced"], LAWS["stribeck"]
-    assert isinstance(rig, Forced)
+    assert isinstance(rig, BalancedRig)
     logs = logs_of([Recording(t=t, position=x, force=force)], law, rig, None, None)
     system = System(Wanted(law, rig, rig.parameters(law), {}), logs)
     on = BalanceResiduals(system)

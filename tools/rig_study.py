@@ -18,7 +18,7 @@ import numpy as np
 from stribeck.data import Recording
 from stribeck.friction import law_named
 from stribeck.rig import RIGS
-from stribeck.rig.rig import Simulated
+from stribeck.rig.simulated import SimulatedRig
 from stribeck.units import unit
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def row(case: Case) -> str:
 
 def at(rig: object, case: Case, p: Array, halvings: int) -> Array:
     """The motion with step and tolerance halved so often, (N,)."""
-    assert isinstance(rig, Simulated)  # noqa: S101 - all cases are
+    assert isinstance(rig, SimulatedRig)  # noqa: S101 - all cases are
     shown = {c.name: c.shown for c in rig.constants}
     fine = rig.set(**{n: shown[n] / 2**halvings for n in ("step", "tolerance")})
     everything = slice(0, len(case.log))

@@ -154,7 +154,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
 def _paper(rig: Rig, asked: dict[str, Any]) -> dict[str, Any]:
     from ..identify.fit import PAPER_TARGET
 
-    if rig.road != "simulation":
+    if rig.approach != "output_error":
         raise InputError(f"--paper is a search, and rig {rig.name} is solved by least squares")
     if both := [f"--{n}" for n, v in asked.items() if v]:
         raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")

@@ -28,7 +28,7 @@ from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..rig.emps import Emps
-from ..rig.joint import Joint
+from ..rig.joint import JointRig
 from ..rig.motion import row_pool
 from ..rig.motion.implicit import (
     EACH,
@@ -155,7 +155,7 @@ def controlled(rig: Rig) -> None:
     Raises:
         InputError: it has none.
     """
-    if not isinstance(rig, SlideBed | Joint | ServoPendulum | Emps):
+    if not isinstance(rig, SlideBed | JointRig | ServoPendulum | Emps):
         raise InputError(
             f"rig {rig.name} has no controller to add a compensation to: slide-bed, joint, "
             "servo-pendulum and emps have one"
@@ -261,7 +261,7 @@ def _loop(rig: Rig, law: Law, p: Array, reference: Reference) -> _Loop:
     if isinstance(rig, SlideBed):
         made = with_inputs(rig.track(log, every, float(reference.x[0]), ones))
         return _Loop(SLIDE, rig.split(law, p)[1], made, rig["step"], rig["tolerance"])
-    if isinstance(rig, Joint | ServoPendulum):
+    if isinstance(rig, JointRig | ServoPendulum):
         on = rig.track(log, every, float(reference.x[0]), ones)._replace(v0=0.0)
         return _Loop(
             rig.kind, _wide(rig.candidates(law, p[:, k:], on.given)), on, rig["step"],

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..friction import LAWS, Law
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure, steps
 from ..rig import Rig
-from ..rig.rig import Simulated
+from ..rig.simulated import SimulatedRig, as_simulated
 from ..space import Array
 from ..units import unit
 from .balance.balanced_fit import balanced
@@ -130,7 +130,7 @@ def identify(
     measure = Measure(loss, restart)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     trained, held = ranges(train, rig), ranges(holdout, rig)
-    if not isinstance(rig, Simulated):
+    if rig.approach == "force_balance":
         asked = {
             "method": method,
             "seed": seed,
@@ -148,6 +148,7 @@ def identify(
                 f"{', '.join(idle)} does not apply"
             )
         return balanced(parameters, logs, trained, held, draws=draws)
+    rig = as_simulated(rig)
     train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
     tests = [(r, stretches(logs, rig, r, restart=restart)) for r in held]
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
@@ -169,7 +170,10 @@ def identify(
 
 
 def _check_used(
-    logs: Sequence[Recording], rig: Simulated, seen: Sequence[Sequence[Stretch]], given: list[Range]
+    logs: Sequence[Recording],
+    rig: SimulatedRig,
+    seen: Sequence[Sequence[Stretch]],
+    given: list[Range],
 ) -> None:
     """Every log has a stretch that counts: what is passed over in silence is not missed."""
     for log in logs:
@@ -439,8 +443,8 @@ def _warnings(
             "not confirmed; raise --repeats"
         )
     seen = {s.direction for s in train}
-    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - others are not searched
-    one_way = parameters.rig.from_rest and not parameters.law.directional
+    rig = as_simulated(parameters.rig)
+    one_way = rig.from_rest and not parameters.law.directional
     for within, held in tests:
         if any(_overlap(a, b) for a in held for b in train):
             said.append(
@@ -454,10 +458,10 @@ def _warnings(
             "both directions share one parameter set: use the law "
             f"{parameters.law.name}-directional, or train on one direction"
         )
-    if parameters.rig.scale:
+    if rig.scale:
         said.append(
-            f"forces, masses and stiffnesses are in proportion to {parameters.rig.scale}: if those "
-            "are 10 % off, so are all of these, and no motion would show it"
+            f"forces, masses and stiffnesses are in proportion to {rig.scale}: if those are "
+            "10 % off, so are all of these, and no motion would show it"
         )
     said += [f"{log.label}: {note}" for log in logs for note in log.notes]
     return said

@@ -17,7 +17,7 @@ import numpy as np
 from ..data.repeated_samples import fresh
 from ..data.segmentation import noise, step
 from ..optimize import rms
-from ..rig.rig import Simulated
+from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .problem import MotionProblem
 from .segment import Stretch
@@ -105,5 +105,4 @@ def _seen(stretch: Stretch) -> tuple[float, float, float]:
 
 def free_starts(problem: MotionProblem) -> bool:
     """Whether the starts of a problem are unknowns: its rig says so."""
-    rig = problem.parameters.rig
-    return isinstance(rig, Simulated) and rig.free_start
+    return as_simulated(problem.parameters.rig).free_start

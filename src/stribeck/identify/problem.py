@@ -17,7 +17,8 @@ from ..friction import Law, law_named
 from ..optimize import rms
 from ..rig import RIGS, Rig
 from ..rig.custom import rig_file
-from ..rig.rig import Simulated, in_si
+from ..rig.rig import in_si
+from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from ..units import unit
 from .loss import FINER, KNEE, PLAIN, Loss, Measure, bent
@@ -173,11 +174,7 @@ class MotionProblem:
     """
 
     def __init__(self, parameters: Parameters, train: Sequence[Stretch]) -> None:
-        if not isinstance(parameters.rig, Simulated):
-            raise InputError(
-                f"rig {parameters.rig.name} is identified by force balance: it poses no search "
-                "problem"
-            )
+        self._rig = as_simulated(parameters.rig)
         self.name = f"{parameters.rig.name}/{parameters.law.name}"
         self.parameters, self.train = parameters, tuple(train)
         for stretch in train:
@@ -190,7 +187,6 @@ class MotionProblem:
         self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
         self.samples = sum(self.logs)
         self.unit = parameters.rig.shows.get("position", "m")
-        self._rig = parameters.rig
         self.scale = unit(self.unit).factor
         widest = max(float(np.ptp(s.recording.position)) for s in train)
         self._knee = KNEE * widest / self.scale if parameters.measure.loss == "absolute" else np.inf
@@ -262,10 +258,7 @@ def problem(
         restart: See `Measure`.
     """
     rig, law = chosen(rig, law)
-    if not isinstance(rig, Simulated):
-        raise InputError(
-            f"rig {rig.name} is identified by force balance: it poses no search problem"
-        )
+    rig = as_simulated(rig)
     measure = Measure(loss, restart)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
     logs = listed(recordings)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ..rig.rig import Simulated
+from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
 from .stick_slip_statistics import Staircase, staircases
@@ -79,8 +79,7 @@ def held_out(
 
 def simulated(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]:
     """The model's motion over each stretch."""
-    rig = parameters.rig
-    assert isinstance(rig, Simulated)  # noqa: S101 - stretches are made for such rigs only
+    rig = as_simulated(parameters.rig)
     return [rig.move(parameters.law, p[None], s.track) for s in on]
 
 
@@ -88,7 +87,7 @@ def scores(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
     """J (4.5) over stretches, or the mean absolute error if that is the measure; and baselines."""
     written = parameters.rig.shows.get("position", "m")
     motions = simulated(parameters, p, on)
-    floating = isinstance(parameters.rig, Simulated) and parameters.rig.floating
+    floating = as_simulated(parameters.rig).floating
     model, still, smooth = [], [], []
     for s, motion in zip(on, motions, strict=True):
         counts = s.track.score > 0

@@ -15,7 +15,7 @@ from ..data.repeated_samples import fresh
 from ..data.segmentation import Segments, segment
 from ..errors import InputError
 from ..rig.motion.track import Track
-from ..rig.rig import Simulated
+from ..rig.simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -51,7 +51,11 @@ class Stretch:
 
 
 def stretches(
-    recordings: Sequence[Recording], rig: Simulated, within: Range | None, *, restart: bool = False
+    recordings: Sequence[Recording],
+    rig: SimulatedRig,
+    within: Range | None,
+    *,
+    restart: bool = False,
 ) -> list[Stretch]:
     """The stretches of a range in all recordings, each from the last rest before it.
 
@@ -77,7 +81,7 @@ def stretches(
 
 
 def _stretches(
-    recording: Recording, rig: Simulated, within: Range | None, restart: bool
+    recording: Recording, rig: SimulatedRig, within: Range | None, restart: bool
 ) -> list[Stretch]:
     if recording.rotary != rig.rotary:
         kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
@@ -99,7 +103,7 @@ def _stretches(
 
 
 def _from_rest(
-    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
+    recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
 ) -> Stretch:
     start = start_of(seen, window)
     if start is None:
@@ -112,7 +116,7 @@ def _from_rest(
 
 
 def _from_rests(
-    recording: Recording, rig: Simulated, within: Range | None, seen: Segments, window: Window
+    recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
 ) -> list[Stretch]:
     """From each rest in a window to the next: where it landed counts, how it went on does not."""
     rests = [r for r in map(inner, seen.rests) if _in(r, window.rows)]
@@ -134,7 +138,7 @@ def _in(rest: slice, rows: slice) -> bool:
     return bool(rows.start <= rest.start < rest.stop <= rows.stop)
 
 
-def _resting(recording: Recording, rig: Simulated, rest: slice, rows: slice) -> Stretch:
+def _resting(recording: Recording, rig: SimulatedRig, rest: slice, rows: slice) -> Stretch:
     """A stretch that starts at a rest, whose mean is its position."""
     samples = slice(rest.start, rows.stop)
     score = _counting(recording, rig)[samples] & (
@@ -145,7 +149,7 @@ def _resting(recording: Recording, rig: Simulated, rest: slice, rows: slice) -> 
     return Stretch(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
 
 
-def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch:
+def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Stretch:
     """A stretch from the measured state at its start, or from the start of the log."""
     rows = window.rows
     begin = 0 if rig.history else rows.start
@@ -156,6 +160,6 @@ def _from_state(recording: Recording, rig: Simulated, window: Window) -> Stretch
     return Stretch(recording, rows, begin, on, slice(begin, begin))
 
 
-def _counting(recording: Recording, rig: Simulated) -> NDArray[np.bool_]:
+def _counting(recording: Recording, rig: SimulatedRig) -> NDArray[np.bool_]:
     """Which samples may count: not those that a sensor holds, where a rig has such a sensor."""
     return fresh(recording) if rig.holds else np.ones(len(recording), dtype=bool)

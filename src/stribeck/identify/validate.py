@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from ..rig.rig import Simulated
+from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.balanced_fit import balance_scores
 from .problem import Parameters, listed, parts
@@ -68,16 +68,17 @@ def unseen(
     """
     parameters, _ = card.model()
     seen = card.speeds
-    if seen is None or parameters.law.directional or not isinstance(parameters.rig, Simulated):
+    if seen is None or parameters.law.directional or parameters.rig.approach == "force_balance":
         return []
+    rig = as_simulated(parameters.rig)
     least = ONE_WAY * max(abs(seen.low), abs(seen.high))
     ways = {way for way, speed in ((1, seen.high), (-1, -seen.low)) if speed > least}
-    if not parameters.rig.from_rest or len(ways) != 1:
+    if not rig.from_rest or len(ways) != 1:
         return []
     said = []
     for log in recordings:
-        for r in parts(within, parameters.rig):
-            if _ways(stretches([log], parameters.rig, r)) - ways:
+        for r in parts(within, rig):
+            if _ways(stretches([log], rig, r)) - ways:
                 where = "as a whole" if r is None else f"over {r.text}"
                 said.append(
                     f"{log.label} {where} also runs the other way than the card was trained on "
@@ -99,7 +100,9 @@ def _ways(passed: Sequence[Stretch]) -> set[int]:
 
 
 def _score(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
-    if isinstance(parameters.rig, Simulated):
-        on = stretches([log], parameters.rig, within, restart=parameters.measure.restart)
+    if parameters.rig.approach == "output_error":
+        on = stretches(
+            [log], as_simulated(parameters.rig), within, restart=parameters.measure.restart
+        )
         return scores(parameters, p, on)
     return balance_scores(parameters, p, log, within)

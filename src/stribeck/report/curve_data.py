@@ -9,8 +9,7 @@ import numpy as np
 
 from ..friction import LOADS
 from ..identify.score import simulated
-from ..rig.presliding import Presliding
-from ..rig.rig import Simulated
+from ..rig.simulated import as_simulated
 
 if TYPE_CHECKING:
     from ..friction import Law
@@ -78,8 +77,7 @@ def _implied(fit: Fit, stretch: Stretch) -> tuple[Array, Array] | None:
     Velocity and acceleration by local quadratics over a tenth of a second or nine new samples,
     whichever is longer. None if the rig cannot say or the stretch is too short.
     """
-    rig, on = fit.rig, stretch.track
-    assert isinstance(rig, Simulated)  # noqa: S101 - only such rigs are simulated
+    rig, on = as_simulated(fit.rig), stretch.track
     counts = on.score > 0
     t, x = on.t[counts], on.measured[counts]
     dt = float(np.median(np.diff(t)))
@@ -134,14 +132,14 @@ def walked(law: Law, p: Array, x: Array, pace: float) -> Array:
 
 def stroke(fit: Fit) -> tuple[float, float]:
     """How far and how fast slow strokes go that show the loop of a law with states, SI."""
-    pace = 0.01 * reach(fit) if not isinstance(fit.rig, Presliding) else _pace(fit)
+    pace = 0.01 * reach(fit) if not fit.rig.applied_force else _pace(fit)
     return _way(fit, pace), pace
 
 
 def _way(fit: Fit, pace: float) -> float:
     """How far strokes go that show the loop: as far as was measured, or until bristles slip."""
     p = own(fit)
-    if isinstance(fit.rig, Presliding):
+    if fit.rig.applied_force:
         spans = [np.ptp(s.track.measured[s.track.score > 0]) for s in fit.train]
         return 0.5 * float(max(spans))
     steady = float(fit.law.slip(pace, p))

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..data.segmentation import segment
-from ..rig.presliding import Presliding
-from ..rig.rig import Simulated
+from ..rig.simulated import SimulatedRig, as_simulated
 from ..units import unit
 from .figures.style import short, shown
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from ..data.segmentation import Slip
     from ..identify.result import Fit
     from ..identify.segment import Stretch
-    from ..rig import Motion, Rig
+    from ..rig import Motion
     from ..space import Array
 
 #: A rest on either side lasts at least this share of the slip's time.
@@ -71,7 +70,8 @@ def traces(fit: Fit, on: Sequence[Stretch], motions: Sequence[Motion]) -> list[T
 
     Where every rest starts a simulation, the legs of a log are one motion.
     """
-    made = [_trace(fit.rig, s, m, fit) for s, m in zip(on, motions, strict=True)]
+    rig = as_simulated(fit.rig)
+    made = [_trace(rig, s, m, fit) for s, m in zip(on, motions, strict=True)]
     if not fit.parameters.measure.restart:
         return made
     together: dict[int, list[Traces]] = {}
@@ -80,34 +80,32 @@ def traces(fit: Fit, on: Sequence[Stretch], motions: Sequence[Motion]) -> list[T
     return [_joined(parts) for parts in together.values()]
 
 
-def _trace(rig: Rig, s: Stretch, motion: Motion, fit: Fit) -> Traces:
-    assert isinstance(rig, Simulated)  # noqa: S101 - only such rigs are simulated
+def _trace(rig: SimulatedRig, s: Stretch, motion: Motion, fit: Fit) -> Traces:
     scale = unit(shown(rig, "position")).factor
     counts = s.track.score > 0
     x, model = s.track.measured / scale, motion.position[0] / scale
     if rig.floating:  # positions are known up to a constant
         model = model + np.mean((x - model)[counts])
     command = None
-    if not isinstance(rig, Presliding) and not _aimless(rig, s.recording):
+    if not rig.applied_force and not _aimless(rig, s.recording):
         command = np.interp(s.track.t, s.track.knots_t, s.track.knots_x) / scale
     rows = slice(s.begin, s.rows.stop)
     measured = s.recording.force
     return Traces(
-        _label(fit, s), s.recording, s.track.t, x, model, counts, command,
+        _label(rig, fit, s), s.recording, s.track.t, x, model, counts, command,
         None if measured is None else measured[rows], motion.force[0],
     )  # fmt: skip
 
 
-def _aimless(rig: Simulated, log: Recording) -> bool:
+def _aimless(rig: SimulatedRig, log: Recording) -> bool:
     """Whether there is no command: only rigs that start from rest make one of their own."""
     return log.command is None and not rig.from_rest
 
 
-def _label(fit: Fit, s: Stretch) -> str:
+def _label(rig: SimulatedRig, fit: Fit, s: Stretch) -> str:
     """What a stretch is called: where a ramp went, else the log and its times if it is a part."""
-    assert isinstance(fit.rig, Simulated)  # noqa: S101 - as above
     log = s.recording
-    if fit.rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.measure.restart:
+    if rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.measure.restart:
         x = log.position[s.rows] / unit(shown(fit.rig, "position")).factor
         way = "rightward" if s.direction > 0 else "leftward"
         return f"{way}, {x[0]:.0f} to {x[-1]:.0f} {shown(fit.rig, 'position')}"

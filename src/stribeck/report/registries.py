@@ -21,7 +21,11 @@ if TYPE_CHECKING:
     from ..rig import Rig
 
 
-_ROADS = {"simulation": "simulation of its motion", "inverse": "force balance, without a search"}
+#: How people see the two approaches: in the list of rigs, and beside a rig.
+_APPROACHES = {
+    "output_error": ("simulation", "simulation of its motion"),
+    "force_balance": ("inverse", "force balance, without a search"),
+}
 
 
 def show_laws(name: str | None) -> None:
@@ -108,11 +112,11 @@ def show_rigs(rig: Rig | None) -> None:
     """List the rigs, or show one with its constants, parameters and log columns."""
     out = console()
     if rig is None:
-        rows = [[n, r.road, r.doc] for n, r in RIGS.items()]
+        rows = [[n, _APPROACHES[r.approach][0], r.doc] for n, r in RIGS.items()]
         out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
         return
     out.print(f"{rig.name}: {rig.doc}")
-    for line in (f"identified by {_ROADS[rig.road]}", rig.cite):
+    for line in (f"identified by {_APPROACHES[rig.approach][1]}", rig.cite):
         out.print(_inset(line))
     out.print()
     if rig.constants:

@@ -11,7 +11,8 @@ import numpy as np
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..space import Array, Param
-from .forced import FORCED, NORMAL, Forced
+from .balanced import NORMAL, BalancedRig
+from .forced import FORCED
 from .rig import constant
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ _REACH = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder(Forced):
+class Cylinder(BalancedRig):
     """F - p A = M a + F_f(v; p) + b p + offset, A = pi bore^2 / 4.
 
     F is the force of the rod, positive the way in which the position grows, p the gauge pressure
@@ -102,7 +103,6 @@ _PER_BAR = 1e-5
 
 CYLINDER = Cylinder(
     name="cylinder",
-    road="inverse",
     doc="a pneumatic or hydraulic cylinder whose rod force and pressure were measured",
     cite=FORCED.cite,
     constants=(constant("bore", 25.0, "mm", "diameter of the piston", "a choice: set your own"),),

@@ -1,6 +1,6 @@
 """EMPS: a ball-screw slide under cascade control, a benchmark with published reference models.
 
-Its laws are found by force balance (the rig is `Forced`); with its controller known, the whole
+Its laws are found by force balance (the rig is `BalancedRig`); with its controller known, the whole
 closed loop can be simulated too, which is how the report validates a model.
 """
 
@@ -16,7 +16,7 @@ from ..data.filtering import Filtering, even, smooth
 from ..errors import InputError
 from ..friction import SLIP_TYPE
 from ..space import Array, Param
-from .forced import Forced
+from .balanced import BalancedRig
 from .rig import Constant, Motion, constant
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class RelativeErrors:
 
 
 @dataclass(frozen=True, eq=False)
-class Emps(Forced):
+class Emps(BalancedRig):
     """The slide, its motor and its controller.
 
     At each sample k of its clock T the controller asks for the voltage
@@ -321,7 +321,6 @@ _COLUMNS: dict[str, Any] = {
 
 EMPS = Emps(
     name="emps",
-    road="inverse",
     doc="a ball-screw slide under cascade control, with published reference models",
     cite=_REPORT,
     constants=_constants(),

@@ -1,195 +1,9 @@
-"""Any axis whose drive force was measured: friction is what the force balance leaves."""
+"""Any axis whose drive force was measured, linear or rotary."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numba import float64, njit, types
-
-from ..data.filtering import Filtering
-from ..errors import InputError
-from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
-from ..space import Array, Param
-from .rig import Rig
-
-if TYPE_CHECKING:
-    from ..data.recording import Recording
-    from ..friction import Law
-
-_F1 = types.Array(float64, 1, "C", readonly=True)
-_F2 = types.Array(float64, 2, "C", readonly=True)
-
-#: Where the normal load, the position and the temperature stand among the five loads.
-NORMAL, POSITION, TEMPERATURE = (LOADS.index(n) for n in ("normal", "position", "temperature"))
-#: What a law's load is called in a refusal.
-_CALLED = {
-    "drive": "the force of the drive",
-    "external": "the force on the axis",
-    "normal": "the normal load",
-}
-
-
-@dataclass(frozen=True, eq=False)
-class Forced(Rig):
-    """force = M a + F_f(v) + offset, with the measured force of the drive.
-
-    A direction-dependent law has a level of its own for each direction, which makes a constant
-    offset redundant: the rig drops it there. A rig that balances more says so by its parameters
-    and their `columns`.
-
-    Args:
-        filtering: How its logs are made ready for the balance.
-    """
-
-    loads: tuple[str, ...] = ("position", "temperature")
-    filtering: Filtering = field(default_factory=Filtering)
-
-    def own(self, law: Law) -> tuple[Param, ...]:
-        """The rig's parameters, without the offset under a law with levels for each direction."""
-        return tuple(q for q in self.params if not (law.directional and q.name == "offset"))
-
-    def check_law(self, law: Law) -> None:
-        """Refuse a law that a force balance cannot follow.
-
-        Raises:
-            InputError: it has inner states, or depends on a load that this rig does not know.
-        """
-        if law.states:
-            raise InputError(
-                f"law {law.name} has inner states, which a force balance cannot follow: identify "
-                "it by simulation, as on rig presliding"
-            )
-        if strange := [n for n in law.loads if n not in self.loads]:
-            raise InputError(
-                f"law {law.name} depends on {_CALLED.get(strange[0], strange[0])}, which rig "
-                f"{self.name} does not tell apart: choose another law or rig"
-            )
-
-    def measured(self, recording: Recording) -> Array:
-        """The force that the balance explains, N (N m), (N,): that of the drive in a log.
-
-        Raises:
-            InputError: it has none, or its position is an angle where this axis is linear, or
-                the other way round.
-        """
-        if recording.rotary != self.rotary:
-            kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
-            raise InputError(
-                f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
-                "use the rig that fits the axis"
-            )
-        if recording.force is None:
-            raise InputError(
-                f"{recording.label}: rig {self.name} needs the measured force of the drive: "
-                "map a column to force"
-            )
-        return recording.force
-
-    def figures(self, recording: Recording) -> Mapping[str, float]:
-        """What is told of a log beside its balance, by name with its unit; nothing as a rule."""
-        del recording
-        return {}
-
-    def load_rows(self, law: Law, recording: Recording, t: Array, position: Array) -> Array:
-        """The five LOADS at given times, SI, (len(t), 5); 0 for what the rig does not know.
-
-        Args:
-            law: What for: a term may need a channel that logs seldom have.
-            recording: The log.
-            t: Times, (n,).
-            position: Low-passed position at these, (n,).
-
-        Raises:
-            InputError: the law depends on a temperature that was not recorded.
-        """
-        rows = np.zeros((len(t), len(LOADS)))
-        rows[:, POSITION] = position
-        if recording.temperature is not None:
-            rows[:, TEMPERATURE] = np.interp(t, recording.t, recording.temperature)
-        elif "temperature" in law.terms:
-            raise InputError(
-                f"{recording.label}: law {law.name} needs a temperature: map a column to "
-                "temperature"
-            )
-        return rows
-
-    def columns_of(self, a: Array, loads: Array) -> Mapping[str, Array]:
-        """What each of the rig's own parameters is multiplied by, (N,) by name."""
-        del loads
-        return {"M": a, "offset": np.ones(len(a))}
-
-    def force(self, law: Law, p: Array, v: Array, a: Array, loads: Array | None = None) -> Array:
-        """The measured force that a motion takes, N (N m), (N,).
-
-        Args:
-            law: The friction law.
-            p: (k,) the law's parameters, then the rig's own.
-            v: Velocity, (N,); at exactly zero the friction is midway between its two levels.
-            a: Acceleration, (N,).
-            loads: As `load_rows` gives them, (N, 5); all zero by default.
-        """
-        loads = np.zeros((len(v), len(LOADS))) if loads is None else loads
-        columns = self.columns_of(a, loads)
-        balance: Array = self.friction(law, p, v, loads)
-        for value, q in zip(p[len(law.params) :], self.own(law), strict=True):
-            balance = balance + value * columns[q.name]
-        return balance
-
-    def friction(self, law: Law, p: Array, v: Array, loads: Array | None = None) -> Array:
-        """The friction in it, as for `force`, (N,)."""
-        loads = np.zeros((len(v), len(LOADS))) if loads is None else loads
-        p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
-        v = np.ascontiguousarray(v, dtype=float)
-        rub: Array = (
-            slips(law.slip, v, p)
-            if law.rub is None
-            else rubs(law.rub, v, np.ascontiguousarray(loads), p)
-        )
-        return rub * _factor(law, p, loads) if law.terms else rub
-
-
-def _factor(law: Law, p: Array, loads: Array) -> Array:
-    """What a law's terms multiply its friction by, (N,): not below 0, or it would drive."""
-    at = len(law.params) - sum(len(TERMS[term]) for term in law.terms)
-    factor = np.ones(len(loads))
-    for term in law.terms:
-        if term == "position":
-            cos, sin, period = p[at : at + 3]
-            turn = 2 * np.pi * loads[:, POSITION] / period
-            factor *= 1 + cos * np.cos(turn) + sin * np.sin(turn)
-        else:
-            slope, reference = p[at : at + 2]
-            factor *= 1 + slope * (loads[:, TEMPERATURE] - reference)
-        at += len(TERMS[term])
-    return np.maximum(factor, 0.0)
-
-
-@njit(float64[::1](SLIP_TYPE, _F1, _F1), cache=True, error_model="numpy")
-def slips(slip: Any, v: Array, p: Array) -> Array:
-    """Slip friction over speeds; at exactly zero, midway between the two breakaway levels."""
-    rest = 0.5 * (slip(0.0, p) + slip(-0.0, p))
-    out = np.empty(len(v))
-    for i in range(len(v)):
-        out[i] = rest if v[i] == 0.0 else slip(v[i], p)
-    return out
-
-
-@njit(float64[::1](RUB_TYPE, _F1, _F2, _F1), cache=True, error_model="numpy")
-def rubs(rub: Any, v: Array, loads: Array, p: Array) -> Array:
-    """The same for a law that reads loads and has no states."""
-    none = np.empty(0)
-    out = np.empty(len(v))
-    for i in range(len(v)):
-        if v[i] == 0.0:
-            above = rub(0.0, 0.0, none, loads[i], p, none)
-            out[i] = 0.5 * (above + rub(-0.0, 0.0, none, loads[i], p, none))
-        else:
-            out[i] = rub(v[i], 0.0, none, loads[i], p, none)
-    return out
-
+from ..space import Param
+from .balanced import BalancedRig
 
 #: Wide enough for a press and for a finger joint: least squares needs no narrow box.
 _RANGES = {
@@ -199,9 +13,8 @@ _RANGES = {
     "v_SS": (1e-5, 1.0),
 }
 
-FORCED = Forced(
+FORCED = BalancedRig(
     name="forced",
-    road="inverse",
     doc="any linear axis whose drive force was measured",
     cite="Newton's second law",
     params=(
@@ -218,9 +31,8 @@ FORCED = Forced(
     shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s"},
 )
 
-FORCED_ROTARY = Forced(
+FORCED_ROTARY = BalancedRig(
     name="forced-rotary",
-    road="inverse",
     doc="any rotary axis whose drive torque was measured",
     cite=FORCED.cite,
     params=(

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..space import Array, Param
-from .forced import FORCED_ROTARY, POSITION, Forced
+from .balanced import POSITION, BalancedRig
+from .forced import FORCED_ROTARY
 
 
 @dataclass(frozen=True, eq=False)
-class ForcedPendulum(Forced):
+class ForcedPendulum(BalancedRig):
     """torque = J a + F_f(v) + g_sin sin q + g_cos cos q + offset.
 
     g_sin is m g l for a pendulum whose angle counts from where it hangs. Where the zero of the
@@ -27,7 +28,6 @@ class ForcedPendulum(Forced):
 
 FORCED_PENDULUM = ForcedPendulum(
     name="forced-pendulum",
-    road="inverse",
     doc="a rotary axis with a weight on it whose drive torque was measured",
     cite=FORCED_ROTARY.cite,
     params=(

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .motion.track import JOINT
 from .rig import constant
-from .stepped import Stepped
+from .stepped import SteppedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -23,7 +23,7 @@ _HOLDS = (0.0, 1.0, 2.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Joint(Stepped):
+class JointRig(SteppedRig):
     """J dw/dt = ff + gain (k_p (q_c − q) + k_d (w_c − w)) − g_sin sin q − g_cos cos q − g_0 − F_f.
 
     The torque of the drive is limited to +-limit. Without a column of the command's velocity,
@@ -82,9 +82,8 @@ _COLUMNS: dict[str, Any] = {
     "force": "tau_meas_Nm [N m]",
 }
 
-JOINT_RIG = Joint(
+JOINT_RIG = JointRig(
     name="joint",
-    road="simulation",
     doc="a robot joint under PD control with feed-forward and known gains, with gravity",
     cite="Newton's second law; the law of the controller as its log states it",
     constants=(

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .motion.track import FORCE
 from .rig import Constant, constant
-from .stepped import Stepped
+from .stepped import SteppedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -19,13 +19,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Presliding(Stepped):
+class PreslidingRig(SteppedRig):
     """M dv/dt = F − offset − F_f; the measured force F is linear between samples.
 
     Bristles remember, so a motion is simulated from the start of its log; and what a first load
     has left behind shifts all that follows, so positions are compared up to a constant.
     """
 
+    applied_force: bool = True
     history: bool = True
     floating: bool = True
 
@@ -56,9 +57,8 @@ def _tolerance(written: str) -> Constant:
 
 _STEP = constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md")
 
-PRESLIDING = Presliding(
+PRESLIDING = PreslidingRig(
     name="presliding",
-    road="simulation",
     doc="a linear axis under a measured force: ramps and sines below breakaway",
     cite="Newton's second law",
     constants=(_STEP, _tolerance("um")),
@@ -70,9 +70,8 @@ PRESLIDING = Presliding(
     shows={"position": "um", "velocity": "mm/s"},
 )
 
-PRESLIDING_ROTARY = Presliding(
+PRESLIDING_ROTARY = PreslidingRig(
     name="presliding-rotary",
-    road="simulation",
     doc="a rotary axis under a measured torque: ramps and sines below breakaway",
     cite="Newton's second law",
     constants=(_STEP, _tolerance("urad")),

@@ -6,18 +6,17 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from ..data.recording import Recording
-from ..data.segmentation import rests
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
-from .motion.command import Drive
-from .motion.track import Track, track
+
+Approach = Literal["output_error", "force_balance"]
 
 
 @dataclass(frozen=True)
@@ -101,8 +100,6 @@ class Rig:
 
     Args:
         name: The name it is listed under.
-        road: `simulation` if its laws are identified by simulating the motion, `inverse` if by
-            force balance on the measured force.
         doc: What it is, in a line.
         cite: Its source.
         constants: Known quantities.
@@ -116,10 +113,13 @@ class Rig:
             reader of logs takes it.
         rotary: Whether the axis turns: forces are then torques, masses moments of inertia.
         loads: Which loads a law may read here, of `friction.LOADS`.
+        applied_force: Whether a force is applied and measured instead of a motion commanded.
     """
 
+    #: How its laws are identified: by simulating the motion, or by a balance of measured forces.
+    approach: ClassVar[Approach]
+
     name: str
-    road: Literal["simulation", "inverse"]
     doc: str
     cite: str
     constants: tuple[Constant, ...] = ()
@@ -131,6 +131,7 @@ class Rig:
     columns: Mapping[str, Any] = field(default_factory=dict)
     rotary: bool = False
     loads: tuple[str, ...] = ()
+    applied_force: bool = False
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -200,6 +201,11 @@ class Rig:
         del law, p
         raise InputError(f"rig {self.name} cannot be simulated from {recording.label}")
 
+    def filter_reach(self, dt: float) -> int:
+        """Samples to each side that the filters of its logs mix with one, at an interval dt, s."""
+        del dt
+        return 0
+
     def _ranged(self, param: Param) -> Param:
         own = (param.lower, param.upper)
         lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), own))
@@ -208,84 +214,6 @@ class Rig:
 
     def _constants(self) -> str:
         return ", ".join(c.name for c in self.constants) or "none"
-
-
-@dataclass(frozen=True, eq=False)
-class Simulated(Rig):
-    """A rig on the simulation road: its laws are identified by simulating the motion.
-
-    A new one says how it `move`s. The rest follows from that, and may be done faster.
-
-    Args:
-        from_rest: Whether a simulation can only start where the axis rests. Else it starts from
-            the measured state at the first sample of a range.
-        free_start: Whether a motion depends so much on where it starts that this is found
-            together with the parameters.
-        history: Whether what came before a range matters so much that a simulation starts with
-            the log.
-        floating: Whether positions are known only up to a constant, which is left open.
-        holds: Whether the position sensor may be slower than the log, so that it repeats itself.
-        scale: What sets the scale of all forces, so that no motion can tell it from them: the
-            gain of a loop, a torque constant. Empty where a known mass or weight sets it.
-    """
-
-    loads: tuple[str, ...] = ("drive", "external", "position", "temperature")
-    from_rest: bool = True
-    free_start: bool = False
-    history: bool = False
-    floating: bool = False
-    holds: bool = True
-    scale: str = ""
-
-    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
-        """The samples of a recording made ready to be simulated, from a start at position x0.
-
-        Args:
-            recording: The log.
-            rows: Its samples, the start first.
-            x0: Position at the start, m (rad).
-            score: 1 for a sample that counts, 0 for one that does not.
-        """
-        x = recording.position
-        return track(self.drive(recording), recording.t[rows], x0, x[rows], score)
-
-    def move(self, law: Law, p: Array, on: Track) -> Motion:
-        """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
-        del law, p, on
-        raise InputError(f"rig {self.name} does not say how it moves")
-
-    def drive(self, recording: Recording) -> Drive:
-        """What a recording's command asks of the axis."""
-        return Drive.of(recording)
-
-    def misfits(self, law: Law, p: Array, on: Track) -> Array:
-        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
-        miss = on.measured - self.move(law, p, on).position
-        total: Array = (on.score * miss * miss).sum(axis=1)
-        return total
-
-    def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array | None:
-        """The friction that a measured motion implies; None if this rig cannot say.
-
-        Args:
-            law: The law, for what else depends on it.
-            p: (k,) parameters.
-            e: Command minus position, m, (N,).
-            v: Velocity, m/s, (N,).
-            a: Acceleration, m/s^2, (N,).
-        """
-        del law, p, e, v, a
-        return None
-
-    def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
-        """The motion under a recording's command, from its first rest.
-
-        Where none is seen, from the mean of the first 50 samples (the paper's section 4.3, step 1).
-        """
-        first = next(iter(rests(recording)), slice(0, 50))
-        x0 = float(recording.position[first].mean())
-        n = len(recording)
-        return self.move(law, p, self.track(recording, slice(0, n), x0, np.ones(n)))
 
 
 def shown_in(rig: Rig, param: Param, value: Any) -> Any:

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..space import Array, Param
 from .motion.track import SERVO
 from .rig import constant
-from .stepped import Stepped
+from .stepped import SteppedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -24,7 +24,7 @@ _ENABLED = "torque_enable"
 
 
 @dataclass(frozen=True, eq=False)
-class ServoPendulum(Stepped):
+class ServoPendulum(SteppedRig):
     """J dw/dt = k_t V / R − k_t² w / R − m g l sin(q + q_offset) − F_f, J = m l² + armature.
 
     V = vin clip(duty kp (goal − q), ±1); while the torque is switched off, no current flows and
@@ -88,7 +88,6 @@ _COLUMNS: dict[str, Any] = {
 
 SERVO_PENDULUM = ServoPendulum(
     name="servo-pendulum",
-    road="simulation",
     doc="a pendulum on a position-controlled servo whose torque can be switched off",
     cite=_BAM,
     constants=(

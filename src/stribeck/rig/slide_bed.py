@@ -16,7 +16,8 @@ from .motion import reference
 from .motion.command import Drive
 from .motion.event_driven import misfits, trajectories
 from .motion.track import SLIDE, Track
-from .rig import Constant, Motion, Simulated, constant
+from .rig import Constant, Motion, constant
+from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -70,7 +71,7 @@ _GEAR: tuple[tuple[str, tuple[str, ...], Callable[..., float]], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class SlideBed(Simulated):
+class SlideBed(SimulatedRig):
     """Section 4 of the paper, read as docs/physics.md says: implicit motor inertia, then clamped.
 
     m a = F_motor - F_f_motor + F_sp - F_m - F_f with the stretch e = x_i - x_d, F_motor = k_hat e,
@@ -142,7 +143,7 @@ class SlideBed(Simulated):
         return Drive.of(recording, self["ramp_speed"])
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
-        """As `Simulated.track`, with the temperature where the log has it."""
+        """As `SimulatedRig.track`, with the temperature where the log has it."""
         made = super().track(recording, rows, x0, score)
         if recording.temperature is None:
             return made
@@ -227,7 +228,6 @@ def with_inputs(on: Track) -> Track:
 
 SLIDE_BED = SlideBed(
     name="slide-bed",
-    road="simulation",
     doc="a slide on a ball screw that follows a slow ramp under P control, and sticks and slips",
     cite=_PAPER,
     constants=_constants(),

@@ -12,7 +12,8 @@ from ..errors import InputError
 from ..space import Array
 from .motion.command import Drive
 from .motion.track import WIDTH, Track
-from .rig import Motion, Simulated
+from .rig import Motion
+from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -23,7 +24,7 @@ _FEW = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Stepped(Simulated):
+class SteppedRig(SimulatedRig):
     """A rig whose drive `implicit` knows. A new one says its inputs and its constants.
 
     Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
@@ -71,7 +72,7 @@ class Stepped(Simulated):
         return Drive(np.array([t[0], t[-1]]), np.array([x, x]))
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
-        """Samples, inputs and start of a stretch; see `Simulated.track`."""
+        """Samples, inputs and start of a stretch; see `SimulatedRig.track`."""
         self._fits(recording)
         law_loads = (self.normal(recording), recording.temperature)
         nothing = np.zeros(len(recording))
@@ -98,7 +99,7 @@ class Stepped(Simulated):
             )
 
     def move(self, law: Law, p: Array, on: Track) -> Motion:
-        """Motion over a prepared track from its measured start; see `Simulated.move`.
+        """Motion over a prepared track from its measured start; see `SimulatedRig.move`.
 
         Raises:
             InputError: parameters that are not this law's and rig's, or a constant that cannot be.

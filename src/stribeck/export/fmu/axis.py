@@ -11,14 +11,14 @@ from typing import Literal
 import numpy as np
 
 from ...errors import InputError
+from ...rig.balanced import BalancedRig
 from ...rig.cylinder import Cylinder
-from ...rig.forced import Forced
-from ...rig.joint import Joint
-from ...rig.presliding import Presliding
+from ...rig.joint import JointRig
+from ...rig.presliding import PreslidingRig
 from ...rig.rig import Rig
 from ...rig.servo_pendulum import ServoPendulum
 from ...rig.slide_bed import SlideBed
-from ...rig.stepped import Stepped
+from ...rig.stepped import SteppedRig
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
@@ -132,14 +132,14 @@ def _drive(rig: Rig) -> tuple[Drive, str]:
                 "(m l² + armature) a = torque_on (k_t V/R − k_t² v/R) − m g l sin(q + q_offset) "
                 "− F_f, V = clip(vin duty kp (goal − q) + added_voltage, vin)"
             )
-        case Joint():
+        case JointRig():
             return "AXIS_JOINT", (
                 "J a = clip(feed_forward + gain (kp (command − q) + kd (command_velocity − v)), "
                 "limit) − g_sin sin q − g_cos cos q − g_0 − F_f"
             )
         case Cylinder():
             return "AXIS_FORCE", "M a = force − (π bore²/4 + b) pressure − offset − F_f"
-        case Forced() | Presliding():
+        case BalancedRig() | PreslidingRig():
             turned = "g_sin" in {q.name for q in rig.params}
             weight = " − g_sin sin q − g_cos cos q" if turned else ""
             return "AXIS_FORCE", f"M a = force{weight} − offset − F_f"
@@ -209,7 +209,7 @@ def longest(model: Model, step: float) -> float:
     states, which does not jump.
     """
     law, p = model.law, model.p
-    if law.states or isinstance(model.rig, Stepped) or not (law.static and law.sticks):
+    if law.states or isinstance(model.rig, SteppedRig) or not (law.static and law.sticks):
         return step
     by = model.parameters.every[len(law.params) :]
     own = zip(by, model.values[len(law.params) :].tolist(), strict=True)

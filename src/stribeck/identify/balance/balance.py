@@ -17,7 +17,7 @@ import numpy as np
 
 from ...data.filtering import DECIMATION_GAIN, Filtering
 from ...errors import InputError
-from ...rig.forced import Forced
+from ...rig.balanced import BalancedRig
 from ...space import Array, Param
 from . import variable_projection
 from .regression import System, Wanted
@@ -144,7 +144,7 @@ class Balance(Prediction):
 def balance(
     recordings: Recording | Sequence[Recording],
     law: Law,
-    rig: Forced,
+    rig: BalancedRig,
     *,
     filtering: Filtering | None = None,
     params: Sequence[Param] | None = None,
@@ -212,7 +212,7 @@ def balance(
 def validate(
     recordings: Recording | Sequence[Recording],
     law: Law,
-    rig: Forced,
+    rig: BalancedRig,
     p: Array,
     *,
     filtering: Filtering | None = None,

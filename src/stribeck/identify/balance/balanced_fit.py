@@ -11,7 +11,7 @@ from ...data.ranges import Range, windows
 from ...data.recording import Recording
 from ...data.segmentation import segment
 from ...errors import InputError
-from ...rig.forced import Forced
+from ...rig.balanced import as_balanced
 from ...space import Array
 from ..problem import Parameters, listed
 from ..result import Fit
@@ -44,7 +44,7 @@ def balanced(
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-    rig = _forced(parameters)
+    rig = as_balanced(parameters.rig)
     chosen, rows = counting(logs, train)
     _check_used(logs, chosen, [*train, *holdout])
     fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
@@ -124,18 +124,13 @@ def _held_out(
     parameters: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
 ) -> HeldOut:
     chosen, rows = counting(logs, [] if within is None else [within])
-    seen = balance.validate(chosen, parameters.law, _forced(parameters), p, rows=rows)
+    seen = balance.validate(chosen, parameters.law, as_balanced(parameters.rig), p, rows=rows)
     return HeldOut(within, _score(seen), (), ())
 
 
 def _score(seen: balance.Prediction) -> Score:
     nan = float("nan")
     return Score("relative_error", seen.relative_error, "%", nan, nan, seen.rows)
-
-
-def _forced(parameters: Parameters) -> Forced:
-    assert isinstance(parameters.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
-    return parameters.rig
 
 
 def counting(

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import InputError
 from ...friction import Law
 from ...friction.orders import Order, orders
-from ...rig.forced import Forced
+from ...rig.balanced import BalancedRig
 from ...space import Array, Param, Space
 from . import variable_projection
 from .rows import Log
@@ -26,7 +26,7 @@ class Wanted:
     """Which parameters are to be found, and how a complete set follows from them."""
 
     law: Law
-    rig: Forced
+    rig: BalancedRig
     params: tuple[Param, ...]
     tied: Mapping[str, str]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...data.filtering import Filtering, decimate, even, kept, smooth
 from ...errors import InputError
-from ...rig.forced import Forced
+from ...rig.balanced import BalancedRig
 from ...space import Array
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Log:
 def logs_of(
     recordings: Recording | Sequence[Recording],
     law: Law,
-    rig: Forced,
+    rig: BalancedRig,
     filtering: Filtering | None,
     rows: Sequence[Rows | None] | None,
 ) -> list[Log]:
@@ -81,7 +81,7 @@ def logs_of(
 
 
 def _log(
-    recording: Recording, law: Law, rig: Forced, filtering: Filtering, rows: Rows | None
+    recording: Recording, law: Law, rig: BalancedRig, filtering: Filtering, rows: Rows | None
 ) -> Log:
     log = even(recording, rig.measured(recording))
     first, last = filtering.edges(log.rate)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...rig.joint import Joint
+from ...rig.joint import JointRig
 from ...rig.servo_pendulum import ServoPendulum
 from ...space import Array
 from .proposals import (
@@ -106,7 +106,7 @@ def _servo(axis: Axis, seconds: float, left: Left) -> Iterator[Offer]:
 
 
 def _joint(axis: Axis, seconds: float) -> Iterator[Offer]:
-    assert isinstance(axis.parameters.rig, Joint)  # noqa: S101 - asked before
+    assert isinstance(axis.parameters.rig, JointRig)  # noqa: S101 - asked before
     low, high, pace = axis.low, axis.high, axis.pace
     ends = f"between {axis.place(low)} and {axis.place(high)}"
 

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...friction import LOADS
-from ...rig.forced import Forced
-from ...rig.joint import Joint
-from ...rig.presliding import Presliding
-from ...rig.rig import Simulated, in_si
+from ...rig.balanced import BalancedRig, as_balanced
+from ...rig.joint import JointRig
+from ...rig.presliding import PreslidingRig
+from ...rig.rig import in_si
 from ...rig.servo_pendulum import ServoPendulum
+from ...rig.simulated import SimulatedRig, as_simulated
 from ...rig.slide_bed import SlideBed
 from ...space import Array, Param
 from ...units import unit
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from ..card import Card, ParameterCard
 
 #: Rigs for which there are experiments.
-_KNOWN = (SlideBed, ServoPendulum, Joint, Presliding, Forced)
+_KNOWN = (SlideBed, ServoPendulum, JointRig, PreslidingRig, BalancedRig)
 #: Beside the data, a parameter is known to so many half-widths of its interval.
 WIDE = 3.0
 #: The odd sample that a greatest acceleration leaves out.
@@ -89,7 +90,7 @@ class Present:
     @property
     def simulated(self) -> bool:
         """Whether motions are simulated rather than forces balanced."""
-        return isinstance(self.axis.parameters.rig, Simulated)
+        return self.axis.parameters.rig.approach == "output_error"
 
 
 def present(card: Card, logs: Sequence[Recording]) -> Present:
@@ -104,7 +105,7 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
     parameters = _freed(card, shipped)
     values = dict(zip((q.name for q in parameters.every), p, strict=True))
     x = np.array([values[q.name] for q in parameters.free])
-    about = _balanced if isinstance(parameters.rig, Forced) else _moved
+    about = _balanced if parameters.rig.approach == "force_balance" else _moved
     axis, data, ways, loads = about(card, parameters, x, logs)
     labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
@@ -223,8 +224,7 @@ _Seen = tuple[Axis, Experiment, tuple[int, ...], Loads | None]
 
 def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the simulation road."""
-    rig = parameters.rig
-    assert isinstance(rig, Simulated)  # noqa: S101 - `present` sent it here
+    rig = as_simulated(parameters.rig)
     train = [s for r in parts(card.train or None, rig) for s in stretches(logs, rig, r)]
     plain = MotionProblem(parameters, train)
     started = free_starts(plain)
@@ -262,7 +262,7 @@ def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recordin
     return axis, replace(at_starts, noise=noise, inflation=inflation, seconds=seconds), ways, None
 
 
-def _force(log: Recording, rig: Simulated) -> Array:
+def _force(log: Recording, rig: SimulatedRig) -> Array:
     """The force of the drive that a log shows; inf where it shows none."""
     if log.force is not None:
         return log.force
@@ -321,8 +321,7 @@ def _around(data: Experiment, at: Array, dim: int) -> Experiment:
 
 def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the inverse road."""
-    rig = parameters.rig
-    assert isinstance(rig, Forced)  # noqa: S101 - `present` sent it here
+    rig = as_balanced(parameters.rig)
     chosen, rows = counting(logs, ranges(card.train or None, parameters.rig))
     fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
     ready = made_ready(chosen, parameters.law, rig, None, rows)
@@ -358,7 +357,7 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     return axis, seen, ways, exposed
 
 
-def _loads(a: Array, loads: Array, rig: Forced) -> Loads:
+def _loads(a: Array, loads: Array, rig: BalancedRig) -> Loads:
     normal = loads[:, LOADS.index("normal")]
     warm = loads[:, LOADS.index("temperature")]
     return Loads(

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from ...rig.joint import Joint
-from ...rig.presliding import Presliding
+from ...rig.joint import JointRig
+from ...rig.presliding import PreslidingRig
 from ...rig.servo_pendulum import ServoPendulum
 from ...rig.slide_bed import SlideBed
 from ...space import Array
@@ -237,9 +237,9 @@ def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
         found = slide_bed(axis, now.ways, seconds, left)
     elif isinstance(rig, ServoPendulum):
         found = servo_pendulum(axis, seconds, left)
-    elif isinstance(rig, Joint):
+    elif isinstance(rig, JointRig):
         found = joint(axis, seconds, left)
-    elif isinstance(rig, Presliding):
+    elif isinstance(rig, PreslidingRig):
         found = presliding(replace(axis, force=np.inf), seconds, left)
     else:
         assert now.loads is not None  # noqa: S101 - `present` has refused the others

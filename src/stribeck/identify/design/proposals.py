@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...data.recording import Recording
-from ...rig.rig import Simulated
+from ...rig.simulated import as_simulated
 from ...space import Array
 from .experiment import Experiment
 
@@ -56,8 +56,7 @@ def course(
 
 def tracks(axis: Axis, courses: Sequence[Course]) -> list[Track]:
     """Courses made ready to be simulated."""
-    rig = axis.parameters.rig
-    assert isinstance(rig, Simulated)  # noqa: S101 - the others have no courses
+    rig = as_simulated(axis.parameters.rig)
     warm = [log.temperature for log in axis.logs if log.temperature is not None]
     made = []
     for c in courses:
@@ -79,8 +78,7 @@ def tracks(axis: Axis, courses: Sequence[Course]) -> list[Track]:
 
 def moved(axis: Axis, on: Track, x: Array) -> Motion:
     """The motion of (n, dim) free parameter sets over a track."""
-    rig, parameters = axis.parameters.rig, axis.parameters
-    assert isinstance(rig, Simulated)  # noqa: S101 - as above
+    rig, parameters = as_simulated(axis.parameters.rig), axis.parameters
     return rig.move(parameters.law, parameters.full(x), on)
 
 
@@ -107,10 +105,9 @@ def simulated(
     axis: Axis, name: str, words: str, courses: Sequence[Course], **more: Any
 ) -> Experiment:
     """An experiment of the simulation road."""
-    rig = axis.parameters.rig
     on = tracks(axis, courses)
     seconds = float(sum(c.t[-1] for c in courses))
-    free = isinstance(rig, Simulated) and rig.free_start
+    free = as_simulated(axis.parameters.rig).free_start
     made = Experiment(
         name,
         words,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...friction import LOADS
-from ...rig.forced import Forced
+from ...rig.balanced import as_balanced
 from ...space import Array
 from .experiment import Experiment
 from .proposals import MARGIN, Left
@@ -190,8 +190,7 @@ def _made(
     normal: Array | None = None,
 ) -> Experiment:
     q, v, a = motion
-    rig = axis.parameters.rig
-    assert isinstance(rig, Forced)  # noqa: S101 - the others are simulated
+    rig = as_balanced(axis.parameters.rig)
     loads = np.zeros((len(v), len(LOADS)))
     loads[:, _POSITION], loads[:, _TEMPERATURE] = q, seen.temperature
     if normal is not None:

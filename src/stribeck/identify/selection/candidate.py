@@ -13,8 +13,8 @@ from numpy.random import SeedSequence
 
 from ...errors import InputError
 from ...optimize import MemeticTabuSearch, Run, Search, configure, steps
-from ...rig.forced import Forced
-from ...rig.rig import Simulated
+from ...rig.balanced import as_balanced
+from ...rig.simulated import as_simulated
 from ...space import Array
 from ..balance import balance
 from ..initial_state import StartedProblem, free_starts, from_starts
@@ -112,7 +112,7 @@ def climb(
         InputError: these portions cannot be simulated, or have too few rows.
     """
     began = time.perf_counter()
-    if isinstance(parameters.rig, Simulated):
+    if parameters.rig.approach == "output_error":
         return _searched(parameters, on, below, plan, key, began)
     return _solved(parameters, on, below, began)
 
@@ -188,12 +188,12 @@ def _stretches(parameters: Parameters, on: Sequence[Portion]) -> list[Stretch]:
     Raises:
         InputError: nothing is left.
     """
-    assert isinstance(parameters.rig, Simulated)  # noqa: S101 - asked of such rigs only
+    rig = as_simulated(parameters.rig)
     found: list[Stretch] = []
     refused: InputError | None = None
     for portion in on:
         try:
-            found += stretches([portion.recording], parameters.rig, portion.within)
+            found += stretches([portion.recording], rig, portion.within)
         except InputError as error:
             refused = refused or error
     if refused is not None and not found:
@@ -204,7 +204,7 @@ def _stretches(parameters: Parameters, on: Sequence[Portion]) -> list[Stretch]:
 def _solved(
     parameters: Parameters, on: Sequence[Portion], below: Sequence[Rung], began: float
 ) -> Rung:
-    rig, (logs, masks) = _forced(parameters), _masks(on)
+    rig, (logs, masks) = as_balanced(parameters.rig), _masks(on)
     params = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
 
     def solved(near: Array | None = None) -> balance.Balance:
@@ -248,11 +248,6 @@ def _masks(on: Sequence[Portion]) -> tuple[list[Recording], list[Mask]]:
     return [log for log, _ in masks.values()], [mask for _, mask in masks.values()]
 
 
-def _forced(parameters: Parameters) -> Forced:
-    assert isinstance(parameters.rig, Forced)  # noqa: S101 - the inverse road is theirs alone
-    return parameters.rig
-
-
 @dataclass(frozen=True, eq=False)
 class Held:
     """A model's residuals on what was held out.
@@ -289,14 +284,14 @@ def held(rung: Rung, on: Sequence[Portion]) -> Held:
         InputError: these portions cannot be simulated, or have too few rows.
     """
     parameters = rung.parameters
-    if isinstance(parameters.rig, Simulated):
+    if parameters.rig.approach == "output_error":
         problem = MotionProblem(parameters, _stretches(parameters, on))
         names = [q.name for q in parameters.every]
         x = rung.p[None, [names.index(q.name) for q in parameters.free]]
         found = parts(problem.residuals(x)[0], problem.logs)
         return Held(tuple(r for r in found if len(r)), 0.0, relative=False)
     logs, masks = _masks(on)
-    seen = balance.validate(logs, parameters.law, _forced(parameters), rung.p, rows=masks)
+    seen = balance.validate(logs, parameters.law, as_balanced(parameters.rig), rung.p, rows=masks)
     pieces = tuple(s.measured - s.predicted for s in seen.signals if len(s.t))
     size = sum(float(s.measured @ s.measured) for s in seen.signals)
     return Held(pieces, size, relative=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...optimize import MemeticTabuSearch
-from ...rig.rig import Simulated
+from ...rig.simulated import as_simulated
 from ..balance.balanced_fit import balanced
 from ..balance.force_residuals import BalanceResiduals
 from ..fit import LITTLE
@@ -101,10 +101,9 @@ def _simulated(
     seed: int,
 ) -> Fit:
     parameters, free = rung.parameters, len(rung.parameters.free)
-    rig = parameters.rig
+    rig = as_simulated(parameters.rig)
     assert rung.problem is not None  # noqa: S101 - the simulation road's
     assert rung.run is not None  # noqa: S101
-    assert isinstance(rig, Simulated)  # noqa: S101
     budget = PROFILES * rung.problem.space.dim
     known = uncertainty(rung.problem, rung.x, among=free, budget=budget, keep=True)
     correlation = known.correlation[:free, :free]

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from ...data.ranges import FEWEST, Range, windows
 from ...data.segmentation import segment
 from ...errors import InputError
-from ...rig.forced import Forced
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -222,7 +221,7 @@ def _parts(log: Recording, folds: int, k: int, *, by_stroke: bool) -> Iterator[s
 
 def _reach(log: Recording, rig: Rig) -> int:
     """Samples beside what is held out that a filter mixes with it."""
-    return max(rig.filtering.edges(1 / log.dt)) if isinstance(rig, Forced) else 0
+    return rig.filter_reach(log.dt)
 
 
 def _widened(mask: Mask, by: int) -> Mask:

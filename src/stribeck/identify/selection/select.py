@@ -22,7 +22,6 @@ from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
-from ...rig.rig import Simulated
 from ..problem import Parameters, chosen, listed, partition, ranges
 from ..result import Fit
 from .candidate import BUDGET, Held, Plan, Rung, climb, held
@@ -147,7 +146,7 @@ def select(
     made = _ladder(rig, laws, dict(fixed or {}), dict(bounds or {}))
     axis = made[0].rig
     logs, tests = listed(recordings), [] if test is None else listed(test)
-    simulated = isinstance(axis, Simulated)
+    simulated = axis.approach == "output_error"
     given = {"seed": seed, "budget": budget}
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
         if value is not None and (not isinstance(value, Integral) or value < least):

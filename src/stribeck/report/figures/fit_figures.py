@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...identify.score import simulated
-from ...rig.presliding import Presliding
 from ...units import unit
 from ..curve_data import balance_points, implied, local_quadratics, reach
 from .curves import law_curve, law_figure
@@ -86,7 +85,7 @@ def _simulation(fit: Fit) -> dict[str, Figure]:
         text = (held.within.text if held.within else "all").replace(":", "_")
         seen = traces(fit, held.stretches, held.motions)
         figures |= _motions(fit, seen, f"holdout_{text}", "Held out")
-    if isinstance(fit.rig, Presliding):
+    if fit.rig.applied_force:
         figures["loops"] = loops(fit.rig, trained)
     elif (chosen := slips(fit.rig, trained)) is not None:
         figures["slips"] = chosen

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ...rig.presliding import Presliding
 from ..motion_traces import Traces, stuck_slips, traces, whole
 from .style import (
     COMMAND,
@@ -91,13 +90,14 @@ def _forces(rig: Rig, axes: Axes, on: Traces) -> None:
     if on.force is not None:
         axes.plot(on.t, on.force, ".", color=MEASURED, rasterized=True, ms=2.5)
     what = "torque" if rig.rotary else "force"
-    given = isinstance(rig, Presliding)
-    if on.force_model is not None and not given:
+    if on.force_model is not None and not rig.applied_force:
         axes.plot(*thinned(on.t, on.force_model, _FINE), color=MODEL)
     axes.set(xlabel="Time / s")
-    who = f"Applied {what}" if given else f"Motor {what}"
+    who = f"Applied {what}" if rig.applied_force else f"Motor {what}"
     axes.set(ylabel=f"{who} / {force_unit(rig)}")
-    axes.set_title(f"{who}, measured" if given else f"{what.capitalize()} exerted by the motor")
+    axes.set_title(
+        f"{who}, measured" if rig.applied_force else f"{what.capitalize()} exerted by the motor"
+    )
 
 
 #: Inches: a small diagram with its strip of residuals, the room between and about them.

@@ -17,8 +17,7 @@ from ...identify.balance import balance
 from ...identify.balance.balanced_fit import counting
 from ...identify.card import card
 from ...identify.score import simulated
-from ...rig.forced import Forced
-from ...rig.presliding import Presliding
+from ...rig.balanced import as_balanced
 from ...rig.rig import shown_in
 from ...units import unit
 from ..confidence_band import band
@@ -104,7 +103,7 @@ def _account(fit: Fit, command: Sequence[str], share: float) -> Report:
         card=card(fit),
         road="simulation" if fit.balance is None else "inverse",
         rotary=rig.rotary,
-        applied=isinstance(rig, Presliding),
+        applied=rig.applied_force,
         about=rig.doc,
         units=UnitsRecord(
             position=written(shown(rig, "position")),
@@ -216,8 +215,7 @@ def _balances(fit: Fit) -> Iterator[tuple[str, list[tuple[Traces, Array | None]]
         "training",
         [seen(log, b) for log, b in zip(fit.recordings, fit.balance.signals, strict=True)],
     )
-    rig = fit.rig
-    assert isinstance(rig, Forced)  # noqa: S101 - the inverse road is theirs alone
+    rig = as_balanced(fit.rig)
     for held in fit.holdout:
         if held.within is None:
             continue

@@ -1,0 +1,110 @@
+"""Rigs that are simulated: a new one says how it moves, and the rest follows from that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..data.recording import Recording
+from ..data.segmentation import rests
+from ..errors import InputError
+from ..friction import Law
+from ..space import Array
+from .motion.command import Drive
+from .motion.track import Track, track
+from .rig import Approach, Motion, Rig
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedRig(Rig):
+    """A rig whose laws are identified by output error: by simulating its motion.
+
+    A new one says how it `move`s. The rest follows from that, and may be done faster.
+
+    Args:
+        from_rest: Whether a simulation can only start where the axis rests. Else it starts from
+            the measured state at the first sample of a range.
+        free_start: Whether a motion depends so much on where it starts that this is found
+            together with the parameters.
+        history: Whether what came before a range matters so much that a simulation starts with
+            the log.
+        floating: Whether positions are known only up to a constant, which is left open.
+        holds: Whether the position sensor may be slower than the log, so that it repeats itself.
+        scale: What sets the scale of all forces, so that no motion can tell it from them: the
+            gain of a loop, a torque constant. Empty where a known mass or weight sets it.
+    """
+
+    approach: ClassVar[Approach] = "output_error"
+
+    loads: tuple[str, ...] = ("drive", "external", "position", "temperature")
+    from_rest: bool = True
+    free_start: bool = False
+    history: bool = False
+    floating: bool = False
+    holds: bool = True
+    scale: str = ""
+
+    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
+        """The samples of a recording made ready to be simulated, from a start at position x0.
+
+        Args:
+            recording: The log.
+            rows: Its samples, the start first.
+            x0: Position at the start, m (rad).
+            score: 1 for a sample that counts, 0 for one that does not.
+        """
+        x = recording.position
+        return track(self.drive(recording), recording.t[rows], x0, x[rows], score)
+
+    def move(self, law: Law, p: Array, on: Track) -> Motion:
+        """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
+        del law, p, on
+        raise InputError(f"rig {self.name} does not say how it moves")
+
+    def drive(self, recording: Recording) -> Drive:
+        """What a recording's command asks of the axis."""
+        return Drive.of(recording)
+
+    def misfits(self, law: Law, p: Array, on: Track) -> Array:
+        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
+        miss = on.measured - self.move(law, p, on).position
+        total: Array = (on.score * miss * miss).sum(axis=1)
+        return total
+
+    def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array | None:
+        """The friction that a measured motion implies; None if this rig cannot say.
+
+        Args:
+            law: The law, for what else depends on it.
+            p: (k,) parameters.
+            e: Command minus position, m, (N,).
+            v: Velocity, m/s, (N,).
+            a: Acceleration, m/s^2, (N,).
+        """
+        del law, p, e, v, a
+        return None
+
+    def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
+        """The motion under a recording's command, from its first rest.
+
+        Where none is seen, from the mean of the first 50 samples (the paper's section 4.3, step 1).
+        """
+        first = next(iter(rests(recording)), slice(0, 50))
+        x0 = float(recording.position[first].mean())
+        n = len(recording)
+        return self.move(law, p, self.track(recording, slice(0, n), x0, np.ones(n)))
+
+
+def as_simulated(rig: Rig) -> SimulatedRig:
+    """A rig as one that is simulated.
+
+    Raises:
+        InputError: it is identified by force balance.
+    """
+    if not isinstance(rig, SimulatedRig):
+        raise InputError(
+            f"rig {rig.name} is identified by force balance: it poses no search problem"
+        )
+    return rig
