@@ -25,11 +25,11 @@ from stribeck.data.ranges import Range
 from stribeck.data.recording import Recording
 from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
-from stribeck.identify.loss import PLAIN, Measure
-from stribeck.identify.problem import Parameters, partition
+from stribeck.identify.loss import SQUARES, Objective
+from stribeck.identify.parameters import Parameters, partition
 from stribeck.identify.score import scores
-from stribeck.identify.segment import stretches
-from stribeck.identify.stick_slip_statistics import Staircase
+from stribeck.identify.segment import segments
+from stribeck.identify.stick_slip_statistics import StickSlipStatistics
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.space import Array
 
@@ -171,10 +171,10 @@ def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]
     within = Range.parse(test.within, "mrad")
     assert isinstance(parameters.rig, SimulatedRig)  # noqa: S101 - it is
     whole = scores(
-        replace(parameters, measure=PLAIN), p, stretches([test.log], parameters.rig, within)
+        replace(parameters, objective=SQUARES), p, segments([test.log], parameters.rig, within)
     )
-    legs = stretches([test.log], parameters.rig, within, restart=True)
-    rested = scores(replace(parameters, measure=Measure(restart=True)), p, legs)
+    legs = segments([test.log], parameters.rig, within, restart=True)
+    rested = scores(replace(parameters, objective=Objective(restart=True)), p, legs)
     return {
         "whole": whole.value,
         "rest to rest": rested.value,
@@ -184,7 +184,7 @@ def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]
     }
 
 
-def _stairs(of: Staircase | None) -> list[float] | None:
+def _stairs(of: StickSlipStatistics | None) -> list[float] | None:
     return None if of is None else [of.slips, 1e3 * of.jump, of.stuck]
 
 

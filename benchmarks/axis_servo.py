@@ -17,11 +17,12 @@ import numpy as np
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.loss import Loss, Measure
+from stribeck.identify.loss import Loss, Objective
+from stribeck.identify.parameters import Parameters, partition
 from stribeck.identify.polish import polish
-from stribeck.identify.problem import MotionProblem, Parameters, partition
+from stribeck.identify.problem import MotionProblem
 from stribeck.identify.selection.candidate import BUDGET, Plan, Rung, climb
-from stribeck.identify.selection.folds import Portion
+from stribeck.identify.selection.folds import LogRange
 from stribeck.space import Array
 
 LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
@@ -109,7 +110,7 @@ class _Model:
 
     def model(self) -> tuple[Parameters, Array]:
         """What `validate` asks for; errors are read as sizes, whatever they were fitted by."""
-        return replace(self.parameters, measure=Measure("absolute")), self.p
+        return replace(self.parameters, objective=Objective("absolute")), self.p
 
 
 def _mae(model: Any, logs: Sequence[Recording]) -> float:
@@ -126,8 +127,8 @@ def _climbed(
     below: list[Rung] = []
     found: dict[str, Any] = {}
     for name in names:
-        parameters = partition(RIG, law_named(LAWS[name]), measure=Measure(loss))
-        rung = climb(parameters, [Portion(log, None) for log in train], below, Plan(0, BUDGET))
+        parameters = partition(RIG, law_named(LAWS[name]), objective=Objective(loss))
+        rung = climb(parameters, [LogRange(log, None) for log in train], below, Plan(0, BUDGET))
         below.append(rung)
         p, more = _last(rung)
         model = _Model(parameters, p)
@@ -144,7 +145,7 @@ def _last(rung: Rung) -> tuple[Array, int]:
     """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
     on, parameters = rung.problem, rung.parameters
     assert isinstance(on, MotionProblem)  # noqa: S101 - no start is free here
-    if parameters.measure.loss != "absolute":
+    if parameters.objective.loss != "absolute":
         return rung.p, 0
     fine = on.finer()
     done = polish(fine, rung.x, float(fine(rung.x[None])[0]), _LAST * len(rung.x))

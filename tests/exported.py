@@ -8,7 +8,7 @@ from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.friction.law import Law
 from stribeck.identify.card import Card
-from stribeck.identify.problem import partition
+from stribeck.identify.parameters import partition
 from stribeck.rig import RIGS, Rig
 from stribeck.rig.rig import shown_in
 from stribeck.space import Array, Param

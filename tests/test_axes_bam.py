@@ -14,8 +14,8 @@ import axis_servo
 from stribeck import RIGS, identify, read, validate
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.loss import Measure
-from stribeck.identify.problem import Parameters, partition
+from stribeck.identify.loss import Objective
+from stribeck.identify.parameters import Parameters, partition
 from stribeck.space import Array
 
 HOME = axis_servo.LOGS.parent
@@ -53,7 +53,7 @@ def logs() -> list[Recording]:
 
 def error(law: str, values: dict[str, float], logs: list[Recording]) -> float:
     """Mean over the logs of the mean absolute errors that `validate` prints, mrad."""
-    parameters = partition(RIG, law_named(law), measure=Measure("absolute"))
+    parameters = partition(RIG, law_named(law), objective=Objective("absolute"))
     p = np.array([values[q.name] for q in parameters.every])
     return float(np.mean([score.value for _, _, score in validate(Model(parameters, p), logs)]))
 

@@ -14,7 +14,7 @@ from axis_joints import GAINS, PLAIN_NAME, SEEN
 from stribeck.data.recording import Recording
 from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
-from stribeck.identify.problem import Parameters, partition
+from stribeck.identify.parameters import Parameters, partition
 from stribeck.space import Array
 
 pytestmark = pytest.mark.recordings("openarm")

@@ -33,7 +33,7 @@ def test_the_errors_of_the_logs_make_up_that_of_all(fit: Fit) -> None:
     rows = log_errors(fit)
     assert [name for name, _, _ in rows] == [log.label for log in fit.recordings]
     for part, score in enumerate((fit.score, fit.holdout[0].score)):
-        on = (fit.train, fit.holdout[0].stretches)[part]
+        on = (fit.train, fit.holdout[0].segments)[part]
         counts = [
             sum(float(s.track.score.sum()) for s in on if s.recording is log)
             for log in fit.recordings

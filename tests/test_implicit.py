@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS, Law, law_named
-from stribeck.identify.problem import partition, problem
+from stribeck.identify.parameters import partition
+from stribeck.identify.problem import problem
 from stribeck.rig import RIGS
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.track import Track, track

@@ -12,7 +12,7 @@ from stribeck import Fit, Recording, identify, read, select, validate
 from stribeck.data.repeated_samples import fresh
 from stribeck.friction import law_named
 from stribeck.friction.orders import orders
-from stribeck.identify.problem import partition
+from stribeck.identify.parameters import partition
 from stribeck.identify.sliding_check import never_slid
 from stribeck.rig.presliding import PRESLIDING
 from stribeck.space import Array

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from stribeck import LAWS, RIGS, InputError, select
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.problem import partition, ranges
+from stribeck.identify.lookup import range_list
+from stribeck.identify.parameters import partition
 from stribeck.identify.selection.folds import Splits, splits
 from stribeck.identify.selection.nesting import embedded, ingredients, step
 from stribeck.identify.selection.paired_test import criteria, paired, whiteness
@@ -198,7 +199,7 @@ def test_logs_that_run_one_way_each_are_cut_in_time() -> None:
 def test_hold_outs_and_tests_are_held_out_in_one_round() -> None:
     given, other = log(PLAIN), log(PLAIN, seed=1)
     rig = RIGS["forced"]
-    found = splits([given], rig, ranges("0s:10s", rig), ranges("10s:15s", rig), [other], 5)
+    found = splits([given], rig, range_list("0s:10s", rig), range_list("10s:15s", rig), [other], 5)
     ((train, out),) = masks(found, [given, other])
     assert train.sum() == 2000
     assert out.sum() == 1000 + len(other)
@@ -208,7 +209,7 @@ def test_hold_outs_and_tests_are_held_out_in_one_round() -> None:
 def test_hold_outs_that_were_trained_on_are_refused() -> None:
     given, rig = log(PLAIN), RIGS["forced"]
     with pytest.raises(InputError, match="hold-out 10s:15s overlaps the training data"):
-        splits([given], rig, [], ranges("10s:15s", rig), [], 5)
+        splits([given], rig, [], range_list("10s:15s", rig), [], 5)
     with pytest.raises(InputError, match="is trained on and tested"):
         splits([given], rig, [], [], [given], 5)
     with pytest.raises(InputError, match="too short for 30 folds"):

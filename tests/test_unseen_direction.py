@@ -4,7 +4,7 @@ import pytest
 
 from exported import model_of
 from stribeck.identify.card import Card, SpeedsCard
-from stribeck.identify.validate import unseen
+from stribeck.identify.validate import untrained_directions
 from stribeck.rig.twin import TestBed
 
 LOG = TestBed().run("both", seed=3).recording
@@ -16,7 +16,7 @@ def card(law: str, low: float, high: float) -> Card:
 
 
 def test_the_other_way_is_told() -> None:
-    (said,) = unseen(card("stribeck", -0.1, 60.0), [LOG])
+    (said,) = untrained_directions(card("stribeck", -0.1, 60.0), [LOG])
     assert "runs the other way" in said
     assert "-0.1 to 60 mm/s" in said
 
@@ -30,4 +30,4 @@ def test_the_other_way_is_told() -> None:
     ],
 )
 def test_what_was_seen_is_not_told(law: str, low: float, high: float, within: str | None) -> None:
-    assert unseen(card(law, low, high), [LOG], within) == []
+    assert untrained_directions(card(law, low, high), [LOG], within) == []

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from ..data import Recording
     from ..identify.card import Card
-    from ..identify.problem import Parameters
+    from ..identify.parameters import Parameters
     from ..rig import Rig
 
 CardFile = Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")]
@@ -78,9 +78,9 @@ def check_held(rig: Rig, law: str, held: Sequence[str]) -> None:
     """Refuse parameters to hold that neither the law nor the rig has."""
     if not held:
         return
-    from ..identify.problem import chosen
+    from ..identify.lookup import rig_and_law
 
-    _, about = chosen(rig, law)
+    _, about = rig_and_law(rig, law)
     names = [q.name for q in rig.parameters(about)]
     known = {*names, *map(rig.label, names)}
     if strange := [n for n in held if n not in known]:

@@ -23,7 +23,7 @@ def validate(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Hold an identified model against other recordings."""
-    from ..identify.validate import unseen
+    from ..identify.validate import untrained_directions
     from ..identify.validate import validate as validated
     from ..report.terminal import show_validation, validation_text
 
@@ -33,7 +33,7 @@ def validate(
     written, parameters, _ = card_model(card)
     recordings = read_logs(logs, parameters.rig, columns)
     rows = validated(written, recordings, range_ or None)
-    for said in unseen(written, recordings, range_ or None):
+    for said in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {said}", err=True)
     for log, _, score in rows:
         if not math.isfinite(score.value):

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
     from ..identify.card import Card
-    from ..identify.problem import Parameters
+    from ..identify.parameters import Parameters
     from ..rig import Rig
     from ..space import Array
     from .closed_loop import Reference, Sensor

@@ -10,7 +10,7 @@ from ..units import unit
 
 if TYPE_CHECKING:
     from ..identify.card import Card
-    from ..identify.problem import Parameters
+    from ..identify.parameters import Parameters
     from ..space import Array
 
 #: What is called so is the axis as identified.

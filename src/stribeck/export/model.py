@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..friction import LOADS, Law
 from ..friction.law import TERMS, position_factor, temperature_factor
 from ..identify.card import Card, read_card
-from ..identify.problem import Parameters
+from ..identify.parameters import Parameters
 from ..rig import Rig
 from ..space import Array, Param
 from ..units import unit

@@ -20,8 +20,8 @@ from ..rig.rig import shown_in
 from ..space import Param
 from ..text_file import page
 from ..units import convertible, unit
-from .loss import Measure
-from .problem import Parameters, partition
+from .loss import Objective
+from .parameters import Parameters, partition
 from .uncertainty.profile import Ended
 
 if TYPE_CHECKING:
@@ -193,9 +193,9 @@ class Card(_Part):
         # searched for.
         last = every[-1].name
         absolute = self.objective.name == "position_mae"
-        measure = Measure("absolute" if absolute else "squares", self.objective.restart)
+        objective = Objective("absolute" if absolute else "squares", self.objective.restart)
         fixed = {n: v for n, v in values.items() if n != last}
-        parameters = partition(rig, law, fixed=fixed, measure=measure)
+        parameters = partition(rig, law, fixed=fixed, objective=objective)
         return parameters, p
 
     def _check_speeds(self, rig: Rig) -> None:
@@ -272,7 +272,7 @@ def card(fit: Fit) -> Card:
             unit=fit.score.unit,
             baselines=fit.score.baselines(),
             samples=fit.score.samples,
-            restart=fit.parameters.measure.restart,
+            restart=fit.parameters.objective.restart,
             staircase=_staircase(fit.score),
         ),
         train=[r.text for r in fit.train_ranges],

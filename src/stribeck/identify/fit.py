@@ -20,14 +20,16 @@ from ..rig.simulated import SimulatedRig, as_simulated
 from ..space import Array
 from ..units import unit
 from .balance.balanced_fit import balanced
-from .initial_state import StartedProblem, free_starts, from_starts
-from .loss import Loss, Measure
+from .initial_state import FreeStartProblem, free_starts, started_at_each
+from .lookup import range_list, ranges_or_all, recording_list, rig_and_law
+from .loss import Loss, Objective
+from .parameters import Parameters, partition
 from .polish import Polished, polish, polish_run
-from .problem import MotionProblem, Parameters, chosen, listed, partition, parts, ranges
+from .problem import MotionProblem
 from .result import Fit
 from .score import Score, held_out, scores
-from .segment import Stretch, stretches
-from .sliding_check import never_slid, unslid
+from .segment import Segment, segments
+from .sliding_check import mark_never_slid, never_slid
 from .uncertainty.uncertainty import (
     Estimate,
     Uncertainty,
@@ -116,8 +118,8 @@ def identify(
         polishing: Whether least squares polishes what a search found; by default it does, but for
             `mbts`, which does that itself.
         settings: Settings of the search method.
-        loss: `squares` of the position errors, or their `absolute` size; see `Measure`.
-        restart: Whether the simulation starts anew at every rest; see `Measure`.
+        loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
+        restart: Whether the simulation starts anew at every rest; see `Objective`.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
         progress: Called with the searches after every step.
@@ -125,11 +127,11 @@ def identify(
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    rig, law = chosen(rig, law)
-    logs = listed(recordings)
-    measure = Measure(loss, restart)
-    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, measure=measure)
-    trained, held = ranges(train, rig), ranges(holdout, rig)
+    rig, law = rig_and_law(rig, law)
+    logs = recording_list(recordings)
+    objective = Objective(loss, restart)
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
+    trained, held = range_list(train, rig), range_list(holdout, rig)
     if rig.approach == "force_balance":
         asked = {
             "method": method,
@@ -149,8 +151,10 @@ def identify(
             )
         return balanced(parameters, logs, trained, held, draws=draws)
     rig = as_simulated(rig)
-    train_on = [s for r in parts(train, rig) for s in stretches(logs, rig, r, restart=restart)]
-    tests = [(r, stretches(logs, rig, r, restart=restart)) for r in held]
+    train_on = [
+        s for r in ranges_or_all(train, rig) for s in segments(logs, rig, r, restart=restart)
+    ]
+    tests = [(r, segments(logs, rig, r, restart=restart)) for r in held]
     _check_used(logs, rig, [train_on, *(part for _, part in tests)], [*trained, *held])
     problem = MotionProblem(parameters, train_on)
     plan = _Plan(
@@ -172,15 +176,15 @@ def identify(
 def _check_used(
     logs: Sequence[Recording],
     rig: SimulatedRig,
-    seen: Sequence[Sequence[Stretch]],
+    seen: Sequence[Sequence[Segment]],
     given: list[Range],
 ) -> None:
-    """Every log has a stretch that counts: what is passed over in silence is not missed."""
+    """Every log has a segment that counts: what is passed over in silence is not missed."""
     for log in logs:
         if not any(s.recording is log for part in seen for s in part):
             wanted: list[Range | None] = [*given] or [None]
             for within in wanted:
-                stretches([log], rig, within)  # says why not
+                segments([log], rig, within)  # says why not
 
 
 @dataclass(frozen=True)
@@ -250,7 +254,7 @@ def _conclude(
     problem: MotionProblem,
     plan: _Plan,
     searches: Sequence[Search],
-    tests: Sequence[tuple[Range, list[Stretch]]],
+    tests: Sequence[tuple[Range, list[Segment]]],
     trained: Sequence[Range],
     logs: Sequence[Recording],
     began: float,
@@ -274,7 +278,7 @@ def _conclude(
     runs, done = [runs[k] for k in order], [done[k] for k in order]
     best = done[0]
     parameters = problem.parameters
-    if loss_is_bent := parameters.measure.loss == "absolute" and not interrupted:
+    if loss_is_bent := parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
     try:
         spent = sum(r.evaluations for r in runs) + sum(d.evaluations for d in done)
@@ -295,14 +299,14 @@ def _conclude(
     start = best.x if begun is None else begun[1].x
     known, interrupted = _known(on, start, free, plan, budget, interrupted)
     x, correlation = known.x, known.correlation[:free, :free]
-    train = problem.train if begun is None else from_starts(problem.train, x[free:])
+    train = problem.train if begun is None else started_at_each(problem.train, x[free:])
     p = parameters.full(x[None, :free])[0]
     rivals = [d.x for d in done if d.cost <= RIVAL * done[0].cost]
     spread = np.std(rivals, axis=0, ddof=1) if len(rivals) > 1 else np.full(len(best.x), np.nan)
     score = scores(parameters, p, train)
     doubtful = _explains_little(parameters, score)
     found = estimates(parameters, p, known, spread, resting=resting(on, x), doubtful=doubtful)
-    found = unslid(parameters, found, _recordings(train))
+    found = mark_never_slid(parameters, found, _recordings(train))
     tested = tuple(held_out(parameters, p, r, s) for r, s in tests)
     return Fit(
         parameters=parameters,
@@ -342,7 +346,7 @@ def _conclude(
 
 
 def _known(
-    on: MotionProblem | StartedProblem,
+    on: MotionProblem | FreeStartProblem,
     x: Array,
     free: int,
     plan: _Plan,
@@ -368,11 +372,11 @@ def _known(
 
 def _begun(
     problem: MotionProblem, plan: _Plan, best: Polished, allowance: int
-) -> tuple[StartedProblem, Polished] | None:
+) -> tuple[FreeStartProblem, Polished] | None:
     """The best fit refined with the starts of its motions free, where they matter."""
     if not free_starts(problem) or plan.polishing is False or allowance < 1:
         return None
-    started = StartedProblem(problem)
+    started = FreeStartProblem(problem)
     x = np.concatenate([best.x, started.nominal])
     found = polish(started, x, float(started(x[None])[0]), allowance - 1)
     return started, Polished(found.x, found.cost, found.evaluations + 1)
@@ -385,14 +389,14 @@ def _resting(score: Score, floor: float) -> list[str]:
     return [f"{told}, train on a range in which it moves"]
 
 
-def _recordings(train: Sequence[Stretch]) -> list[Recording]:
-    """The recordings that stretches come from, each once."""
+def _recordings(train: Sequence[Segment]) -> list[Recording]:
+    """The recordings that segments come from, each once."""
     return list({id(s.recording): s.recording for s in train}.values())
 
 
 def _explains_little(parameters: Parameters, score: Score) -> bool:
-    """Whether a smooth motion, or none where each stretch is a slip, does nearly as well."""
-    beside = score.still if parameters.measure.restart else score.smooth
+    """Whether a smooth motion, or none where each segment is a slip, does nearly as well."""
+    beside = score.still if parameters.objective.restart else score.smooth
     return score.value >= LITTLE * beside
 
 
@@ -411,8 +415,8 @@ def _warnings(
     found: Sequence[Estimate],
     correlation: Array,
     score: Score,
-    train: Sequence[Stretch],
-    tests: Sequence[tuple[Range, list[Stretch]]],
+    train: Sequence[Segment],
+    tests: Sequence[tuple[Range, list[Segment]]],
     logs: Sequence[Recording],
     rivals: int,
     repeats: int,
@@ -467,7 +471,7 @@ def _warnings(
     return said
 
 
-def _overlap(a: Stretch, b: Stretch) -> bool:
-    """Whether two stretches share samples."""
+def _overlap(a: Segment, b: Segment) -> bool:
+    """Whether two segments share samples."""
     shared = min(a.rows.stop, b.rows.stop) - max(a.rows.start, b.rows.start)
     return a.recording is b.recording and shared > 0

@@ -3,7 +3,7 @@
 A simulation starts where the sensor saw the axis rest, give or take the sensor's noise. In
 stick-slip that little matters: a start that is off by a tenth of a millimetre shifts every slip of
 the stroke, and the parameters bend to make up for it. So the last refinement, and every statement
-about uncertainty, has the start of each stretch among the unknowns. They are as much part of the
+about uncertainty, has the start of each segment among the unknowns. They are as much part of the
 data as of the model: a rest before the range counts as samples of its start.
 """
 
@@ -20,7 +20,7 @@ from ..optimize import rms
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .problem import MotionProblem
-from .segment import Stretch
+from .segment import Segment
 
 #: How far a start may lie from where it was seen, in standard errors of that, and in quantisation
 #: steps of the sensor.
@@ -29,11 +29,11 @@ _SIGMAS, _STEPS = 6.0, 1.0
 _LEAST = 1e-6
 
 
-class StartedProblem:
-    """A motion problem with the start of each stretch as a further parameter, in its order.
+class FreeStartProblem:
+    """A motion problem with the start of each segment as a further parameter, in its order.
 
     The parameters of the motion come first. Residuals are those of the motion problem, each
-    stretch's after one for the rest before it: sqrt(n) (start − mean of its n samples).
+    segment's after one for the rest before it: sqrt(n) (start − mean of its n samples).
 
     Args:
         problem: The motion problem; its rig simulates one start at a time.
@@ -52,7 +52,7 @@ class StartedProblem:
 
     @property
     def nominal(self) -> Array:
-        """The starts as they were seen, (stretches,)."""
+        """The starts as they were seen, (segments,)."""
         return np.array([s.track.x0 for s in self.problem.train])
 
     def __call__(self, x: Array, /) -> Array:
@@ -60,45 +60,47 @@ class StartedProblem:
         return rms(self.residuals(x))
 
     def residuals(self, x: Array, /) -> Array:
-        """(n, dim) points to (n, samples + stretches) residuals, in the problem's unit."""
+        """(n, dim) points to (n, samples + segments) residuals, in the problem's unit."""
         x = np.atleast_2d(x)
         k = len(self.problem.space.params)
         found = []
-        for at, stretch in enumerate(self.problem.train):
+        for at, segment in enumerate(self.problem.train):
             starts = x[:, k + at]
             mean, n, _ = self._seen[at]
             part = np.full((len(x), self.problem.logs[at] + 1), np.nan)
             part[:, 0] = np.sqrt(n) * (starts - mean) / self.problem.scale
             for start in np.unique(starts):
                 rows = starts == start
-                part[rows, 1:] = self.problem.apart(x[rows, :k], begun(stretch, float(start)))
+                part[rows, 1:] = self.problem.segment_residuals(
+                    x[rows, :k], started_at(segment, float(start))
+                )
             found.append(part)
         return np.concatenate(found, axis=1)
 
 
-def begun(stretch: Stretch, x0: float) -> Stretch:
-    """The same stretch from another start."""
-    d = stretch.track.measured - x0
-    sums, score = stretch.track.sums.copy(), stretch.track.score
+def started_at(segment: Segment, x0: float) -> Segment:
+    """The same segment from another start."""
+    d = segment.track.measured - x0
+    sums, score = segment.track.sums.copy(), segment.track.score
     np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
-    return replace(stretch, track=stretch.track._replace(x0=x0, sums=sums))
+    return replace(segment, track=segment.track._replace(x0=x0, sums=sums))
 
 
-def from_starts(stretches: Sequence[Stretch], starts: Array) -> tuple[Stretch, ...]:
-    """Each stretch from its own start."""
-    return tuple(begun(s, float(x0)) for s, x0 in zip(stretches, starts, strict=True))
+def started_at_each(segments: Sequence[Segment], starts: Array) -> tuple[Segment, ...]:
+    """Each segment from its own start."""
+    return tuple(started_at(s, float(x0)) for s, x0 in zip(segments, starts, strict=True))
 
 
-def _seen(stretch: Stretch) -> tuple[float, float, float]:
+def _seen(segment: Segment) -> tuple[float, float, float]:
     """Mean of the samples at rest before those that count, how many they are, and a range.
 
     Without such samples the start is known from the fit alone.
     """
-    log, on = stretch.recording, stretch.track
-    anew = fresh(log)[stretch.still]
+    log, on = segment.recording, segment.track
+    anew = fresh(log)[segment.still]
     n = int(anew.sum())
     sd, q = noise(log), step(log.position)
-    mean = float(log.position[stretch.still][anew].mean()) if n else on.x0
+    mean = float(log.position[segment.still][anew].mean()) if n else on.x0
     reach = _SIGMAS * sd / np.sqrt(max(n, 1)) + _STEPS * q + _LEAST * float(np.ptp(log.position))
     return mean, float(n), reach + abs(mean - on.x0)
 

@@ -1,4 +1,4 @@
-"""How a model is held against data: whole motions or from rest to rest, squares or sizes."""
+"""How a model is compared with data: over whole motions or from rest to rest, squares or sizes."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ KNEE, FINER = 0.01, 0.1
 
 
 @dataclass(frozen=True)
-class Measure:
-    """What counts as a good fit.
+class Objective:
+    """The misfit that an identification minimises.
 
     Args:
-        loss: `squares` of the errors, or their `absolute` size, to which the few stretches that a
+        loss: `squares` of the errors, or their `absolute` size, to which the few segments that a
             model cannot follow matter less.
         restart: Whether the simulation starts anew at every rest. Where slips do not come at the
             same force each time, a simulation of many slips is soon out of step, and says more
@@ -37,14 +37,14 @@ class Measure:
             raise InputError(f"loss {self.loss!r} is not one of {', '.join(get_args(Loss))}")
 
 
-PLAIN = Measure()
+SQUARES = Objective()
 
 
-def bent(r: Array, knee: float) -> Array:
+def pseudo_huber(r: Array, knee: float) -> Array:
     """Residuals whose squares grow as r^2 below the knee, and as 2 knee |r| above it.
 
     The square root of the pseudo-Huber loss (Charbonnier et al. 1997, doi 10.1109/83.551699) with
     the sign of r: what least squares makes of it is nearly least absolute errors.
     """
-    made: Array = r * np.sqrt(2.0 * knee / (np.sqrt(r * r + knee * knee) + knee))
-    return made
+    loss: Array = r * np.sqrt(2.0 * knee / (np.sqrt(r * r + knee * knee) + knee))
+    return loss

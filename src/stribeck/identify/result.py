@@ -9,10 +9,10 @@ from ..friction import Law
 from ..optimize import Run
 from ..rig import Rig
 from ..space import Array
+from .parameters import Parameters
 from .polish import Polished
-from .problem import Parameters
 from .score import HeldOut, Score, simulated
-from .segment import Stretch
+from .segment import Segment
 from .uncertainty.uncertainty import Estimate, Uncertainty
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Fit:
         evaluations: Of the cost, in all.
         seconds: Wall-clock time of searching and polishing.
         ended: Why the best search ended; "interrupted" if somebody stopped it.
-        train: The stretches it was trained on; none on the inverse road.
+        train: The segments it was trained on; none on the inverse road.
         train_ranges: The ranges that were asked for; none means everything.
         recordings: The logs.
         warnings: What a reader must know, a sentence each.
@@ -62,7 +62,7 @@ class Fit:
     evaluations: int
     seconds: float
     ended: str
-    train: tuple[Stretch, ...]
+    train: tuple[Segment, ...]
     train_ranges: tuple[Range, ...]
     recordings: tuple[Recording, ...]
     warnings: tuple[str, ...]

@@ -12,13 +12,13 @@ import numpy as np
 from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
-from .stick_slip_statistics import Staircase, staircases
+from .stick_slip_statistics import StickSlipStatistics, stick_slip_statistics
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..rig import Motion
-    from .problem import Parameters
-    from .segment import Stretch
+    from .parameters import Parameters
+    from .segment import Segment
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Score:
     still: float
     smooth: float
     samples: int
-    measured: Staircase | None = None
-    modelled: Staircase | None = None
+    measured: StickSlipStatistics | None = None
+    modelled: StickSlipStatistics | None = None
 
     def baselines(self) -> dict[str, float]:
         """Those that there are."""
@@ -59,32 +59,32 @@ class HeldOut:
     Args:
         within: The range; None for all of a log.
         score: Its score.
-        stretches: Where in the recordings it lies.
-        motions: What the model did there, a motion a stretch.
+        segments: Where in the recordings it lies.
+        motions: What the model did there, a motion a segment.
     """
 
     within: Range | None
     score: Score
-    stretches: tuple[Stretch, ...]
+    segments: tuple[Segment, ...]
     motions: tuple[Motion, ...]
 
 
 def held_out(
-    parameters: Parameters, p: Array, within: Range | None, on: Sequence[Stretch]
+    parameters: Parameters, p: Array, within: Range | None, on: Sequence[Segment]
 ) -> HeldOut:
-    """Score a complete parameter set (SI) on the stretches of a range."""
+    """Score a complete parameter set (SI) on the segments of a range."""
     motions = tuple(simulated(parameters, p, on))
     return HeldOut(within, scores(parameters, p, on), tuple(on), motions)
 
 
-def simulated(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> list[Motion]:
-    """The model's motion over each stretch."""
+def simulated(parameters: Parameters, p: Array, on: Sequence[Segment]) -> list[Motion]:
+    """The model's motion over each segment."""
     rig = as_simulated(parameters.rig)
     return [rig.move(parameters.law, p[None], s.track) for s in on]
 
 
-def scores(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
-    """J (4.5) over stretches, or the mean absolute error if that is the measure; and baselines."""
+def scores(parameters: Parameters, p: Array, on: Sequence[Segment]) -> Score:
+    """J (4.5) over segments, or the mean absolute error if that is the measure; and baselines."""
     written = parameters.rig.shows.get("position", "m")
     motions = simulated(parameters, p, on)
     floating = as_simulated(parameters.rig).floating
@@ -99,12 +99,12 @@ def scores(parameters: Parameters, p: Array, on: Sequence[Stretch]) -> Score:
         model.append(off - off.mean() if floating else off)
         still.append(x - (x.mean() if floating else s.track.x0))
         smooth.append(_beside_a_line(command, x))
-    absolute = parameters.measure.loss == "absolute"
+    absolute = parameters.objective.loss == "absolute"
     sizes = [
         float(unit(written).from_si(np.mean(np.abs(r)) if absolute else np.sqrt(np.mean(r * r))))
         for r in (np.concatenate(part) for part in (model, still, smooth))
     ]
-    stairs = (None, None) if parameters.measure.restart else staircases(on, motions)
+    stairs = (None, None) if parameters.objective.restart else stick_slip_statistics(on, motions)
     name: Literal["position_rmse", "position_mae"]
     name = "position_mae" if absolute else "position_rmse"
     return Score(name, sizes[0], written, sizes[1], sizes[2], sum(map(len, model)), *stairs)

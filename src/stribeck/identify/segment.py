@@ -1,4 +1,4 @@
-"""Stretches of recordings, made ready to be simulated."""
+"""Segments of recordings, made ready to be simulated."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..rig.simulated import SimulatedRig
 if TYPE_CHECKING:
     from ..data.recording import Recording
 
-#: A stretch of fewer samples says nothing of a motion.
+#: A segment of fewer samples says nothing of a motion.
 _FEWEST = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """One stretch of a recording, ready to be simulated.
+class Segment:
+    """One segment of a recording, ready to be simulated.
 
     Args:
         recording: Where it comes from.
@@ -50,29 +50,29 @@ class Stretch:
         return 1 if x[self.rows.stop - 1] >= x[self.rows.start] else -1
 
 
-def stretches(
+def segments(
     recordings: Sequence[Recording],
     rig: SimulatedRig,
     within: Range | None,
     *,
     restart: bool = False,
-) -> list[Stretch]:
-    """The stretches of a range in all recordings, each from the last rest before it.
+) -> list[Segment]:
+    """The segments of a range in all recordings, each from the last rest before it.
 
     Args:
         recordings: The logs.
         rig: How its motions start: at rest, from the measured state, or with the log.
         within: The range; None for all.
-        restart: Whether a new stretch starts at every rest.
+        restart: Whether a new segment starts at every rest.
 
     Raises:
         InputError: no recording passes the range, or the axis never rests where it must.
     """
-    found: list[Stretch] = []
+    found: list[Segment] = []
     missing: list[InputError] = []
     for recording in recordings:
         try:
-            found += _stretches(recording, rig, within, restart)
+            found += _segments(recording, rig, within, restart)
         except InputError as error:
             missing.append(error)
     if not found:
@@ -80,9 +80,9 @@ def stretches(
     return found
 
 
-def _stretches(
+def _segments(
     recording: Recording, rig: SimulatedRig, within: Range | None, restart: bool
-) -> list[Stretch]:
+) -> list[Segment]:
     if recording.rotary != rig.rotary:
         kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
         instead = ": use forced-rotary if the torque was measured" if recording.rotary else ""
@@ -104,7 +104,7 @@ def _stretches(
 
 def _from_rest(
     recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
-) -> Stretch:
+) -> Segment:
     start = start_of(seen, window)
     if start is None:
         raise InputError(
@@ -117,7 +117,7 @@ def _from_rest(
 
 def _from_rests(
     recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
-) -> list[Stretch]:
+) -> list[Segment]:
     """From each rest in a window to the next: where it landed counts, how it went on does not."""
     rests = [r for r in map(inner, seen.rests) if _in(r, window.rows)]
     ends = [*(r.start for r in rests), window.rows.stop]
@@ -138,26 +138,26 @@ def _in(rest: slice, rows: slice) -> bool:
     return bool(rows.start <= rest.start < rest.stop <= rows.stop)
 
 
-def _resting(recording: Recording, rig: SimulatedRig, rest: slice, rows: slice) -> Stretch:
-    """A stretch that starts at a rest, whose mean is its position."""
+def _resting(recording: Recording, rig: SimulatedRig, rest: slice, rows: slice) -> Segment:
+    """A segment that starts at a rest, whose mean is its position."""
     samples = slice(rest.start, rows.stop)
     score = _counting(recording, rig)[samples] & (
         np.arange(samples.start, samples.stop) >= rows.start
     )
     x0 = float(recording.position[rest].mean())
     on = rig.track(recording, samples, x0, score.astype(float))._replace(v0=0.0)
-    return Stretch(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
+    return Segment(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
 
 
-def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Stretch:
-    """A stretch from the measured state at its start, or from the start of the log."""
+def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Segment:
+    """A segment from the measured state at its start, or from the start of the log."""
     rows = window.rows
     begin = 0 if rig.history else rows.start
     samples = slice(begin, rows.stop)
     score = _counting(recording, rig)[samples] & (np.arange(begin, rows.stop) >= rows.start)
     x0 = float(recording.position[begin])
     on = rig.track(recording, samples, x0, score.astype(float))
-    return Stretch(recording, rows, begin, on, slice(begin, begin))
+    return Segment(recording, rows, begin, on, slice(begin, begin))
 
 
 def _counting(recording: Recording, rig: SimulatedRig) -> NDArray[np.bool_]:

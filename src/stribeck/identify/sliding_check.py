@@ -11,7 +11,7 @@ from ..rig.rig import stem
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
-    from .problem import Parameters
+    from .parameters import Parameters
     from .uncertainty.uncertainty import Estimate
 
 #: What only sliding shows, by the names that laws give it.
@@ -40,7 +40,7 @@ def never_slid(parameters: Parameters, recordings: Sequence[Recording]) -> list[
     return [f"the axis never slid: {'; '.join(said)}"] if said else []
 
 
-def unslid(
+def mark_never_slid(
     parameters: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
 ) -> tuple[Estimate, ...]:
     """The estimates, with no parameter called identified that only sliding shows and none saw."""

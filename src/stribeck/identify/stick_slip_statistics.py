@@ -19,14 +19,14 @@ from ..space import Array
 
 if TYPE_CHECKING:
     from ..rig import Motion
-    from .segment import Stretch
+    from .segment import Segment
 
 #: Fewer slips of an axis make no staircase.
 _FEWEST = 5
 
 
 @dataclass(frozen=True)
-class Staircase:
+class StickSlipStatistics:
     """How an axis stuck and slipped.
 
     Args:
@@ -40,10 +40,10 @@ class Staircase:
     stuck: float
 
 
-def staircases(
-    on: Sequence[Stretch], motions: Sequence[Motion]
-) -> tuple[Staircase | None, Staircase | None]:
-    """How the axis and how the model stuck and slipped, over all stretches.
+def stick_slip_statistics(
+    on: Sequence[Segment], motions: Sequence[Motion]
+) -> tuple[StickSlipStatistics | None, StickSlipStatistics | None]:
+    """How the axis and how the model stuck and slipped, over all segments.
 
     The model's motion is read as the sensor would have shown it, with its noise (drawn anew, the
     same each time) and its quantisation, and both are taken apart by the same rules. None for
@@ -56,8 +56,8 @@ def staircases(
     return (measured, modelled) if measured.slips >= _FEWEST else (None, None)
 
 
-def _pair(stretch: Stretch, motion: Motion) -> tuple[Recording, Recording]:
-    log, on = stretch.recording, stretch.track
+def _pair(segment: Segment, motion: Motion) -> tuple[Recording, Recording]:
+    log, on = segment.recording, segment.track
     counts = np.flatnonzero(on.score > 0)
     rows = slice(int(counts[0]), int(counts[-1]) + 1)
     command = np.interp(on.t, on.knots_t, on.knots_x)[rows]
@@ -77,9 +77,9 @@ def _finite(x: Array) -> Array:
     return np.where(good, x, x[good][-1] if good.any() else 0.0)
 
 
-def _of(logs: Sequence[Recording]) -> Staircase:
+def _of(logs: Sequence[Recording]) -> StickSlipStatistics:
     seen = [segment(log) for log in logs]
     jumps = [abs(slip.jump) for s in seen for slip in s.slips]
     seconds = np.array([log.t[-1] - log.t[0] for log in logs])
     stuck = float(np.sum([s.stuck for s in seen] * seconds) / np.sum(seconds))
-    return Staircase(len(jumps), float(np.median(jumps)) if jumps else 0.0, stuck)
+    return StickSlipStatistics(len(jumps), float(np.median(jumps)) if jumps else 0.0, stuck)

@@ -10,9 +10,10 @@ import numpy as np
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.balanced_fit import balance_scores
-from .problem import Parameters, listed, parts
+from .lookup import ranges_or_all, recording_list
+from .parameters import Parameters
 from .score import Score, scores
-from .segment import Stretch, stretches
+from .segment import Segment, segments
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -51,12 +52,12 @@ def validate(
     parameters, p = model.model()
     return [
         (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
-        for log in listed(recordings)
-        for r in parts(within, parameters.rig)
+        for log in recording_list(recordings)
+        for r in ranges_or_all(within, parameters.rig)
     ]
 
 
-def unseen(
+def untrained_directions(
     card: Card,
     recordings: Sequence[Recording],
     within: Sequence[Range | str] | Range | str | None = None,
@@ -77,8 +78,8 @@ def unseen(
         return []
     said = []
     for log in recordings:
-        for r in parts(within, rig):
-            if _ways(stretches([log], rig, r)) - ways:
+        for r in ranges_or_all(within, rig):
+            if _ways(segments([log], rig, r)) - ways:
                 where = "as a whole" if r is None else f"over {r.text}"
                 said.append(
                     f"{log.label} {where} also runs the other way than the card was trained on "
@@ -87,7 +88,7 @@ def unseen(
     return said
 
 
-def _ways(passed: Sequence[Stretch]) -> set[int]:
+def _ways(passed: Sequence[Segment]) -> set[int]:
     """The directions in which an axis goes over a tenth of its travel or more."""
     every = [s.recording.position[s.rows] for s in passed]
     least = TRAVEL * max(float(np.ptp(x)) for x in every)
@@ -101,8 +102,8 @@ def _ways(passed: Sequence[Stretch]) -> set[int]:
 
 def _score(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
     if parameters.rig.approach == "output_error":
-        on = stretches(
-            [log], as_simulated(parameters.rig), within, restart=parameters.measure.restart
+        on = segments(
+            [log], as_simulated(parameters.rig), within, restart=parameters.objective.restart
         )
         return scores(parameters, p, on)
     return balance_scores(parameters, p, log, within)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..friction import Law
     from ..identify.balance.balance import Balance
     from ..identify.result import Fit
-    from ..identify.segment import Stretch
+    from ..identify.segment import Segment
     from ..space import Array
 
 #: A loop is walked in so many steps a stroke, as far as bristles slip, and this much further.
@@ -71,7 +71,7 @@ def balance_points(found: Balance) -> tuple[Array, Array]:
     )
 
 
-def _implied(fit: Fit, stretch: Stretch) -> tuple[Array, Array] | None:
+def _implied(fit: Fit, stretch: Segment) -> tuple[Array, Array] | None:
     """Velocity and friction in slip as the measurement implies them.
 
     Velocity and acceleration by local quadratics over a tenth of a second or nine new samples,

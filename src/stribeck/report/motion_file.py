@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ..data.recording import Recording
-    from ..identify.problem import Parameters
+    from ..identify.parameters import Parameters
     from ..rig.twin import TestBed
     from ..space import Array
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..data.segmentation import Slip
     from ..identify.result import Fit
-    from ..identify.segment import Stretch
+    from ..identify.segment import Segment
     from ..rig import Motion
     from ..space import Array
 
@@ -65,14 +65,14 @@ class Traces:
         return float(np.sqrt(np.mean(self.residual[self.scored] ** 2)))
 
 
-def traces(fit: Fit, on: Sequence[Stretch], motions: Sequence[Motion]) -> list[Traces]:
+def traces(fit: Fit, on: Sequence[Segment], motions: Sequence[Motion]) -> list[Traces]:
     """The stretches of a range as they are drawn.
 
     Where every rest starts a simulation, the legs of a log are one motion.
     """
     rig = as_simulated(fit.rig)
     made = [_trace(rig, s, m, fit) for s, m in zip(on, motions, strict=True)]
-    if not fit.parameters.measure.restart:
+    if not fit.parameters.objective.restart:
         return made
     together: dict[int, list[Traces]] = {}
     for part in made:
@@ -80,7 +80,7 @@ def traces(fit: Fit, on: Sequence[Stretch], motions: Sequence[Motion]) -> list[T
     return [_joined(parts) for parts in together.values()]
 
 
-def _trace(rig: SimulatedRig, s: Stretch, motion: Motion, fit: Fit) -> Traces:
+def _trace(rig: SimulatedRig, s: Segment, motion: Motion, fit: Fit) -> Traces:
     scale = unit(shown(rig, "position")).factor
     counts = s.track.score > 0
     x, model = s.track.measured / scale, motion.position[0] / scale
@@ -102,10 +102,10 @@ def _aimless(rig: SimulatedRig, log: Recording) -> bool:
     return log.command is None and not rig.from_rest
 
 
-def _label(rig: SimulatedRig, fit: Fit, s: Stretch) -> str:
+def _label(rig: SimulatedRig, fit: Fit, s: Segment) -> str:
     """What a stretch is called: where a ramp went, else the log and its times if it is a part."""
     log = s.recording
-    if rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.measure.restart:
+    if rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.objective.restart:
         x = log.position[s.rows] / unit(shown(fit.rig, "position")).factor
         way = "rightward" if s.direction > 0 else "leftward"
         return f"{way}, {x[0]:.0f} to {x[-1]:.0f} {shown(fit.rig, 'position')}"

@@ -236,7 +236,7 @@ def log_errors(fit: Fit) -> list[tuple[str, int, list[float]]]:
             left = float(np.linalg.norm(b.measured - b.predicted) / np.linalg.norm(b.measured))
             errors = [100.0 * left]
         else:
-            for on in (fit.train, *(h.stretches for h in fit.holdout)):
+            for on in (fit.train, *(h.segments for h in fit.holdout)):
                 own = [s for s in on if s.recording is log]
                 errors.append(scores(fit.parameters, fit.p, own).value if own else math.nan)
         found.append((log.label, fit.used(log), errors))

@@ -13,7 +13,8 @@ from ...data.segmentation import segment
 from ...errors import InputError
 from ...rig.balanced import as_balanced
 from ...space import Array
-from ..problem import Parameters, listed
+from ..lookup import recording_list
+from ..parameters import Parameters
 from ..result import Fit
 from ..score import HeldOut, Score
 from ..uncertainty.uncertainty import bound_warnings, correlation_warnings, estimates, uncertainty
@@ -141,7 +142,7 @@ def counting(
     Raises:
         InputError: no log passes any of the ranges.
     """
-    logs = listed(logs)
+    logs = recording_list(logs)
     if not within:
         return logs, [None] * len(logs)
     chosen: list[Recording] = []

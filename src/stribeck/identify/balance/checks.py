@@ -27,7 +27,7 @@ from .clustered_errors import block_errors
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
-    from ..problem import Parameters
+    from ..parameters import Parameters
     from ..uncertainty.uncertainty import Estimate
     from .regression import System
     from .rows import Log, Rows

@@ -26,9 +26,11 @@ from ..balance.balanced_fit import counting
 from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System, Wanted
 from ..balance.rows import logs_of as made_ready
-from ..initial_state import StartedProblem, free_starts
-from ..problem import MotionProblem, Parameters, partition, parts, ranges
-from ..segment import Stretch, stretches
+from ..initial_state import FreeStartProblem, free_starts
+from ..lookup import range_list, ranges_or_all
+from ..parameters import Parameters, partition
+from ..problem import MotionProblem
+from ..segment import Segment, segments
 from ..uncertainty.covariance import quick_look
 from ..uncertainty.residuals import physical as meaningful
 from ..uncertainty.uncertainty import rest_noise
@@ -225,11 +227,11 @@ _Seen = tuple[Axis, Experiment, tuple[int, ...], Loads | None]
 def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the simulation road."""
     rig = as_simulated(parameters.rig)
-    train = [s for r in parts(card.train or None, rig) for s in stretches(logs, rig, r)]
+    train = [s for r in ranges_or_all(card.train or None, rig) for s in segments(logs, rig, r)]
     plain = MotionProblem(parameters, train)
     started = free_starts(plain)
-    problem = StartedProblem(plain) if started else plain
-    at = np.concatenate([x, problem.nominal]) if isinstance(problem, StartedProblem) else x
+    problem = FreeStartProblem(plain) if started else plain
+    at = np.concatenate([x, problem.nominal]) if isinstance(problem, FreeStartProblem) else x
     scale, box = plain.scale, _box(card, parameters)
 
     def predict(rows: Array) -> Array:
@@ -275,7 +277,7 @@ def _lag(log: Recording) -> float:
     return 0.0 if log.command is None else float(np.abs(log.command - log.position).max())
 
 
-def _rows_of(train: Sequence[Stretch], log: Recording) -> list[slice]:
+def _rows_of(train: Sequence[Segment], log: Recording) -> list[slice]:
     return [s.rows for s in train if s.recording is log]
 
 
@@ -322,7 +324,7 @@ def _around(data: Experiment, at: Array, dim: int) -> Experiment:
 def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
     """Axis and data of the inverse road."""
     rig = as_balanced(parameters.rig)
-    chosen, rows = counting(logs, ranges(card.train or None, parameters.rig))
+    chosen, rows = counting(logs, range_list(card.train or None, parameters.rig))
     fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
     ready = made_ready(chosen, parameters.law, rig, None, rows)
     problem = BalanceResiduals(

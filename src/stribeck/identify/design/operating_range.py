@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ...data.recording import Recording
-    from ..problem import Parameters
+    from ..parameters import Parameters
 
 #: Samples each way over which a speed is taken from positions.
 _REACH = 5

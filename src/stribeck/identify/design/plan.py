@@ -19,7 +19,7 @@ from ...rig.presliding import PreslidingRig
 from ...rig.servo_pendulum import ServoPendulum
 from ...rig.slide_bed import SlideBed
 from ...space import Array
-from ..problem import listed
+from ..lookup import recording_list
 from ..uncertainty.uncertainty import IDENTIFIED
 from .commands import joint, presliding, servo_pendulum
 from .current_model import Present, present
@@ -148,7 +148,7 @@ def plan(
     for name, value, least in (("check", check, 0), ("seed", seed, 0), ("draws", count, 1)):
         if value < least:
             raise InputError(f"{name} must be a whole number >= {least}, got {value}")
-    now = present(card, listed(recordings))
+    now = present(card, recording_list(recordings))
     axis = now.axis
     length = min(axis.trained, LONGEST) if seconds is None else seconds
     if not 0 < length < np.inf:

@@ -17,12 +17,13 @@ from ...rig.balanced import as_balanced
 from ...rig.simulated import as_simulated
 from ...space import Array
 from ..balance import balance
-from ..initial_state import StartedProblem, free_starts, from_starts
+from ..initial_state import FreeStartProblem, free_starts, started_at_each
+from ..parameters import Parameters
 from ..polish import Polished, polish
-from ..problem import MotionProblem, Parameters
-from ..segment import Stretch, stretches
+from ..problem import MotionProblem
+from ..segment import Segment, segments
 from ..uncertainty.residuals import parts
-from .folds import Portion
+from .folds import LogRange
 from .nesting import embedded
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ class Rung:
         error: Misfit on what it was trained on, as people read it: J or percent.
         unit: Of the misfit.
         residuals: Of the training, (rows,).
-        logs: Rows of each log or stretch.
+        logs: Rows of each log or segment.
         evaluations: Of the cost.
         seconds: It took.
         problem: What was searched; None on the inverse road.
@@ -82,21 +83,21 @@ class Rung:
     logs: tuple[int, ...]
     evaluations: int
     seconds: float
-    problem: MotionProblem | StartedProblem | None
+    problem: MotionProblem | FreeStartProblem | None
     x: Array
     run: Run | None
     balance: balance.Balance | None
 
     @property
-    def train(self) -> tuple[Stretch, ...]:
-        """The stretches it was trained on, from the starts found; none on the inverse road."""
-        if isinstance(self.problem, StartedProblem):
-            return from_starts(self.problem.problem.train, self.x[len(self.parameters.free) :])
+    def train(self) -> tuple[Segment, ...]:
+        """The segments it was trained on, from the starts found; none on the inverse road."""
+        if isinstance(self.problem, FreeStartProblem):
+            return started_at_each(self.problem.problem.train, self.x[len(self.parameters.free) :])
         return () if self.problem is None else self.problem.train
 
 
 def climb(
-    parameters: Parameters, on: Sequence[Portion], below: Sequence[Rung], plan: Plan, key: int = 0
+    parameters: Parameters, on: Sequence[LogRange], below: Sequence[Rung], plan: Plan, key: int = 0
 ) -> Rung:
     """Fit a law, from other answers too: it trains no worse than any law that it contains.
 
@@ -119,13 +120,13 @@ def climb(
 
 def _searched(
     parameters: Parameters,
-    on: Sequence[Portion],
+    on: Sequence[LogRange],
     below: Sequence[Rung],
     plan: Plan,
     key: int,
     began: float,
 ) -> Rung:
-    problem = MotionProblem(parameters, _stretches(parameters, on))
+    problem = MotionProblem(parameters, _segments(parameters, on))
     seed = SeedSequence(plan.seed, spawn_key=(crc32(parameters.law.name.encode()), key))
     settle = SETTLE_STICK_SLIP if free_starts(problem) else SETTLE
     method = configure(MemeticTabuSearch.name, settle=settle)
@@ -140,10 +141,10 @@ def _searched(
             f"{parameters.law.name}: check the ranges and the rig's constants"
         )
     spent = run.evaluations
-    whole: MotionProblem | StartedProblem = problem
+    whole: MotionProblem | FreeStartProblem = problem
     x = [run.x]
     if free_starts(problem):
-        whole = StartedProblem(problem)
+        whole = FreeStartProblem(problem)
         x = [np.concatenate([run.x, whole.nominal])]
     x += [_carried(rung, parameters, whole) for rung in below]
     costs = whole(np.array(x))
@@ -173,27 +174,27 @@ def _searched(
     )
 
 
-def _carried(rung: Rung, parameters: Parameters, whole: MotionProblem | StartedProblem) -> Array:
+def _carried(rung: Rung, parameters: Parameters, whole: MotionProblem | FreeStartProblem) -> Array:
     """A simpler law's answer as a point of a richer law's problem, its starts with it."""
     x = embedded(rung.parameters, rung.p, parameters)
-    if not isinstance(whole, StartedProblem):
+    if not isinstance(whole, FreeStartProblem):
         return x
     starts, own = rung.x[len(rung.parameters.free) :], whole.nominal
     return np.concatenate([x, starts if len(starts) == len(own) else own])
 
 
-def _stretches(parameters: Parameters, on: Sequence[Portion]) -> list[Stretch]:
-    """The stretches of all portions; one in which the axis never rests counts for nothing.
+def _segments(parameters: Parameters, on: Sequence[LogRange]) -> list[Segment]:
+    """The segments of all portions; one in which the axis never rests counts for nothing.
 
     Raises:
         InputError: nothing is left.
     """
     rig = as_simulated(parameters.rig)
-    found: list[Stretch] = []
+    found: list[Segment] = []
     refused: InputError | None = None
     for portion in on:
         try:
-            found += stretches([portion.recording], rig, portion.within)
+            found += segments([portion.recording], rig, portion.within)
         except InputError as error:
             refused = refused or error
     if refused is not None and not found:
@@ -202,7 +203,7 @@ def _stretches(parameters: Parameters, on: Sequence[Portion]) -> list[Stretch]:
 
 
 def _solved(
-    parameters: Parameters, on: Sequence[Portion], below: Sequence[Rung], began: float
+    parameters: Parameters, on: Sequence[LogRange], below: Sequence[Rung], began: float
 ) -> Rung:
     rig, (logs, masks) = as_balanced(parameters.rig), _masks(on)
     params = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
@@ -238,7 +239,7 @@ def _solved(
     )
 
 
-def _masks(on: Sequence[Portion]) -> tuple[list[Recording], list[Mask]]:
+def _masks(on: Sequence[LogRange]) -> tuple[list[Recording], list[Mask]]:
     """Each log once, with all that counts of it."""
     masks: dict[int, tuple[Recording, Mask]] = {}
     for portion in on:
@@ -277,7 +278,7 @@ class Held:
         return Held(self.residuals + other.residuals, self.size + other.size, self.relative)
 
 
-def held(rung: Rung, on: Sequence[Portion]) -> Held:
+def held(rung: Rung, on: Sequence[LogRange]) -> Held:
     """A fitted law on what it has not seen, from where the axis was seen to start.
 
     Raises:
@@ -285,7 +286,7 @@ def held(rung: Rung, on: Sequence[Portion]) -> Held:
     """
     parameters = rung.parameters
     if parameters.rig.approach == "output_error":
-        problem = MotionProblem(parameters, _stretches(parameters, on))
+        problem = MotionProblem(parameters, _segments(parameters, on))
         names = [q.name for q in parameters.every]
         x = rung.p[None, [names.index(q.name) for q in parameters.free]]
         found = parts(problem.residuals(x)[0], problem.logs)

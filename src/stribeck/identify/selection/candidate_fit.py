@@ -15,7 +15,7 @@ from ..balance.force_residuals import BalanceResiduals
 from ..fit import LITTLE
 from ..result import Fit
 from ..score import held_out, scores
-from ..segment import stretches
+from ..segment import segments
 from ..uncertainty.uncertainty import (
     bound_warnings,
     correlation_warnings,
@@ -116,7 +116,7 @@ def _simulated(
         estimates=found,
         correlation=correlation,
         score=score,
-        holdout=tuple(held_out(parameters, rung.p, r, stretches(logs, rig, r)) for r in out),
+        holdout=tuple(held_out(parameters, rung.p, r, segments(logs, rig, r)) for r in out),
         runs=(rung.run,),
         polished=(),
         method=MemeticTabuSearch.name,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from ..problem import Parameters
+from ..parameters import Parameters
 from ..result import Fit
 from .paired_test import Criteria, Paired, Whiteness
 

@@ -1,7 +1,7 @@
 """What is trained on and what is held out, when several laws are compared.
 
 Samples of a log that are held out one by one tell nothing: each has neighbours that were trained
-on. So whole logs are held out, or whole stretches of time.
+on. So whole logs are held out, or whole ranges of time.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LOGS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Portion:
+class LogRange:
     """A part of a log; all of it where `within` is None."""
 
     recording: Recording
@@ -54,8 +54,8 @@ class Portion:
 class Split:
     """What one round trains on, and what it holds out; no sample is in both."""
 
-    train: tuple[Portion, ...]
-    held: tuple[Portion, ...]
+    train: tuple[LogRange, ...]
+    held: tuple[LogRange, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Splits:
 
     kind: Kind
     text: str
-    whole: tuple[Portion, ...]
+    whole: tuple[LogRange, ...]
     rounds: tuple[Split, ...]
 
 
@@ -116,15 +116,15 @@ def splits(
     return Splits("hold-out", " and ".join(texts), whole, (Split(whole, held),))
 
 
-def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[Portion, ...]:
+def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[LogRange, ...]:
     """Each range in each log that passes it.
 
     Raises:
         InputError: a log passes none of the ranges, or a range is passed by no log.
     """
     if not ranges:
-        return tuple(Portion(log, None) for log in logs)
-    found: list[Portion] = []
+        return tuple(LogRange(log, None) for log in logs)
+    found: list[LogRange] = []
     refused: dict[int, InputError] = {}
     for within in ranges:
         before = len(found)
@@ -134,17 +134,17 @@ def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[Porti
             except InputError as error:
                 refused[id(log)] = error
             else:
-                found.append(Portion(log, within))
+                found.append(LogRange(log, within))
         if len(found) == before:
             raise refused[id(logs[0])]
     return tuple(found)
 
 
-def _overlap(a: Portion, b: Portion) -> bool:
+def _overlap(a: LogRange, b: LogRange) -> bool:
     return a.recording is b.recording and bool((a.mask() & b.mask()).any())
 
 
-def _folded(logs: Sequence[Recording], whole: tuple[Portion, ...], rig: Rig, folds: int) -> Splits:
+def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, folds: int) -> Splits:
     if folds < 2:  # noqa: PLR2004 - with one fold, nothing is left to train on
         raise InputError(f"folds: give 2 or more, got {folds}")
     if len(logs) >= _LOGS and _every_way(logs, folds := min(folds, len(logs))):
@@ -187,9 +187,9 @@ def _round(
     k: int,
     *,
     by_stroke: bool,
-) -> tuple[tuple[Portion, ...], tuple[Portion, ...]]:
-    train: list[Portion] = []
-    held: list[Portion] = []
+) -> tuple[tuple[LogRange, ...], tuple[LogRange, ...]]:
+    train: list[LogRange] = []
+    held: list[LogRange] = []
     for log in logs:
         out = np.zeros(len(log), dtype=bool)
         for part in _parts(log, folds, k, by_stroke=by_stroke):
@@ -234,12 +234,12 @@ def _widened(mask: Mask, by: int) -> Mask:
     return np.asarray(np.cumsum(wide)[:-1] > 0)
 
 
-def _runs(log: Recording, mask: Mask) -> list[Portion]:
+def _runs(log: Recording, mask: Mask) -> list[LogRange]:
     """The runs of a mask that are long enough, as ranges of time."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     t = np.append(log.t, log.t[-1] + log.dt)
     return [
-        Portion(log, Range(f"{t[a]:.6g}s:{t[b]:.6g}s", float(t[a]), float(t[b]), timed=True))
+        LogRange(log, Range(f"{t[a]:.6g}s:{t[b]:.6g}s", float(t[a]), float(t[b]), timed=True))
         for a, b in edges.reshape(-1, 2)
         if b - a >= FEWEST
     ]

@@ -16,7 +16,7 @@ from ...space import Array, Param, Space
 
 if TYPE_CHECKING:
     from ...friction import Law
-    from ..problem import Parameters
+    from ..parameters import Parameters
 
 #: What other literatures call a parameter.
 _ALIASES = {"K_c": "F_C", "K_v": "F_V", "w_s": "v_SS", "v_s": "v_SS", "alpha": "exponent"}

@@ -22,7 +22,8 @@ from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
-from ..problem import Parameters, chosen, listed, partition, ranges
+from ..lookup import range_list, recording_list, rig_and_law
+from ..parameters import Parameters, partition
 from ..result import Fit
 from .candidate import BUDGET, Held, Plan, Rung, climb, held
 from .candidate_fit import fitted, unseen
@@ -145,7 +146,7 @@ def select(
     """
     made = _ladder(rig, laws, dict(fixed or {}), dict(bounds or {}))
     axis = made[0].rig
-    logs, tests = listed(recordings), [] if test is None else listed(test)
+    logs, tests = recording_list(recordings), [] if test is None else recording_list(test)
     simulated = axis.approach == "output_error"
     given = {"seed": seed, "budget": budget}
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
@@ -156,7 +157,7 @@ def select(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    trained, out = ranges(train, axis), ranges(holdout, axis)
+    trained, out = range_list(train, axis), range_list(holdout, axis)
     if folds is not None and (out or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, trained, out, tests, FOLDS if folds is None else folds)
@@ -182,8 +183,8 @@ def _ladder(
     Raises:
         InputError: an unknown law, one that is given twice, or a name that no law knows.
     """
-    axis, _ = chosen(rig, None)
-    found = [chosen(axis, law)[1] for law in (axis.laws if laws is None else laws)]
+    axis, _ = rig_and_law(rig, None)
+    found = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
     names = [law.name for law in found]
     if twice := [n for n in names if names.count(n) > 1]:
         raise InputError(f"law {twice[0]} is given twice: give it once")

@@ -27,7 +27,7 @@ from .sensitivity import Weight, half_widths, sentence, share_of_range, weights
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
-    from ..problem import Parameters
+    from ..parameters import Parameters
 
 __all__ = [
     "Estimate",

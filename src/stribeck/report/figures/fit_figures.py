@@ -83,7 +83,7 @@ def _simulation(fit: Fit) -> dict[str, Figure]:
     figures |= _motions(fit, trained, "training", "Training")
     for held in fit.holdout:
         text = (held.within.text if held.within else "all").replace(":", "_")
-        seen = traces(fit, held.stretches, held.motions)
+        seen = traces(fit, held.segments, held.motions)
         figures |= _motions(fit, seen, f"holdout_{text}", "Held out")
     if fit.rig.applied_force:
         figures["loops"] = loops(fit.rig, trained)

@@ -200,7 +200,7 @@ def _parts(fit: Fit) -> Iterator[tuple[str, list[tuple[Traces, Array | None]]]]:
     yield "training", [(r, None) for r in traces(fit, fit.train, motions)]
     for held in fit.holdout:
         text = held.within.text if held.within else "all"
-        yield text, [(r, None) for r in traces(fit, held.stretches, held.motions)]
+        yield text, [(r, None) for r in traces(fit, held.segments, held.motions)]
 
 
 def _balances(fit: Fit) -> Iterator[tuple[str, list[tuple[Traces, Array | None]]]]:

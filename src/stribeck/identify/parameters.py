@@ -1,0 +1,187 @@
+"""The parameters of an axis: which are free, which are fixed, and which equal another one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..friction import Law
+from ..rig import Rig
+from ..rig.rig import in_si
+from ..space import Array, Param, Space
+from .loss import SQUARES, Objective
+
+
+@dataclass(frozen=True, eq=False)
+class Parameters:
+    """Parameters of a friction law on a rig: the free ones, the fixed ones and the tied ones.
+
+    Args:
+        rig: The rig.
+        law: The friction law.
+        every: All k parameters, the law's and then the rig's, in the order of a complete set.
+        free: The dim parameters that are estimated, in the same order.
+        fixed: Values of the fixed ones, SI, by name.
+        tied: Name of the parameter that a tied one equals, by its own name.
+        objective: How a model is compared with data.
+    """
+
+    rig: Rig
+    law: Law
+    every: tuple[Param, ...]
+    free: tuple[Param, ...]
+    fixed: Mapping[str, float]
+    tied: Mapping[str, str]
+    objective: Objective = SQUARES
+
+    @classmethod
+    def declared(
+        cls,
+        rig: Rig,
+        law: Law,
+        every: Sequence[Param] | None = None,
+        tied: Mapping[str, str] | None = None,
+    ) -> Parameters:
+        """Parameters as they are declared: fixed where their declaration holds a value.
+
+        Args:
+            rig: The rig.
+            law: The law.
+            every: All parameters in the order of `rig.parameters(law)`, which is the default.
+            tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+
+        Raises:
+            InputError: an unknown name is tied, or nothing is left to find.
+        """
+        every, tied = tuple(every or rig.parameters(law)), dict(tied or {})
+        names = [q.name for q in every]
+        for a, b in tied.items():
+            if a not in names or b not in names or a == b or b in tied:
+                raise InputError(f"{a} cannot be tied to {b}")
+        free = tuple(q for q in every if q.fixed is None and q.name not in tied)
+        if not free:
+            raise InputError(f"law {law.name}: no parameter is left to be found")
+        fixed = {q.name: q.fixed for q in every if q.fixed is not None and q.name not in tied}
+        return cls(rig, law, every, free, fixed, tied)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All parameters' names, (k,)."""
+        return tuple(q.name for q in self.every)
+
+    @property
+    def free_places(self) -> list[int]:
+        """Places of the free parameters in a complete set, (dim,)."""
+        names = self.names
+        return [names.index(q.name) for q in self.free]
+
+    def full(self, x: Array) -> Array:
+        """(n, dim) free values to (n, k) complete parameter sets, SI."""
+        x = np.asarray(x, dtype=float)
+        at = {p.name: i for i, p in enumerate(self.free)}
+        p = np.empty((len(x), len(self.every)))
+        for k, param in enumerate(self.every):
+            name = self.tied.get(param.name, param.name)
+            p[:, k] = x[:, at[name]] if name in at else self.fixed[name]
+        return p
+
+    def values(self, p: Array) -> dict[str, float]:
+        """One complete parameter set by name."""
+        return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}
+
+
+def partition(
+    rig: Rig,
+    law: Law,
+    *,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    tied: Mapping[str, str] | None = None,
+    objective: Objective | None = None,
+) -> Parameters:
+    """Sort a rig's parameters under a law into free, fixed and tied ones.
+
+    Args:
+        rig: The rig.
+        law: The law.
+        fixed: Values by name, in the unit the rig shows; these are not searched.
+        bounds: Search ranges by name, in the unit the rig shows; frees a parameter that the
+            law holds fixed, such as an exponent.
+        tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+        objective: How a model is compared with data; squares over whole motions by default.
+
+    Raises:
+        InputError: an unknown name, a parameter that is two of these at once, a value or a
+            range outside the law's meaning, or nothing left to find.
+    """
+    _check_loads(rig, law)
+    fixed, bounds, tied = dict(fixed or {}), dict(bounds or {}), dict(tied or {})
+    every = {p.name: p for p in rig.parameters(law)}
+    labels = {rig.label(name): name for name in every}
+    fixed = {_named(labels, every, n, rig, law): v for n, v in fixed.items()}
+    bounds = {_named(labels, every, n, rig, law): v for n, v in bounds.items()}
+    tied = {
+        _named(labels, every, a, rig, law): _named(labels, every, b, rig, law)
+        for a, b in tied.items()
+    }
+    for name in every:
+        if sum(name in part for part in (fixed, bounds, tied)) > 1:
+            raise InputError(f"{name} can be set, bounded or tied, not two of these at once")
+    values = {n: p.fixed for n, p in every.items() if p.fixed is not None and n not in bounds}
+    values |= {n: in_si(rig, every[n], v) for n, v in fixed.items()}
+    for a, b in tied.items():
+        if b in tied or a == b or every[a].unit != every[b].unit:
+            raise InputError(f"{a} cannot be tied to {b}")
+        values.pop(a, None)
+    for name, (low, high) in bounds.items():
+        p, ends = every[name], (in_si(rig, every[name], low), in_si(rig, every[name], high))
+        every[name] = replace(p, lower=ends[0], upper=ends[1], log=p.log and ends[0] > 0)
+    free = tuple(p for n, p in every.items() if n not in values and n not in tied)
+    if not free:
+        raise InputError(f"law {law.name} on rig {rig.name}: no parameter is left to be found")
+    for name, value in values.items():
+        if not np.isfinite(value):
+            raise InputError(f"{name} is set to {value}: it must be a finite number")
+        if value < 0 <= every[name].lower:
+            raise InputError(f"{name} is set to {value}: it must not be below 0")
+    parameters = Parameters(
+        rig, law, tuple(every.values()), free, values, tied, objective or SQUARES
+    )
+    _check_meaning(parameters)
+    return parameters
+
+
+def _check_loads(rig: Rig, law: Law) -> None:
+    if unknown := [load for load in law.loads if load not in rig.loads]:
+        raise InputError(
+            f"law {law.name} depends on the {unknown[0]} load, which rig {rig.name} does not know"
+        )
+
+
+def _named(
+    labels: Mapping[str, str], every: Mapping[str, Param], name: str, rig: Rig, law: Law
+) -> str:
+    """A parameter's own name, given that or what its rig calls it."""
+    if name in every:
+        return name
+    if name not in labels:
+        raise InputError(
+            f"law {law.name} on rig {rig.name} has no parameter {name!r}: "
+            f"it has {', '.join(labels)}"
+        )
+    return labels[name]
+
+
+def _check_meaning(parameters: Parameters) -> None:
+    """Some point of the search box must be a law that means something."""
+    k = len(parameters.law.params)
+    corners = Space(parameters.free).sample(np.random.default_rng(0), 256)
+    sample = parameters.full(np.vstack([Space(parameters.free).decode(corners)]))
+    if not parameters.law.physical(sample[:, :k]).any():
+        values = ", ".join(f"{n} = {v:g}" for n, v in parameters.fixed.items())
+        raise InputError(
+            f"law {parameters.law.name}: no parameter set in these ranges is physical ({values})"
+        )
