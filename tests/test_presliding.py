@@ -142,4 +142,4 @@ def test_what_must_be_above_what_is_asked_of_every_parameter(
 ) -> None:
     # A refit that breaks such an order cannot be run, and its interval would have no width.
     names = law_named(law).names
-    assert {(names[i], names[j]) for i, j in orders(law_named(law), every=True)} == pairs
+    assert {(names[i], names[j]) for i, j in orders(law_named(law), nonlinear=True)} == pairs

@@ -139,20 +139,22 @@ def levels(recordings: Sequence[Recording]) -> tuple[Level, ...]:
     Raises:
         InputError: no log has a ramp.
     """
-    found = [b for log in recordings for b in ramps(log)]
-    if not found:
+    breakaways = [b for log in recordings for b in ramps(log)]
+    if not breakaways:
         named = recordings[0].label if recordings else "no recording"
         raise InputError(f"{named}: no ramp of a measured force was found")
-    made = []
-    for way in (1, -1):
-        mine = [b for b in found if b.rate * way > 0]
-        every = [abs(x) for b in mine for x in b.levels]
+    levels = []
+    for direction in (1, -1):
+        mine = [b for b in breakaways if b.rate * direction > 0]
+        magnitudes = [abs(x) for b in mine for x in b.levels]
         values = tuple(abs(b.by_speed) for b in mine if b.by_speed is not None)
         if mine:
-            low, high = (min(every), max(every)) if every else (float("nan"), float("nan"))
+            low, high = (
+                (min(magnitudes), max(magnitudes)) if magnitudes else (float("nan"), float("nan"))
+            )
             missed = tuple(abs(b.reached) for b in mine if b.by_speed is None)
-            made.append(Level(way, values, low, high, missed))
-    return tuple(made)
+            levels.append(Level(direction, values, low, high, missed))
+    return tuple(levels)
 
 
 def presliding(recording: Recording) -> Presliding | None:
@@ -185,18 +187,18 @@ def _straight(recording: Recording) -> Iterator[slice]:
         return
     t, fuzz = recording.t, 3 * _noise_of(u)
     for a, b in pairwise(turns(u, _BACK * float(np.ptp(u))).tolist()):
-        part, when = u[a : b + 1], t[a : b + 1]
-        span = abs(float(part[-1] - part[0]))
-        lag = max(1, len(part) // 20)
-        if len(part) < _SHARE * len(u) or not span > 0:
+        segment, times = u[a : b + 1], t[a : b + 1]
+        span = abs(float(segment[-1] - segment[0]))
+        lag = max(1, len(segment) // 20)
+        if len(segment) < _SHARE * len(u) or not span > 0:
             continue
-        slope = float(np.median((part[lag:] - part[:-lag]) / (when[lag:] - when[:-lag])))
-        level = part - slope * when
-        near = np.abs(level - np.median(level)) <= max(_LINE * span, fuzz)
-        first, last = _longest(near)
-        run = abs(float(part[last] - part[first]))
-        rises = abs(part[last]) > abs(part[first]) and run > _BACK * float(np.ptp(u))
-        if rises and last - first >= max(_SHARE * len(u), _MOST * len(part)):
+        slope = float(np.median((segment[lag:] - segment[:-lag]) / (times[lag:] - times[:-lag])))
+        level = segment - slope * times
+        on_line = np.abs(level - np.median(level)) <= max(_LINE * span, fuzz)
+        first, last = _longest(on_line)
+        run = abs(float(segment[last] - segment[first]))
+        rises = abs(segment[last]) > abs(segment[first]) and run > _BACK * float(np.ptp(u))
+        if rises and last - first >= max(_SHARE * len(u), _MOST * len(segment)):
             yield slice(a + first, a + last + 1)
 
 
@@ -205,9 +207,9 @@ def _noise_of(u: Array) -> float:
     return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20))
 
 
-def _longest(near: NDArray[np.bool_]) -> tuple[int, int]:
+def _longest(inside: NDArray[np.bool_]) -> tuple[int, int]:
     """First and last place of the longest run of True."""
-    edges = np.flatnonzero(np.diff(near.astype(np.int8), prepend=0, append=0))
+    edges = np.flatnonzero(np.diff(inside.astype(np.int8), prepend=0, append=0))
     starts, stops = edges[::2], edges[1::2]
     if not len(starts):
         return 0, 0
@@ -218,42 +220,42 @@ def _longest(near: NDArray[np.bool_]) -> tuple[int, int]:
 def _breakaway(recording: Recording, rows: slice) -> Breakaway:
     assert recording.force is not None  # noqa: S101 - it has ramps
     t, u = recording.t[rows], recording.force[rows]
-    way = 1.0 if u[-1] > u[0] else -1.0
-    x = way * recording.position[rows]
+    direction = 1.0 if u[-1] > u[0] else -1.0
+    x = direction * recording.position[rows]
     rate = float((u[-1] - u[0]) / (t[-1] - t[0]))
-    fine = float(np.hypot(step(recording.position), 3.5 * noise(recording)))
-    speed, half = _speed(t, x, fine)
+    resolution = float(np.hypot(step(recording.position), 3.5 * noise(recording)))
+    speed, half = _speed(t, x, resolution)
     inner = slice(half, len(t) - half)
-    end = _end(t, x, speed, half, fine)
+    end = _end(t, x, speed, half, resolution)
     by_speed = by_stiffness = None
     if end is not None:
         pace = float(x[end] - x[0]) / float(t[end] - t[0])
         by_speed = float(u[inner][np.argmax(speed > _PACE * pace)])
-        by_stiffness = _by_stiffness(x, way * u, speed / abs(rate), inner, abs(by_speed))
+        by_stiffness = _by_stiffness(x, direction * u, speed / abs(rate), inner, abs(by_speed))
     return Breakaway(rows, rate, float(u[-1]), by_speed,
-                     None if by_stiffness is None else way * by_stiffness)  # fmt: skip
+                     None if by_stiffness is None else direction * by_stiffness)  # fmt: skip
 
 
-def _end(t: Array, x: Array, speed: Array, half: int, fine: float) -> int | None:
+def _end(t: Array, x: Array, speed: Array, half: int, resolution: float) -> int | None:
     """Up to which sample a ramp's mean speed is taken; None if the axis never breaks away.
 
     All of it, unless it slides for so long that sliding makes the mean: then only until it is
     first fifteen times as fast as on average until then.
     """
     travelled, passed = (a[half : len(x) - half] - a[0] for a in (x, t))
-    broken = speed * passed >= _BROKEN * np.maximum(travelled, 10 * fine)
+    broken = speed * passed >= _BROKEN * np.maximum(travelled, 10 * resolution)
     broken[: int(_SHARE * len(broken))] = False
-    whole = (x[-1] - x[0]) / (t[-1] - t[0])
-    if speed.max() >= _BROKEN * whole > 0:
+    mean_speed = (x[-1] - x[0]) / (t[-1] - t[0])
+    if speed.max() >= _BROKEN * mean_speed > 0:
         return len(x) - 1
     return int(np.argmax(broken)) + half if broken.any() else None
 
 
-def _speed(t: Array, x: Array, fine: float) -> tuple[Array, int]:
+def _speed(t: Array, x: Array, resolution: float) -> tuple[Array, int]:
     """Central differences over a window that noise and steps of the sensor do not fill."""
     span = float(t[-1] - t[0])
     pace = float(x[-1] - x[0]) / span
-    window = max(_WINDOW * span, _STEPS * fine / pace if pace > 0 else 0.0)
+    window = max(_WINDOW * span, _STEPS * resolution / pace if pace > 0 else 0.0)
     half = max(1, round(min(window, _WIDEST * span) / span * (len(t) - 1) / 2))
     return (x[2 * half :] - x[: -2 * half]) / (t[2 * half :] - t[: -2 * half]), half
 
@@ -269,11 +271,10 @@ def _by_stiffness(
         if at.sum() < 3:  # noqa: PLR2004 - a slope takes some
             return None
         first = float(np.polyfit(u[at], x[at], 1)[0])
-        over = compliance > _COMPLIANT * first
-        if not first > 0 or not over.any():
+        yielded = compliance > _COMPLIANT * first
+        if not first > 0 or not yielded.any():
             return None
-        found = float(u[inner][np.argmax(over)])
-        if found == level:
+        before, level = level, float(u[inner][np.argmax(yielded)])
+        if level == before:
             break
-        level = found
     return level

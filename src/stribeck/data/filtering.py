@@ -116,9 +116,9 @@ def even(recording: Recording, force: Array) -> Even:
     t, n = recording.t, len(recording)
     step = float(t[-1] - t[0]) / (n - 1)
     if np.abs(t - (t[0] + step * np.arange(n))).max() <= JITTER * step:
-        every = np.arange(n)
+        index = np.arange(n)
         rate = _round_rate(1.0 / step)
-        return Even(t, recording.position, force, every, np.ones(n, dtype=bool), rate)
+        return Even(t, recording.position, force, index, np.ones(n, dtype=bool), rate)
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - most logs never need it
 
     step = recording.dt
@@ -142,8 +142,8 @@ def even(recording: Recording, force: Array) -> Even:
 
 def _round_rate(rate: float) -> float:
     """A rate without the rounding of the clock that stamped the log (999.9999 Hz is 1 kHz)."""
-    whole = round(rate)
-    return float(whole) if whole and abs(rate - whole) < 1e-6 * rate else rate
+    rounded = round(rate)
+    return float(rounded) if rounded and abs(rate - rounded) < 1e-6 * rate else rate
 
 
 def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, Array, Array]:

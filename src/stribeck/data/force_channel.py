@@ -29,20 +29,20 @@ def both_ways(t: Array, position: Array, force: Array) -> float | None:
         return None
     bins = np.minimum((_BINS * (position - position.min()) / span).astype(int), _BINS - 1)
     v = np.gradient(position, t)
-    left, total, n, used = 0.0, [], 0, 0
+    residual, total, n, used = 0.0, [], 0, 0
     for k in range(_BINS):
         at = bins == k
         if min(np.count_nonzero(v[at] > 0), np.count_nonzero(v[at] < 0)) < _WAY:
             continue
         x, y = position[at] - position[at].mean(), force[at] - force[at].mean()
         slope = float(x @ y) / max(float(x @ x), 1e-300)
-        left += float(np.sum((y - slope * x) ** 2))
+        residual += float(np.sum((y - slope * x) ** 2))
         total.append(force[at])
         n, used = n + int(np.count_nonzero(at)), used + 1
     if used < _BOTH:
         return None
     spread = float(np.std(np.concatenate(total)))
-    return float(np.sqrt(left / n)) / spread if spread > 0 else None
+    return float(np.sqrt(residual / n)) / spread if spread > 0 else None
 
 
 def spikes(forces: Sequence[Array]) -> float:
@@ -51,7 +51,9 @@ def spikes(forces: Sequence[Array]) -> float:
     0 if they are not few and large. Several stretches of one force count together.
     """
     alone = [f[1:-1] - np.median([f[:-2], f[1:-1], f[2:]], axis=0) for f in forces]
-    d, about = np.concatenate(alone), np.concatenate([f - f.mean() for f in forces])
-    square, whole = float(np.mean(d**2)), float(np.mean(about**2))
-    few = float(np.mean(d**4)) >= KURTOSIS * square**2
-    return square / whole if few and square >= SPIKES * whole and whole > 0 else 0.0
+    d, centred = np.concatenate(alone), np.concatenate([f - f.mean() for f in forces])
+    square, variance = float(np.mean(d**2)), float(np.mean(centred**2))
+    heavy_tailed = float(np.mean(d**4)) >= KURTOSIS * square**2
+    return (
+        square / variance if heavy_tailed and square >= SPIKES * variance and variance > 0 else 0.0
+    )

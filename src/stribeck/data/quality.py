@@ -147,35 +147,37 @@ class Quality:
         ramp = f"a ramp of {_shown(b.rate, F)}/s to {_shown(b.reached, F)}"
         if b.by_speed is None:
             return f"none below {_shown(abs(b.reached), F)}, in {ramp}"
-        other = "" if b.by_stiffness is None else f" ({_shown(b.by_stiffness, F)} by stiffness)"
-        return f"at {_shown(b.by_speed, F)} by speed{other}, in {ramp}"
+        by_stiffness = (
+            "" if b.by_stiffness is None else f" ({_shown(b.by_stiffness, F)} by stiffness)"
+        )
+        return f"at {_shown(b.by_speed, F)} by speed{by_stiffness}, in {ramp}"
 
-    def _presliding(self, seen: Presliding) -> str:
+    def _presliding(self, presliding: Presliding) -> str:
         F, x = CHANNELS["force"][self.rotary], CHANNELS["position"][self.rotary]
         return (
-            f"sigma_0 at least {seen.stiffness:.5g} {F}/{x}, the slope between the tips: ±"
-            f"{_shown(seen.amplitude, F)} over {_shown(seen.travel, x)} peak to peak, "
-            f"{seen.cycles} settled cycles; amplitude over peak to peak is half of that, "
-            f"{seen.half:.5g} {F}/{x}"
+            f"sigma_0 at least {presliding.stiffness:.5g} {F}/{x}, the slope between the tips: ±"
+            f"{_shown(presliding.amplitude, F)} over {_shown(presliding.travel, x)} peak to peak, "
+            f"{presliding.cycles} settled cycles; amplitude over peak to peak is half of that, "
+            f"{presliding.half:.5g} {F}/{x}"
         )
 
     def _strokes(self, v: str) -> str:
-        said = []
+        phrases = []
         for sign, name in ((1, "up"), (-1, "down")):
             if speeds := [s.speed for s in self.strokes if s.direction == sign]:
-                said.append(f"{len(speeds)} {name} at {_shown(float(np.median(speeds)), v)}")
-        return ", ".join(said) or "none"
+                phrases.append(f"{len(speeds)} {name} at {_shown(float(np.median(speeds)), v)}")
+        return ", ".join(phrases) or "none"
 
 
 def check(recording: Recording) -> Quality:
     """Measure a log and judge it. Nothing is changed, nothing is random."""
-    found = segment(recording)
+    segments = segment(recording)
     dt = np.diff(recording.t)
     middle = float(np.median(dt))
     gaps = dt[dt > _GAP * middle]
     channels = recording.channels()
     clipped = {n: s for n in _CLIPS if n in channels and (s := _clipped(channels[n]))}
-    velocity = _moving(recording, found)
+    velocity = _moving(recording, segments)
     speeds = np.quantile(np.abs(velocity), [0.1, 0.5, 0.9]).tolist()
     breakaways, cycles = ramps(recording), presliding(recording)
     return Quality(
@@ -190,17 +192,19 @@ def check(recording: Recording) -> Quality:
         channels=tuple(channels),
         spans=MappingProxyType({n: (float(a.min()), float(a.max())) for n, a in channels.items()}),
         steps=MappingProxyType({n: step(a) for n, a in channels.items()}),
-        noise=found.noise,
-        strokes=found.strokes,
+        noise=segments.noise,
+        strokes=segments.strokes,
         speeds=(speeds[0], speeds[1], speeds[2]),
-        stuck=found.stuck,
-        rests=len(found.rests),
-        slips=found.slips,
+        stuck=segments.stuck,
+        rests=len(segments.rests),
+        slips=segments.slips,
         clipped=MappingProxyType(clipped),
         breakaways=breakaways,
         presliding=cycles,
         notes=recording.notes,
-        verdict=tuple(_verdict(recording, found, velocity, clipped, _tested(breakaways, cycles))),
+        verdict=tuple(
+            _verdict(recording, segments, velocity, clipped, _tested(breakaways, cycles))
+        ),
     )
 
 
@@ -218,19 +222,19 @@ def _clipped(a: Array) -> float:
     return 0.0
 
 
-def _moving(recording: Recording, found: Segments) -> Array:
+def _moving(recording: Recording, segments: Segments) -> Array:
     """Velocities while moving, over a lag at which noise makes no more than a tenth of the pace."""
     t, x = recording.t, recording.position
-    pace = np.median([s.speed for s in found.strokes]) if found.strokes else 0.0
-    fuzz = np.hypot(found.noise, found.step / 3.5)
+    pace = np.median([s.speed for s in segments.strokes]) if segments.strokes else 0.0
+    fuzz = np.hypot(segments.noise, segments.step / 3.5)
     lag = int(np.ceil(14 * fuzz / (pace * recording.dt))) if pace else 1
     lag = min(max(lag, 1), max(1, len(x) // 10))
     moving = np.ones(len(x), dtype=bool)
-    for rest in found.rests:
+    for rest in segments.rests:
         moving[rest] = False
-    both = moving[lag:] | moving[:-lag]
+    paired = moving[lag:] | moving[:-lag]
     velocity = (x[lag:] - x[:-lag]) / (t[lag:] - t[:-lag])
-    return np.asarray(velocity[both]) if both.any() else np.zeros(1)
+    return np.asarray(velocity[paired]) if paired.any() else np.zeros(1)
 
 
 def _tested(breakaways: tuple[Breakaway, ...], cycles: Presliding | None) -> str:
@@ -243,57 +247,57 @@ def _tested(breakaways: tuple[Breakaway, ...], cycles: Presliding | None) -> str
 
 def _verdict(
     recording: Recording,
-    found: Segments,
+    segments: Segments,
     velocity: Array,
     clipped: Mapping[str, float],
     tested: str,
 ) -> list[str]:
-    sticky = not tested and _sticky(found)
-    few = "" if sticky or tested else _few(recording, found)
-    said = [
-        _on_sticking(recording, found, tested, few, sticky=sticky),
-        _on_force(recording, tested, few),
+    sticky = not tested and _sticky(segments)
+    coarse = "" if sticky or tested else _coarse(recording, segments)
+    notes = [
+        _on_sticking(recording, segments, tested, coarse, sticky=sticky),
+        _on_force(recording, tested, coarse),
         _on_pressure(recording),
         _on_command(recording),
     ]
-    signs = {s.direction for s in found.strokes}
+    signs = {s.direction for s in segments.strokes}
     if len(signs) == 1:
-        said.append("moves one way only: nothing can be said about the other direction, and an "
+        notes.append("moves one way only: nothing can be said about the other direction, and an "
                     "offset looks like friction")  # fmt: skip
-    slips_few = len(found.slips) < _FEW_SLIPS and not tested and not few
+    slips_few = len(segments.slips) < _FEW_SLIPS and not tested and not coarse
     if slips_few and all(_one_speed(velocity * sign) for sign in (1, -1)):
-        said.append("one speed a direction: viscous friction cannot be told from Coulomb friction")
-    if sticky and (n := np.median([s.stop - s.start for s in found.slips])) < _COARSE:
-        said.append(f"slips last {n:.0f} samples: too few to see their speed, F_V and v_SS will be "
-                    "weak")  # fmt: skip
-    said += [f"{name} sits at its limit in {share:.1%} of the samples: it may be clipped"
+        notes.append("one speed a direction: viscous friction cannot be told from Coulomb friction")
+    if sticky and (n := np.median([s.stop - s.start for s in segments.slips])) < _COARSE:
+        notes.append(f"slips last {n:.0f} samples: too few to see their speed, F_V and v_SS will "
+                     "be weak")  # fmt: skip
+    notes += [f"{name} sits at its limit in {share:.1%} of the samples: it may be clipped"
              for name, share in clipped.items()]  # fmt: skip
-    return [line for line in said if line]
+    return [line for line in notes if line]
 
 
-def _sticky(found: Segments) -> bool:
+def _sticky(segments: Segments) -> bool:
     """Whether the axis sticks and slips: several slips, most of them a part of their stroke."""
     return (
-        len(found.slips) >= _FEW_SLIPS
-        and found.stuck > _STICKY
-        and 2 * _steps(found) >= len(found.slips)
+        len(segments.slips) >= _FEW_SLIPS
+        and segments.stuck > _STICKY
+        and 2 * _steps(segments) >= len(segments.slips)
     )
 
 
-def _steps(found: Segments) -> int:
+def _steps(segments: Segments) -> int:
     """How many slips are a part of the stroke they lie in: a swing or a move is all of it."""
     steps = 0
-    for slip in found.slips:
+    for slip in segments.slips:
         middle = (slip.start + slip.stop) // 2
-        stroke = next((s for s in found.strokes if s.rows.start <= middle < s.rows.stop), None)
+        stroke = next((s for s in segments.strokes if s.rows.start <= middle < s.rows.stop), None)
         steps += stroke is None or abs(slip.jump) < _OF_STROKE * stroke.travel
     return steps
 
 
-def _few(recording: Recording, found: Segments) -> str:
+def _coarse(recording: Recording, segments: Segments) -> str:
     """Why travel is too short to be differentiated, if it is."""
-    fine = float(np.hypot(found.step, 3.5 * found.noise))
-    count = float(np.ptp(recording.position)) / fine if fine > 0 else np.inf
+    resolution = float(np.hypot(segments.step, 3.5 * segments.noise))
+    count = float(np.ptp(recording.position)) / resolution if resolution > 0 else np.inf
     return f"the whole travel is {count:.0f} steps of the sensor" if count < _TRAVEL else ""
 
 
@@ -305,33 +309,33 @@ def _by_position(recording: Recording) -> bool:
 
 
 def _on_sticking(
-    recording: Recording, found: Segments, tested: str, few: str, *, sticky: bool
+    recording: Recording, segments: Segments, tested: str, coarse: str, *, sticky: bool
 ) -> str:
-    n = len(found.slips)
+    n = len(segments.slips)
     if tested:
         return f"{tested}: no stick-slip, Stribeck parameters cannot be identified"
-    if few or _by_position(recording):
-        return f"hardly any motion: {few}" if few else _MOVED
+    if coarse or _by_position(recording):
+        return f"hardly any motion: {coarse}" if coarse else _MOVED
     if sticky:
-        jump = float(np.median([abs(s.jump) for s in found.slips]))
+        jump = float(np.median([abs(s.jump) for s in segments.slips]))
         size = _shown(jump, CHANNELS["position"][recording.rotary])
-        return (f"stick-slip present: {n} slips of {size}, stuck {found.stuck:.0%} of the time: "
+        return (f"stick-slip present: {n} slips of {size}, stuck {segments.stuck:.0%} of the time: "
                 "Stribeck parameters can be identified by simulation")  # fmt: skip
-    if n and 2 * _steps(found) < n:
+    if n and 2 * _steps(segments) < n:
         return (f"no stick-slip: {n} move{'s' * (n != 1)} from rest to rest, each about a whole "
                 "stroke: swings or single moves")  # fmt: skip
     if n:
-        return (f"hardly any stick-slip: {n} slip{'s' * (n != 1)}, stuck {found.stuck:.0%} of the "
-                "time: Stribeck parameters will be weak at best")  # fmt: skip
+        return (f"hardly any stick-slip: {n} slip{'s' * (n != 1)}, stuck {segments.stuck:.0%} of "
+                "the time: Stribeck parameters will be weak at best")  # fmt: skip
     return "no stick-slip: breakaway and Stribeck parameters cannot be identified"
 
 
-def _on_force(recording: Recording, tested: str, few: str) -> str:
+def _on_force(recording: Recording, tested: str, coarse: str) -> str:
     if recording.force is not None:
-        if tested or few:
+        if tested or coarse:
             simulated = f"rig presliding{'-rotary' * recording.rotary} simulates it"
-            what = f"as {tested}" if tested else few
-            return f"force measured, but {what}: the force-balance road is closed, {simulated}"
+            warning = f"as {tested}" if tested else coarse
+            return f"force measured, but {warning}: the force-balance road is closed, {simulated}"
         if _by_position(recording):
             return ("force is an exact function of the position, a command and not a measurement: "
                     "the force-balance road is closed")  # fmt: skip
@@ -340,9 +344,9 @@ def _on_force(recording: Recording, tested: str, few: str) -> str:
             f", but {spiky:.0%} of its variance is spikes: expect wide intervals" if spiky else ""
         )
         return f"force measured: the force-balance road is open (mass, Coulomb, viscous){hard}"
-    if other := [n for n in ("current", "voltage") if getattr(recording, n) is not None]:
-        return (f"no measured force: the force-balance road is closed unless {other[0]} is mapped "
-                "to force by its factor")  # fmt: skip
+    if substitutes := [n for n in ("current", "voltage") if getattr(recording, n) is not None]:
+        return (f"no measured force: the force-balance road is closed unless {substitutes[0]} is "
+                "mapped to force by its factor")  # fmt: skip
     return "no measured force: the force-balance road is closed"
 
 

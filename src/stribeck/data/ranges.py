@@ -50,10 +50,10 @@ class Range:
         Raises:
             InputError: not two numbers, units that differ in kind, or an empty range.
         """
-        parts = [_END.fullmatch(part) for part in text.split(":")]
-        if len(parts) != 2 or not all(parts):  # noqa: PLR2004 - a range has two ends
+        ends = [_END.fullmatch(end) for end in text.split(":")]
+        if len(ends) != 2 or not all(ends):  # noqa: PLR2004 - a range has two ends
             raise InputError(f"range {text!r}: write A:B, as 112:295 ({shown}) or 10s:40s")
-        (a, unit_a), (b, unit_b) = (part.groups() for part in parts if part)
+        (a, unit_a), (b, unit_b) = (end.groups() for end in ends if end)
         try:
             first, second = unit(unit_a or unit_b or shown), unit(unit_b or unit_a or shown)
         except InputError as error:
@@ -91,69 +91,69 @@ class Window:
 
 
 def windows(
-    recording: Recording, within: Range | None, found: Segments | None = None
+    recording: Recording, bounds: Range | None, segments: Segments | None = None
 ) -> list[Window]:
     """The samples of a range: a window a stroke, or one for a range of times or for all (None).
 
     Raises:
         InputError: the range holds fewer than 10 samples.
     """
-    if within is None:
+    if bounds is None:
         return [Window(slice(0, len(recording)), 0)]
-    if within.timed:
-        a, b = np.searchsorted(recording.t, [within.start, within.stop])
-        seen = [Window(slice(int(a), int(b)), 0)]
+    if bounds.timed:
+        a, b = np.searchsorted(recording.t, [bounds.start, bounds.stop])
+        matches = [Window(slice(int(a), int(b)), 0)]
     else:
-        seen = [
+        matches = [
             Window(rows, stroke.start)
-            for stroke, direction in _reaches(found or segment(recording), len(recording))
-            if direction == within.direction
-            and (rows := _between(recording.position, stroke, within)) is not None
+            for stroke, direction in _reaches(segments or segment(recording), len(recording))
+            if direction == bounds.direction
+            and (rows := _between(recording.position, stroke, bounds)) is not None
         ]
-    touched = sum(w.rows.stop - w.rows.start for w in seen)
-    seen = [w for w in seen if w.rows.stop - w.rows.start >= FEWEST]
-    if not seen and touched:
+    touched = sum(w.rows.stop - w.rows.start for w in matches)
+    matches = [w for w in matches if w.rows.stop - w.rows.start >= FEWEST]
+    if not matches and touched:
         raise InputError(
-            f"{recording.label}: range {within.text} holds {touched} samples, {FEWEST} are needed: "
+            f"{recording.label}: range {bounds.text} holds {touched} samples, {FEWEST} are needed: "
             "widen it"
         )
-    if not seen:
+    if not matches:
         raise InputError(
-            f"{recording.label}: range {within.text} holds no motion: {_extent(recording, within)}"
+            f"{recording.label}: range {bounds.text} holds no motion: {_extent(recording, bounds)}"
         )
-    return seen
+    return matches
 
 
-def _reaches(found: Segments, n: int) -> list[tuple[slice, int]]:
+def _reaches(segments: Segments, n: int) -> list[tuple[slice, int]]:
     """The strokes with the standstill that follows each, so that together they cover the log."""
-    begins = [0, *(s.rows.start for s in found.strokes[1:])]
+    begins = [0, *(s.rows.start for s in segments.strokes[1:])]
     ends = [*begins[1:], n]
     return [
-        (slice(a, b), s.direction) for a, b, s in zip(begins, ends, found.strokes, strict=False)
+        (slice(a, b), s.direction) for a, b, s in zip(begins, ends, segments.strokes, strict=False)
     ]
 
 
-def _between(x: Array, stroke: slice, within: Range) -> slice | None:
+def _between(x: Array, stroke: slice, bounds: Range) -> slice | None:
     """From where a stroke enters a range of positions to where it leaves it."""
-    part = x[stroke] * within.direction
-    start, stop = within.start * within.direction, within.stop * within.direction
-    inside = np.flatnonzero(part >= start)
+    travel = x[stroke] * bounds.direction
+    start, stop = bounds.start * bounds.direction, bounds.stop * bounds.direction
+    inside = np.flatnonzero(travel >= start)
     if not len(inside):
         return None
-    beyond = np.flatnonzero(part[inside[0] :] > stop)
-    end = inside[0] + beyond[0] if len(beyond) else len(part)
+    passed = np.flatnonzero(travel[inside[0] :] > stop)
+    end = inside[0] + passed[0] if len(passed) else len(travel)
     return slice(stroke.start + int(inside[0]), stroke.start + int(end))
 
 
-def _extent(recording: Recording, within: Range) -> str:
-    if within.timed:
+def _extent(recording: Recording, bounds: Range) -> str:
+    if bounds.timed:
         return f"its time runs from {recording.t[0]:g} to {recording.t[-1]:g} s"
     x = recording.position
     scale, written = (1.0, "rad") if recording.rotary else (1e3, "mm")
-    way = "rightward" if within.direction > 0 else "leftward"
+    side = "rightward" if bounds.direction > 0 else "leftward"
     return (
         f"its position runs from {x.min() * scale:.4g} to {x.max() * scale:.4g} {written} "
-        f"and no {way} stroke passes there"
+        f"and no {side} stroke passes there"
     )
 
 
@@ -170,7 +170,7 @@ class Start:
     rows: slice
 
 
-def start_of(found: Segments, window: Window) -> Start | None:
+def start_of(segments: Segments, window: Window) -> Start | None:
     """The rest to start from: the last one before the window in its stroke, else the first in it.
 
     Section 4.3, step 1, takes the mean of the first 50 samples as the position of rest. A range
@@ -183,7 +183,7 @@ def start_of(found: Segments, window: Window) -> Start | None:
     rows = window.rows
     rests = [
         r
-        for r in map(inner, found.rests)
+        for r in map(inner, segments.rests)
         if r.stop - r.start >= FEWEST and r.stop > window.since and r.start < rows.stop - FEWEST
     ]
     if not rests:

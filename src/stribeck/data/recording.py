@@ -132,9 +132,9 @@ class Recording:
 
     def cut(self, rows: slice) -> Recording:
         """The samples of a slice, as a recording of its own."""
-        parts = {
+        channels = {
             f.name: getattr(self, f.name)[rows]
             for f in fields(self)
             if f.name in ("t", *CHANNELS) and getattr(self, f.name) is not None
         }
-        return replace(self, **parts, extra={n: a[rows] for n, a in self.extra.items()})
+        return replace(self, **channels, extra={n: a[rows] for n, a in self.extra.items()})

@@ -133,14 +133,14 @@ def segment(recording: Recording) -> Segments:
     sd = _noise(x, q)
     band = max(_STEPS * q + _SIGMAS * sd, 1e-6 * float(np.ptp(x)))
     lead, fuzz = (x, band) if recording.command is None else _led(recording.command)
-    runs = _strokes(t, lead, fuzz) or _strokes(t, x, band)
-    pace = _pace(runs, t, x)
-    wide = np.maximum(band, 2 * _CREEP * pace * recording.dt)
-    still = _still(t, x, wide, wide / np.maximum(_SLOW * pace, np.finfo(float).tiny))
-    stuck = _rests(x, still, band)
+    strokes = _strokes(t, lead, fuzz) or _strokes(t, x, band)
+    pace = _pace(strokes, t, x)
+    tolerance = np.maximum(band, 2 * _CREEP * pace * recording.dt)
+    resting = _still(t, x, tolerance, tolerance / np.maximum(_SLOW * pace, np.finfo(float).tiny))
+    stuck = _rests(x, resting, band)
     jumps = _slips(t, x, stuck, band, pace, sd, q)
     share = sum(t[r.stop - 1] - t[r.start] for r in stuck) / (t[-1] - t[0])
-    return Segments(sd, q, band, tuple(runs), tuple(stuck), tuple(jumps), float(share))
+    return Segments(sd, q, band, tuple(strokes), tuple(stuck), tuple(jumps), float(share))
 
 
 def step(values: Array) -> float:
@@ -165,15 +165,15 @@ def step(values: Array) -> float:
     return 0.0
 
 
-def turns(values: Array, back: float) -> NDArray[np.int64]:
-    """Samples where a channel turns, its ends included: extremes left by at least `back`."""
-    found: NDArray[np.int64] = _turns(np.ascontiguousarray(values), back)
-    return found
+def turns(values: Array, drop: float) -> NDArray[np.int64]:
+    """Samples where a channel turns, its ends included: extremes left by at least `drop`."""
+    rows: NDArray[np.int64] = _turns(np.ascontiguousarray(values), drop)
+    return rows
 
 
-def _comb(gaps: Array, guess: float, most: float) -> tuple[float, float]:
+def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
     """The increment nearest to a guess, and how far nine of ten gaps keep to its multiples."""
-    small = gaps[gaps < most]
+    small = gaps[gaps < limit]
     if len(small) < len(gaps) / 8:
         return 0.0, 1.0
     for _ in range(2):
@@ -208,47 +208,47 @@ def _strokes(t: Array, x: Array, fuzz: float) -> list[Stroke]:
     extent = float(np.ptp(x))
     if extent <= 2 * fuzz:
         return []
-    back = max(2 * fuzz, _BACK * extent)
-    turns = _turns(x, back)
-    found = []
+    drop = max(2 * fuzz, _BACK * extent)
+    turns = _turns(x, drop)
+    strokes = []
     for a, b in pairwise(turns.tolist()):
-        part = x[a : b + 1]
-        travel = abs(float(part[-1] - part[0]))
+        path = x[a : b + 1]
+        travel = abs(float(path[-1] - path[0]))
         edge = max(fuzz, 1e-3 * travel)
-        first = int(np.flatnonzero(np.abs(part - part[0]) <= edge)[-1])
-        last = int(np.flatnonzero(np.abs(part - part[-1]) <= edge)[0])
-        if first < last and travel > back:
+        first = int(np.flatnonzero(np.abs(path - path[0]) <= edge)[-1])
+        last = int(np.flatnonzero(np.abs(path - path[-1]) <= edge)[0])
+        if first < last and travel > drop:
             rows = slice(int(a) + first, int(a) + last + 1)
-            speed = abs(part[last] - part[first]) / (t[a + last] - t[a + first])
-            found.append(Stroke(rows, 1 if part[-1] > part[0] else -1, travel, float(speed)))
-    return found
+            speed = abs(path[last] - path[first]) / (t[a + last] - t[a + first])
+            strokes.append(Stroke(rows, 1 if path[-1] > path[0] else -1, travel, float(speed)))
+    return strokes
 
 
-def _pace(runs: list[Stroke], t: Array, x: Array) -> Array:
+def _pace(strokes: list[Stroke], t: Array, x: Array) -> Array:
     """The mean speed of the stroke at hand (between strokes, of the one before), (N,)."""
-    if not runs:
+    if not strokes:
         return np.full(len(t), float(np.ptp(x) / (t[-1] - t[0])))
-    starts = np.array([r.rows.start for r in runs])
-    which = np.searchsorted(starts, np.arange(len(t)), side="right") - 1
-    return np.array([r.speed for r in runs])[np.maximum(which, 0)]
+    starts = np.array([r.rows.start for r in strokes])
+    index = np.searchsorted(starts, np.arange(len(t)), side="right") - 1
+    return np.array([r.speed for r in strokes])[np.maximum(index, 0)]
 
 
-def _rests(x: Array, still: NDArray[np.bool_], band: float) -> list[slice]:
+def _rests(x: Array, resting: NDArray[np.bool_], band: float) -> list[slice]:
     """Still stretches, those joined that only an outlier keeps apart."""
-    found: list[slice] = []
-    for a, b in _runs(still):
+    rests: list[slice] = []
+    for a, b in _runs(resting):
         rest = slice(a, b + 1)
-        if found and _same(x, found[-1], rest, band):
-            rest = slice(found.pop().start, b + 1)
-        found.append(rest)
-    return found
+        if rests and _same(x, rests[-1], rest, band):
+            rest = slice(rests.pop().start, b + 1)
+        rests.append(rest)
+    return rests
 
 
 def _same(x: Array, before: slice, after: slice, band: float) -> bool:
     a, b = _level(x[before][-_FEW:]), _level(x[after][:_FEW])
-    between = x[before.stop : after.start]
-    near = len(between) == 0 or float(np.max(np.abs(between - a))) <= 2 * band
-    return before.stop < after.start and abs(b - a) <= band / 2 and near
+    gap = x[before.stop : after.start]
+    small = len(gap) == 0 or float(np.max(np.abs(gap - a))) <= 2 * band
+    return before.stop < after.start and abs(b - a) <= band / 2 and small
 
 
 _FEW = 50  # samples that a level is taken from
@@ -261,14 +261,14 @@ def _level(x: Array) -> float:
 def _slips(
     t: Array, x: Array, stuck: list[slice], band: float, pace: Array, sd: float, q: float
 ) -> list[Slip]:
-    found = []
+    slips = []
     for before, after in pairwise(stuck):
-        old, new = _level(x[before][-_FEW:]), _level(x[after][:_FEW])
-        jump = new - old
-        start, stop = _edges(x, before, after, old, new, 2 * sd + q)
+        level, next_level = _level(x[before][-_FEW:]), _level(x[after][:_FEW])
+        jump = next_level - level
+        start, stop = _edges(x, before, after, level, next_level, 2 * sd + q)
         span = float(t[stop] - t[start])
         if abs(jump) > band and abs(jump) > _DASH * pace[start : stop + 1].max() * span:
-            found.append(
+            slips.append(
                 Slip(
                     start,
                     stop,
@@ -276,29 +276,29 @@ def _slips(
                     _peak(t, x, start, stop, abs(jump), float(np.hypot(sd, q / 3.5))),
                 )
             )
-    return found
+    return slips
 
 
 def _edges(
-    x: Array, before: slice, after: slice, old: float, new: float, near: float
+    x: Array, before: slice, after: slice, level: float, next_level: float, tolerance: float
 ) -> tuple[int, int]:
     """The last sample near the old level and the first near the new one, about the crossing."""
     first, last = max(before.start, before.stop - 1 - _FEW), min(after.stop, after.start + 1 + _FEW)
-    part = x[first:last]
-    half = np.flatnonzero((part - (old + new) / 2) * np.sign(new - old) > 0)
-    middle = int(half[half >= 1][0]) if (half >= 1).any() else len(part) // 2
-    left = np.flatnonzero(np.abs(part[:middle] - old) <= near)
-    right = np.flatnonzero(np.abs(part[middle:] - new) <= near)
-    start = first + (int(left[-1]) if len(left) else 0)
-    stop = first + middle + (int(right[0]) if len(right) else len(part) - middle - 1)
+    travel = x[first:last]
+    half = np.flatnonzero((travel - (level + next_level) / 2) * np.sign(next_level - level) > 0)
+    middle = int(half[half >= 1][0]) if (half >= 1).any() else len(travel) // 2
+    departing = np.flatnonzero(np.abs(travel[:middle] - level) <= tolerance)
+    arriving = np.flatnonzero(np.abs(travel[middle:] - next_level) <= tolerance)
+    start = first + (int(departing[-1]) if len(departing) else 0)
+    stop = first + middle + (int(arriving[0]) if len(arriving) else len(travel) - middle - 1)
     return start, max(stop, start + 1)
 
 
 def _peak(t: Array, x: Array, start: int, stop: int, jump: float, fuzz: float) -> float:
     """Greatest speed over a lag at which noise makes a twentieth of it."""
     lag = min(max(1, int(np.ceil(28 * fuzz / jump * (stop - start)))), stop - start)
-    part, when = x[start : stop + 1], t[start : stop + 1]
-    return float(np.max(np.abs(part[lag:] - part[:-lag]) / (when[lag:] - when[:-lag])))
+    travel, times = x[start : stop + 1], t[start : stop + 1]
+    return float(np.max(np.abs(travel[lag:] - travel[:-lag]) / (times[lag:] - times[:-lag])))
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -317,10 +317,10 @@ def _still(t: Array, x: Array, band: Array, duration: Array) -> NDArray[np.bool_
     linear in the samples.
     """
     n = len(t)
-    still = np.zeros(n - 1, dtype=np.bool_)
+    resting = np.zeros(n - 1, dtype=np.bool_)
     low, high = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     l0 = l1 = h0 = h1 = 0
-    first = done = 0
+    first = marked = 0
     for i in range(n):
         while l1 > l0 and x[low[l1 - 1]] >= x[i]:
             l1 -= 1
@@ -337,15 +337,15 @@ def _still(t: Array, x: Array, band: Array, duration: Array) -> NDArray[np.bool_
             if high[h0] < first:
                 h0 += 1
         if t[i] - t[first] >= duration[i] and i - first > 1:
-            for j in range(max(first, done), i):
-                still[j] = True
-            done = i
-    return still
+            for j in range(max(first, marked), i):
+                resting[j] = True
+            marked = i
+    return resting
 
 
 @njit(int64[::1](_FLOATS, float64), cache=True)
-def _turns(x: Array, back: float) -> NDArray[np.int64]:
-    """Samples where the signal turns, its ends included: extremes left by at least `back`."""
+def _turns(x: Array, drop: float) -> NDArray[np.int64]:
+    """Samples where the signal turns, its ends included: extremes left by at least `drop`."""
     turns = np.empty(len(x) + 1, dtype=np.int64)
     n = 0
     top = bottom = 0
@@ -355,11 +355,11 @@ def _turns(x: Array, back: float) -> NDArray[np.int64]:
             top = i
         if x[i] < x[bottom]:
             bottom = i
-        if direction >= 0 and x[top] - x[i] > back:
+        if direction >= 0 and x[top] - x[i] > drop:
             turns[n] = top
             n += 1
             direction, bottom = -1, i
-        elif direction <= 0 and x[i] - x[bottom] > back:
+        elif direction <= 0 and x[i] - x[bottom] > drop:
             turns[n] = bottom
             n += 1
             direction, top = 1, i

@@ -103,8 +103,8 @@ def law_named(name: str) -> Law:
     Raises:
         InputError: there is no such law or term, or it cannot have so many elements.
     """
-    whole, *terms = name.split("+")
-    stem, colon, count = whole.partition(":")
+    stem_name, *terms = name.split("+")
+    stem, colon, count = stem_name.partition(":")
     if stem not in LAWS:
         raise InputError(f"no law {stem!r}: there are {', '.join(LAWS)}")
     law = _of_elements(stem, count) if colon else LAWS[stem]
@@ -124,8 +124,8 @@ def _of_elements(stem: str, count: str) -> Law:
             f"law {stem}:{count}: the number of elements goes from 1 to {_MOST_ELEMENTS}, "
             f"as in {stem}:6"
         )
-    of: Callable[[int], Law] = _declared(stem, stem)
-    return of(int(count))
+    factory: Callable[[int], Law] = _declared(stem, stem)
+    return factory(int(count))
 
 
 def _declared(law: str, name: str) -> Any:

@@ -19,15 +19,15 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
     out[0] = z[0]
     if v * h != 0.0:
         steady = F_C / sigma_0
-        left = copysign(steady, v) - z[0]
-        if steady > 0.0 and left != 0.0:
+        gap = copysign(steady, v) - z[0]
+        if steady > 0.0 and gap != 0.0:
             x, w = abs(v) * h / steady, 1.0 - exponent
             if w == 0.0:
                 change = expm1(-x)
             else:
-                x *= w / (abs(left) / steady) ** w
+                x *= w / (abs(gap) / steady) ** w
                 change = expm1(log1p(-x) / w) if x < 1.0 else -1.0
-            out[0] -= left * change
+            out[0] -= gap * change
         else:
             out[0] = copysign(steady, v)
     return sigma_0 * out[0] + F_V * v  # type: ignore[no-any-return]

@@ -17,10 +17,10 @@ _NEAR, _STEP = 1e-3, 0.05
 @njit(float64(float64, float64), cache=True, error_model="numpy")
 def _approach(log_left: float, width: float) -> float:
     """How fast the logarithm of what is left falls per travel of one steady deflection."""
-    left = exp(log_left)
-    c = cos(0.5 * pi * left)
-    s = sin(0.5 * pi * left)
-    return s * s / (width * left) + c * c
+    remainder = exp(log_left)
+    c = cos(0.5 * pi * remainder)
+    s = sin(0.5 * pi * remainder)
+    return s * s / (width * remainder) + c * c
 
 
 @njit(float64(float64, float64, float64), cache=True, error_model="numpy")
@@ -44,10 +44,12 @@ def _deflected(u: float, elastic: float, x: float) -> float:
         k4 = _approach(log_left - h * k3, width)
         log_left -= h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
         x -= h
-    left = exp(log_left)
+    remainder = exp(log_left)
     # u' = 1 - u cos^2(pi left / 2) to third order: a logistic equation.
-    done = 1.0 - exp(-x)
-    return 1.0 - width * left * (1.0 - done) / (1.0 + 0.25 * pi * pi * left / width * done)
+    approached = 1.0 - exp(-x)
+    return 1.0 - width * remainder * (1.0 - approached) / (
+        1.0 + 0.25 * pi * pi * remainder / width * approached
+    )
 
 
 def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:

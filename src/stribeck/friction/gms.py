@@ -24,17 +24,17 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
         distance *= p[n + i]
         out[i], out[n + i] = z[i], z[n + i]
         if h != 0.0:
-            slides, left = s * z[i] > 0.0 and z[n + i] > 0.5 and v != 0.0, h  # noqa: PLR2004
+            slides, remaining = s * z[i] > 0.0 and z[n + i] > 0.5 and v != 0.0, h  # noqa: PLR2004
             if not slides:
                 gap = max(level - s * z[i], 0.0) * distance
                 if abs(v) * h <= gap:
                     out[i] += v * h / distance
                 elif v != 0.0:
-                    slides, left = True, h - gap / abs(v)
+                    slides, remaining = True, h - gap / abs(v)
                     if gap > 0.0:
                         out[i] = s * level
             if slides:
-                out[i] = s * level + (out[i] - s * level) * exp(-left / (tau * level))
+                out[i] = s * level + (out[i] - s * level) * exp(-remaining / (tau * level))
             out[n + i] = 1.0 if slides else 0.0
         F += p[i] * out[i]
     return F  # type: ignore[no-any-return]

@@ -116,8 +116,10 @@ class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __init__(self, compiled: Any, signature: Any) -> None:
         self._compiled, self._signature = compiled, signature  # kept alive with its machine code
-        found = compiled.get_compile_result(signature)
-        self._address = found.library.get_pointer_to_function(found.fndesc.llvm_cfunc_wrapper_name)
+        result = compiled.get_compile_result(signature)
+        self._address = result.library.get_pointer_to_function(
+            result.fndesc.llvm_cfunc_wrapper_name
+        )
 
     def __wrapper_address__(self) -> int:
         return int(self._address)
@@ -188,8 +190,8 @@ class Law:
     @cached_property
     def sticks(self) -> bool:
         """Whether it has levels of its own that hold an axis at rest: no states, not all zero."""
-        ends = np.array([q.upper if q.fixed is None else q.fixed for q in self.params])
-        return self.states == 0 and any(self.levels(ends))
+        upper = np.array([q.upper if q.fixed is None else q.fixed for q in self.params])
+        return self.states == 0 and any(self.levels(upper))
 
     def with_term(self, term: Term) -> Law:
         """The same law, all of its friction multiplied by a term with parameters of its own.
@@ -203,7 +205,7 @@ class Law:
         if term not in TERMS or term in self.terms:
             raise InputError(f"law {self.name}: cannot add a term {term!r}: there are "
                              f"{', '.join(TERMS)}, each once")  # fmt: skip
-        k, own = len(self.params), self.physical
+        k, symmetric = len(self.params), self.physical
         return replace(
             self,
             name=f"{self.name}+{term}",
@@ -212,7 +214,7 @@ class Law:
             formula=f"{self.formula},  all of F times {_FACTORS[term]}",
             terms=(*self.terms, term),
             linear=(),
-            physical=lambda p: own(p[:, :k]),
+            physical=lambda p: symmetric(p[:, :k]),
         )
 
     @property
@@ -244,18 +246,18 @@ def friction(law: Law, v: float, F_in: float, p: Array) -> float:
 
 
 def by_direction(
-    law: Law, function: Callable[..., float], *, apart: tuple[str, ...] | None = None
+    law: Law, function: Callable[..., float], *, split_names: tuple[str, ...] | None = None
 ) -> Law:
     """The direction-dependent variant of a law: `+` parameters for v > 0, `-` for v < 0.
 
     Args:
         law: The symmetric law.
         function: The directional law: reads the `+` set, then the `-` set, then shared ones.
-        apart: Parameters that differ between directions; all but fixed ones by default.
+        split_names: Parameters that differ between directions; all but fixed ones by default.
     """
-    apart = apart or tuple(q.name for q in law.params if q.fixed is None)
-    split = [q for q in law.params if q.name in apart]
-    shared = [q for q in law.params if q.name not in apart]
+    split_names = split_names or tuple(q.name for q in law.params if q.fixed is None)
+    split = [q for q in law.params if q.name in split_names]
+    shared = [q for q in law.params if q.name not in split_names]
     params = [_signed(q, sign) for sign in "+-" for q in split] + shared
     k, n = len(split), len(params)
 
@@ -279,7 +281,7 @@ def by_direction(
 
 def _signed(param: Param, sign: str) -> Param:
     symbol = param.symbol or param.name
-    where = "rightward (v > 0)" if sign == "+" else "leftward (v < 0)"
+    side = "rightward (v > 0)" if sign == "+" else "leftward (v < 0)"
     return Param(
         f"{param.name}{sign}",
         param.lower,
@@ -288,5 +290,5 @@ def _signed(param: Param, sign: str) -> Param:
         f"{symbol}^{{{sign}}}",
         param.log,
         param.fixed,
-        f"{param.doc}, {where}",
+        f"{param.doc}, {side}",
     )

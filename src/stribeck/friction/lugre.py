@@ -27,10 +27,10 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
         out[0] = z[0] if v * h == 0.0 else 0.0
         return sigma_0 * out[0] + F_V * v  # type: ignore[no-any-return]
     rate = sigma_0 * abs(v) / level
-    left = copysign(level / sigma_0, v) - z[0]
-    done = -expm1(-rate * h)
-    out[0] = z[0] + left * done
-    return sigma_0 * out[0] + sigma_1 * rate * left * (1.0 - done) + F_V * v  # type: ignore[no-any-return]
+    gap = copysign(level / sigma_0, v) - z[0]
+    share = -expm1(-rate * h)
+    out[0] = z[0] + gap * share
+    return sigma_0 * out[0] + sigma_1 * rate * gap * (1.0 - share) + F_V * v  # type: ignore[no-any-return]
 
 
 LUGRE = Law(

@@ -13,7 +13,7 @@ from .law import Law
 Order = tuple[int, int]
 
 
-def orders(law: Law, *, every: bool = False) -> list[Order]:
+def orders(law: Law, *, nonlinear: bool = False) -> list[Order]:
     """The pairs (i, j) of parameters for which `law.physical` demands p_i >= p_j.
 
     Asked of the law itself: with all levels equal it must hold, with p_j raised it must not, and
@@ -21,18 +21,18 @@ def orders(law: Law, *, every: bool = False) -> list[Order]:
 
     Args:
         law: The law.
-        every: Whether parameters that the law is not linear in are asked about, too.
+        nonlinear: Whether parameters that the law is not linear in are asked about, too.
     """
     p = np.array([0.5 * (q.lower + q.upper) if q.fixed is None else q.fixed for q in law.params])
-    asked = [i for i, q in enumerate(law.params) if every or q.name in law.linear]
-    for unit in {law.params[i].unit for i in asked}:
-        alike = [i for i in asked if law.params[i].unit == unit]
-        p[alike] = min(p[alike])
+    among = [i for i, q in enumerate(law.params) if nonlinear or q.name in law.linear]
+    for unit in {law.params[i].unit for i in among}:
+        same_unit = [i for i in among if law.params[i].unit == unit]
+        p[same_unit] = min(p[same_unit])
     if not _holds(law, p):
         return []
     return [
         (i, j)
-        for i, j in permutations(asked, 2)
+        for i, j in permutations(among, 2)
         if law.params[i].unit == law.params[j].unit
         and not _holds(law, _raised(p, j))
         and _holds(law, _raised(p, i, j))

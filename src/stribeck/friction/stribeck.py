@@ -69,5 +69,5 @@ STRIBECK_FREE = replace(
 )
 
 STRIBECK_FREE_DIRECTIONAL = by_direction(
-    STRIBECK_FREE, _slip_directional, apart=("F_S", "F_C", "F_V", "v_SS")
+    STRIBECK_FREE, _slip_directional, split_names=("F_S", "F_C", "F_V", "v_SS")
 )

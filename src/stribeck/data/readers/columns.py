@@ -91,19 +91,19 @@ def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
     return name, table
 
 
-def _checked(where: str, entry: object) -> None:
+def _checked(place: str, entry: object) -> None:
     if isinstance(entry, str):
         return
     if not isinstance(entry, Mapping) or not isinstance(entry.get("column"), str):
-        raise InputError(f'{where}: write "head [unit]" or {{column = "head", unit = "N"}}')
+        raise InputError(f'{place}: write "head [unit]" or {{column = "head", unit = "N"}}')
     if odd := set(entry) - {"column", "unit", "factor"}:
-        raise InputError(f"{where}: {min(map(str, odd))!r} is none of column, unit, factor")
+        raise InputError(f"{place}: {min(map(str, odd))!r} is none of column, unit, factor")
     if not isinstance(entry.get("unit", ""), str):
-        raise InputError(f'{where}: the unit must be text such as "mm"')
+        raise InputError(f'{place}: the unit must be text such as "mm"')
     factor = entry.get("factor", 1.0)
     number = isinstance(factor, (int, float)) and not isinstance(factor, bool)
     if not isinstance(factor, str) and not (number and math.isfinite(factor) and factor):
-        raise InputError(f"{where}: factor must be a number other than 0, or a column's name")
+        raise InputError(f"{place}: factor must be a number other than 0, or a column's name")
 
 
 def choose(table: Table, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice], list[str]]:
@@ -120,15 +120,15 @@ def choose(table: Table, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
     chosen = {channel: _mapped(table, channel, entry) for channel, entry in mapped.items()}
     for channel, c in chosen.items():
         _fitting(channel, c, _kinds(channel))
-    taken = {c.column for c in chosen.values()}
-    heads = {h: _head(table, h) for h in table.columns if h not in taken}
+    used = {c.column for c in chosen.values()}
+    heads = {h: _head(table, h) for h in table.columns if h not in used}
     for channel in ("time", "position"):
         if channel not in chosen:
             chosen[channel] = _needed(table, heads, channel, _kinds(channel), chosen)
     rotary = chosen["position"].unit.dimension == _ANGLE
     for channel in (n for n in CHANNELS if n not in chosen):
-        if found := _found(heads, channel, _kinds(channel, rotary=rotary)):
-            chosen[channel] = found
+        if candidates := _ranked(heads, channel, _kinds(channel, rotary=rotary)):
+            chosen[channel] = candidates
     for channel, c in chosen.items():
         _fitting(channel, c, _kinds(channel, rotary=rotary))
     return chosen, list(_unfit(heads, chosen))
@@ -187,8 +187,8 @@ def _needed(
     chosen: Mapping[str, Choice],
 ) -> Choice:
     """The column of time or position, or why there is none."""
-    if found := _found(heads, channel, kinds):
-        return found
+    if candidates := _ranked(heads, channel, kinds):
+        return candidates
     named = [h for h, head in heads.items() if channel in meanings(head)]
     if bare := [h for h in named if heads[h].unit is None]:
         raise InputError(_without_unit(heads, bare[0], channel, chosen))
@@ -208,15 +208,15 @@ def _without_unit(
         bare = [h for h, head in heads.items() if "position" in meanings(head) and not head.unit]
         if bare and bare[0] != first:
             lacking["position"] = shortened(bare[0])
-    which = " and ".join(lacking.values())
+    channels = " and ".join(lacking.values())
     fix = ", ".join(f'{c} = "{h} [{_unit_of(c)}]"' for c, h in lacking.items())
     return (
-        f"column{'s' * (len(lacking) > 1)} {which} without a unit: write it in the head, as in "
+        f"column{'s' * (len(lacking) > 1)} {channels} without a unit: write it in the head, as in "
         f"{lacking[channel]} [{_unit_of(channel)}], or map it: columns = {{{fix}}}"
     )
 
 
-def _found(heads: Mapping[str, Head], channel: str, kinds: tuple[str, ...]) -> Choice | None:
+def _ranked(heads: Mapping[str, Head], channel: str, kinds: tuple[str, ...]) -> Choice | None:
     """The best candidate by name and unit."""
     ranked = []
     for h, head in heads.items():
@@ -226,9 +226,9 @@ def _found(heads: Mapping[str, Head], channel: str, kinds: tuple[str, ...]) -> C
     if not ranked:
         return None
     best = min(rank for rank, _, _ in ranked)
-    first, *more = [(h, u) for rank, h, u in ranked if rank == best]
-    if more:
-        a, b = shortened(first[0]), shortened(more[0][0])
+    first, *rivals = [(h, u) for rank, h, u in ranked if rank == best]
+    if rivals:
+        a, b = shortened(first[0]), shortened(rivals[0][0])
         raise InputError(
             f"columns {a} and {b} both look like the {channel}: map one, as in columns = "
             f'{{{channel} = "{a}"}}'
@@ -283,10 +283,10 @@ def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]
     for channel in CHANNELS:
         named = [h for h, head in heads.items() if channel in meanings(head) and h not in used]
         if channel not in chosen and named:
-            why = (
+            reason = (
                 "has no unit" if heads[named[0]].unit is None else "is in a unit that does not fit"
             )
-            notes.append(f"column {shortened(named[0])} {why} and was not taken as {channel}")
+            notes.append(f"column {shortened(named[0])} {reason} and was not taken as {channel}")
     return notes
 
 

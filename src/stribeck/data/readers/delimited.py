@@ -39,7 +39,7 @@ _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "u
 class _Layout:
     heads: list[str]
     first: int  # the line where data starts, from 0
-    found: int  # the first line of numbers
+    first_numbers: int  # the first line of numbers, from 0
     width: int
     separator: str
     decimal_comma: bool
@@ -68,8 +68,8 @@ def _utf8(data: bytes) -> bytes:
         data = data.decode("latin-1").encode()
     if _CONTROL.search(data, 0, _SNIFFED) or b"\0" in data:
         raise InputError("is not text: export the log as CSV, Parquet or MATLAB 5")
-    ends = b"\r\n" if b"\n" in data else b"\r"
-    return data.replace(ends, b"\n") if b"\r" in data else data
+    line_end = b"\r\n" if b"\n" in data else b"\r"
+    return data.replace(line_end, b"\n") if b"\r" in data else data
 
 
 def _wide(data: bytes) -> str | None:
@@ -90,7 +90,7 @@ def _sniff(text: bytes) -> _Layout:
     for strict in (True, False):
         layouts = [x for s in _SEPARATORS if (x := _layout(lines, s, strict=strict))]
         if layouts:
-            return min(layouts, key=lambda x: x.found)
+            return min(layouts, key=lambda x: x.first_numbers)
     raise InputError(_what_is_wrong(lines))
 
 
@@ -198,22 +198,22 @@ def _parse(text: bytes, layout: _Layout) -> Table:
     heads = _heads(layout)
     if (bare := _bare(body, layout)) is not None:
         names = (h or f"column {i}" for i, h in enumerate(heads, 1))
-        places = np.arange(len(bare)) + layout.first + 1
-        return Table(dict(zip(names, bare.T.copy(), strict=True)), places, "line")
+        lines = np.arange(len(bare)) + layout.first + 1
+        return Table(dict(zip(names, bare.T.copy(), strict=True)), lines, "line")
     frame = _numbers(body, layout, comment)
     cells: dict[str, tuple[int, str]] = {}
     if frame is None:
         _refuse_long_rows(body, layout, comment)
         frame, cells = _words(body, layout, comment)
-    places = _places(body, layout, comment, frame.height)
-    _refuse_short_rows(body, layout, frame, places)
+    lines = _places(body, layout, comment, frame.height)
+    _refuse_short_rows(body, layout, frame, lines)
     columns = {}
     for i, series in enumerate(frame.iter_columns()):
         values = series.to_numpy().astype(float)
         if heads[i] or not np.isnan(values).all() or series.name in cells:
             columns[heads[i] or f"column {i + 1}"] = values
     named = {heads[int(i)] or f"column {int(i) + 1}": cell for i, cell in cells.items()}
-    return Table(columns, places, "line", named)
+    return Table(columns, lines, "line", named)
 
 
 def _heads(layout: _Layout) -> list[str]:
@@ -241,7 +241,7 @@ def _bare(body: bytes, layout: _Layout) -> Array | None:
     return rows if rows.shape == (lines, layout.width) else None  # else some are empty
 
 
-def _scan(body: bytes, layout: _Layout, comment: str, dtype: Any, **more: Any) -> pl.DataFrame:
+def _scan(body: bytes, layout: _Layout, comment: str, dtype: Any, **options: Any) -> pl.DataFrame:
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
 
     if layout.separator == " ":
@@ -254,7 +254,7 @@ def _scan(body: bytes, layout: _Layout, comment: str, dtype: Any, **more: Any) -
         quote_char='"' if b'"' in body else None,
         comment_prefix=comment,
         missing_columns="insert",
-        **more,
+        **options,
     )
 
 
@@ -287,9 +287,9 @@ def _words(
     numbers = frame.select(plain.cast(pl.Float64, strict=False))
     cells = {}
     for name in frame.columns:
-        bad = frame[name].is_not_null() & numbers[name].is_null()
-        if bad.any():
-            row = int(bad.arg_true()[0])
+        text = frame[name].is_not_null() & numbers[name].is_null()
+        if text.any():
+            row = int(text.arg_true()[0])
             cells[name] = (row, str(frame[name][row]))
     return numbers, cells
 
@@ -314,7 +314,7 @@ def _refuse_long_rows(body: bytes, layout: _Layout, comment: str) -> None:
 
 
 def _refuse_short_rows(
-    body: bytes, layout: _Layout, frame: pl.DataFrame, places: np.ndarray[Any, Any]
+    body: bytes, layout: _Layout, frame: pl.DataFrame, numbers: np.ndarray[Any, Any]
 ) -> None:
     """Polars fills a row that ends early; a log that was cut off is none with gaps."""
     last = frame.columns[len(layout.heads) - 1]
@@ -323,9 +323,9 @@ def _refuse_short_rows(
         return
     lines = body.split(b"\n")
     for row in open_ended.arg_true():
-        at = int(places[row]) - layout.first - 1
+        at = int(numbers[row]) - layout.first - 1
         line = lines[at].decode(errors="replace") if at < len(lines) else ""
         if line.strip() and len(fields := _split(line, layout.separator)) < len(layout.heads):
             raise InputError(
-                f"line {places[row]} has {len(fields)} fields, the header {len(layout.heads)}"
+                f"line {numbers[row]} has {len(fields)} fields, the header {len(layout.heads)}"
             )

@@ -81,9 +81,13 @@ def take_apart(head: str) -> Head:
 
 def is_unit(text: str) -> bool:
     """Whether a piece of a head is a unit and not a word (`mm`, `rad_s2`, `N s/m`)."""
-    above, *below = re.split(r"[_/\s]+", text.strip().strip("[]()"))
-    seconds = above in ("s", "ms", "us", "µs", "μs", "min", "h")  # nothing divides them
-    return above in _UNITS and all(b in _BELOW for b in below) and not (seconds and below)
+    numerator, *denominators = re.split(r"[_/\s]+", text.strip().strip("[]()"))
+    seconds = numerator in ("s", "ms", "us", "µs", "μs", "min", "h")  # nothing divides them
+    return (
+        numerator in _UNITS
+        and all(b in _BELOW for b in denominators)
+        and not (seconds and denominators)
+    )
 
 
 def meanings(head: Head) -> dict[str, int]:
@@ -96,12 +100,12 @@ def meanings(head: Head) -> dict[str, int]:
     if plain:
         return plain
     words = head.stem.split("_")
-    said = [w for w in words if w in _MEASURED | _COMMANDED]
-    rest = "_".join(w for w in words if w not in said)
-    if len(said) != 1 or not rest:
+    qualifiers = [w for w in words if w in _MEASURED | _COMMANDED]
+    stem = "_".join(w for w in words if w not in qualifiers)
+    if len(qualifiers) != 1 or not stem:
         return {}
-    bare = [channel for name, channel in _CHANNEL if name == rest]
-    if said[0] in _MEASURED:
+    bare = [channel for name, channel in _CHANNEL if name == stem]
+    if qualifiers[0] in _MEASURED:
         return {c: 0 for c in bare if c != "command"}
     return {
         c: r

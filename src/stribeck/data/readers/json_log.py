@@ -27,27 +27,27 @@ def read_json(data: bytes) -> Table:
         InputError: it is no JSON, or has no list of records with numbers in them.
     """
     try:
-        whole = json.loads(data)
+        document = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise InputError("is no JSON, or not all of it: copy or export it again") from error
-    beside: Mapping[str, Any] = {}
-    if isinstance(whole, Mapping):
-        lists = [name for name, value in whole.items() if _records(value)]
+    scalars: Mapping[str, Any] = {}
+    if isinstance(document, Mapping):
+        lists = [name for name, value in document.items() if _records(value)]
         if len(lists) > 1:
             raise InputError(
                 f"has more than one list of records, {shortened(lists[0])} and "
                 f"{shortened(lists[1])}: keep one"
             )
-        beside, whole = whole, whole[lists[0]] if lists else None
-    if not _records(whole):
+        scalars, document = document, document[lists[0]] if lists else None
+    if not _records(document):
         raise InputError('has no list of records such as [{"t": 0.0, "x": 1.2}, ...]')
-    made = _table(whole, {n: float(v) for n, v in beside.items() if _number(v)})
-    said = [
+    table = _table(document, {n: float(v) for n, v in scalars.items() if _number(v)})
+    notes = [
         f"{shortened(n)} is the text {shortened(v)}, not a number: it was left out"
-        for n, v in beside.items()
+        for n, v in scalars.items()
         if isinstance(v, str) and _means_a_number(v)
     ]
-    return replace(made, notes=(*made.notes, *said)) if said else made
+    return replace(table, notes=(*table.notes, *notes)) if notes else table
 
 
 def _records(value: object) -> bool:
@@ -75,7 +75,7 @@ def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table
         )
     columns: dict[str, np.ndarray[Any, Any]] = {}
     text: dict[str, tuple[int, str]] = {}
-    left: list[str] = []
+    skipped: list[str] = []
     for name in names:
         values = np.full(len(records), math.nan)
         for row, record in enumerate(records):
@@ -84,12 +84,12 @@ def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table
                 values[row] = cell
             elif isinstance(cell, str):
                 text.setdefault(name, (row, cell))
-            elif cell is not None and name not in left:
-                left.append(name)
-        if name not in left:
+            elif cell is not None and name not in skipped:
+                skipped.append(name)
+        if name not in skipped:
             columns[name] = values
     if not any(not np.isnan(c).all() for c in columns.values()):
         raise InputError("its records have no numbers in them")
-    notes = (f"left out, not numbers: {', '.join(map(shortened, left))}",) if left else ()
-    places = np.arange(1, len(records) + 1)
-    return Table(columns, places, "record", text, scalars, {}, notes)
+    notes = (f"left out, not numbers: {', '.join(map(shortened, skipped))}",) if skipped else ()
+    numbers = np.arange(1, len(records) + 1)
+    return Table(columns, numbers, "record", text, scalars, {}, notes)

@@ -100,20 +100,20 @@ def _elements(
 def _matrix(kind: int, body: memoryview, order: str) -> Iterator[_Variable]:
     if kind != _MATRIX or not len(body):
         return
-    parts = list(_elements(body, order))
-    (_, flags), (_, shape), (_, name), *contents = parts
+    elements = list(_elements(body, order))
+    (_, flags), (_, shape), (_, name), *contents = elements
     (word,) = struct.unpack_from(order + "I", flags)
-    said = bytes(name).decode("latin-1").rstrip("\0")
-    if not said:
+    text = bytes(name).decode("latin-1").rstrip("\0")
+    if not text:
         return
     if word & 0xFF not in _NUMERIC:
-        yield _Variable(said, _KINDS.get(word & 0xFF, "unknown"), None)
+        yield _Variable(text, _KINDS.get(word & 0xFF, "unknown"), None)
     elif word >> 8 & _COMPLEX:
-        yield _Variable(said, "complex numbers", None)
+        yield _Variable(text, "complex numbers", None)
     else:
         dims = np.frombuffer(shape, dtype=order + "i4")
         stored, cells = contents[0] if contents else (9, memoryview(b""))
-        yield _Variable(said, "", _array(dims.tolist(), stored, cells, order))
+        yield _Variable(text, "", _array(dims.tolist(), stored, cells, order))
 
 
 def _array(dims: list[int], stored: int, cells: memoryview, order: str) -> np.ndarray[Any, Any]:
@@ -130,7 +130,7 @@ def _table(variables: list[_Variable]) -> Table:
     scalars: dict[str, float] = {}
     columns: dict[str, np.ndarray[Any, Any]] = {}
     notes = []
-    left = [f"{v.name} ({v.kind})" for v in variables if v.kind not in ("", _KINDS[_CHAR])]
+    skipped = [f"{v.name} ({v.kind})" for v in variables if v.kind not in ("", _KINDS[_CHAR])]
     for variable in variables:
         values = variable.values
         if values is not None and values.size == 1:
@@ -141,13 +141,15 @@ def _table(variables: list[_Variable]) -> Table:
     rows = max(set(lengths), key=lambda n: (lengths.count(n), n), default=0)
     if odd := [n for n, c in columns.items() if len(c) != rows]:
         notes.append(f"left out, not of the common length {rows}: {', '.join(map(shortened, odd))}")
-    if left:
-        notes.append(f"left out, not plain numbers: {', '.join(map(shortened, left))}")
+    if skipped:
+        notes.append(f"left out, not plain numbers: {', '.join(map(shortened, skipped))}")
     if not rows:
-        what = f"only {', '.join(map(shortened, left))}" if left else "nothing"
-        raise InputError(f"has no vectors of numbers ({what}): save time and position as vectors")
-    kept = {n: c for n, c in columns.items() if len(c) == rows}
-    return Table(kept, np.arange(1, rows + 1), "row", {}, scalars, {}, tuple(notes))
+        content = f"only {', '.join(map(shortened, skipped))}" if skipped else "nothing"
+        raise InputError(
+            f"has no vectors of numbers ({content}): save time and position as vectors"
+        )
+    series = {n: c for n, c in columns.items() if len(c) == rows}
+    return Table(series, np.arange(1, rows + 1), "row", {}, scalars, {}, tuple(notes))
 
 
 def _length(values: np.ndarray[Any, Any]) -> int:

@@ -29,7 +29,7 @@ def read_parquet(data: bytes) -> Table:
         frame = lazy.collect()
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
         raise InputError("is a broken Parquet file: copy or export it again") from error
-    columns, text, units, left = {}, {}, {}, []
+    columns, text, units, skipped = {}, {}, {}, []
     for series in frame.iter_columns():
         if series.dtype.is_numeric() or series.dtype == pl.Boolean:
             columns[series.name] = _floats(series)
@@ -40,8 +40,8 @@ def read_parquet(data: bytes) -> Table:
             columns[series.name] = np.full(len(series), np.nan)
             text[series.name] = (int(series.is_not_null().arg_max() or 0), str(cells[0]))
         else:
-            left.append(shortened(series.name))
-    notes = (f"left out, not numbers: {', '.join(left)}",) if left else ()
+            skipped.append(shortened(series.name))
+    notes = (f"left out, not numbers: {', '.join(skipped)}",) if skipped else ()
     return Table(columns, np.arange(1, frame.height + 1), "row", text, {}, units, notes)
 
 

@@ -41,16 +41,16 @@ class Table:
         return f"{self.word} {self.places[row]}"
 
 
-def listed(names: Mapping[str, object] | list[str], most: int = 12) -> str:
+def listed(names: Mapping[str, object] | list[str], limit: int = 12) -> str:
     """Names for a message, not too many of them."""
     names = [shortened(name) for name in names]
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" * (len(names) > most))
+    return ", ".join(names[:limit]) + (f" and {len(names) - limit} more" * (len(names) > limit))
 
 
-def shortened(text: str, most: int = 40) -> str:
+def shortened(text: str, limit: int = 40) -> str:
     """A piece of somebody's file for a message: printable and short."""
     text = printable(text)
-    return text if len(text) <= most else f"{text[:most]}..."
+    return text if len(text) <= limit else f"{text[:limit]}..."
 
 
 def printable(text: str) -> str:

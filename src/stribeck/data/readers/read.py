@@ -92,8 +92,8 @@ def _bytes(file: Path) -> bytes:
     except FileNotFoundError as error:
         raise InputError(f"no such file in {file.parent}") from error
     except (OSError, ValueError) as error:  # a zero byte in a path is a ValueError
-        why = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {why}") from error
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}") from error
     if not data:
         raise InputError("is empty")
     return data
@@ -108,8 +108,8 @@ def _format(file: Path) -> Callable[[bytes], Table]:
     if _FORMATS[suffix] is read_text:
         with file.open("rb") as f:
             start = f.read(8)
-        if what := next((w for magic, w in _MAGIC.items() if start.startswith(magic)), None):
-            raise InputError(f"is {what}")
+        if kind := next((w for magic, w in _MAGIC.items() if start.startswith(magic)), None):
+            raise InputError(f"is {kind}")
     return _FORMATS[suffix]
 
 
@@ -135,11 +135,11 @@ def _scaled(chosen: Mapping[str, Choice]) -> list[str]:
     force = chosen.get("force")
     if force is None or isinstance(force.factor, str) or abs(force.factor) == 1:
         return []
-    said = (
+    note = (
         f"force is {shortened(force.column)} times {force.factor:g}: every parameter of force and "
         "mass scales with that factor, and is no better known than it is"
     )
-    return [said]
+    return [note]
 
 
 def _rotary(chosen: Mapping[str, Choice]) -> bool:

@@ -64,16 +64,16 @@ class Mender:
         self._still()
         self._jitter()
 
-    def _keep(self, kept: NDArray[np.bool_] | slice) -> None:
-        self.rows = self.rows[kept]
-        self.channels = {n: a[kept] for n, a in self.channels.items()}
-        self.extra = {n: a[kept] for n, a in self.extra.items()}
+    def _keep(self, rows: NDArray[np.bool_] | slice) -> None:
+        self.rows = self.rows[rows]
+        self.channels = {n: a[rows] for n, a in self.channels.items()}
+        self.extra = {n: a[rows] for n, a in self.extra.items()}
 
     def _infinite(self) -> None:
         for name, a in self.channels.items():
-            if (bad := np.isinf(a)).any():
-                raise InputError(f"{self._place(bad)}: {name} is infinite: empty the cell or drop "
-                                 "the row")  # fmt: skip
+            if (infinite := np.isinf(a)).any():
+                raise InputError(f"{self._place(infinite)}: {name} is infinite: empty the cell or "
+                                 "drop the row")  # fmt: skip
 
     def _unwritten(self) -> None:
         """A channel that is empty throughout was not recorded; a row that is empty is none."""
@@ -86,48 +86,48 @@ class Mender:
         self._keep(~empty)
 
     def _ends(self) -> None:
-        known = ~np.isnan(self.channels["time"]) & ~np.isnan(self.channels["position"])
-        if not known.any():
+        finite = ~np.isnan(self.channels["time"]) & ~np.isnan(self.channels["position"])
+        if not finite.any():
             raise InputError("no row has both time and position")
-        first, last = int(known.argmax()), len(known) - int(known[::-1].argmax())
+        first, last = int(finite.argmax()), len(finite) - int(finite[::-1].argmax())
         self._trim(first, last, "time or position")
 
     def _edges(self) -> None:
         """Rows at the ends where a channel is not there yet, or no more."""
         first, last = 0, len(self.rows)
         for name, a in self.channels.items():
-            known = ~np.isnan(a)
-            if not known.any():
+            finite = ~np.isnan(a)
+            if not finite.any():
                 raise InputError(f"{name} is empty wherever time and position are not")
-            begins, ends = int(known.argmax()), len(a) - int(known[::-1].argmax())
-            if max(begins, len(a) - ends) > SHORT_GAP:
-                at = (0, begins - 1) if begins > len(a) - ends else (ends, len(a) - 1)
+            begins, stop = int(finite.argmax()), len(a) - int(finite[::-1].argmax())
+            if max(begins, len(a) - stop) > SHORT_GAP:
+                at = (0, begins - 1) if begins > len(a) - stop else (stop, len(a) - 1)
                 self._refuse_gap(name, *at)
-            first, last = max(first, begins), min(last, ends)
+            first, last = max(first, begins), min(last, stop)
         self._trim(first, last, "a channel")
 
-    def _trim(self, first: int, last: int, what: str) -> None:
+    def _trim(self, first: int, last: int, reason: str) -> None:
         if cut := len(self.rows) - (last - first):
-            self.notes.append(f"{_count(cut, 'row')} without {what} trimmed at the ends")
+            self.notes.append(f"{_count(cut, 'row')} without {reason} trimmed at the ends")
             self._keep(slice(first, last))
 
     def _untimed(self) -> None:
-        bad = np.isnan(self.channels["time"])
-        if (n := int(bad.sum())) > max(SHORT_GAP, FEW * len(bad)):
-            raise InputError(f"time is empty in {n} of {len(bad)} rows, first in "
-                             f"{self._place(bad)}: fill it in")  # fmt: skip
+        untimed = np.isnan(self.channels["time"])
+        if (n := int(untimed.sum())) > max(SHORT_GAP, FEW * len(untimed)):
+            raise InputError(f"time is empty in {n} of {len(untimed)} rows, first in "
+                             f"{self._place(untimed)}: fill it in")  # fmt: skip
         if n:
             self.notes.append(f"{_count(n, 'row')} without a time stamp dropped")
-            self._keep(~bad)
+            self._keep(~untimed)
 
     def _order(self) -> None:
         t = self.channels["time"]
         if (t == t[0]).all():
             raise InputError(f"time stands still at {t[0]:g} s in all {len(t)} rows")
-        back = np.diff(t, prepend=t[0]) < 0
-        if back.any():
-            i = int(back.argmax())
-            raise InputError(f"{self._place(back)}: time goes back from {t[i - 1]:.9g} to "
+        backwards = np.diff(t, prepend=t[0]) < 0
+        if backwards.any():
+            i = int(backwards.argmax())
+            raise InputError(f"{self._place(backwards)}: time goes back from {t[i - 1]:.9g} to "
                              f"{t[i]:.9g} s: sort the log or split it there")  # fmt: skip
 
     def _stopped(self) -> None:
@@ -140,22 +140,22 @@ class Mender:
 
     def _repeats(self) -> None:
         t = self.channels["time"]
-        again = np.diff(t, prepend=-np.inf) == 0
-        n = int(again.sum())
+        repeated = np.diff(t, prepend=-np.inf) == 0
+        n = int(repeated.sum())
         if not n:
             return
         if n > REPEATS * len(t):
             raise InputError(f"{n} of {len(t)} rows repeat the time stamp before them, first in "
-                             f"{self._place(again)}: record time finer")  # fmt: skip
-        same = again.copy()
+                             f"{self._place(repeated)}: record time finer")  # fmt: skip
+        identical = repeated.copy()
         for a in (*self.channels.values(), *self.extra.values()):
             b = np.roll(a, 1)
-            same &= (a == b) | (np.isnan(a) & np.isnan(b))
-        if exact := int(same.sum()):
+            identical &= (a == b) | (np.isnan(a) & np.isnan(b))
+        if exact := int(identical.sum()):
             self.notes.append(f"{_count(exact, 'exact duplicate row')} dropped")
         if n > exact:
             self.notes.append(f"{_count(n - exact, 'row')} with a repeated time stamp dropped")
-        self._keep(~again)
+        self._keep(~repeated)
 
     def _gaps(self) -> None:
         for name, a in self.channels.items():
@@ -173,27 +173,27 @@ class Mender:
             self.notes.append(f"{_count(n, f'empty {name} value')} interpolated")
 
     def _refuse_gap(self, name: str, first: int, last: int) -> None:
-        where = f"{self.table.place(int(self.rows[first]))} to {self.table.places[self.rows[last]]}"
-        raise InputError(f"{name} is empty in {where}: more than {SHORT_GAP} samples are not "
+        lines = f"{self.table.place(int(self.rows[first]))} to {self.table.places[self.rows[last]]}"
+        raise InputError(f"{name} is empty in {lines}: more than {SHORT_GAP} samples are not "
                          "interpolated: cut the log there")  # fmt: skip
 
     def _extra(self) -> None:
         """Columns nobody asked for: never a reason to refuse a log."""
         for name, a in list(self.extra.items()):
-            bad = ~np.isfinite(a)
-            longest = max((stop - start for start, stop in _runs(bad)), default=0)
-            if longest > SHORT_GAP or bad.sum() > max(FEW * len(a), 1):
+            invalid = ~np.isfinite(a)
+            longest = max((stop - start for start, stop in _runs(invalid)), default=0)
+            if longest > SHORT_GAP or invalid.sum() > max(FEW * len(a), 1):
                 del self.extra[name]
                 self.notes.append(f"column {shortened(name)} left out: it has gaps")
-            elif bad.any():
-                self.extra[name] = self._filled(np.where(bad, np.nan, a))
+            elif invalid.any():
+                self.extra[name] = self._filled(np.where(invalid, np.nan, a))
                 self.notes.append(
-                    f"{_count(int(bad.sum()), f'empty {shortened(name)} value')} interpolated"
+                    f"{_count(int(invalid.sum()), f'empty {shortened(name)} value')} interpolated"
                 )
 
     def _filled(self, a: Array) -> Array:
-        t, known = self.channels["time"], ~np.isnan(a)
-        return np.where(known, a, np.interp(t, t[known], a[known]))
+        t, finite = self.channels["time"], ~np.isnan(a)
+        return np.where(finite, a, np.interp(t, t[finite], a[finite]))
 
     def _enough(self) -> None:
         if len(self.rows) < FEWEST:
@@ -212,8 +212,8 @@ class Mender:
                               f"{low * 1e3:.3g} to {high * 1e3:.3g} ms, half of them more than "
                               f"{middle * 1e3:.3g} ms")  # fmt: skip
 
-    def _place(self, bad: NDArray[np.bool_]) -> str:
-        return self.table.place(int(self.rows[int(bad.argmax())]))
+    def _place(self, rows: NDArray[np.bool_]) -> str:
+        return self.table.place(int(self.rows[int(rows.argmax())]))
 
 
 def filled_extra(table: Table, used: set[str]) -> dict[str, Array]:
@@ -233,5 +233,5 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _count(n: int, what: str) -> str:
-    return f"{n} {what}{'s' * (n != 1)}"
+def _count(n: int, noun: str) -> str:
+    return f"{n} {noun}{'s' * (n != 1)}"

@@ -64,7 +64,7 @@ def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
         return ()
     at = {q.name: i for i, q in enumerate(parameters.free)}
     names = [parameters.tied.get(q.name, q.name) for q in parameters.law.params]
-    pairs = ((names[i], names[j]) for i, j in orders(parameters.law, every=True))
+    pairs = ((names[i], names[j]) for i, j in orders(parameters.law, nonlinear=True))
     return tuple(dict.fromkeys((at[a], at[b]) for a, b in pairs if a in at and b in at))
 
 
