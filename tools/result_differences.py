@@ -21,18 +21,22 @@ from pathlib import PurePath
 from typing import Any
 
 _SECONDS = r"\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?: ms| s| min| h)"
+_LAP = r"[a-z-]+(?:\s[a-z-]+)*\s+\d+\.\d+"
 #: What is blanked in any text: the number goes, the words stay.
 BLANKED = (
-    # `2.11 s: start-up 0.88, reading 0.02, ...`, the stopwatch's line
-    (re.compile(rf"^{_SECONDS}: .*\b(?:start-up|reading|search)\b.*$", re.MULTILINE), "# s: ..."),
+    # `2.11 s: start-up 0.88, reading 0.02, ...`, the stopwatch's words, which may be wrapped
+    (
+        re.compile(rf"^{_SECONDS}: {_LAP}(?:,\s+{_LAP})*$", re.MULTILINE),
+        "# s: ...",
+    ),
     # `3,529 evaluations in 3 repeats, 0.4 s, ended: settled`
     (re.compile(rf"(evaluations in [\d,]+ repeats?, ){_SECONDS}"), r"\1# s"),
     (re.compile(rf"(evaluations, ){_SECONDS}(, ended)"), r"\1# s\2"),
-    (re.compile(rf"(fits took ){_SECONDS}"), r"\1# s"),
+    (re.compile(rf"(fits took)\s+{_SECONDS}"), r"\1 # s"),
     (re.compile(rf"(runs, [\d,]+ met their target in ){_SECONDS}"), r"\1#"),
     (re.compile(r'("seconds": )[-+.\de]+'), r"\1#"),
     # the last column of tools/rig_study.py
-    (re.compile(r" +[\d.]+ ms$", re.MULTILINE), " # ms"),
+    (re.compile(r"(?<=\d) +\d+\.\d ms$", re.MULTILINE), " # ms"),
     # the hash of the card that an export came from, and an FMU's GUID, which is derived from it
     (re.compile(r"(sha256)\s+[0-9a-f]{64}"), r"\1 #"),
     (re.compile(r"\{[0-9a-f]{32}\}"), "{#}"),
