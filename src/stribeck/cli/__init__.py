@@ -20,11 +20,13 @@ from .fits import identify, report, select
 from .lists import laws, methods, rigs, version
 from .logs import check, twin
 from .models import compensate, export, plan, simulate, validate
+from .notices import notices
+from .warm import warm
 
 #: The commands, in the order in which `--help` lists them.
 COMMANDS = (
     twin, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
-    laws, methods, rigs, version,
+    laws, methods, rigs, warm, version,
 )  # fmt: skip
 
 app = typer.Typer(
@@ -48,7 +50,8 @@ def main() -> None:
     _open_streams()
     try:
         given = spread(checked(sys.argv[1:])) or ["--help"]
-        with typer.main.get_command(app).make_context("stribeck", given) as context:
+        command = typer.main.get_command(app)
+        with notices(), command.make_context("stribeck", given) as context:
             context.command.invoke(context)
     except typer.Exit as done:
         sys.exit(done.exit_code)

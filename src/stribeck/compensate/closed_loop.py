@@ -22,8 +22,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types, void
+from numba import boolean, float64, int64, types, void
 
+from ..compile_cache import compiled
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
@@ -296,13 +297,13 @@ def _wide(c: Array) -> Array:
     return made
 
 
-@njit(
+@compiled(
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, SLIP_TYPE, RUB_TYPE, boolean, int64, int64, int64,
         _F2, _I1, _F2, _F1, _I1, _F2, float64, float64, _F1, _F2, _I1, _I1, _F2, _F1, _F1, float64,
         float64, float64, _W2, _W2, _W2, _W2, _W2, _I1,
     ),
-    cache=True, nogil=True, error_model="numpy",
+    nogil=True,
 )  # fmt: skip
 def _loops(
     slip: Any, rub: Any, general: bool, states: int, slip_m: Any, rub_m: Any, general_m: bool,

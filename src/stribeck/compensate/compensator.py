@@ -26,8 +26,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import float64, njit, types
+from numba import float64, types
 
+from ..compile_cache import compiled
 from ..errors import InputError
 from ..space import Array
 
@@ -136,7 +137,7 @@ def seen(resolution: float, h: float) -> float:
 _READ = types.Array(float64, 1, "C", readonly=True)
 
 
-@njit(float64(float64, float64, _READ), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, _READ))
 def asked(v_ref: float, v: float, c: Array) -> float:
     """The speed at which the friction law is asked, m/s or rad/s.
 
@@ -158,7 +159,7 @@ def asked(v_ref: float, v: float, c: Array) -> float:
     return c[REST]  # type: ignore[no-any-return]
 
 
-@njit(float64(float64, float64, float64, float64, float64, _READ), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, float64, float64, float64, _READ))
 def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Array) -> float:  # noqa: ARG001
     """What the compensator puts out, N or N m.
 
@@ -194,7 +195,7 @@ def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Arr
     return out  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def answer(
     slip: Any, rub: Any, general: bool, states: int, factor: float, v_ref: float, v: float,
     h: float, z: Array, load: Array, p: Array, c: Array, out: Array,

@@ -26,9 +26,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types
+from numba import boolean, float64, int64, types
 from numpy.typing import NDArray
 
+from ..compile_cache import compiled
 from ..space import Array
 
 if TYPE_CHECKING:
@@ -309,7 +310,7 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 _FLOATS = types.Array(float64, 1, "C", readonly=True)
 
 
-@njit(boolean[::1](_FLOATS, _FLOATS, _FLOATS, _FLOATS), cache=True)
+@compiled(boolean[::1](_FLOATS, _FLOATS, _FLOATS, _FLOATS))
 def _still(t: Array, x: Array, band: Array, duration: Array) -> NDArray[np.bool_]:
     """Which intervals between samples lie in a stay of at least `duration` inside `band`.
 
@@ -343,7 +344,7 @@ def _still(t: Array, x: Array, band: Array, duration: Array) -> NDArray[np.bool_
     return resting
 
 
-@njit(int64[::1](_FLOATS, float64), cache=True)
+@compiled(int64[::1](_FLOATS, float64))
 def _turns(x: Array, drop: float) -> NDArray[np.int64]:
     """Samples where the signal turns, its ends included: extremes left by at least `drop`."""
     turns = np.empty(len(x) + 1, dtype=np.int64)

@@ -7,8 +7,8 @@ teeth together, so friction grows with their difference: the more the one works 
 from math import copysign, exp
 
 import numpy as np
-from numba import njit
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
 
@@ -16,7 +16,7 @@ from .law import Law, rub_law, slip_law
 _DRIVE, _EXTERNAL = 0, 1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _low_speed(v: float, w_s: float, alpha: float) -> float:
     """The share of the Stribeck terms: 1 at rest, 0 at speed."""
     return exp(-(abs(v / w_s) ** alpha))

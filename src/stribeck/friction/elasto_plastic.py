@@ -3,8 +3,9 @@
 from math import copysign, cos, exp, log, pi, sin
 
 import numpy as np
-from numba import float64, njit
+from numba import float64
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, rub_law
 from .lugre import LUGRE
@@ -14,7 +15,7 @@ from .lugre import LUGRE
 _NEAR, _STEP = 1e-3, 0.05
 
 
-@njit(float64(float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64))
 def _approach(log_left: float, width: float) -> float:
     """How fast the logarithm of what is left falls per travel of one steady deflection."""
     remainder = exp(log_left)
@@ -23,7 +24,7 @@ def _approach(log_left: float, width: float) -> float:
     return s * s / (width * remainder) + c * c
 
 
-@njit(float64(float64, float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, float64))
 def _deflected(u: float, elastic: float, x: float) -> float:
     """The deflection after a travel x forward, all in steady deflections."""
     if u < elastic:

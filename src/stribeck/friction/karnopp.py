@@ -3,13 +3,13 @@
 from math import copysign
 
 import numpy as np
-from numba import njit
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, by_direction, slip_law
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _force(v: float, F_S: float, F_C: float, F_V: float, dv: float) -> float:
     s = copysign(1.0, v)
     return s * F_S if abs(v) < dv else s * F_C + F_V * v

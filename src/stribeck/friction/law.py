@@ -8,11 +8,11 @@ from functools import cache, cached_property
 from math import cos, pi, sin
 from types import MappingProxyType
 from typing import Any, Literal
-from zlib import crc32
 
 import numpy as np
-from numba import float64, njit, types
+from numba import float64, types
 
+from ..compile_cache import compiled
 from ..errors import InputError
 from ..space import Array, Param
 
@@ -61,49 +61,29 @@ _FACTORS: Mapping[Term, str] = MappingProxyType(
 )
 
 
-@njit(float64(float64, float64, float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, float64, float64))
 def position_factor(x: float, pos_cos: float, pos_sin: float, pos_period: float) -> float:
     """The factor of the term `position` at a position x, m or rad."""
     angle = 2.0 * pi * x / pos_period
     return 1.0 + pos_cos * cos(angle) + pos_sin * sin(angle)
 
 
-@njit(float64(float64, float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, float64))
 def temperature_factor(T: float, temp_slope: float, temp_ref: float) -> float:
     """The factor of the term `temperature` at a temperature T, K."""
     return 1.0 + temp_slope * (T - temp_ref)
 
 
+@cache
 def slip_law(function: Callable[..., float]) -> Any:
-    """Compile a static law `slip(v, p) -> force`, cached on disk across processes."""
-    return _compiled(SLIP_SIGNATURE, function)
-
-
-def rub_law(function: Callable[..., float]) -> Any:
-    """Compile a law with states or loads `rub(v, h, z, load, p, out) -> force`, cached on disk."""
-    return _compiled(RUB_SIGNATURE, function)
+    """Compile a static law `slip(v, p) -> force`; its machine code is kept across processes."""
+    return compiled(SLIP_SIGNATURE)(function)
 
 
 @cache
-def _compiled(signature: Any, function: Callable[..., float]) -> Any:
-    function.__qualname__ += f"_{_print(function):08x}"
-    try:
-        return njit(signature, cache=True, error_model="numpy")(function)
-    except RuntimeError:  # typed at a prompt: there is no file to keep it beside
-        return njit(signature, error_model="numpy")(function)
-
-
-def _print(function: Callable[..., float]) -> int:
-    """What tells a function from others of its name, the same in every process.
-
-    The linker knows compiled functions by name and a count that begins anew in each process. Of
-    two functions of one name (a factory's, or one that was changed at a prompt), one from the disk
-    and one from here, an address could lead to the other.
-    """
-    code = function.__code__
-    cells = [cell.cell_contents for cell in function.__closure__ or ()]
-    plain = [value for value in (*code.co_consts, *cells) if isinstance(value, int | float | str)]
-    return crc32(code.co_code + repr((code.co_names, plain)).encode())
+def rub_law(function: Callable[..., float]) -> Any:
+    """Compile a law with states or loads `rub(v, h, z, load, p, out) -> force`, kept likewise."""
+    return compiled(RUB_SIGNATURE)(function)
 
 
 class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]

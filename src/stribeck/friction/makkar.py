@@ -3,13 +3,13 @@
 from math import copysign, tanh
 
 import numpy as np
-from numba import njit
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, by_direction, slip_law
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _force(v: float, g1: float, g2: float, g3: float, g4: float, g5: float, g6: float) -> float:
     return g1 * (tanh(g2 * v) - tanh(g3 * v)) + g4 * tanh(g5 * v) + g6 * v
 

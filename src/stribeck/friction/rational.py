@@ -3,14 +3,14 @@
 from math import copysign
 
 import numpy as np
-from numba import njit
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, by_direction, slip_law
 from .stribeck import STRIBECK
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _force(v: float, F_S: float, F_C: float, F_V: float, v_SS: float, exponent: float) -> float:
     r = abs(v) / v_SS
     r = r * r if exponent == 2.0 else r**exponent  # noqa: PLR2004 - a square is faster

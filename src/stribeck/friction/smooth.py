@@ -3,8 +3,8 @@
 from math import copysign, e, exp, sqrt, tanh
 
 import numpy as np
-from numba import njit
 
+from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, by_direction, slip_law
 from .stribeck import STRIBECK
@@ -13,7 +13,7 @@ from .stribeck import STRIBECK
 _PEAK, _TURN = sqrt(2.0), 0.1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _force(v: float, F_S: float, F_C: float, F_V: float, v_brk: float) -> float:
     r = v / (_PEAK * v_brk)
     return sqrt(2.0 * e) * (F_S - F_C) * exp(-r * r) * r + F_C * tanh(v / (_TURN * v_brk)) + F_V * v

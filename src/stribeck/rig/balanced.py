@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numba import float64, njit, types
+from numba import float64, types
 
+from ..compile_cache import compiled
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
@@ -184,7 +185,7 @@ def _factor(law: Law, p: Array, loads: Array) -> Array:
     return np.maximum(factor, 0.0)
 
 
-@njit(float64[::1](SLIP_TYPE, _F1, _F1), cache=True, error_model="numpy")
+@compiled(float64[::1](SLIP_TYPE, _F1, _F1))
 def slips(slip: Any, v: Array, p: Array) -> Array:
     """Slip friction over speeds; at exactly zero, midway between the two breakaway levels."""
     rest = 0.5 * (slip(0.0, p) + slip(-0.0, p))
@@ -194,7 +195,7 @@ def slips(slip: Any, v: Array, p: Array) -> Array:
     return out
 
 
-@njit(float64[::1](RUB_TYPE, _F1, _F2, _F1), cache=True, error_model="numpy")
+@compiled(float64[::1](RUB_TYPE, _F1, _F2, _F1))
 def rubs(rub: Any, v: Array, loads: Array, p: Array) -> Array:
     """The same for a law that reads loads and has no states."""
     none = np.empty(0)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import float64, int64, njit, types, void
+from numba import float64, int64, types, void
 
+from ..compile_cache import compiled
 from ..data.filtering import Filtering, even, smooth
 from ..errors import InputError
 from ..friction import SLIP_TYPE
@@ -172,13 +173,13 @@ class Emps(BalancedRig):
         return clock, np.interp(clock, t, recording.command), np.interp(clock, t, added), start
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _acceleration(slip: Any, p: Array, mass: float, F: float, v: float, s: float) -> float:
     """Acceleration in slip in direction s under a net force; friction keeps its side of zero."""
     return (F - slip(v if s * v > 0.0 else s * 0.0, p)) / mass  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _step(
     slip: Any, p: Array, mass: float, F: float, v: float, s: float, h: float
 ) -> tuple[float, float]:
@@ -193,7 +194,7 @@ def _step(
     return h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _stop(
     slip: Any, p: Array, mass: float, F: float, v: float, s: float, h: float, v_end: float
 ) -> float:
@@ -214,7 +215,7 @@ def _stop(
     return 0.5 * (low + high)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _hold(
     slip: Any, p: Array, mass: float, F: float, q: float, v: float, span: float, steps: int
 ) -> tuple[float, float]:
@@ -240,10 +241,8 @@ def _hold(
     return q, v
 
 
-@njit(
+@compiled(
     void(SLIP_TYPE, _F2, _F2, _F1, _F1, _F1, int64, _W2, _W2, _W2, _W2),
-    cache=True,
-    error_model="numpy",
 )
 def loop(
     slip: Any,

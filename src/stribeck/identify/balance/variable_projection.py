@@ -11,8 +11,9 @@ from itertools import product
 from typing import Literal
 
 import numpy as np
-from numba import float64, njit
+from numba import float64
 
+from ...compile_cache import compiled
 from ...friction.orders import Order
 from ...space import Array
 
@@ -99,7 +100,7 @@ def _triangle(A: Array) -> Array:
     return R
 
 
-_compiled = njit(float64[:, ::1](float64[:, ::1]), cache=True, error_model="numpy")(_triangle)
+_compiled = compiled(float64[:, ::1](float64[:, ::1]))(_triangle)
 
 
 def triangle(A: Array) -> Array:

@@ -7,9 +7,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import float64, int64, njit, types
+from numba import float64, int64, types
 from numpy.typing import NDArray
 
+from ...compile_cache import compiled
 from ...errors import InputError
 from ...space import Array
 
@@ -86,7 +87,7 @@ class Drive:
         return cls(np.array(t), np.array(x))
 
 
-@njit(int64[::1](_F1, _F1, float64), cache=True)
+@compiled(int64[::1](_F1, _F1, float64), error_model="python")
 def _corners(t: Array, x: Array, tolerance: float) -> NDArray[np.int64]:
     """Samples to keep so that a line between two kept ones misses none by more than tolerance.
 

@@ -12,9 +12,6 @@ step without a corner is told by the control points of its quintic, which enclos
 
 What is integrated is kept as a path, and samples are read from it. The equation does not name the
 time: under a ramp each slip begins as the one before did, and so is the same path, read again.
-
-All that is compiled together is in this file, since numba's cache on disk looks at no other; but
-for `take` and `lent` of row_pool.py: who changes those has to touch this file.
 """
 
 from __future__ import annotations
@@ -22,8 +19,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types, void
+from numba import boolean, float64, int64, types, void
 
+from ...compile_cache import compiled
 from ...friction import SLIP_TYPE, addressed
 from ...space import Array
 from . import row_pool
@@ -67,7 +65,7 @@ def from_zero(on: Track) -> Track:
     return on._replace(t=on.t - on.t[0], knots_t=on.knots_t - on.t[0])
 
 
-@njit(float64(float64, _F1), cache=True, error_model="numpy")
+@compiled(float64(float64, _F1))
 def drive_force(e: float, c: Array) -> float:
     """Spring force plus what the motor's own friction leaves of its force (section 4.3, 1-4)."""
     if e > 0.0:
@@ -75,7 +73,7 @@ def drive_force(e: float, c: Array) -> float:
     return c[K_SPRING_M] * e + min(c[K_HAT_M] * e + c[F_FM], 0.0)  # type: ignore[no-any-return]
 
 
-@njit(float64(float64, float64, float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64, float64, float64))
 def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> float:
     """The stretch at which the drive force reaches a level (both as magnitudes); inf if never."""
     if k_spring > 0.0 and level * k_hat <= F_fm * k_spring:
@@ -85,7 +83,7 @@ def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> floa
     return np.inf
 
 
-@njit(types.UniTuple(float64, 3)(_F1, _F1, int64, float64), cache=True, error_model="numpy")
+@compiled(types.UniTuple(float64, 3)(_F1, _F1, int64, float64))
 def _command(knots_t: Array, knots_x: Array, j: int, now: float) -> tuple[float, float, float]:
     """The command now, its rate, and until when that rate holds; j counts the knots passed."""
     if j == 0:
@@ -96,18 +94,16 @@ def _command(knots_t: Array, knots_x: Array, j: int, now: float) -> tuple[float,
     return knots_x[j - 1] + rate * (now - knots_t[j - 1]), rate, knots_t[j]
 
 
-@njit(float64(float64, float64), cache=True, error_model="numpy")
+@compiled(float64(float64, float64))
 def _after(now: float, span: float) -> float:
     """A span from now, and later than now even where the span is lost in its last digit."""
     return max(now + span, np.nextafter(now, np.inf))  # type: ignore[no-any-return]
 
 
-@njit(
+@compiled(
     types.Tuple((float64, float64, int64))(
         _F1, _F1, _F1, _F2, int64, float64, float64, float64, float64, float64, float64
     ),
-    cache=True,
-    error_model="numpy",
 )
 def _breakaway(
     c: Array,
@@ -235,7 +231,7 @@ class Piece(NamedTuple):
     of_1: float
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _piece(c: Array, e: float, clamped: float) -> Piece:
     """The piece in force at a stretch, with the motor clamped (+1.0, -1.0) or not (0.0)."""
     if e > 0.0:
@@ -262,7 +258,7 @@ def _piece(c: Array, e: float, clamped: float) -> Piece:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) -> float:
     """+1.0, 0.0 or -1.0: where the motor's inertia and damping force is against its clamp."""
     net = drive_force(e, c) - slip(s * abs(v), p)
@@ -273,7 +269,7 @@ def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) 
     return 1.0 if motor > 0.0 else -1.0
 
 
-@njit(cache=True, forceinline=True, error_model="numpy", fastmath={"contract"})
+@compiled(forceinline=True, fastmath={"contract"})
 def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, level: float) -> float:
     """Acceleration in slip in direction s.
 
@@ -299,7 +295,7 @@ def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, leve
 _AT_REST, _LOW, _HIGH, _CLAMP_P, _CLAMP_M = 0, 1, 2, 3, 4
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _margin(
     kind: int, c: Array, s: float, on: Piece, e: float, ahead: float, path: Array, m: int
 ) -> tuple[float, float, float, float, float, float]:
@@ -332,12 +328,12 @@ def _margin(
     )
 
 
-@njit(cache=True, forceinline=True, error_model="numpy", fastmath={"contract"})
+@compiled(forceinline=True, fastmath={"contract"})
 def _at(q: tuple[float, float, float, float, float, float], u: float) -> float:
     return q[0] + u * (q[1] + u * (q[2] + u * (q[3] + u * (q[4] + u * q[5]))))
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _crossing(q: tuple[float, float, float, float, float, float], low: float, high: float) -> float:
     """Where in [low, high] a polynomial falls to zero: Newton's rule, kept inside by halving."""
     if _at(q, low) <= 0.0:
@@ -359,7 +355,7 @@ def _crossing(q: tuple[float, float, float, float, float, float], low: float, hi
     return u
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _cut(
     c: Array, s: float, on: Piece, e: float, ahead: float, path: Array, m: int
 ) -> tuple[float, int]:  # fmt: skip
@@ -387,7 +383,7 @@ def _cut(
     return theta, how
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _inside(
     c: Array, s: float, on: Piece, e: float, ahead: float, dx: float,
     v: float, k1: float, w: float, k7: float, h: float,
@@ -418,7 +414,7 @@ def _inside(
     return on.of_a * weak - on.of_v * fast + t * on.of_1 > c[CLAMP]  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _first(slip: Any, p: Array, e: float, v: float, s: float, on: Piece, k1: float) -> float:
     """A first step, s: half the time in which friction's fall lets a slip grow e-fold."""
     more = max(abs(v), 1e-5)
@@ -428,7 +424,7 @@ def _first(slip: Any, p: Array, e: float, v: float, s: float, on: Piece, k1: flo
     return min(0.5 / rate, 1.0) if rate > 0.0 else 1e-3
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def leg(
     slip: Any,
     p: Array,
@@ -570,7 +566,7 @@ def leg(
     return m, now, moved, v, LIMIT, wish, tries
 
 
-@njit(int64(_F1, int64, float64, float64), cache=True, error_model="numpy")
+@compiled(int64(_F1, int64, float64, float64))
 def _passed(t: Array, i: int, now: float, pace: float) -> int:
     """How many samples are at or before now, i of which are known to be.
 
@@ -597,7 +593,7 @@ def _passed(t: Array, i: int, now: float, pace: float) -> int:
     return low + 1
 
 
-@njit(boolean(_F1), cache=True, error_model="numpy")
+@compiled(boolean(_F1))
 def _possible(c: Array) -> bool:
     """Whether constants can be simulated: a mass, and nothing below zero or undefined."""
     for k in range(len(c)):
@@ -607,13 +603,11 @@ def _possible(c: Array) -> bool:
     return c[MASS] > 0.0  # type: ignore[no-any-return]
 
 
-@njit(
+@compiled(
     types.Tuple((int64, float64))(
         _W2, int64, float64, float64, _F1, int64, _F1, _F1, _W1, _W1, boolean
     ),
-    cache=True,
     nogil=True,
-    error_model="numpy",
     fastmath={"contract"},
 )
 def _read(
@@ -653,14 +647,12 @@ def _read(
     return i, sse
 
 
-@njit(
+@compiled(
     float64(
         SLIP_TYPE, _F1, _F1, _F1, _F1, _F2, _F1, float64, _F1, _F1, _F2, _W1, _W1, boolean,
         float64, _W2,
     ),
-    cache=True,
     nogil=True,
-    error_model="numpy",
 )  # fmt: skip
 def _walk(
     slip: Any,
@@ -754,14 +746,12 @@ def _walk(
             whole = False
 
 
-@njit(
+@compiled(
     void(
         SLIP_TYPE, _F2, _F2, _F1, _F1, _F2, _F1, float64, _F1, _F1, _F2, _W2, _W2, _W1, boolean,
         float64, _I1,
     ),
-    cache=True,
     nogil=True,
-    error_model="numpy",
 )  # fmt: skip
 def _rows(
     slip: Any,

@@ -24,8 +24,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import boolean, float64, int64, njit, types, void
+from numba import boolean, float64, int64, types, void
 
+from ...compile_cache import compiled
 from ...errors import InputError
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
 from ...friction.law import TERMS, position_factor, temperature_factor
@@ -74,7 +75,7 @@ NO_RUB = rub_law(_no_rub)
 # is called in every step is written out in its caller.
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
@@ -113,14 +114,14 @@ def driven(
     return c[0], load[0], 0.0
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def commanded(c: Array, u: Array, q: float, v: float) -> float:
     """The torque that the controller of a joint computes at a sample."""
     asked = u[4] + c[1] * (u[2] - q) + c[2] * (u[3] - v)
     return min(max(asked, -c[6]), c[6])  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _rubs(
     slip: Any, rub: Any, general: bool, scale: float, v: float, h: float, z: Array, load: Array,
     p: Array, out: Array,
@@ -131,7 +132,7 @@ def _rubs(
     return scale * slip(v, p)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _quick(
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, s: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int, least: float,
@@ -166,7 +167,7 @@ def _quick(
     return np.nan
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _sliding(  # noqa: C901 - two ways to a bracket
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, v: float,
     z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int,
@@ -211,7 +212,7 @@ def _sliding(  # noqa: C901 - two ways to a bracket
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _root(  # noqa: C901 - one step of many cases
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, s: float,
     z: Array, load: Array, p: Array, out: Array, low: float, g_low: float, high: float,
@@ -252,7 +253,7 @@ def _root(  # noqa: C901 - one step of many cases
     return w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def _bristled(
     slip: Any, rub: Any, scale: float, M: float, P: float, h: float, v: float, z: Array,
     load: Array, p: Array, out: Array, slopes: Array, at: int,
@@ -283,7 +284,7 @@ def _bristled(
     return w  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _step(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     u: Array, h: float, q: float, v: float, z: Array, load: Array, out: Array, slopes: Array,
@@ -307,7 +308,7 @@ def _step(
     return _solved(slip, rub, general, states, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _solved(
     slip: Any, rub: Any, general: bool, states: int, scale: float, M: float, P: float, h: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int,
@@ -321,7 +322,7 @@ def _solved(
     return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def factor(term: Array, p: Array, load: Array) -> float:
     """What a law's terms multiply its friction by; `term` says where their parameters are."""
     scale = 1.0
@@ -334,7 +335,7 @@ def factor(term: Array, p: Array, load: Array) -> float:
     return max(scale, 0.0)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
     """The inputs at a share of the interval after sample k: between its ends, or held."""
     for i in range(len(u)):
@@ -343,7 +344,7 @@ def mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
             u[i] += share * (inputs[i, k + 1] - u[i])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled()
 def begun(
     rub: Any, scale: float, F: float, v: float, load: Array, p: Array, relaxed: Array, z: Array
 ) -> None:
@@ -370,7 +371,7 @@ def begun(
     rub(s * low / _SLOW, _SLOW, relaxed, load, p, z)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def passed(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
@@ -421,7 +422,7 @@ def passed(
     return q, v, left
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def started(
     rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
     hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
@@ -436,12 +437,12 @@ def started(
     return torque
 
 
-@njit(
+@compiled(
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _F2, _I1, _I1, _F2,
         float64, _W2, _W2, _W2, _I1,
     ),
-    cache=True, nogil=True, error_model="numpy",
+    nogil=True,
 )  # fmt: skip
 def _rows(  # a loop over candidates and samples
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,

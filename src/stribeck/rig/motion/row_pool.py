@@ -6,8 +6,6 @@ in cost leave nobody idle. Which thread does a row never matters to what comes o
 Waking a thread takes as long as a row or two, so a thread that has just worked looks out for the
 next call for a moment before it sleeps, and the caller for the last row of the others. Neither
 holds Python's lock meanwhile.
-
-`take` and `lent` become part of what calls them; numba's cache on disk does not see a change here.
 """
 
 from __future__ import annotations
@@ -19,9 +17,11 @@ from threading import Lock, Thread
 from typing import Any
 
 import numpy as np
-from numba import boolean, int64, njit
+from numba import boolean, int64
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from ...compile_cache import compiled
 
 #: Fewest rows for which another thread is woken.
 FEWEST = 4
@@ -79,13 +79,13 @@ def lent(typing: Any, array: Any) -> Any:
     return array(array), generate
 
 
-@njit(int64(int64[::1]), cache=True)
+@compiled(int64(int64[::1]))
 def take(counter: Any) -> int:
     """The next row that nobody has taken."""
     return _next(counter)  # type: ignore[no-any-return]
 
 
-@njit(boolean(int64[::1], int64), cache=True, nogil=True)
+@compiled(boolean(int64[::1], int64), nogil=True)
 def _comes_to(counter: Any, value: int) -> bool:
     """Whether a counter reaches a value while one looks."""
     for _ in range(LOOKS):  # noqa: SIM110 - numba has no generators inside a function
@@ -94,7 +94,7 @@ def _comes_to(counter: Any, value: int) -> bool:
     return False
 
 
-@njit(boolean(int64[:, ::1]), cache=True, nogil=True)
+@compiled(boolean(int64[:, ::1]), nogil=True)
 def _one_starts(counters: Any) -> bool:
     """Whether one of the counters starts from 0 while one looks."""
     idle = np.zeros(len(counters), np.bool_)
