@@ -195,7 +195,7 @@ def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Arr
     return out  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def answer(
     slip: Any, rub: Any, general: bool, states: int, factor: float, v_ref: float, v: float,
     h: float, z: Array, load: Array, p: Array, c: Array, out: Array,

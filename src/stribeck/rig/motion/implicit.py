@@ -75,7 +75,7 @@ NO_RUB = rub_law(_no_rub)
 # is called in every step is written out in its caller.
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
@@ -114,14 +114,14 @@ def driven(
     return c[0], load[0], 0.0
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def commanded(c: Array, u: Array, q: float, v: float) -> float:
     """The torque that the controller of a joint computes at a sample."""
     asked = u[4] + c[1] * (u[2] - q) + c[2] * (u[3] - v)
     return min(max(asked, -c[6]), c[6])  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def _rubs(
     slip: Any, rub: Any, general: bool, scale: float, v: float, h: float, z: Array, load: Array,
     p: Array, out: Array,
@@ -132,7 +132,7 @@ def _rubs(
     return scale * slip(v, p)  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def _quick(
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, s: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int, least: float,
@@ -284,7 +284,7 @@ def _bristled(
     return w  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def _step(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     u: Array, h: float, q: float, v: float, z: Array, load: Array, out: Array, slopes: Array,
@@ -308,7 +308,7 @@ def _step(
     return _solved(slip, rub, general, states, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def _solved(
     slip: Any, rub: Any, general: bool, states: int, scale: float, M: float, P: float, h: float,
     v: float, z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int,
@@ -322,7 +322,7 @@ def _solved(
     return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def factor(term: Array, p: Array, load: Array) -> float:
     """What a law's terms multiply its friction by; `term` says where their parameters are."""
     scale = 1.0
@@ -335,7 +335,7 @@ def factor(term: Array, p: Array, load: Array) -> float:
     return max(scale, 0.0)
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
     """The inputs at a share of the interval after sample k: between its ends, or held."""
     for i in range(len(u)):
@@ -371,7 +371,7 @@ def begun(
     rub(s * low / _SLOW, _SLOW, relaxed, load, p, z)
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def passed(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
@@ -422,7 +422,7 @@ def passed(
     return q, v, left
 
 
-@compiled(inline="always")
+@compiled(forceinline=True)
 def started(
     rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
     hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
