@@ -1,5 +1,7 @@
-"""What all tests share: which of them need recordings, that are not part of the repository."""
+"""What all tests share: compiled code, and recordings that are not part of the repository."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,13 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", "recordings(*folders): needs these folders of recordings of real axes"
     )
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile everything once, before workers start that would each do it, and print that."""
+    if not hasattr(session.config, "workerinput"):
+        command = [sys.executable, "-m", "stribeck", "warm"]
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -20,11 +20,12 @@ def warm() -> None:
     del closed_loop, segmentation, variable_projection, balanced
     list(LAWS.values()), list(RIGS.values())
     if not tally.compiled:
-        typer.echo(f"all {tally.loaded} compiled functions are in {tally.path}")
+        typer.echo(f"all {tally.loaded} functions are compiled, in {tally.path}")
     elif tally.kept:
+        every = tally.compiled + tally.loaded
         typer.echo(
-            f"compiled {tally.compiled} functions of {tally.compiled + tally.loaded} "
-            f"in {tally.seconds:.1f} s, into {tally.path}"
+            f"{tally.compiled} of {every} functions compiled in {tally.seconds:.1f} s, "
+            f"into {tally.path}"
         )
     else:
         raise InputError(f"nothing was kept: {tally.path} cannot be written")

@@ -67,7 +67,7 @@ def digest(function: Any, arguments: Sequence[Any]) -> str:
 def _content(function: Any) -> tuple[bytes, tuple[Any, ...]]:
     """A function's own content, and the functions that it refers to, in the order of reference."""
     called: list[Any] = []
-    plain = getattr(function, "py_func", getattr(function, "__wrapped__", function))
+    plain = _plain(function)
     parts = [type(function).__name__]
     if isinstance(function, Dispatcher):
         parts += _value(dict(function.targetoptions), called, ())
@@ -130,14 +130,12 @@ def _value(value: Any, called: list[Any], names: Sequence[str]) -> Iterator[str]
             for name in names:
                 if hasattr(value, name):
                     yield from (name, *_value(getattr(value, name), called, names))
-    elif _versioned(getattr(value, "__module__", None) or kind.__module__) and _name(value):
+    elif _versioned(_module(value)) and _name(value):
         yield repr((getattr(value, "__module__", None), _name(value)))
     elif isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
         yield repr((value.__qualname__, value._fields))
         yield from _value(getattr(value, "_field_defaults", {}), called, names)
-    elif isinstance(value, Dispatcher | FunctionType) or isinstance(
-        getattr(value, "__wrapped__", None), FunctionType
-    ):
+    elif isinstance(_plain(value), FunctionType):
         called.append(value)
     else:
         raise UnknownContentError(f"a global of type {kind.__qualname__}: {value!r}")
@@ -153,6 +151,19 @@ def _type(kind: Any, called: list[Any]) -> Iterator[str]:
         yield repr(tuple(kind.fields))
     for each in kind.types if isinstance(kind, types.BaseTuple) else ():
         yield from _type(each, called)
+
+
+def _plain(value: Any) -> Any:
+    """The Python function that was compiled or made an intrinsic; else the value itself."""
+    return getattr(value, "py_func", getattr(value, "__wrapped__", value))
+
+
+def _module(value: Any) -> str:
+    """The name of the module that defines a value; of a function at a prompt it may be empty."""
+    plain = _plain(value)
+    if isinstance(plain, FunctionType):
+        return str(plain.__globals__.get("__name__", ""))
+    return str(getattr(value, "__module__", None) or type(value).__module__)
 
 
 def _name(value: Any) -> str | None:
