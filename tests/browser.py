@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from patience import PATIENCE
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
 FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking",
@@ -27,8 +29,6 @@ ends = [fcntl.fcntl(int(fd), fcntl.F_DUPFD, 10) for fd in sys.argv[1:3]]
 os.dup2(ends[0], 3); os.dup2(ends[1], 4)
 os.execv(sys.argv[3], sys.argv[3:])
 """
-#: Seconds within which the browser answers at all, on a busy machine too.
-PATIENCE = 120.0
 
 
 class Browser:

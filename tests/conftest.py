@@ -5,6 +5,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# An example has no deadline: how long it takes says how busy the machine is.
+settings.register_profile("tests", deadline=None)
+settings.load_profile("tests")
 
 #: The recordings of real axes, one folder each.
 RECORDINGS = Path(__file__).parents[2] / "shared" / "data"

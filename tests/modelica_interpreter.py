@@ -8,8 +8,10 @@ and OR look at both sides, arrays have bounds, and a division by 0 is an error.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cache
 from typing import Any
 
 from pymoca import ast, parser
@@ -19,6 +21,8 @@ _BUILT_IN: dict[str, Callable[..., Any]] = {
     "cos": math.cos, "tanh": math.tanh, "min": min, "max": max,
     "div": lambda a, b: abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1),
 }  # fmt: skip
+#: A function or block of a package, with the two spaces that those in a package begin with.
+_CLASS = re.compile(r"^  (?:function|block) (\w+)\b.*?^  end \1;\n", re.MULTILINE | re.DOTALL)
 _ZERO = {"Real": 0.0, "Integer": 0, "Boolean": False}
 
 
@@ -30,6 +34,12 @@ class _Return(Exception):  # noqa: N818 - no error: a return
     pass
 
 
+@cache  # most classes are in many texts, and parsing is slow
+def _class(text: str) -> Any:
+    (parsed,) = parser.parse(f"package One\n{text}end One;\n").classes["One"].classes.values()
+    return parsed
+
+
 class Package:
     """A package of functions and blocks.
 
@@ -39,10 +49,13 @@ class Package:
     """
 
     def __init__(self, text: str, name: str) -> None:
-        found = parser.parse(text).classes.get(name)
-        if found is None or found.type != "package":
+        classes = [_class(part[0]) for part in _CLASS.finditer(text)]
+        frame = parser.parse(_CLASS.sub("", text)).classes.get(name)
+        if frame is None or frame.type != "package":
             raise ModelicaError(f"no package {name}")
-        self.classes: dict[str, Any] = dict(found.classes)
+        self.classes: dict[str, Any] = {c.name: c for c in classes} | dict(frame.classes)
+        if len(self.classes) != len(classes) + len(frame.classes):
+            raise ModelicaError("a class is declared twice")
 
     def call(self, name: str, given: Sequence[Any]) -> list[Any]:
         """A function's results."""

@@ -120,7 +120,7 @@ PLAIN = json.loads(card(FIT).text())
 PLAIN["constants"] = {"m": {"value": 11.0, "unit": "kg"}}
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_an_edited_card_is_a_card_or_one_line(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
@@ -147,7 +147,7 @@ def test_an_edited_card_is_a_card_or_one_line(
 
 
 @given(text=st.binary(max_size=60))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_bytes_that_are_no_card(text: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
     file = tmp_path_factory.getbasetemp() / "bytes.json"
     file.write_bytes(text)

@@ -16,6 +16,7 @@ import pytest
 
 import stribeck
 from command import Said, caller
+from patience import PATIENCE
 from stribeck import LAWS, METHODS, RIGS, cli, read, read_card
 from stribeck.identify.polish import polish_run
 
@@ -282,7 +283,7 @@ def searching(folder: Path, *more: str) -> subprocess.Popen[str]:
 def test_ctrl_c_leaves_a_usable_partial_result(made: Path, stribeck_: Any) -> None:
     process = searching(made, "--train", "112:295", "--out", "partial")
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     last = err.splitlines()[-1]
     assert last == "stribeck: interrupted: the partial result is in partial/card.json"
@@ -300,7 +301,7 @@ def test_ctrl_c_before_a_folder_was_named_prints_the_result(made: Path) -> None:
     before = sorted(made.iterdir())
     process = searching(made, "--json")
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert err.splitlines()[-1] == "stribeck: interrupted: the partial result is printed above"
     assert json.loads(out)["search"]["ended"] == "interrupted"
@@ -354,7 +355,7 @@ def test_a_terminal_sees_a_progress_bar(made: Path) -> None:
             shown += part
     except OSError:  # how Linux says that the other end was closed
         pass
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=PATIENCE)
     os.close(parent)
     assert process.returncode == 0
     assert b"evaluations" in shown

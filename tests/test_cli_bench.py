@@ -8,13 +8,16 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
 import pytest
 
-from command import Said
+from command import Said, caller
+from patience import PATIENCE
 from stribeck import cli
+from stribeck.bench.study import Study
 
 SMALL = """
 name = "small"
@@ -47,11 +50,19 @@ def start(place: Path, *arguments: str) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def bench(place: Path, *arguments: str) -> Said:
-    process = start(place, *arguments)
-    out, err = process.communicate(timeout=120)
-    assert "Traceback" not in err
-    return Said(process.returncode, out, err)
+@pytest.fixture
+def bench(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Said]:
+    """Runs `stribeck bench` in a folder, in this process, and draws no figures."""
+    monkeypatch.setattr(Study, "figures", lambda _: iter(()))
+    run = caller(monkeypatch, capsys)
+
+    def bench(place: Path, *arguments: str) -> Said:
+        monkeypatch.chdir(place)
+        return run("bench", *arguments)
+
+    return bench
 
 
 def content(file: Path) -> list[tuple[object, ...]]:
@@ -69,9 +80,10 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the small campaign, run."""
     place = tmp_path_factory.mktemp("bench")
     (place / "small.toml").write_text(SMALL)
-    said = bench(place, "small.toml", "--engine", "here", "--out", "out")
-    assert said.status == 0, said.err
-    (place / "said.txt").write_text(said.out)
+    process = start(place, "small.toml", "--engine", "here", "--out", "out")
+    out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0, err
+    (place / "said.txt").write_text(out)
     return place
 
 
@@ -113,7 +125,9 @@ def test_the_store_has_the_records_table_that_scripts_rely_on(done: Path) -> Non
         assert evaluations <= 500
 
 
-def test_the_same_command_again_runs_nothing_and_says_the_same(done: Path) -> None:
+def test_the_same_command_again_runs_nothing_and_says_the_same(
+    done: Path, bench: Callable[..., Said]
+) -> None:
     before = content(done / "out" / "store.sqlite")
     with sqlite3.connect(done / "out" / "store.sqlite") as db:
         seconds = db.execute("SELECT job, seconds FROM records").fetchall()
@@ -125,7 +139,9 @@ def test_the_same_command_again_runs_nothing_and_says_the_same(done: Path) -> No
         assert db.execute("SELECT job, seconds FROM records").fetchall() == seconds
 
 
-def test_the_store_says_what_is_done_and_what_is_left(done: Path, tmp_path: Path) -> None:
+def test_the_store_says_what_is_done_and_what_is_left(
+    done: Path, tmp_path: Path, bench: Callable[..., Said]
+) -> None:
     said = bench(done, "small.toml", "--out", "out", "--status")
     assert said.status == 0
     assert said.out.startswith("16 of 16 runs are done\n")
@@ -143,7 +159,9 @@ def test_the_store_says_what_is_done_and_what_is_left(done: Path, tmp_path: Path
     ]
 
 
-def test_more_trials_add_to_what_is_there(done: Path, tmp_path: Path) -> None:
+def test_more_trials_add_to_what_is_there(
+    done: Path, tmp_path: Path, bench: Callable[..., Said]
+) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     few = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
     assert few.status == 0
@@ -161,7 +179,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, engine:
     line = process.stderr.readline()  # the first line of progress: work has begun
     assert "runs" in line
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     last = err.splitlines()[-1]
     assert last.startswith("stribeck: interrupted: ")
@@ -174,20 +192,26 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, engine:
     not all(map(importlib.util.find_spec, ("cocoex", "cocopp", "six"))),
     reason="COCO is not installed",
 )
-def test_bbob_runs_can_be_had_in_cocos_own_form(tmp_path: Path) -> None:
+def test_bbob_runs_can_be_had_in_cocos_own_form(
+    tmp_path: Path, bench: Callable[..., Said], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # COCO's own pages take long: that they are made is shown where it is called, in test_coco.
+    monkeypatch.setattr("stribeck.bench.coco.postprocess", lambda folder: folder / "page.html")
     bbob = SMALL.replace('surface = ["BF", "RF"]', "bbob = 1").replace("repeats = 4", "repeats = 2")
     (tmp_path / "small.toml").write_text(bbob)
     theirs = tmp_path / "out" / "exdata" / "random"  # the user's own, of another study
     theirs.mkdir(parents=True)
     said = bench(tmp_path, "small.toml", "--engine", "here", "--out", "out", "--coco")
     assert said.status == 0, said.err
-    page = Path("out") / "coco" / "ppdata" / "index.html"
-    assert f"COCO's report: {page}" in said.out
-    assert (tmp_path / page).exists()
+    assert "COCO's report: out/coco/page.html" in said.out
+    runs = sorted(p.name for p in (tmp_path / "out" / "coco" / "exdata").iterdir())
+    assert runs == ["bts", "random"]
     assert theirs.exists()
 
 
-def test_a_shipped_campaign_can_be_printed_and_changed(tmp_path: Path) -> None:
+def test_a_shipped_campaign_can_be_printed_and_changed(
+    tmp_path: Path, bench: Callable[..., Said]
+) -> None:
     shown = bench(tmp_path, "paper", "--show")
     assert shown.status == 0
     assert 'name = "paper"' in shown.out

@@ -85,7 +85,7 @@ def test_the_fifth_is_linear_between_the_bounds() -> None:
     function=st.sampled_from(sorted(FUNCTIONS)),
     rows=st.lists(st.integers(0, 39), min_size=1, max_size=12),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_rows_are_independent(function: int, rows: list[int]) -> None:
     ours, x = bbob(function, 3, 1), points(3)
     assert np.array_equal(ours(x[rows]), ours(x)[rows])

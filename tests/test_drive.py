@@ -50,7 +50,7 @@ def test_sampled_lines_are_thinned_to_their_corners() -> None:
     np.testing.assert_allclose(drive(T), path(np.minimum(T, 7.99)), atol=KNOT_TOLERANCE * 0.031)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 200), st.sampled_from(["walk", "stairs", "line"]))
 def test_a_thinned_command_misses_no_sample(seed: int, n: int, kind: str) -> None:
     rng = np.random.default_rng(seed)

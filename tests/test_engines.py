@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from patience import PATIENCE
 from stribeck import InputError
 from stribeck.bench.engines import Engine, Here, Processes, cores, engine
 from stribeck.bench.record import Failure, Job, Record
@@ -172,7 +173,7 @@ class Callers:
         """Until so many have called."""
         said = b""
         while said.count(b"\n") < count:
-            assert select.select([self._open], [], [], 60)[0], f"no call: {said!r}"
+            assert select.select([self._open], [], [], PATIENCE)[0], f"no call: {said!r}"
             said += os.read(self._open, 100)
         self.pids |= {int(line) for line in said.split()}
         ours, self._open = self._open, os.open(self.path, os.O_RDONLY | os.O_NONBLOCK)
@@ -180,7 +181,7 @@ class Callers:
 
     def all_end(self) -> bool:
         """Whether all are gone in time: a pipe is at its end when nobody holds it any more."""
-        return bool(select.select([self._open], [], [], 10)[0]) and not os.read(self._open, 1)
+        return bool(select.select([self._open], [], [], PATIENCE)[0]) and not os.read(self._open, 1)
 
     def close(self) -> None:
         os.close(self._open)
@@ -239,7 +240,7 @@ def test_no_worker_outlives_its_driver(callers: Callers, deadly: signal.Signals)
         callers.wait(2)
         driver.send_signal(deadly)
         assert callers.all_end()
-        assert driver.wait(10) == -deadly
+        assert driver.wait(PATIENCE) == -deadly
 
 
 @pytest.mark.parametrize(

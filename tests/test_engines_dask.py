@@ -13,6 +13,7 @@ from threading import Thread
 
 import pytest
 
+from patience import PATIENCE
 from stribeck import InputError
 from stribeck.bench import engines
 from stribeck.bench.engines import Dask, Here, engine
@@ -63,7 +64,7 @@ class Cluster:
     def close(self) -> None:
         for program in reversed(self.running):
             program.terminate()
-            program.wait(30)
+            program.wait(PATIENCE)
             assert program.stderr
             program.stderr.close()
 
@@ -73,11 +74,13 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     made = Cluster(tmp_path_factory.mktemp("cluster"))
     try:
         with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(engines, "REACH", PATIENCE)
             patch.setattr(engines, "STAFF", 0.1)
             with pytest.raises(InputError, match=r": the scheduler has no workers .* start some"):
                 engine(made.name)
-        made.worker()
-        yield made
+            patch.setattr(engines, "STAFF", PATIENCE)  # one that was killed is started anew
+            made.worker()
+            yield made
     finally:
         made.close()
 

@@ -8,6 +8,7 @@ import threading
 import numpy as np
 import pytest
 
+from patience import PATIENCE
 from stribeck.friction import LAWS, Law
 from stribeck.identify.polish import STEP
 from stribeck.rig.motion import reference, row_pool
@@ -382,7 +383,7 @@ def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
         if threading.current_thread() is not me:
             begun.set()
             raise MemoryError("no room")
-        assert begun.wait(60)
+        assert begun.wait(PATIENCE)
 
     with pytest.raises(MemoryError, match="no room"):
         hands.share(work, 100, ())
@@ -397,8 +398,8 @@ def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
         del counter
         if threading.current_thread() not in callers:
             begun.set()
-            assert go_on.wait(60)
-        assert begun.wait(60)
+            assert go_on.wait(PATIENCE)
+        assert begun.wait(PATIENCE)
 
     def short(counter: Array) -> None:
         while row_pool.take(counter) < 100:
@@ -407,11 +408,11 @@ def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
     other = threading.Thread(target=hands.share, args=(long, 100, ()))
     callers.add(other)
     other.start()
-    assert begun.wait(60)
+    assert begun.wait(PATIENCE)
     hands.share(short, 100, ())
     assert other.is_alive()
     go_on.set()
-    other.join(60)
+    other.join(PATIENCE)
     assert not other.is_alive()
     hands.dismiss()
 

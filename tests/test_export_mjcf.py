@@ -203,7 +203,7 @@ def files(draw: st.DrawFn) -> tuple[str, str, str]:
     return head, tag, f"{draw(noise)}</body></worldbody>{draw(noise)}</mujoco>{draw(LOOSE)}"
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(files(), st.booleans())
 def test_all_bytes_outside_the_tag_stay_whatever_the_file(
     parts: tuple[str, str, str], wide: bool

@@ -114,7 +114,7 @@ OWN = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.lists(NOISE, max_size=4).map("".join),
     st.lists(INNER, max_size=3).map("".join),

@@ -301,7 +301,7 @@ matrices = st.integers(0, 2**32 - 1).map(np.random.default_rng)
 
 
 @given(rng=matrices)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_bounded_least_squares_meets_the_conditions_of_a_minimum(rng: np.random.Generator) -> None:
     W, y = rng.standard_normal((30, 4)) * [1.0, 1e3, 1e-3, 1.0], rng.standard_normal(30)
     free = np.linalg.lstsq(W, y, rcond=None)[0]
@@ -319,7 +319,7 @@ def test_bounded_least_squares_meets_the_conditions_of_a_minimum(rng: np.random.
 
 
 @given(rng=matrices)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_ordered_least_squares_is_beaten_by_no_other_ordered_point(
     rng: np.random.Generator,
 ) -> None:
@@ -337,7 +337,7 @@ def test_ordered_least_squares_is_beaten_by_no_other_ordered_point(
 
 
 @given(rng=matrices, k=st.integers(1, 6), extra=st.integers(0, 30))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_triangle_keeps_every_length_and_angle(
     rng: np.random.Generator, k: int, extra: int
 ) -> None:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patience import PATIENCE
 from stribeck import InputError
 from stribeck.friction import LAWS, LOADS, TERMS, Law, addressed, friction, law_named, stick
 from stribeck.rig.balanced import slips
@@ -236,7 +237,7 @@ def test_laws_come_compiled_from_the_disk_of_an_earlier_process() -> None:
         "        print(name)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=PATIENCE
     )
     assert done.stdout.strip() == ""
 

@@ -103,13 +103,13 @@ def test_checking_changes_nothing_and_repeats() -> None:
     assert r.position.tobytes() == before
 
 
-def test_a_million_samples_take_seconds() -> None:
+def test_a_million_samples_take_no_hours() -> None:
     t: Array = np.arange(10**6, dtype=float) * 1e-3
     x = 0.1 * np.sin(t / 9) + np.random.default_rng(0).normal(0, 1e-5, len(t))
     r = Recording(t, x, 0.1 * np.sin(t / 9))
     started = time.process_time()
     check(r)
-    assert time.process_time() - started < 10  # a quadratic step would take hours
+    assert time.process_time() - started < 100  # a quadratic step would take hours
 
 
 # What is no stick-slip, and what is no log for a force balance

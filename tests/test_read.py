@@ -330,7 +330,7 @@ def test_reading_twice_gives_the_same_bits(tmp_path: Path) -> None:
     assert a.position.tobytes() == b.position.tobytes()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_nan=False), min_size=12, max_size=40, unique=True),
     st.sampled_from([",", ";", "\t"]),
@@ -363,7 +363,7 @@ def outcome(text: str) -> tuple[object, ...]:
     ),
     st.booleans(),
 )
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 def test_a_small_table_is_read_as_a_large_one_is(rows: list[str], ended: bool) -> None:
     text = "\n".join(["t [s],x [mm]", "0,1.5", *rows]) + "\n" * ended
     small = outcome(text)

@@ -296,7 +296,7 @@ def outcome(content: bytes, suffix: str) -> Recording | str:
     return message
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.binary(max_size=400), st.sampled_from([".csv", ".txt", ".parquet", ".mat"]))
 def test_any_bytes_are_read_or_refused(content: bytes, suffix: str) -> None:
     outcome(content, suffix)
@@ -310,7 +310,7 @@ _CELL = st.one_of(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.lists(st.tuples(st.integers(0, N), st.integers(0, 1), _CELL), max_size=4),
     st.sampled_from([",", ";", "\t", " "]),
@@ -332,7 +332,7 @@ def packed() -> bytes:
     return buffer.getvalue()
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.sampled_from([".csv", ".mat", "packed.mat"]), st.data())
 def test_a_log_with_damaged_bytes(suffix: str, data: st.DataObject) -> None:
     whole = {".csv": PLAIN.encode(), ".mat": matlab(t_s=T, x_mm=T**2), "packed.mat": packed()}

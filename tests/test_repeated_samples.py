@@ -19,7 +19,7 @@ def held(x: Array, every: int) -> Recording:
 
 
 @given(every=st.integers(2, 8), seed=st.integers(0, 99))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_noisy_sensor_that_holds(every: int, seed: int) -> None:
     x = 0.005 * T + 1e-4 * np.random.default_rng(seed).standard_normal(len(T))
     np.testing.assert_array_equal(fresh(held(x, every)), np.arange(len(T)) % every == 0)

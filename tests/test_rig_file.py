@@ -150,7 +150,7 @@ WORDS = st.sampled_from(
 
 
 @given(words=st.lists(WORDS, max_size=14), known=st.booleans())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_any_text_is_a_rig_or_one_line(
     words: list[str], known: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

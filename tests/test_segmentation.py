@@ -119,7 +119,7 @@ def test_a_silent_sensor_has_no_noise(q: float) -> None:
     assert noise(Recording(s.t, seen(s, 2, sd=0, q=q, hold=1))) <= 1e-9 + q / 10
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(-9, 2), st.integers(0, 99))
 def test_the_step_of_a_quantised_channel(exponent: float, seed: int) -> None:
     q = 10.0**exponent
@@ -159,7 +159,7 @@ def test_standstill_before_and_after_is_no_stroke() -> None:
     assert stroke.speed == pytest.approx(0.02, rel=0.01)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 50), st.floats(-4, 4), st.floats(-3, 3), st.sampled_from([1, -1]))
 def test_no_threshold_has_a_unit(seed: int, length: float, time: float, sign: int) -> None:
     """Other units, a mirror image: the same samples rest and slip."""

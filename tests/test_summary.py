@@ -265,7 +265,7 @@ def test_a_long_table_is_folded(
 
 
 def test_large_pictures_are_made_to_fit(tmp_path: Path) -> None:
-    figure = Figure(figsize=(6, 6))
+    figure = Figure(figsize=(3, 3))
     axes = figure.subplots()
     axes.imshow([[(i * 37 + j * j * 11) % 101 for i in range(300)] for j in range(300)])
     one = Drawn("noise", "Noise", "Nothing to see.", figure)
@@ -273,7 +273,7 @@ def test_large_pictures_are_made_to_fit(tmp_path: Path) -> None:
     (full,) = pictures([one], tmp_path)
     (small,) = pictures([one], tmp_path, limit=len(full.source) // 2)
     assert len(small.source) <= len(full.source) // 2
-    assert (small.width, small.height) == (full.width, full.height) == (576, 576)
+    assert (small.width, small.height) == (full.width, full.height) == (288, 288)
 
 
 def test_a_rare_colour_of_a_picture_stays(tmp_path: Path) -> None:
