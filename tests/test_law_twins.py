@@ -26,9 +26,12 @@ from stribeck.space import Array
 
 #: Search ranges are the truth times these: it is nowhere near the middle.
 LOW, HIGH = 0.6, 2.0
-#: Laws of each kind that are searched for in all of these ranges; the others descend from a tenth
-#: beside the truth, as a search takes long and what differs between laws is the descent.
-SEARCHED = ("stribeck", "stribeck-smooth", "karnopp", "lugre", "gms", "bam-m4")
+#: Laws of each kind that are searched for in all of these ranges, and those whose misfit has other
+#: minima close by; the others descend from a tenth beside the truth, which takes a fraction.
+SEARCHED = (
+    "stribeck", "stribeck-smooth", "karnopp", "dahl", "lugre", "gms", "bam-m4",
+    "stribeck+temperature",
+)  # fmt: skip
 #: Evaluations of a search or descent at most, and of profiles.
 BUDGET, PROFILES = 6000, 20_000
 
