@@ -307,6 +307,8 @@ def _verdict(name: str, before: Path | None, after: Path | None) -> Verdict:
 def _differences(before: Path, after: Path) -> Iterator[Difference]:
     """Every difference of two results of a run."""
     a, b = _result(before), _result(after)
+    if a["command"] != b["command"]:
+        yield Difference("command", a["command"], b["command"])
     if a["status"] != b["status"]:
         yield Difference("exit status", str(a["status"]), str(b["status"]))
     yield from printed_differences("stdout", a["stdout"], b["stdout"])
