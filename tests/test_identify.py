@@ -5,8 +5,10 @@ import pytest
 
 from stribeck import InputError, Recording, identify, problem
 from stribeck.identify.fit import PAPER_TARGET, PROFILES
-from stribeck.identify.polish import elite, jacobian, polish
+from stribeck.identify.polish import elite, polish
 from stribeck.identify.problem import MotionProblem
+from stribeck.identify.uncertainty.descent import Meter, Terrain
+from stribeck.identify.uncertainty.profile import start
 from stribeck.identify.uncertainty.uncertainty import correlation_time, standard_errors
 from stribeck.optimize import Search, Target, configure, lockstep
 from stribeck.optimize.trace import Trace
@@ -257,7 +259,7 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
 def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
     on = problem(log, train="112:295")
     u = on.space.encode(PUBLISHED["right"][None, FREE])[0]
-    slopes = jacobian(on, u, on.residuals(on.space.decode(u[None]))[0])
+    slopes = start(Meter(on, 100), Terrain(on), PUBLISHED["right"][FREE]).J.T
     way = np.array([0.3, -0.5, 0.2, 0.4, -0.1])
     h = 2e-4
     ahead, behind = on.residuals(on.space.decode(np.array([u + h * way, u - h * way])))

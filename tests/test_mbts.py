@@ -11,7 +11,6 @@ import pytest
 
 from stribeck.bench.surfaces import rotation, surface
 from stribeck.optimize import MemeticTabuSearch, Run, Search, lockstep, minimize, rms
-from stribeck.optimize.search import steps
 from stribeck.space import Array, Param, Space, box
 
 Cost = Callable[[Array], Array]
@@ -343,21 +342,6 @@ def test_a_budget_smaller_than_the_first_swarm_is_kept(budget: int) -> None:
 
 
 # --- the same again
-
-
-@pytest.mark.parametrize("problem", [Exponential(), Plain(), Exponential(hole=1.0)])
-def test_cut_anywhere_and_resumed_it_is_the_same(problem: Any) -> None:
-    whole = run(problem, budget=1200, seed=4, patience=20)
-    for cut in (1, 2, 30, 31, 500, 900):
-        search = Search(problem.space, MemeticTabuSearch(patience=20), budget=1200, seed=4)
-        live = steps(problem, [search])
-        while len(search.trace) < cut:
-            next(live)
-        again = Search(problem.space, MemeticTabuSearch(patience=20), budget=1200, seed=4)
-        again.replay(search.trace, problem)
-        found = lockstep(problem, [again])[0]
-        assert np.array_equal(found.trace.u, whole.trace.u)
-        assert np.array_equal(found.trace.f, whole.trace.f)
 
 
 @pytest.mark.parametrize("problem", [Exponential(), Plain(), Exponential(hole=1.0)])

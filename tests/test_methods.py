@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stribeck.errors import InputError
-from stribeck.optimize import METHODS, Search, SearchError, configure, lockstep, minimize
+from stribeck.optimize import METHODS, Search, configure, lockstep, minimize
 from stribeck.optimize.methods import unit_free
 from stribeck.space import Param, Space, box
 
@@ -122,45 +122,6 @@ def test_never_leaves_the_cube(method: str, walls: str) -> None:
     u = run(Corner(), method, budget=2000, **settings).trace.u
     assert u.min() >= 0.0
     assert u.max() <= 1.0
-
-
-def test_goes_on_after_a_cut_as_if_there_had_been_none(method: str) -> None:
-    whole, cut = (run(Bowl(), method, budget=b) for b in (1500, 777))
-    problem = Bowl()
-    search = Search(problem.space, configure(method), budget=1500, seed=5)
-    search.replay(cut.trace)
-    batch = max(np.diff([0, *whole.trace.ends]))
-    again = lockstep(problem, [search])[0]
-    assert np.array_equal(whole.trace.u, again.trace.u)
-    assert np.array_equal(whole.trace.f, again.trace.f)
-    assert whole.trace.ends == again.trace.ends
-    assert whole.trace.notes == again.trace.notes
-    assert 1500 - 777 <= problem.rows <= 1500 - 777 + batch
-
-
-def test_replay_of_another_run_is_refused(method: str) -> None:
-    other = run(Bowl(), method, budget=300, seed=6)
-    search = Search(Bowl.space, configure(method), budget=600, seed=5)
-    with pytest.raises(SearchError, match="departs from its record"):
-        search.replay(other.trace)
-
-
-@pytest.mark.parametrize("method", GUIDED)
-def test_replay_of_another_cost_is_refused(method: str) -> None:
-    class Other(Bowl):
-        def __call__(self, x: Array, /) -> Array:
-            return 1e3 - super().__call__(x)
-
-    recorded = run(Bowl(), method, budget=400)
-    altered = run(Other(), method, budget=400)
-    mixed = type(recorded.trace)(3)
-    start = 0
-    for end in recorded.trace.ends:  # the points of one run with the costs of another
-        mixed.append(recorded.trace.u[start:end], altered.trace.f[start:end])
-        start = end
-    search = Search(Bowl.space, configure(method), budget=400, seed=5)
-    with pytest.raises(SearchError, match="departs"):
-        search.replay(mixed)
 
 
 def test_lockstep_changes_nothing(method: str) -> None:

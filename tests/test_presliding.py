@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stribeck import Fit, Recording, identify, read, select, validate
-from stribeck.data.repeated_samples import fresh
+from stribeck.data.repeated_samples import is_new
 from stribeck.friction import law_named
 from stribeck.friction.orders import orders
 from stribeck.identify.parameters import partition
@@ -40,7 +40,7 @@ def relative(fit: Fit, k: int) -> float:
     """Error of the angle on a log, as a share of its standard deviation."""
     ((_, _, score),) = validate(fit, loops(k), SETTLED)
     log = loops(k)
-    counts = (log.t >= 2.0) & fresh(log)
+    counts = (log.t >= 2.0) & is_new(log)
     return score.value * 1e-3 / float(np.std(log.position[counts]))  # shown in mrad
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck import Recording
-from stribeck.data.repeated_samples import fresh
+from stribeck.data.repeated_samples import is_new
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
@@ -22,14 +22,14 @@ def held(x: Array, every: int) -> Recording:
 @settings(max_examples=30)
 def test_a_noisy_sensor_that_holds(every: int, seed: int) -> None:
     x = 0.005 * T + 1e-4 * np.random.default_rng(seed).standard_normal(len(T))
-    np.testing.assert_array_equal(fresh(held(x, every)), np.arange(len(T)) % every == 0)
+    np.testing.assert_array_equal(is_new(held(x, every)), np.arange(len(T)) % every == 0)
 
 
 @pytest.mark.parametrize("every", [2, 5])
 def test_a_moving_sensor_that_holds_without_noise(every: int) -> None:
     # At one speed the staircase could as well be a coarse scale; a swing has steps of any height.
     x = np.round(0.1 * np.sin(T) / 1e-5) * 1e-5
-    anew = fresh(held(x, every))
+    anew = is_new(held(x, every))
     assert not anew[np.arange(len(T)) % every > 0].any()
     assert anew[::every].mean() > 0.99  # at its turning points it moves less than a step
 
@@ -37,27 +37,27 @@ def test_a_moving_sensor_that_holds_without_noise(every: int) -> None:
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
 def test_a_sensor_that_measures_every_sample(noise: float) -> None:
     x = 0.005 * T + noise * np.random.default_rng(1).standard_normal(len(T))
-    assert fresh(Recording(t=T, position=x)).all()
+    assert is_new(Recording(t=T, position=x)).all()
 
 
 def test_rest_at_the_resolution_of_a_sensor_is_no_holding() -> None:
     stairs = np.floor(T / 2.0) * 0.02 + np.minimum(T % 2.0, 0.1) * 0.2  # rests 1.9 s in 2 s
     x: Array = np.round(stairs / 1e-3) * 1e-3
     assert (np.diff(x) == 0).mean() > 0.9
-    assert fresh(Recording(t=T, position=x)).all()
+    assert is_new(Recording(t=T, position=x)).all()
 
 
 def test_the_twin_repeats_an_echo_twice() -> None:
     log = TestBed(rate=100.0, echo_rate=50.0).run("up", seed=5).recording
-    anew = fresh(log)
+    anew = is_new(log)
     # Two echoes within one converter step look like one: 0.1 mm against 0.3 sqrt(2) mm of noise,
     # erf(0.1 / 0.85 / sqrt(2)) = 9 %. None is counted where there was no echo.
     assert not anew[1::2].any()
     assert 0.85 < anew[::2].mean() < 0.97
-    assert fresh(TestBed(rate=50.0, echo_rate=50.0).run("up", seed=5).recording).all()
+    assert is_new(TestBed(rate=50.0, echo_rate=50.0).run("up", seed=5).recording).all()
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 30])
 def test_logs_too_short_to_tell(n: int) -> None:
-    assert fresh(Recording(t=T[:n], position=np.repeat(T, 2)[:n])).shape == (n,)
-    assert fresh(Recording(t=T[:n], position=np.zeros(n))).all()
+    assert is_new(Recording(t=T[:n], position=np.repeat(T, 2)[:n])).shape == (n,)
+    assert is_new(Recording(t=T[:n], position=np.zeros(n))).all()

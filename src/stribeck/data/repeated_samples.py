@@ -17,7 +17,7 @@ _SHARE = 0.35
 _REACH = 10
 
 
-def fresh(recording: Recording) -> NDArray[np.bool_]:
+def is_new(recording: Recording) -> NDArray[np.bool_]:
     """Which samples of the position were measured anew, (N,).
 
     All of them, unless the sensor holds its value between measurements: then more than a third

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..data.repeated_samples import fresh
+from ..data.repeated_samples import is_new
 from ..data.segmentation import noise, step
 from ..optimize import rms
 from ..rig.simulated import as_simulated
@@ -97,7 +97,7 @@ def _seen(segment: Segment) -> tuple[float, float, float]:
     Without such samples the start is known from the fit alone.
     """
     log, on = segment.recording, segment.track
-    anew = fresh(log)[segment.still]
+    anew = is_new(log)[segment.still]
     n = int(anew.sum())
     sd, q = noise(log), step(log.position)
     mean = float(log.position[segment.still][anew].mean()) if n else on.x0

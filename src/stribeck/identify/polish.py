@@ -97,11 +97,3 @@ def polish(problem: LeastSquares, x: Array, start: float, allowance: int) -> Pol
 
 def _silent(**_: object) -> None:
     """Nobody keeps what a polishing says of its steps."""
-
-
-def jacobian(problem: LeastSquares, u: Array, residuals: Array) -> Array:
-    """Slopes of the residuals at a point of the unit cube, (samples, dim), in one call."""
-    step = np.where(u + STEP <= 1.0, STEP, -STEP)
-    beside = problem.residuals(problem.space.decode(u + np.diag(step)))
-    slopes: Array = ((beside - residuals) / step[:, None]).T
-    return slopes

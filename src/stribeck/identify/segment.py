@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data.ranges import Range, Window, inner, start_of, windows
-from ..data.repeated_samples import fresh
+from ..data.repeated_samples import is_new
 from ..data.segmentation import Segments, segment
 from ..errors import InputError
 from ..rig.motion.track import Track
@@ -162,4 +162,4 @@ def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Segm
 
 def _counting(recording: Recording, rig: SimulatedRig) -> NDArray[np.bool_]:
     """Which samples may count: not those that a sensor holds, where a rig has such a sensor."""
-    return fresh(recording) if rig.holds else np.ones(len(recording), dtype=bool)
+    return is_new(recording) if rig.holds else np.ones(len(recording), dtype=bool)

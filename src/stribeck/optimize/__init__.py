@@ -22,7 +22,7 @@ from .search import (
     rms,
     steps,
 )
-from .stops import Deadline, Stall, Target
+from .stops import Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 from .trace import Trace
 from .trust_region import least_squares
@@ -34,7 +34,6 @@ __all__ = [
     "Algorithm",
     "Answer",
     "BacterialForaging",
-    "Deadline",
     "Detailed",
     "ForagingTabuSearch",
     "GeneticAlgorithm",
@@ -47,7 +46,6 @@ __all__ = [
     "Run",
     "Search",
     "SearchError",
-    "Stall",
     "Stop",
     "TabuSearch",
     "Target",

@@ -80,7 +80,7 @@ class Algorithm(Protocol):
 
 
 class SearchError(RuntimeError):
-    """An algorithm broke its contract, a record is of another run, or a search is over."""
+    """An algorithm broke its contract, or a search is over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,37 +162,6 @@ class Search:
         else:
             answer = Answer(costs, residuals) if self.detailed else costs
             self._go(lambda: self._moves.send(answer))
-
-    def replay(self, record: Trace, problem: Problem | None = None) -> None:
-        """Walk again through a recorded run, so that it can go on from where it was cut.
-
-        Every recorded point is checked against the one asked now. A record that was cut inside
-        a step leaves that step to be evaluated again.
-
-        Args:
-            record: The trace of the run.
-            problem: What it searched; its residuals, which no trace keeps, are evaluated anew.
-
-        Raises:
-            SearchError: the record is of another problem, algorithm or seed.
-        """
-        for start, end in zip([0, *record.ends], record.ends, strict=False):
-            if self.ended:
-                return
-            told, wanted = record.u[start:end], self._asked[: end - start]
-            if not np.array_equal(told, wanted):
-                raise SearchError(
-                    f"{self.algorithm.name} departs from its record after {start} evaluations: "
-                    "another space, setting, seed or budget, or its residuals are not at hand"
-                )
-            if len(told) < len(self._asked):
-                if end < len(record):
-                    raise SearchError(f"{self.algorithm.name}: the record has a gap at {end}")
-                return
-            residuals = None
-            if self.detailed and isinstance(problem, LeastSquares):
-                residuals = _residuals(problem, self.ask())
-            self.tell(record.f[start:end], residuals)
 
     def run(self) -> Run:
         """The result so far."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import fdtrc, stdtrit
 
 from ...space import Array
 from . import variable_projection
@@ -92,8 +93,6 @@ def _blocks(found: Balance) -> Array:
 
 def _clustered(found: Balance, blocks: Array, seen: Array) -> Array:
     """Errors from whole strokes (the sandwich of Liang and Zeger 1986), (seen,)."""
-    from scipy.stats import t  # noqa: PLC0415 - slow to import
-
     W = found.jacobian[:, seen]
     scores = W * found.residuals[:, None]
     starts = np.flatnonzero(np.diff(blocks, prepend=-1))
@@ -103,7 +102,7 @@ def _clustered(found: Balance, blocks: Array, seen: Array) -> Array:
         return np.zeros(k)
     bread = variable_projection.covariance(W, 1.0)
     meat = sums.T @ sums * n / (n - 1) * (rows - 1) / (rows - k)
-    errors: Array = np.sqrt(np.diag(bread @ meat @ bread)) * t.ppf(0.975, n - k) / _NORMAL
+    errors: Array = np.sqrt(np.diag(bread @ meat @ bread)) * stdtrit(n - k, 0.975) / _NORMAL
     return errors
 
 
@@ -163,8 +162,6 @@ def _lack(found: Balance, levels: Levels, half: int) -> tuple[float, int, float,
     The errors, (free,), are those of a regression with a log as the unit, 0 for parameters that
     the levels do not show. None where there are no more logs than such parameters.
     """
-    from scipy.stats import f, t  # noqa: PLC0415 - slow to import
-
     r = levels.residual[half]
     size = np.abs(found.values[found.system.wanted.free])
     here, elsewhere = (levels.jacobian[i] * size for i in (half, 1 - half))
@@ -185,8 +182,8 @@ def _lack(found: Balance, levels: Levels, half: int) -> tuple[float, int, float,
     share = np.where(shown, np.sqrt(((Vt.T / s) ** 2).sum(axis=1)), 1 / np.fmax(alone, 1e-300))
     share[~shown & (alone < _TENTH * s[0])] = 0.0
     errors = np.zeros(len(size))
-    errors[at_home] = share * np.sqrt(left @ left / freedom) * t.ppf(0.975, freedom) / _NORMAL
-    chance = float(f.sf(statistic, between, levels.within))
+    errors[at_home] = share * np.sqrt(left @ left / freedom) * stdtrit(freedom, 0.975) / _NORMAL
+    chance = float(fdtrc(between, levels.within, statistic))
     return statistic, between, chance, errors * size
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...data.repeated_samples import fresh
+from ...data.repeated_samples import is_new
 from ...space import Array
 from ...units import unit
 from .experiment import Box
@@ -92,7 +92,7 @@ class Axis:
 
 def counted(log: Recording, rows: Sequence[slice]) -> tuple[float, int]:
     """Seconds of the rows of a log that are used, and how many samples measured anew they have."""
-    anew = fresh(log)
+    anew = is_new(log)
     seconds = sum(float(log.t[r.stop - 1] - log.t[r.start]) + log.dt for r in rows)
     return seconds, sum(int(np.count_nonzero(anew[r])) for r in rows)
 

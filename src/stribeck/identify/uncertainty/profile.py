@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from scipy.special import fdtri
 
 from ...errors import InputError
 from ...space import Array
@@ -387,9 +388,7 @@ def _refined(place: Place, terrain: Terrain, gain: float) -> Asking:
 
 def _thresholds(best: Place, look: QuickLook, level: float, ratio: Array | None) -> Array:
     """By how much the sum of squares may rise, (dim,)."""
-    from scipy.stats import f  # noqa: PLC0415 - slow to import
-
-    quantile = float(f.ppf(level, 1, look.dof))
+    quantile = float(fdtri(1, look.dof, level))
     ratios = look.ratio if ratio is None else np.asarray(ratio, dtype=float)
     # A fit without misfit is known as well as finite differences are.
     least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ...data.repeated_samples import fresh
+from ...data.repeated_samples import is_new
 from ...data.segmentation import rests
 from ...rig.rig import shown_in
 from ...space import Array, Param
@@ -319,7 +319,7 @@ def rest_noise(recordings: Sequence[Recording]) -> float:
     """
     squares, count = 0.0, 0
     for log in recordings:
-        anew = fresh(log)
+        anew = is_new(log)
         for rest in rests(log):
             n = rest.stop - rest.start
             inner = slice(rest.start + int(CUT * n), rest.stop - int(CUT * n))
