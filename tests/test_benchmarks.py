@@ -18,7 +18,7 @@ import scaling
 import surfaces
 from overhead import Residuals
 from stribeck.bench.record import Job, Record, Steps
-from stribeck.optimize.search import rms
+from stribeck.optimize import rms
 from stribeck.space import Array, Space, box
 from twins import FILE, RATE, SLIPS, WITHIN, Twin, slips, twins
 

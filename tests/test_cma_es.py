@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from stribeck.bench.surfaces import rotation
-from stribeck.optimize.cma_es import adapt
+from stribeck.optimize.cma_es import cma_es
 from stribeck.space import Array
 
 Cost = Callable[[Array], Array]  # (n, dim) of the unit cube to (n,)
@@ -36,7 +36,7 @@ def search(
 ) -> list[Array]:
     """Every round until it ends, meets the target or has asked for so many points."""
     dim = len(centre)
-    moves = adapt(np.array(centre), R, N or usual(dim), np.random.default_rng(seed), silent)
+    moves = cma_es(np.array(centre), R, N or usual(dim), np.random.default_rng(seed), silent)
     asked: list[Array] = []
     try:
         wish = next(moves)
@@ -200,7 +200,7 @@ def test_costs_close_to_the_largest_float() -> None:
 
 def test_what_it_returns_is_the_best_it_met() -> None:
     cost = bowl(3, 6, 1e3)
-    moves = adapt(np.full(3, 0.2), 0.3, 8, np.random.default_rng(0), silent)
+    moves = cma_es(np.full(3, 0.2), 0.3, 8, np.random.default_rng(0), silent)
     met: list[tuple[float, Array]] = []
     try:
         wish = next(moves)

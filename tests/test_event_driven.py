@@ -10,7 +10,7 @@ import pytest
 
 from patience import PATIENCE
 from stribeck.friction import LAWS, Law
-from stribeck.identify.polish import STEP
+from stribeck.optimize.trust_region import STEP
 from stribeck.rig.motion import reference, row_pool
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.event_driven import CLAMP, F_FM, misfits, trajectories

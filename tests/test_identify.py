@@ -7,10 +7,10 @@ from stribeck import InputError, Recording, identify, problem
 from stribeck.identify.fit import PAPER_TARGET, PROFILES
 from stribeck.identify.polish import elite, polish
 from stribeck.identify.problem import MotionProblem
-from stribeck.identify.uncertainty.descent import Meter, Terrain
-from stribeck.identify.uncertainty.profile import start
-from stribeck.identify.uncertainty.uncertainty import correlation_time, standard_errors
-from stribeck.optimize import Search, Target, configure, lockstep
+from stribeck.identify.uncertainty.covariance import correlation_time
+from stribeck.identify.uncertainty.linearisation import box_of, linearised
+from stribeck.identify.uncertainty.uncertainty import standard_errors
+from stribeck.optimize import Counted, Search, Target, configure, lockstep
 from stribeck.optimize.trace import Trace
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed
@@ -259,7 +259,7 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
 def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
     on = problem(log, train="112:295")
     u = on.space.encode(PUBLISHED["right"][None, FREE])[0]
-    slopes = start(Meter(on, 100), Terrain(on), PUBLISHED["right"][FREE]).J.T
+    slopes = linearised(Counted(on, 100), box_of(on), PUBLISHED["right"][FREE]).J.T
     way = np.array([0.3, -0.5, 0.2, 0.4, -0.1])
     h = 2e-4
     ahead, behind = on.residuals(on.space.decode(np.array([u + h * way, u - h * way])))

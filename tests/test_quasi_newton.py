@@ -10,18 +10,18 @@ import pytest
 from scipy.optimize import lsq_linear, minimize
 
 from stribeck.bench.surfaces import rotation
-from stribeck.optimize.quasi_newton import Slope, quasi_newton
+from stribeck.optimize.quasi_newton import BfgsState, quasi_newton
 from stribeck.space import Array
 
 Cost = Callable[[Array], Array]  # (n, dim) of the unit cube to (n,)
 
 
-def descend(cost: Cost, start: Any, **how: float) -> tuple[Slope, list[Array]]:
+def descend(cost: Cost, start: Any, **how: float) -> tuple[BfgsState, list[Array]]:
     """The end of a descent from a point, or from where another one was left; every batch."""
     best = how.pop("best", np.inf)
-    if not isinstance(start, Slope):
+    if not isinstance(start, BfgsState):
         u = np.array(start, dtype=float)
-        start = Slope(u, float(cost(u[None])[0]), **how)  # type: ignore[arg-type]
+        start = BfgsState(u, float(cost(u[None])[0]), **how)  # type: ignore[arg-type]
     moves = quasi_newton(start, lambda **_: None, best=best)
     asked: list[Array] = []
     try:
@@ -216,7 +216,7 @@ def test_it_only_ever_goes_down() -> None:
         return cost
 
     for _ in range(20):
-        start = Slope(rng.random(3), 2.0)
+        start = BfgsState(rng.random(3), 2.0)
         floor, asked = descend(noisy, start)
         assert floor.cost <= 2.0
         assert rows(asked) < 500

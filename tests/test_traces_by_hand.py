@@ -27,8 +27,7 @@ from stribeck.optimize import (
 from stribeck.space import box
 
 if TYPE_CHECKING:
-    from stribeck.optimize import Algorithm
-    from stribeck.optimize.search import Moves, Note
+    from stribeck.optimize import Algorithm, Moves, Note
     from stribeck.space import Array, Rng, Space
 
 Points = list[tuple[float, float]]

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 from stribeck.optimize import Answer, rms
-from stribeck.optimize.trust_region import Floor, box_minimum, least_squares
-from stribeck.space import Array
+from stribeck.optimize.box import Box, box_minimum
+from stribeck.optimize.moves import Detailed
+from stribeck.optimize.trust_region import Iterate, Minimum, least_squares, with_slopes
+from stribeck.space import Array, box
 
 Residuals = Callable[[Array], Array]  # (n, dim) of the unit cube to (n, m)
 
 
-def descend(residuals: Residuals, start: list[float], **how: float) -> tuple[Floor, list[Array]]:
-    """The floor, and every batch that was asked for."""
-    moves = least_squares(np.array(start), lambda **_: None, **how)
+def descend(residuals: Residuals, start: list[float], **how: Any) -> tuple[Minimum, list[Array]]:
+    """The minimum, and every batch that was asked for."""
+    moves = least_squares(np.array(start), Box(box([(0.0, 1.0)] * len(start))), **how)
     asked: list[Array] = []
     try:
         wish = next(moves)
         while True:
+            assert isinstance(wish, Detailed)
             assert wish.points.min() >= 0.0
             assert wish.points.max() <= 1.0
             asked.append(wish.points.copy())
@@ -33,7 +37,7 @@ def descend(residuals: Residuals, start: list[float], **how: float) -> tuple[Flo
 
 
 def rosenbrock(u: Array) -> Array:
-    """Over [-2, 2]^2; the floor is 0 at (1, 1)."""
+    """Over [-2, 2]^2; the minimum is 0 at (1, 1)."""
     x, y = (4.0 * u - 2.0).T
     return np.stack([10.0 * (y - x**2), 1.0 - x], axis=1)
 
@@ -56,17 +60,17 @@ def misra1a(u: Array) -> Array:
 
 
 def test_rosenbrock_from_the_classical_start() -> None:
-    floor, _ = descend(rosenbrock, [0.2, 0.75], tolerance=1e-12)  # (-1.2, 1)
-    np.testing.assert_allclose(floor.point, 0.75, atol=1e-9)
-    assert floor.cost < 1e-9
+    minimum, _ = descend(rosenbrock, [0.2, 0.75], tolerance=1e-12)  # (-1.2, 1)
+    np.testing.assert_allclose(minimum.point, 0.75, atol=1e-9)
+    assert minimum.cost < 1e-9
 
 
 @pytest.mark.parametrize("start", [[0.5, 0.05], [0.25, 0.25], [1.0, 1.0], [0.9, 0.1]])
 def test_misra1a_ends_at_the_certified_values(start: list[float]) -> None:
-    floor, _ = descend(misra1a, start, tolerance=1e-13)
+    minimum, _ = descend(misra1a, start, tolerance=1e-13)
     certified = np.array([2.3894212918e02, 5.5015643181e-04])
-    np.testing.assert_allclose(MISRA * floor.point, certified, rtol=1e-7)
-    np.testing.assert_allclose(14 * floor.cost**2, 1.2455138894e-01, rtol=1e-10)
+    np.testing.assert_allclose(MISRA * minimum.point, certified, rtol=1e-7)
+    np.testing.assert_allclose(14 * minimum.cost**2, 1.2455138894e-01, rtol=1e-10)
 
 
 def test_a_minimum_on_a_wall_is_reached_exactly() -> None:
@@ -75,16 +79,16 @@ def test_a_minimum_on_a_wall_is_reached_exactly() -> None:
     def cut(u: Array) -> Array:
         return rosenbrock(np.stack([0.625 * u[:, 0], u[:, 1]], axis=1))
 
-    floor, _ = descend(cut, [0.3, 0.8], tolerance=1e-12)
-    assert floor.point[0] == 1.0
-    np.testing.assert_allclose(floor.point[1], (0.25 + 2.0) / 4.0, atol=1e-9)
-    np.testing.assert_allclose(floor.cost, 0.5 / np.sqrt(2), rtol=1e-9)
+    minimum, _ = descend(cut, [0.3, 0.8], tolerance=1e-12)
+    assert minimum.point[0] == 1.0
+    np.testing.assert_allclose(minimum.point[1], (0.25 + 2.0) / 4.0, atol=1e-9)
+    np.testing.assert_allclose(minimum.cost, 0.5 / np.sqrt(2), rtol=1e-9)
 
 
 def test_it_starts_and_ends_in_a_corner() -> None:
-    floor, asked = descend(lambda u: u + 1.0, [1.0, 1.0, 1.0])
-    assert (floor.point == 0.0).all()
-    assert floor.ended == "flat"
+    minimum, asked = descend(lambda u: u + 1.0, [1.0, 1.0, 1.0])
+    assert (minimum.point == 0.0).all()
+    assert minimum.ended == "flat"
     assert len(asked) < 12
 
 
@@ -96,34 +100,34 @@ def test_what_cannot_run_is_stepped_round() -> None:
         r[np.abs(u[:, 0] - 0.5) + np.abs(u[:, 1] - 0.8) < 0.2] = np.nan
         return r
 
-    floor, _ = descend(holed, [0.2, 0.75], tolerance=1e-12)
-    np.testing.assert_allclose(floor.point, 0.75, atol=1e-7)
+    minimum, _ = descend(holed, [0.2, 0.75], tolerance=1e-12)
+    np.testing.assert_allclose(minimum.point, 0.75, atol=1e-7)
 
 
 def test_slopes_at_the_edge_of_what_runs_come_from_its_other_side() -> None:
     def edge(u: Array) -> Array:
         return np.where(u > 0.5, np.nan, u - 0.2)
 
-    floor, _ = descend(edge, [0.5, 0.5])
-    np.testing.assert_allclose(floor.point, 0.2, atol=1e-9)
+    minimum, _ = descend(edge, [0.5, 0.5])
+    np.testing.assert_allclose(minimum.point, 0.2, atol=1e-9)
 
 
 def test_a_start_that_cannot_run_ends_at_once() -> None:
-    floor, asked = descend(lambda u: np.full_like(u, np.nan), [0.5, 0.5])
-    assert floor.ended == "nowhere"
-    assert np.isinf(floor.cost)
+    minimum, asked = descend(lambda u: np.full_like(u, np.nan), [0.5, 0.5])
+    assert minimum.ended == "nowhere"
+    assert np.isinf(minimum.cost)
     assert len(asked) == 1
 
 
 @pytest.mark.parametrize("moves", [[0.0, 0.0], [0.0, 1.0]])
 def test_a_parameter_that_changes_nothing_stays(moves: list[float]) -> None:
-    floor, _ = descend(lambda u: (u - 0.3) * moves + 0.1, [0.6, 0.6])
-    assert floor.point[0] == 0.6
-    assert floor.ended == "flat"
+    minimum, _ = descend(lambda u: (u - 0.3) * moves + 0.1, [0.6, 0.6])
+    assert minimum.point[0] == 0.6
+    assert minimum.ended == "flat"
 
 
 def test_without_residuals_it_says_so() -> None:
-    moves = least_squares(np.array([0.5]), lambda **_: None)
+    moves = least_squares(np.array([0.5]), Box(box([(0.0, 1.0)])))
     next(moves)
     with pytest.raises(StopIteration) as done:
         moves.send(Answer(np.array([1.0]), None))
@@ -145,8 +149,8 @@ def test_linear_residuals_take_one_step(dim: int) -> None:
     slopes, optimum = rng.standard_normal((3 * dim, dim)), 0.4 + 0.2 * rng.random(dim)
     left = rng.standard_normal(3 * dim)
     left -= slopes @ np.linalg.lstsq(slopes, left, rcond=None)[0]
-    floor, asked = descend(lambda u: (u - optimum) @ slopes.T + left, [0.5] * dim)
-    np.testing.assert_allclose(floor.point, optimum, atol=1e-7)
+    minimum, asked = descend(lambda u: (u - optimum) @ slopes.T + left, [0.5] * dim)
+    np.testing.assert_allclose(minimum.point, optimum, atol=1e-7)
     assert [len(points) for points in asked] == [1, dim, 1, dim]
 
 
@@ -157,17 +161,23 @@ def test_corrected_slopes_spare_evaluations() -> None:
         x = 4.0 * u - 2.0
         return np.hstack([3.0 * (x[:, 1:] - x[:, :-1] ** 2), 1.0 - x])
 
-    floor, asked = descend(chained, [0.6] * 10, tolerance=1e-10)
-    assert floor.cost < 1e-6
+    minimum, asked = descend(chained, [0.6] * 10, tolerance=1e-10)
+    assert minimum.cost < 1e-6
     steps = sum(len(points) == 1 for points in asked) - 1
     assert sum(map(len, asked)) < 4 * steps
 
 
-def test_its_curvature_is_that_of_the_mean_square() -> None:
-    """Linear residuals: the mean square about the floor is s^T curvature s."""
+def test_slopes_of_linear_residuals_are_theirs() -> None:
     slopes = np.array([[3.0, 1.0], [0.0, 0.5], [1.0, -1.0]])
-    floor, _ = descend(lambda u: (u - 0.3) @ slopes.T + 0.1, [0.8, 0.6])
-    np.testing.assert_allclose(floor.curvature, slopes.T @ slopes / 3, rtol=1e-6)
+    u = np.array([0.8, 1.0])
+    moves = with_slopes(Iterate.at(u, (u - 0.3) @ slopes.T + 0.1))
+    batch = next(moves)
+    assert isinstance(batch, Detailed)
+    shown = (batch.points - 0.3) @ slopes.T + 0.1
+    with pytest.raises(StopIteration) as done:
+        moves.send(Answer(rms(shown), shown))
+    np.testing.assert_allclose(done.value.value.J, slopes.T, rtol=1e-6, atol=1e-9)
+    assert done.value.value.age == 0
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -14,10 +14,13 @@ from stribeck.identify.balance.rows import logs_of
 from stribeck.identify.uncertainty.blind_directions import directions, percent
 from stribeck.identify.uncertainty.covariance import correlation_time
 from stribeck.identify.uncertainty.posterior import posterior
-from stribeck.identify.uncertainty.profile import Ended, Profile, Side, profiles
+from stribeck.identify.uncertainty.profile import Profile, Side, profiles
+from stribeck.identify.uncertainty.profile_walk import Ended
 from stribeck.identify.uncertainty.residuals import orders_of
-from stribeck.identify.uncertainty.sensitivity import weights
-from stribeck.identify.uncertainty.uncertainty import rest_noise, uncertainty, verdict
+from stribeck.identify.uncertainty.sensitivity import sensitivities
+from stribeck.identify.uncertainty.sensor_noise import rest_noise
+from stribeck.identify.uncertainty.uncertainty import uncertainty
+from stribeck.identify.uncertainty.verdict import verdict
 from stribeck.rig import RIGS
 from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.slide_bed import PUBLISHED
@@ -95,11 +98,11 @@ def test_what_doubling_does_is_what_it_does() -> None:
     y = 3 * T + 0.1 * NOISE
     model = Model(box([(0.0, 10.0)]), y, lambda x: x[0] * T)
     found = profiles(model, np.array([3.0]))
-    (weight,), rows = weights(model, found)
+    (effect,), rows = sensitivities(model, found)
     least, at_twice = (np.sqrt(np.mean((y - k * found.x[0] * T) ** 2)) for k in (1, 2))
-    assert weight.kind == "doubling"
-    assert weight.value == pytest.approx(2 * found.x[0])
-    assert weight.change == pytest.approx(at_twice / least - 1, rel=1e-6)
+    assert effect.kind == "doubling"
+    assert effect.value == pytest.approx(2 * found.x[0])
+    assert effect.change == pytest.approx(at_twice / least - 1, rel=1e-6)
     assert rows > 0
 
 
@@ -107,18 +110,18 @@ def test_doubling_refits_the_others() -> None:
     """Doubling one factor of a product changes nothing, as the other halves."""
     model = Model(box([(0.1, 10)] * 2), 2 * T + 0.1 * NOISE, lambda x: x[0] * x[1] * T)
     found = profiles(model, np.array([1.0, 2.0]))
-    for weight in weights(model, found)[0]:
-        assert weight.kind == "doubling"
-        assert weight.change == pytest.approx(0.0, abs=1e-4)
+    for effect in sensitivities(model, found)[0]:
+        assert effect.kind == "doubling"
+        assert effect.change == pytest.approx(0.0, abs=1e-4)
 
 
 def test_halving_and_ends_where_doubling_leaves_the_range() -> None:
     y = 3 * T + 0.1 * NOISE
     for upper, lower, kind, value in ((5.0, 0.0, "halving", 1.5), (5.0, 2.0, "end", 5.0)):
         model = Model(box([(lower, upper)]), y, lambda x: x[0] * T)
-        (weight,), _ = weights(model, profiles(model, np.array([3.0])))
-        assert weight.kind == kind
-        assert weight.value == pytest.approx(value, rel=0.01)
+        (effect,), _ = sensitivities(model, profiles(model, np.array([3.0])))
+        assert effect.kind == kind
+        assert effect.value == pytest.approx(value, rel=0.01)
 
 
 def test_a_blind_direction_is_put_into_words() -> None:

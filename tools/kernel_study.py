@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from stribeck.friction import LAWS
-from stribeck.identify.polish import STEP
+from stribeck.optimize.trust_region import STEP
 from stribeck.rig.motion import reference
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.event_driven import trajectories

@@ -30,7 +30,7 @@ from numpy.random import SeedSequence
 
 from ..errors import InputError
 from ..optimize import METHODS, Problem, Target, Trace
-from ..optimize.search import checked
+from ..optimize.lockstep import checked
 from ..space import Array, Rng
 
 #: Above this, scipy's `shgo` builds its first cells for minutes before it evaluates anything.

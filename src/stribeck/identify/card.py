@@ -22,7 +22,7 @@ from ..text_file import page
 from ..units import convertible, unit
 from .loss import Objective
 from .parameters import Parameters, partition
-from .uncertainty.profile import Ended
+from .uncertainty.profile_walk import Ended
 
 if TYPE_CHECKING:
     from .result import Fit

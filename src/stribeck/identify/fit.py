@@ -30,16 +30,15 @@ from .result import Fit
 from .score import Score, held_out, scores
 from .segment import Segment, segments
 from .sliding_check import mark_never_slid, never_slid
-from .uncertainty.uncertainty import (
+from .uncertainty.estimates import (
     Estimate,
-    Uncertainty,
     bound_warnings,
     correlation_warnings,
     estimates,
-    rest_noise,
     resting,
-    uncertainty,
 )
+from .uncertainty.sensor_noise import rest_noise
+from .uncertainty.uncertainty import Uncertainty, uncertainty
 
 if TYPE_CHECKING:
     from ..data.ranges import Range

@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..optimize import Answer, least_squares, rms
+from ..optimize.box import Box
+from ..optimize.lockstep import Counted, Task, lockstep
+from ..optimize.trust_region import least_squares
 from ..space import Array
 
 if TYPE_CHECKING:
     from ..optimize import Run, Trace
-    from ..optimize.search import LeastSquares
+    from ..optimize.lockstep import Residuals
     from .problem import MotionProblem
 
-#: Step of the finite differences, as a share of a parameter's range: the floor of the misfit is a
-#: valley a thousandth of the ranges wide, and curved; the integration is smooth far below that.
-STEP = 1e-6
 #: Places of a search that are polished at most, and rounds each must be able to afford.
 MOST_STARTS, FEWEST_ROUNDS = 8, 5
 
@@ -66,7 +65,7 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     return Polished(best.x, best.cost, sum(d.evaluations for d in done))
 
 
-def polish(problem: LeastSquares, x: Array, start: float, allowance: int) -> Polished:
+def polish(problem: Residuals, x: Array, start: float, allowance: int) -> Polished:
     """Improve a point by trust-region least squares inside the search box.
 
     Args:
@@ -78,22 +77,8 @@ def polish(problem: LeastSquares, x: Array, start: float, allowance: int) -> Pol
     space = problem.space
     if allowance <= space.dim + 1 or not np.isfinite(start):
         return Polished(x, start, 0)
-    descent = least_squares(space.encode(x[None])[0], _silent, step=STEP)
-    best, least, spent = x, start, 0
-    asked = next(descent)
-    while spent + len(asked.points) <= allowance:
-        places = space.decode(asked.points)
-        residuals = problem.residuals(places)
-        costs, spent = rms(residuals), spent + len(places)
-        costs[np.isnan(costs)] = np.inf
-        if costs.min() < least:
-            best, least = places[costs.argmin()], float(costs.min())
-        try:
-            asked = descent.send(Answer(costs, residuals))
-        except StopIteration:
-            break
-    return Polished(best, least, spent)
-
-
-def _silent(**_: object) -> None:
-    """Nobody keeps what a polishing says of its steps."""
+    counted = Counted(problem, allowance)
+    descent = least_squares(space.encode(x[None])[0], Box(space))
+    lockstep(counted, [Task("polishing", space, descent)])
+    best, cost = counted.best()
+    return Polished(best, cost, counted.rows) if cost < start else Polished(x, start, counted.rows)

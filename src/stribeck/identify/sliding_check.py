@@ -12,7 +12,7 @@ from ..rig.rig import stem
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from .parameters import Parameters
-    from .uncertainty.uncertainty import Estimate
+    from .uncertainty.estimates import Estimate
 
 #: What only sliding shows, by the names that laws give it.
 _SLIDING = ("F_S", "F_C", "v_SS", "v_s", "ratio", "tau")

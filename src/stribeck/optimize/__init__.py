@@ -3,29 +3,24 @@
 from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
-from .mbts import MemeticTabuSearch
-from .methods import METHODS, configure, minimize
-from .random_search import RandomSearch
-from .search import (
-    Algorithm,
-    Answer,
-    Detailed,
+from .lockstep import (
+    Counted,
     LeastSquares,
-    Moves,
-    Note,
     Problem,
-    Run,
-    Search,
     SearchError,
-    Stop,
+    Task,
     lockstep,
     rms,
     steps,
 )
+from .mbts import MemeticTabuSearch
+from .methods import METHODS, configure, minimize
+from .moves import Answer, Detailed, Moves, Note
+from .random_search import RandomSearch
+from .search import Algorithm, Run, Search, Stop
 from .stops import Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 from .trace import Trace
-from .trust_region import least_squares
 
 __all__ = [
     "METHODS",
@@ -34,6 +29,7 @@ __all__ = [
     "Algorithm",
     "Answer",
     "BacterialForaging",
+    "Counted",
     "Detailed",
     "ForagingTabuSearch",
     "GeneticAlgorithm",
@@ -49,9 +45,9 @@ __all__ = [
     "Stop",
     "TabuSearch",
     "Target",
+    "Task",
     "Trace",
     "configure",
-    "least_squares",
     "lockstep",
     "minimize",
     "rms",

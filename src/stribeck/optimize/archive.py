@@ -1,4 +1,4 @@
-"""The tabu list grown into a memory: what a search knows of the landscape, and what to do next."""
+"""The tabu list grown into an archive: what a search knows of the landscape, and where to look."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 from ..space import Array, Rng
 from .unit_cube import squares
 
-#: Cells, floors and starts of descents that are kept.
-CELLS, FLOORS, STARTS = 100, 300, 100
+#: Cells, minima and starts of descents that are kept.
+CELLS, MINIMA, STARTS = 100, 300, 100
 #: Cells that are looked at together.
 BLOCK = 20
 #: Floors closer than this, in every coordinate, are one.
@@ -17,24 +17,24 @@ SAME = 1e-3
 EVEN = 12
 
 
-class Memory:
-    """Cells, the floors of basins, and the places from which descents began.
+class Archive:
+    """Cells, the minima of basins, and the places from which descents began.
 
     Attributes:
         dim: Of the space.
         best: The least cost met so far, wherever.
-        floors: Points of the unit cube at which descents ended, (k, dim).
+        minima: Points of the unit cube at which descents ended, (k, dim).
         costs: Theirs, (k,).
     """
 
     def __init__(self, dim: int, rng: Rng) -> None:
         self.dim, self._rng, self.best = dim, rng, np.inf
-        self.floors, self.costs = np.empty((0, dim)), np.empty(0)
+        self.minima, self.costs = np.empty((0, dim)), np.empty(0)
         self._cells, self._J = np.empty((0, dim)), np.empty(0)  # in order of cost
         self._starts = np.empty((0, dim))
         self._drawn, self._shift, self._stride = 0, rng.random(dim), _stride(dim)
 
-    def forage(self, n: int) -> Array:
+    def sample(self, n: int) -> Array:
         """`n` more places for cells, (n, dim), which fill the cube evenly whatever their number.
 
         (In more than `EVEN` dimensions they are random.)
@@ -54,7 +54,7 @@ class Memory:
         order = order[np.isfinite(J[order])]
         self._cells, self._J = theta[order], J[order]
 
-    def meet(self, cost: float) -> bool:
+    def update(self, cost: float) -> bool:
         """The least cost of a batch; says whether it is notably better than all before."""
         better = cost < self.best - self.little
         self.best = min(self.best, cost)
@@ -80,13 +80,13 @@ class Memory:
         if not len(self._J):
             return None
         radius = share * (np.log(self._drawn + 1) / self._drawn) ** (1.0 / self.dim)
-        known = np.vstack([self._cells, self.floors, self._starts])
+        known = np.vstack([self._cells, self.minima, self._starts])
         costs = np.concatenate([self._J, self.costs, np.full(len(self._starts), -np.inf)])
         for begin in range(0, len(self._J), BLOCK):  # mostly it is one of the first
-            some = slice(begin, begin + BLOCK)
-            near = squares(self._cells[some], known) < radius**2
-            near &= costs < self._J[some, None]
-            alone = np.flatnonzero(~near.any(axis=1))
+            block = slice(begin, begin + BLOCK)
+            neighbours = squares(self._cells[block], known) < radius**2
+            neighbours &= costs < self._J[block, None]
+            alone = np.flatnonzero(~neighbours.any(axis=1))
             if len(alone):
                 k = begin + int(alone[0])
                 taken = self._cells[k], float(self._J[k])
@@ -103,30 +103,30 @@ class Memory:
         if not np.isfinite(cost):
             return
         if len(self.costs):
-            apart = np.abs(self.floors - u).max(axis=1)
+            apart = np.abs(self.minima - u).max(axis=1)
             k = int(apart.argmin())
             if apart[k] < SAME:
                 if cost < self.costs[k]:
-                    self.floors[k], self.costs[k] = u, cost
+                    self.minima[k], self.costs[k] = u, cost
                 return
-        self.floors = np.vstack([self.floors, u])
+        self.minima = np.vstack([self.minima, u])
         self.costs = np.append(self.costs, cost)
-        if len(self.costs) > FLOORS:
-            kept = np.sort(np.argsort(self.costs, kind="stable")[: FLOORS // 2])
-            self.floors, self.costs = self.floors[kept], self.costs[kept]
+        if len(self.costs) > MINIMA:
+            kept = np.sort(np.argsort(self.costs, kind="stable")[: MINIMA // 2])
+            self.minima, self.costs = self.minima[kept], self.costs[kept]
 
-    def funnel(self) -> Array | None:
-        """Where the floors themselves seem to lead: the least of a quadratic through the best.
+    def surrogate_minimum(self) -> Array | None:
+        """Where the minima themselves seem to lead: the least of a quadratic through the best.
 
-        Basins often line a wider valley, whose own floor no slope inside a basin shows. The place
-        is one that no floor or start is near, (dim,); None while too few floors are known.
+        Basins often line a wider valley, whose own minimum no slope inside a basin shows. The place
+        is one that no minimum or start is near, (dim,); None while too few minima are known.
         """
         dim, n = self.dim, len(self.costs)
         if n < dim + 2:
             return None
         bends = dim * (dim + 1) // 2
         best = np.argsort(self.costs, kind="stable")[: min(max(3 + dim + bends, n // 2), 60)]
-        X, y = self.floors[best], self.costs[best] - self.costs[best[0]]
+        X, y = self.minima[best], self.costs[best] - self.costs[best[0]]
         if not y.max() > 0.0:
             return None
         y /= y.max()
@@ -151,10 +151,10 @@ class Memory:
         promise = _terms(places - origin, i, j) @ weights
         gaps = squares(X, X)
         np.fill_diagonal(gaps, np.inf)
-        fresh = self._gap(places) > 0.2 * np.median(gaps.min(axis=1))
-        if not fresh.any():
+        new = self._gap(places) > 0.2 * np.median(gaps.min(axis=1))
+        if not new.any():
             return None
-        k: Array = places[np.flatnonzero(fresh)[promise[fresh].argmin()]]
+        k: Array = places[np.flatnonzero(new)[promise[new].argmin()]]
         return k
 
     def thinnest(self) -> Array:
@@ -164,8 +164,8 @@ class Memory:
         return far
 
     def _gap(self, places: Array) -> Array:
-        """Squared distances to the nearest floor or start."""
-        known = np.vstack([self.floors, self._starts])
+        """Squared distances to the nearest minimum or start."""
+        known = np.vstack([self.minima, self._starts])
         return squares(places, known).min(axis=1) if len(known) else np.full(len(places), np.inf)
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 from ..space import Rng, Space
 from .foraging import AdaptiveChemotaxis
 from .hyperparameters import choice
-from .search import Moves, Note, best_of
+from .moves import Moves, Note, best_of
 from .tabu import AdaptiveTabuSearch
 from .unit_cube import widths
 

@@ -13,7 +13,7 @@ from collections import deque
 import numpy as np
 
 from ..space import Array, Rng
-from .search import Moves, Note
+from .moves import Moves, Note
 
 #: It ends when the cloud is this narrow, or its best costs have differed by no larger share for a
 #: while.
@@ -22,7 +22,7 @@ NARROW, LEVEL = 1e-9, 1e-13
 LONG = 6
 
 
-def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[tuple[Array, float]]:
+def cma_es(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[tuple[Array, float]]:
     """Search around a point of the unit cube until the neighbourhood has shrunk to nothing.
 
     Args:
@@ -30,7 +30,7 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[tuple[
         R: First radius: the standard deviation of the neighbours' distance in a coordinate.
         N: Neighbours a round, from 4.
         rng: Source of the neighbours.
-        note: Told of every batch.
+        note: Takes what every batch asks for.
 
     Returns:
         The best point it met, and its cost.
@@ -46,37 +46,37 @@ def adapt(centre: Array, R: float, N: int, rng: Rng, note: Note) -> Moves[tuple[
     expected = np.sqrt(dim) * (1.0 - 1.0 / (4.0 * dim) + 1.0 / (21.0 * dim**2))
     patience = 10 + 30 * dim // N
     M, s = np.eye(dim), np.zeros(dim)
-    lately: deque[float] = deque(maxlen=patience)  # the least cost of each round
+    recent: deque[float] = deque(maxlen=patience)  # the least cost of each round
     best, least, idle = centre, np.inf, 0
     while True:
         note(asks="neighbours", radius=R)
         z = rng.standard_normal((N, dim))
-        way = z @ M.T
-        wished = centre + R * way
-        near = np.minimum(np.maximum(wished, 0.0), 1.0)
-        costs = yield near
+        turned = z @ M.T
+        proposed = centre + R * turned
+        inside = np.minimum(np.maximum(proposed, 0.0), 1.0)
+        costs = yield inside
         k = int(costs.argmin())
-        lately.append(float(costs[k]))
+        recent.append(float(costs[k]))
         idle += 1
         if costs[k] < least:
-            best, least, idle = near[k].copy(), float(costs[k]), 0
-        ranked = np.argsort(_with_penalty(costs, wished - near, R), kind="stable")[:half]
-        z, way = z[ranked], way[ranked]
-        centre = np.minimum(np.maximum(centre + R * (w @ way), 0.0), 1.0)
+            best, least, idle = inside[k].copy(), float(costs[k]), 0
+        ranked = np.argsort(_with_penalty(costs, proposed - inside, R), kind="stable")[:half]
+        z, turned = z[ranked], turned[ranked]
+        centre = np.minimum(np.maximum(centre + R * (w @ turned), 0.0), 1.0)
         s = (1.0 - c_s) * s + np.sqrt(mass * c_s * (2.0 - c_s)) * (w @ z)
         M = (
             (1.0 - 0.5 * (c_1 + c_w)) * M
             + 0.5 * c_1 * np.outer(M @ s, s)
-            + 0.5 * c_w * ((w[:, None] * way).T @ z)
+            + 0.5 * c_w * ((w[:, None] * turned).T @ z)
         )
         R *= float(np.exp(min(1.0, c_s / damp * (np.sqrt(s @ s) / expected - 1.0))))
         width = R * float(np.sqrt((M**2).sum(axis=1).max()))
-        if idle > LONG * patience or not NARROW < width < np.inf or _level(lately):
+        if idle > LONG * patience or not NARROW < width < np.inf or _level(recent):
             return best, least
 
 
 def _with_penalty(costs: Array, outside: Array, R: float) -> Array:
-    """Costs for the ranking: who wished to be outside pays for the way back."""
+    """Costs for the ranking: what was proposed outside pays for the way back."""
     if not outside.any():
         return costs
     runs = costs[np.isfinite(costs)]
@@ -85,7 +85,7 @@ def _with_penalty(costs: Array, outside: Array, R: float) -> Array:
     return paid
 
 
-def _level(lately: deque[float]) -> bool:
+def _level(recent: deque[float]) -> bool:
     """Whether the rounds looked at brought all the same, or nothing that could be run."""
-    low, high = min(lately), max(lately)
-    return len(lately) == lately.maxlen and not high - low > LEVEL * abs(low)
+    low, high = min(recent), max(recent)
+    return len(recent) == recent.maxlen and not high - low > LEVEL * abs(low)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
 from .hyperparameters import choice, even, number, positive, whole
-from .search import Moves, Note
+from .moves import Moves, Note
 from .unit_cube import Coordinates, Walls, inside, squares, widths
 
 
@@ -76,7 +76,7 @@ class Chemotaxis(ABC):
             C: Their step lengths, shape (S,).
             width: Length of each side of the cube, see `cube.widths`.
             rng: Source of the tumbles.
-            note: Told of every batch.
+            note: Takes what every batch asks for.
 
         Returns:
             Their new places, costs without J_cc, and costs with it, equation (2.1).

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..space import Array, Rng, Space
 from .hyperparameters import choice, number, positive, whole
-from .search import Moves, Note
+from .moves import Moves, Note
 from .unit_cube import Walls, inside
 
 

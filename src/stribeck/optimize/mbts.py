@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite, log, nan
 from typing import Any, ClassVar
@@ -10,12 +10,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..space import Array, Rng, Space
-from .archive import Memory
-from .cma_es import adapt
+from .archive import Archive
+from .box import Box
+from .cma_es import cma_es
 from .hyperparameters import number, positive, whole
-from .quasi_newton import Slope, quasi_newton
-from .search import Answer, Detailed, Moves, Note, counted
-from .trust_region import Floor, least_squares
+from .moves import Detailed, Moves, Note, counted
+from .quasi_newton import BfgsState, quasi_newton
+from .trust_region import Minimum, least_squares
 
 #: A cost beyond this is a penalty.
 LARGEST = 1e100
@@ -28,21 +29,21 @@ WELL_SHOWN = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class MemeticTabuSearch:
-    """BTS with a memory, an intensifier that uses what the problem offers, and a split budget.
+    """BTS with an archive, an intensifier that uses what the problem offers, and a split budget.
 
     What became of the parts of `bts`:
 
         foraging            cells fill the cube evenly; the best that stands for a basin of its
-                            own is where a descent begins (memory.py)
-        tabu list           a memory of the floors of basins and of the starts that led there:
+                            own is where a descent begins (archive.py)
+        tabu list           an archive of the minima of basins and of the starts that led there:
                             no descent begins near a recent one or beside something better, and a
-                            neighbourhood where the memory is thinnest
+                            neighbourhood where the archive is thinnest
         adaptive radius     trust-region least squares where the problem shows residuals
-                            (least_squares.py), a quasi-Newton method on costs alone
+                            (trust_region.py), a quasi-Newton method on costs alone
                             (quasi_newton.py); where costs are rugged and slopes say nothing, a
-                            neighbourhood whose shape adapts, too (swarm.py)
-        backtracking        the best floor is taken up again where its descent was left slow, when
-                            nothing better was found elsewhere; or the floors themselves are
+                            neighbourhood whose shape adapts, too (cma_es.py)
+        backtracking        the best minimum is taken up again where its descent was left slow, when
+                            nothing better was found elsewhere; or the minima themselves are
                             descended, towards where they seem to lead
         count_max           the budget; it is split between descents and neighbourhoods by what
                             each has lately brought
@@ -90,82 +91,82 @@ class MemeticTabuSearch:
 
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield cells, then descents and neighbourhoods in turn."""
-        memory = Memory(space.dim, rng)
+        archive = Archive(space.dim, rng)
         note(stage="foraging", round=1)
-        theta = memory.forage(1)
+        theta = archive.sample(1)
         answer = yield Detailed(theta)  # one point tells whether there are residuals
-        memory.keep(theta, answer.costs)
-        memory.meet(float(answer.costs[0]))
+        archive.keep(theta, answer.costs)
+        archive.update(float(answer.costs[0]))
         shown = answer.residuals is not None
 
         arms = [
-            _Arm("tabu", lambda say: self.descents(memory, shown, say)),
-            _Arm("neighbourhood", lambda say: self.neighbourhoods(memory, rng, say)),
+            _Arm("tabu", lambda note: self.descents(archive, Box(space), shown, note)),
+            _Arm("neighbourhood", lambda note: self.neighbourhoods(archive, rng, note)),
         ]
         patience = [float(self.patience * space.dim)] * len(arms)
         patience[0] *= WELL_SHOWN if shown else 1.0
         limit = inf if self.settle is None else self.settle * space.dim
-        k, left, count, idle = 0, patience[0], 1, 0
+        k, patience_left, count, idle = 0, patience[0], 1, 0
         while idle < limit:
             arm, count = arms[k], count + 1
-            asked = arm.asked
-            note(**{"stage": arm.stage} | arm.said, round=count)
-            answer = yield asked
-            costs = answer.costs if isinstance(asked, Detailed) else answer
+            batch = arm.batch
+            note(**{"stage": arm.stage} | arm.words, round=count)
+            answer = yield batch
+            costs = answer.costs if isinstance(batch, Detailed) else answer
             costs[costs > LARGEST] = inf
             np.maximum(costs, -LARGEST, out=costs)
             arm.spent += len(costs)
-            left, idle = left - len(costs), idle + len(costs)
-            if memory.meet(float(costs.min())):
-                left, idle = max(left, 0.5 * patience[k]), 0
+            patience_left, idle = patience_left - len(costs), idle + len(costs)
+            if archive.update(float(costs.min())):
+                patience_left, idle = max(patience_left, 0.5 * patience[k]), 0
             arm.go(answer)
-            if left <= 0.0:
+            if patience_left <= 0.0:
                 patience[k] *= 1.5
                 k = (k + 1) % len(arms)
                 behind = max(a.spent for a in arms) - arms[k].spent
-                left = max(patience[k], 0.5 * behind)
+                patience_left = max(patience[k], 0.5 * behind)
         return "settled"
 
-    def descents(self, memory: Memory, shown: bool, note: Note) -> Moves[None]:
-        """By turns: from a cell, on from the best floor, from where the floors seem to lead.
+    def descents(self, archive: Archive, box: Box, shown: bool, note: Note) -> Moves[None]:
+        """By turns: from a cell, on from the best minimum, from where the minima seem to lead.
 
         Each goes again as long as it finds something better.
         """
-        swarm = memory.forage(self.S * memory.dim)
+        swarm = archive.sample(self.S * archive.dim)
         note(stage="foraging")
-        memory.keep(swarm, (yield swarm))
-        state = _State(memory, shown, note)
+        archive.keep(swarm, (yield swarm))
+        state = _State(archive, box, shown, note)
         while True:
-            for turn in (self.from_cell, self.from_best, self.from_floors):
+            for turn in (self.from_cell, self.from_best, self.from_minima):
                 while (yield from turn(state)):
                     pass
 
     def from_cell(self, state: _State) -> Moves[bool]:
         """Let cells tumble on, then descend from the best that stands for a basin of its own."""
-        memory = state.memory
-        theta = memory.forage(max(1, int(self.tumbles * state.last)))
+        archive = state.archive
+        theta = archive.sample(max(1, int(self.tumbles * state.last)))
         state.note(stage="foraging")
-        memory.keep(theta, (yield theta))
-        start = memory.start(self.apart)
+        archive.keep(theta, (yield theta))
+        start = archive.start(self.apart)
         if start is None:
-            state.last = max(state.last, 2 * memory.dim)
+            state.last = max(state.last, 2 * archive.dim)
             return False
         return (yield from self.descend(state, *start))
 
     def from_best(self, state: _State) -> Moves[bool]:
-        """Take the best floor up again where its descent was left."""
+        """Take the best minimum up again where its descent was left."""
         best = state.best
-        if isinstance(best, Floor) and best.ended == "poor":
-            descent = least_squares(best.point, state.note, radius=self.R)
+        if isinstance(best, Minimum) and best.ended == "poor":
+            descent = least_squares(best.point, state.box, state.note, radius=self.R)
             return (yield from state.follow(descent))
-        if isinstance(best, Slope) and best.ended == "slow":
+        if isinstance(best, BfgsState) and best.ended == "slow":
             deeper = best._replace(worth=1e-2 * best.worth)
             return (yield from state.follow(quasi_newton(deeper, state.note)))
         return False
 
-    def from_floors(self, state: _State) -> Moves[bool]:
-        """Descend from where the floors themselves seem to lead."""
-        place = state.memory.funnel()
+    def from_minima(self, state: _State) -> Moves[bool]:
+        """Descend from where the minima themselves seem to lead."""
+        place = state.archive.surrogate_minimum()
         if place is None:
             return False
         if state.shown:  # the descent asks for it
@@ -174,76 +175,74 @@ class MemeticTabuSearch:
         return (yield from self.descend(state, place, float(costs[0])))
 
     def descend(self, state: _State, u: Array, cost: float = nan) -> Moves[bool]:
-        """Find the floor below a place, and say whether it is the best."""
-        state.memory.begin(u)
+        """Find the minimum below a place, and say whether it is the best."""
+        state.archive.begin(u)
         state.note(event="restart")
         if state.shown:
-            descent = least_squares(u, state.note, radius=self.R)
-            return (yield from state.follow(_hopeful(descent, state.memory.best, len(u))))
+            descent = least_squares(u, state.box, state.note, radius=self.R)
+            return (yield from state.follow(_hopeful(descent, state.archive.best, len(u))))
         if not isfinite(cost):
             return False
-        here = Slope(u, cost, radius=self.R, worth=1e-3 * state.memory.worth)
+        start = BfgsState(u, cost, radius=self.R, worth=1e-3 * state.archive.worth)
         best = inf if state.best is None else state.best.cost
-        return (yield from state.follow(quasi_newton(here, state.note, best=best)))
+        return (yield from state.follow(quasi_newton(start, state.note, best=best)))
 
-    def neighbourhoods(self, memory: Memory, rng: Rng, note: Note) -> Moves[None]:
+    def neighbourhoods(self, archive: Archive, rng: Rng, note: Note) -> Moves[None]:
         """One neighbourhood after the other, each with more neighbours, where little is known."""
-        N: float = self.N or 4 + int(3 * log(memory.dim))
+        N: float = self.N or 4 + int(3 * log(archive.dim))
         while True:
-            centre = memory.thinnest()
-            memory.begin(centre)
+            centre = archive.thinnest()
+            archive.begin(centre)
             note(event="restart")
-            memory.end(*(yield from adapt(centre, self.R_N, int(N), rng, note)))
-            N = max(N, min(N * self.grow, 200 * memory.dim))
+            archive.end(*(yield from cma_es(centre, self.R_N, int(N), rng, note)))
+            N = max(N, min(N * self.grow, 200 * archive.dim))
 
 
-def _hopeful(
-    descent: Generator[Detailed, Answer, Floor], best: float, dim: int
-) -> Generator[Detailed, Answer, Floor]:
+def _hopeful(descent: Moves[Minimum], best: float, dim: int) -> Moves[Minimum]:
     """Follow a descent as long as it falls, or stands out from the best cost known before it.
 
-    Floors far above the best are many where residuals oscillate; what comes down to the best falls
-    fast at first. (The shares were chosen on twins of the slide bed.)
+    Minima far above the best are many where residuals oscillate; what comes down to the best
+    falls fast at first. (The shares were chosen on twins of the slide bed.)
     """
     point, least, before, rows = np.empty(0), inf, inf, 0
     try:
-        asked = next(descent)
+        batch: Any = next(descent)
         while True:
-            answer = yield asked
+            answer = yield batch
             k = int(answer.costs.argmin())
             if answer.costs[k] < least:
-                point, least = asked.points[k].copy(), float(answer.costs[k])
+                point, least = batch.points[k].copy(), float(answer.costs[k])
             rows += len(answer.costs)
             if rows >= TRIAL * dim:
                 if least > max(FALL * before, STANDS_OUT * best):
-                    return Floor(point, least, "poor", np.zeros((dim, dim)))
+                    return Minimum(point, least, "poor")
                 before, rows = least, 0
-            asked = descent.send(answer)
+            batch = descent.send(answer)
     except StopIteration as done:
-        floor: Floor = done.value
-        return floor
+        minimum: Minimum = done.value
+        return minimum
 
 
 class _Arm:
-    """One side of the search: what it asks now, what it says of that, what it has spent."""
+    """One side of the search: its batch, the note on it, and the evaluations spent."""
 
     def __init__(self, stage: str, moves: Callable[[Note], Moves[None]]) -> None:
         self.stage, self.spent = stage, 0
-        self.said: dict[str, Any] = {}
-        self._moves = moves(lambda **said: self.said.update(said))
-        self._asked: Array | Detailed | None = None
+        self.words: dict[str, Any] = {}
+        self._moves = moves(lambda **words: self.words.update(words))
+        self._batch: Array | Detailed | None = None
 
     @property
-    def asked(self) -> Array | Detailed:
-        """The points it asks; it begins when that is first looked at."""
-        if self._asked is None:
-            self._asked = next(self._moves)
-        return self._asked
+    def batch(self) -> Array | Detailed:
+        """The points it asks for; it begins when that is first looked at."""
+        if self._batch is None:
+            self._batch = next(self._moves)
+        return self._batch
 
     def go(self, answer: Any) -> None:
-        """Take the answer to what it asked, and ask anew."""
-        self.said = {}
-        self._asked = self._moves.send(answer)
+        """Take the answer to its batch, and ask for the next."""
+        self.words = {}
+        self._batch = self._moves.send(answer)
 
 
 @dataclass
@@ -251,25 +250,27 @@ class _State:
     """What the turns of the descents share.
 
     Args:
-        memory: The search's.
+        archive: Of the search.
+        box: Where descents may go.
         shown: Whether the problem shows residuals.
-        note: Told of every batch.
-        best: The best floor.
+        note: Takes what every batch asks for.
+        best: The best minimum.
         last: Evaluations of the last descent.
     """
 
-    memory: Memory
+    archive: Archive
+    box: Box
     shown: bool
     note: Note
-    best: Slope | Floor | None = None
+    best: BfgsState | Minimum | None = None
     last: int = 0
 
     def follow(self, descent: Moves[Any]) -> Moves[bool]:
-        """Follow a descent to its end, remember the floor, and say whether it is the best."""
-        floor: Slope | Floor
-        floor, self.last = yield from counted(descent)
-        self.memory.end(floor.point, floor.cost)
+        """Follow a descent to its end, remember the minimum, and say whether it is the best."""
+        minimum: BfgsState | Minimum
+        minimum, self.last = yield from counted(descent)
+        self.archive.end(minimum.point, minimum.cost)
         least = inf if self.best is None else self.best.cost
-        if floor.cost <= least:
-            self.best = floor
-        return bool(floor.cost < least - self.memory.little)
+        if minimum.cost <= least:
+            self.best = minimum
+        return bool(minimum.cost < least - self.archive.little)

@@ -13,9 +13,10 @@ from ..space import Array, Space, box
 from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
+from .lockstep import lockstep
 from .mbts import MemeticTabuSearch
 from .random_search import RandomSearch
-from .search import Algorithm, Run, Search, Stop, lockstep
+from .search import Algorithm, Run, Search, Stop
 from .stops import Target
 from .tabu import AdaptiveTabuSearch, TabuSearch
 

@@ -1,4 +1,4 @@
-"""Down to the floor of a basin by costs alone: a quasi-Newton method with few evaluations.
+"""Down to the minimum of a basin by costs alone: a quasi-Newton method with few evaluations.
 
 BFGS in its direct form (the curvature itself is kept, so that a parameter on its bound can be left
 out of it), damped as Powell does (1978, doi 10.1007/BFb0067703), gradients by forward differences
@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..space import Array
-from .search import Moves, Note
+from .differences import differences
+from .moves import Moves, Note
 
 #: Differences: the first, the shortest and the longest.
 STEP, SHORTEST, LONGEST = 1e-7, 1e-9, 1e-6
@@ -36,7 +37,7 @@ NOTHING = 100 * ROUNDING
 SHORT = 2e-9
 
 
-class Slope(NamedTuple):
+class BfgsState(NamedTuple):
     """Where a descent stands, and all it takes to go on from there.
 
     Args:
@@ -60,21 +61,21 @@ class Slope(NamedTuple):
     ended: str = ""
 
 
-def quasi_newton(here: Slope, note: Note, *, best: float = np.inf) -> Moves[Slope]:
+def quasi_newton(state: BfgsState, note: Note, *, best: float = np.inf) -> Moves[BfgsState]:
     """Descend from a point of the unit cube.
 
     Args:
-        here: Where from; what an earlier descent returned goes on where it ended. Where gains
+        state: Where from; what an earlier descent returned goes on where it ended. Where gains
             are below its `worth` and come slowly, too, the descent is left.
-        note: Told of every batch.
+        note: Takes what every batch asks for.
         best: The least cost known elsewhere: a descent that would not get below it is abandoned.
     """
-    u, f, g, B, radius, worth, _ = here
+    u, f, g, B, radius, worth, _ = state
     if g is None:
         note(asks="slopes")
         g = yield from _gradient(u, f, None)
         if g is None:
-            return here._replace(ended="rough")
+            return state._replace(ended="rough")
     rough, turns = False, 0
     before = 0.0  # the last gain
     while True:
@@ -83,26 +84,26 @@ def quasi_newton(here: Slope, note: Note, *, best: float = np.inf) -> Moves[Slop
         p, promised = _direction(g, B, inside, radius)
         hopeless = B is not None and turns > len(u) and f - HOPE * max(promised, before) > best
         if hopeless or promised <= NOTHING * abs(f) or np.abs(p).max() < SHORT:
-            return Slope(u, f, g, B, radius, worth, "poor" if hopeless else "flat")
+            return BfgsState(u, f, g, B, radius, worth, "poor" if hopeless else "flat")
 
         v, cost = yield from _step(u, f, g, p, note)
         if not cost < f:
             if B is None or rough:
-                return Slope(u, f, g, B, radius, worth, "rough")
+                return BfgsState(u, f, g, B, radius, worth, "rough")
             rough, B, radius = True, None, min(radius, max(1e-6, 4.0 * float(np.abs(v - u).max())))
             continue
 
         note(asks="slopes")
         slopes = yield from _gradient(v, cost, B)
         if slopes is None:
-            return Slope(v, cost, g, B, radius, worth, "rough")
+            return BfgsState(v, cost, g, B, radius, worth, "rough")
         gain, s, y = f - cost, v - u, slopes - g
         u, f, g, rough = v, cost, slopes, False
         B = _curvature(B, s, y)
         if B is None:
             radius = min(2.0 * radius, 0.5)
         if gain < worth and gain > SLOW * before > 0.0:
-            return Slope(u, f, g, B, radius, worth, "slow")
+            return BfgsState(u, f, g, B, radius, worth, "slow")
         before = gain
 
 
@@ -128,16 +129,8 @@ def _gradient(u: Array, f: float, B: Array | None) -> Moves[Array | None]:
     if bend is not None:
         with np.errstate(divide="ignore"):
             h = np.minimum(np.maximum(2.0 * np.sqrt(ROUNDING * abs(f) / bend), SHORTEST), LONGEST)
-    h = np.where(u + h <= 1.0, h, -h)
-    costs = yield u + np.diag(h)
-    barred = ~np.isfinite(costs)
-    if barred.any():  # perhaps the other side can be run
-        h[barred] = -h[barred]
-        beside = (u + np.diag(h))[barred]
-        if not ((beside >= 0.0) & (beside <= 1.0)).all():
-            return None
-        costs[barred] = yield beside
-    g: Array = (costs - f) / h
+    changes, h = yield from differences(u, np.array([f]), h, detailed=False, complete=True)
+    g: Array = changes[:, 0] / h
     if not np.isfinite(g).all():
         return None
     if bend is not None:

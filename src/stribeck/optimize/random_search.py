@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from ..space import Rng, Space
 from .hyperparameters import whole
-from .search import Moves, Note
+from .moves import Moves, Note
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..space import Array, Rng, Space
 from .hyperparameters import choice, positive, stages, whole
-from .search import Moves, Note
+from .moves import Moves, Note
 from .unit_cube import Coordinates, Walls, gaps, neighbourhood, widths
 
 Entry = tuple[float, int, Array]  # a line of the tabu list: cost, round, solution

@@ -17,7 +17,8 @@ from ..lookup import recording_list
 from ..parameters import Parameters
 from ..result import Fit
 from ..score import HeldOut, Score
-from ..uncertainty.uncertainty import bound_warnings, correlation_warnings, estimates, uncertainty
+from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates
+from ..uncertainty.uncertainty import uncertainty
 from . import balance
 from .checks import doubts
 from .force_residuals import BalanceResiduals

@@ -21,14 +21,14 @@ from ...friction import TERMS
 from ...rig.balanced import POSITION
 from ...space import Array
 from ...units import unit
-from ..uncertainty.uncertainty import IDENTIFIED
+from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .clustered_errors import block_errors
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ..parameters import Parameters
-    from ..uncertainty.uncertainty import Estimate
+    from ..uncertainty.estimates import Estimate
     from .regression import System
     from .rows import Log, Rows
 

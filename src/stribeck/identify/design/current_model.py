@@ -33,7 +33,7 @@ from ..problem import MotionProblem
 from ..segment import Segment, segments
 from ..uncertainty.covariance import quick_look
 from ..uncertainty.residuals import physical as meaningful
-from ..uncertainty.uncertainty import rest_noise
+from ..uncertainty.sensor_noise import rest_noise
 from .experiment import Box, Experiment, decades, slopes
 from .operating_range import Axis, counted, speeds
 from .strokes import Loads

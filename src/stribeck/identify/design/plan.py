@@ -20,7 +20,7 @@ from ...rig.servo_pendulum import ServoPendulum
 from ...rig.slide_bed import SlideBed
 from ...space import Array
 from ..lookup import recording_list
-from ..uncertainty.uncertainty import IDENTIFIED
+from ..uncertainty.verdict import IDENTIFIED
 from .commands import joint, presliding, servo_pendulum
 from .current_model import Present, present
 from .expected_information import Kept, promise

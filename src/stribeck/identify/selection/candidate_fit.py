@@ -16,14 +16,9 @@ from ..fit import LITTLE
 from ..result import Fit
 from ..score import held_out, scores
 from ..segment import segments
-from ..uncertainty.uncertainty import (
-    bound_warnings,
-    correlation_warnings,
-    estimates,
-    resting,
-    uncertainty,
-    verdict,
-)
+from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates, resting
+from ..uncertainty.uncertainty import uncertainty
+from ..uncertainty.verdict import verdict
 
 if TYPE_CHECKING:
     from ...data.ranges import Range

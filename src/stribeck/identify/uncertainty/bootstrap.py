@@ -17,19 +17,22 @@ mirrored at the fit), which, besides, reach beyond the search range.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import SeedSequence
 
 from ...errors import InputError
+from ...optimize.box import Box
+from ...optimize.lockstep import Counted, Task, lockstep, rms
+from ...optimize.moves import Answer, Moves
+from ...optimize.trust_region import Iterate, minimise
 from ...space import Array, Rng
 from .covariance import autocovariance, fixed_b
-from .descent import Asking, Meter, Place, Terrain, settle, squares_of, together
-from .profile import start
+from .linearisation import box_of, linearised
 from .residuals import Residuals, logs_of, parts
 
-#: Data sets drawn unless told otherwise, and the fewest fits that make an interval.
+#: Data sets drawn unless a caller says otherwise, and the fewest fits that make an interval.
 DRAWS, FEWEST = 200, 40
 LEVEL = 0.95
 #: A refit is over where no step promises more than this many residual variances, by slopes taken
@@ -95,52 +98,64 @@ def bootstrap(
     for name, value in (("n", n), ("block", block)):
         if value is not None and value < 1:
             raise InputError(f"bootstrap: {name} must be a whole number >= 1, got {value}")
-    terrain = Terrain(problem)
-    each = EACH * terrain.dim + BESIDES
-    meter = Meter(problem, n * each + 3 * terrain.dim + 1 if budget is None else budget)
-    best = start(meter, terrain, x)
+    box = box_of(problem)
+    rows = EACH * box.dim + BESIDES
+    counted = Counted(problem, n * rows + 3 * box.dim + 1 if budget is None else budget)
+    best = linearised(counted, box, x)
     logs = logs_of(problem, len(best.r))
     length = block or block_length(best.r, logs)
-    scale = np.sqrt(len(best.r) / (len(best.r) - terrain.dim)) * fixed_b(length / len(best.r))
+    scale = np.sqrt(len(best.r) / (len(best.r) - box.dim)) * fixed_b(length / len(best.r))
     rngs = [np.random.default_rng(s) for s in SeedSequence(seed).spawn(n)]
-    gain = FINE * best.squares / (len(best.r) - terrain.dim)
-    found: list[Array] = []
+    gain = FINE * best.squares / (len(best.r) - box.dim)
+    fits: list[Array] = []
     at_once = max(int(MEMORY / (8 * best.J.size)), 1)
     for first in range(0, n, at_once):
-        places, tasks, rested = [], [], set[int]()
-        for rng in rngs[first : first + at_once]:
-            added = scale * blocks(best.r, logs, length, rng) - best.r
-            r = best.r + added
-            place = Place(best.u.copy(), r, best.J.copy(), float(squares_of(r[None])[0]), 0)
-            places.append(place)
-            tasks.append(_refit(place, terrain, gain, each, added, rested))
-        together(tasks, meter)
-        meter.forget(-np.inf)
-        found += [terrain.x(p.u) for p in places if id(p) in rested]
-    draws = np.array(found).reshape(len(found), terrain.dim)
+        tasks = [
+            Task("refit", box.space, _refit(best, box, gain, rows, added))
+            for added in (
+                scale * blocks(best.r, logs, length, rng) - best.r
+                for rng in rngs[first : first + at_once]
+            )
+        ]
+        refits = lockstep(counted, tasks)
+        counted.forget()
+        fits += [box.x(refit[0].u) for refit in refits if refit is not None and refit[1]]
+    draws = np.array(fits).reshape(len(fits), box.dim)
     tail = 50 * (1 - level)
-    ends = np.full((2, terrain.dim), np.nan)
+    ends = np.full((2, box.dim), np.nan)
     if len(draws) >= FEWEST:
         ends = np.percentile(draws, [tail, 100 - tail], axis=0, method="weibull")
     return Bootstrap(
-        terrain.space.names,
-        terrain.x(best.u),
+        box.space.names,
+        box.x(best.u),
         draws,
         n - len(draws),
         length,
         ends[0],
         ends[1],
-        meter.rows,
+        counted.rows,
     )
 
 
 def _refit(
-    place: Place, terrain: Terrain, gain: float, most: int, added: Array, rested: set[int]
-) -> Asking:
-    """Fit one data set; a place that comes to rest is put down."""
-    free = range(terrain.dim)
-    if (yield from settle(place, terrain, free, gain, most, less=added)):
-        rested.add(id(place))
+    best: Iterate, box: Box, gain: float, rows: int, added: Array
+) -> Moves[tuple[Iterate, bool]]:
+    """Fit one data set, whose residuals are the problem's and `added`, (N,), from the best fit on.
+
+    The last iterate, and whether it came to rest.
+    """
+    start = best.moved(best.u, best.r + added)
+    moves = minimise(replace(start, age=0), box, gain=gain, rows=rows)
+    try:
+        batch = next(moves)
+        while True:
+            answer: Answer = yield batch
+            assert answer.residuals is not None  # noqa: S101 - the problem shows them
+            residuals = answer.residuals + added
+            batch = moves.send(Answer(rms(residuals), residuals))
+    except StopIteration as done:
+        refit: tuple[Iterate, bool] = done.value
+        return refit
 
 
 def blocks(r: Array, logs: Sequence[int], length: int, rng: Rng) -> Array:

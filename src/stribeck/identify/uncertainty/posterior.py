@@ -2,7 +2,7 @@
 
 The likelihood is Gaussian. Residuals that correlate carry less than their number says: the
 variance is inflated by their correlation time. The prior is uniform over the search box, in the
-search scale of each parameter. The sampler is emcee's (Foreman-Mackey et al. 2013, doi
+search scale of each paracounted. The sampler is emcee's (Foreman-Mackey et al. 2013, doi
 10.1086/670067), an extra.
 """
 
@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from ...optimize.lockstep import Counted, squares_of
 from ...space import Array
 from .covariance import correlation_time, quick_look
-from .descent import Meter, Terrain, squares_of
-from .profile import start
+from .linearisation import box_of, linearised
 from .residuals import Residuals, logs_of
 
 LEVEL = 0.95
@@ -78,14 +78,14 @@ def posterior(
         raise InputError(
             "the posterior needs emcee: install it with pip install 'stribeck[posterior]'"
         ) from None
-    terrain = Terrain(problem)
-    many = max(4 * terrain.dim, 16) if walkers is None else walkers
-    if many < 2 * terrain.dim or steps < 10:  # noqa: PLR2004 - a tenth is the least to tell
+    box = box_of(problem)
+    many = max(4 * box.dim, 16) if walkers is None else walkers
+    if many < 2 * box.dim or steps < 10:  # noqa: PLR2004 - a tenth is the least to tell
         raise InputError(
-            f"posterior: {many} walkers and {steps} steps: give at least {2 * terrain.dim} and 10"
+            f"posterior: {many} walkers and {steps} steps: give at least {2 * box.dim} and 10"
         )
-    meter = Meter(problem, many * (steps + 2) + 4 * terrain.dim)
-    best = start(meter, terrain, x)
+    counted = Counted(problem, many * (steps + 2) + 4 * box.dim)
+    best = linearised(counted, box, x)
     logs = logs_of(problem, len(best.r))
     look = quick_look(best.J, best.r, logs)
     variance = look.variance * correlation_time(best.r, logs)
@@ -94,31 +94,31 @@ def posterior(
         found = np.full(len(u), -np.inf)
         inside = ((u >= 0.0) & (u <= 1.0)).all(axis=1)
         if inside.any():
-            squares = squares_of(meter(u[inside]))
-            meter.forget(-np.inf)
+            squares = squares_of(counted.residuals(box.space.decode(u[inside])))
+            counted.forget()
             found[inside] = np.where(np.isfinite(squares), -0.5 * squares / variance, -np.inf)
         return found
 
     rng = np.random.default_rng(seed)
     spread = np.minimum(np.where(np.isfinite(look.errors), look.errors, 0.1), 0.1)
     begin = _begin(best.u, np.maximum(spread, 1e-9), many, rng, log_probability)
-    sampler: Any = emcee.EnsembleSampler(many, terrain.dim, log_probability, vectorize=True)
+    sampler: Any = emcee.EnsembleSampler(many, box.dim, log_probability, vectorize=True)
     sampler.random_state = np.random.RandomState(rng.integers(2**31)).get_state()
     sampler.run_mcmc(begin, steps)
     drop = int(SETTLING * steps)
     u = np.ascontiguousarray(sampler.get_chain(discard=drop, flat=True))
-    samples = terrain.space.decode(u)
+    samples = box.space.decode(u)
     tail = 50 * (1 - level)
     low, high = np.percentile(samples, [tail, 100 - tail], axis=0)
     times = sampler.get_autocorr_time(discard=drop, tol=0)
     return Posterior(
-        terrain.space.names,
+        box.space.names,
         samples,
         low,
         high,
         float(np.mean(sampler.acceptance_fraction)),
         bool(np.all(ENOUGH * times < steps - drop)),
-        meter.rows,
+        counted.rows,
     )
 
 

@@ -1,26 +1,30 @@
 """What a parameter means in practice: what doubling it does to the fit, and what ends its interval.
 
 A profile says where an interval ends. People ask first whether a parameter matters at all: so it
-is set to twice its value, the others are refitted, and the misfit is told.
+is set to twice its value, the others are refitted, and the misfit is said.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...space import Param, Space
+from ...optimize.box import Box
+from ...optimize.lockstep import Counted, Task, lockstep
+from ...optimize.moves import Answer, Detailed, Moves
+from ...optimize.trust_region import Iterate, minimise
 from .blind_directions import percent
-from .descent import Asking, Meter, Place, Terrain, ahead, masked, settle, together
-from .profile import Ended, Profile, Profiles
+from .linearisation import box_of, others, predicted
+from .profile import Profile, Profiles
+from .profile_walk import Ended
 from .residuals import Residuals
 
 #: A refit far from the best fit is over where no step promises more than this share of the sum
 #: of squares, or after so many rows for each parameter.
 COARSE, ROWS = 0.02, 5
-#: Above this relative change of the misfit it is told as a factor.
+#: Above this relative change of the misfit it is said as a factor.
 MANY = 4.0
 
 #: What ends an interval, for people.
@@ -35,7 +39,7 @@ ENDS: dict[Ended, str] = {
 
 
 @dataclass(frozen=True)
-class Weight:
+class Sensitivity:
     """What a parameter set to another value does to the fit, the others refitted.
 
     Args:
@@ -50,43 +54,47 @@ class Weight:
     change: float
 
 
-def weights(problem: Residuals, found: Profiles) -> tuple[tuple[Weight, ...], int]:
-    """The weight of each parameter profiled, in order, and how many rows were evaluated.
+def sensitivities(problem: Residuals, known: Profiles) -> tuple[tuple[Sensitivity, ...], int]:
+    """The sensitivity to each parameter profiled, in order, and how many rows were evaluated.
 
     Far from the best fit the refit is a coarse one, and its misfit an upper limit.
     """
-    terrain = Terrain(problem)
-    names = terrain.space.names
-    targets = [_target(terrain, p, names.index(p.name)) for p in found.profiles]
-    squares = [_within(p, value) for p, (_, value) in zip(found.profiles, targets, strict=True)]
-    best = Place(terrain.u(found.x), found.residuals, found.J, found.squares, 0)
-    places: dict[int, Place] = {}
-    tasks = []
-    for i, (p, (_, value)) in enumerate(zip(found.profiles, targets, strict=True)):
-        if np.isnan(squares[i]):
-            places[i] = best.copy()
+    box = box_of(problem)
+    names = box.space.names
+    targets = [_target(box, p, names.index(p.name)) for p in known.profiles]
+    rises = [_within(p, value) for p, (_, value) in zip(known.profiles, targets, strict=True)]
+    best = replace(Iterate.at(box.u(known.x), known.residuals), J=known.J, age=0)
+    tasks: dict[int, Task[Iterate]] = {}
+    for i, (p, (_, value)) in enumerate(zip(known.profiles, targets, strict=True)):
+        if np.isnan(rises[i]):
             k = names.index(p.name)
-            x = found.x.copy()
+            x = known.x.copy()
             x[k] = value
-            tasks.append(_moved(places[i], terrain, k, float(terrain.u(x)[k] - best.u[k])))
-    limit = len(tasks) * (ROWS * terrain.dim + 2 * terrain.dim + 2)
-    meter = Meter(problem, limit)
-    together(tasks, meter)
-    for i, place in places.items():
-        moved = not np.array_equal(place.u, best.u)
-        squares[i] = place.squares if moved else np.nan
+            moves = _elsewhere(best, box, k, float(box.u(x)[k] - best.u[k]))
+            tasks[i] = Task("refit", box.space, moves)
+    counted = Counted(problem, len(tasks) * (ROWS * box.dim + 2 * box.dim + 2))
+    refits = dict(zip(tasks, lockstep(counted, tasks.values()), strict=True))
+    squares = [
+        known.squares + rise if i not in refits else _squares(refits[i], best)
+        for i, rise in enumerate(rises)
+    ]
     return tuple(
-        Weight(kind, value, _change(s + (0.0 if i in places else found.squares), found.squares))
-        for i, ((kind, value), s) in enumerate(zip(targets, squares, strict=True))
-    ), meter.rows
+        Sensitivity(kind, value, _change(s, known.squares))
+        for (kind, value), s in zip(targets, squares, strict=True)
+    ), counted.rows
 
 
-def _target(terrain: Terrain, profile: Profile, k: int) -> tuple[str, float]:
-    lower, upper = float(terrain.space.lower[k]), float(terrain.space.upper[k])
+def _squares(refit: Iterate | None, best: Iterate) -> float:
+    """The sum of squares of a refit; nan where it could not leave the best fit."""
+    return float("nan") if refit is None or np.array_equal(refit.u, best.u) else refit.squares
+
+
+def _target(box: Box, profile: Profile, k: int) -> tuple[str, float]:
+    lower, upper = float(box.space.lower[k]), float(box.space.upper[k])
     for kind, factor in (("doubling", 2.0), ("halving", 0.5)):
         if profile.value and lower <= factor * profile.value <= upper:
             return kind, factor * profile.value
-    middle = float(terrain.u(np.where(np.arange(terrain.dim) == k, profile.value, 1.0))[k])
+    middle = float(box.u(np.where(np.arange(box.dim) == k, profile.value, 1.0))[k])
     return "end", upper if middle < 0.5 else lower  # noqa: PLR2004 - the farther one
 
 
@@ -98,20 +106,23 @@ def _within(profile: Profile, value: float) -> float:
     return float(roots) ** 2 * profile.threshold
 
 
-def _moved(place: Place, terrain: Terrain, k: int, move: float) -> Asking:
+def _elsewhere(best: Iterate, box: Box, k: int, move: float) -> Moves[Iterate]:
     """Set a coordinate elsewhere, and refit the others."""
-    there, _ = ahead(place, terrain, k, move)
-    R = (yield there[None])[0]
-    if not np.isfinite(R).all():
-        there = place.u.copy()
-        there[k] = min(max(there[k] + move, 0.0), 1.0)
-        there = terrain.orderly(there, k)
-        R = (yield there[None])[0]
-        if not np.isfinite(R).all():
-            return
-    place.move(there, R)
-    free, gain = masked(terrain.dim, k), COARSE * place.squares
-    yield from settle(place, terrain, free, gain, ROWS * terrain.dim)
+    u, _ = predicted(best, box, k, move)
+    answer: Answer = yield Detailed(u[None])
+    if not np.isfinite(answer.costs[0]):
+        u = best.u.copy()
+        u[k] = min(max(u[k] + move, 0.0), 1.0)
+        u = box.orderly(u, k)
+        answer = yield Detailed(u[None])
+        if not np.isfinite(answer.costs[0]):
+            return best
+    assert answer.residuals is not None  # noqa: S101 - the problem shows them
+    R = answer.residuals[0]
+    place = best.corrected(u - best.u, R).moved(u, R)
+    free, gain = others(box.dim, k), COARSE * place.squares
+    place, _ = yield from minimise(place, box, free, gain=gain, rows=ROWS * box.dim)
+    return place
 
 
 def _change(squares: float, best: float) -> float:
@@ -119,43 +130,36 @@ def _change(squares: float, best: float) -> float:
 
 
 def sentence(
-    name: str, profile: Profile, weight: Weight, show: Callable[[float], str], misfit: str = "J"
+    name: str,
+    profile: Profile,
+    effect: Sensitivity,
+    show: Callable[[float], str],
+    misfit: str = "J",
 ) -> str:
     """One sentence on a parameter.
 
     Args:
         name: As people call it.
         profile: Its profile.
-        weight: Its weight.
+        effect: What it does to the fit.
         show: A value, SI, as people see it.
         misfit: What the root mean square of the residuals is called.
     """
-    if weight.kind == "end":
-        what = f"{name} at {show(weight.value)}, the far end of its range"
+    if effect.kind == "end":
+        what = f"{name} at {show(effect.value)}, the far end of its range"
     else:
-        what = f"{weight.kind} {name}"
-    if np.isnan(weight.change):
-        effect = "cannot be simulated"
-    elif weight.change > MANY:
-        effect = f"raises {misfit} {weight.change + 1:.2g}-fold"
+        what = f"{effect.kind} {name}"
+    if np.isnan(effect.change):
+        text = "cannot be simulated"
+    elif effect.change > MANY:
+        text = f"raises {misfit} {effect.change + 1:.2g}-fold"
     else:
-        effect = f"raises {misfit} by {percent(weight.change)}"
+        text = f"raises {misfit} by {percent(effect.change)}"
     low, high = ENDS[profile.low.ended], ENDS[profile.high.ended]
     ends = (
         f"both ends of its interval are set by {low}"
         if low == high
         else f"the lower end of its interval is set by {low}, the upper one by {high}"
     )
-    first = what[0].upper() + what[1:] if weight.kind != "end" else what
-    return f"{first}, the others refitted, {effect}; {ends}"
-
-
-def half_widths(profile: Profile) -> tuple[float, float]:
-    """From the value down to the lower end, and up to the upper one, SI."""
-    return profile.value - profile.low.end, profile.high.end - profile.value
-
-
-def share_of_range(profile: Profile, param: Param) -> float:
-    """How much of its search range an interval takes, in the search scale."""
-    ends = Space((param,)).encode(np.array([[profile.low.end], [profile.high.end]]))
-    return float(ends[1, 0] - ends[0, 0])
+    first = what[0].upper() + what[1:] if effect.kind != "end" else what
+    return f"{first}, the others refitted, {text}; {ends}"

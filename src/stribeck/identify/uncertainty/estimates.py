@@ -1,0 +1,183 @@
+"""Each parameter as it was found: value, interval, verdict and what it means, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal
+
+from ...rig.rig import shown_in
+from ...space import Array, Param
+from .profile_walk import Ended
+from .residuals import Residuals, orders_of
+from .sensitivity import sentence
+from .verdict import Verdict, verdict
+
+if TYPE_CHECKING:
+    from ..parameters import Parameters
+    from .uncertainty import Uncertainty
+
+#: Correlation above which the data know a combination of two parameters rather than each.
+TOGETHER = 0.95
+#: Share of the search range within which a parameter counts as sitting at its end.
+AT_END = 1e-3
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter as it was found, SI.
+
+    Args:
+        name: As its rig calls it.
+        value: The estimate.
+        standard_error: From the slopes at the estimate, for residuals as correlated as they
+            are; on the inverse road the literature's, as if they were white. nan for a fixed
+            parameter.
+        spread: Standard deviation over the repeats that fit as well; nan with fewer than two.
+        low: Lower end of the profile's 95 % interval, within the search range.
+        high: Upper end.
+        at_bound: Which end of its search range it sits at, if any.
+        verdict: `identified` if the data set both ends within 10 % of the value. `not
+            identifiable` if other recordings of the same kind would give values all over the
+            range: the interval takes two thirds of it, or the data end it on neither side; or
+            if it rests on another parameter that it may not pass. `weak` otherwise, and at best
+            where the model as a whole explains little.
+        unit: In which people see it.
+        low_ended: Why the interval ends there, see `Side`; None for a fixed parameter.
+        high_ended: The same for the upper end.
+        meaning: What the parameter does to the fit and what ends its interval, a sentence.
+        resampled: The bootstrap's 95 % interval, if it was asked for.
+    """
+
+    name: str
+    value: float
+    standard_error: float
+    spread: float
+    low: float
+    high: float
+    at_bound: Literal["lower", "upper"] | None
+    verdict: Verdict
+    unit: str
+    low_ended: Ended | None = None
+    high_ended: Ended | None = None
+    meaning: str = ""
+    resampled: tuple[float, float] | None = None
+
+
+def estimates(
+    parameters: Parameters,
+    p: Array,
+    known: Uncertainty,
+    spread: Array | None = None,
+    *,
+    errors: Array | None = None,
+    ends: Mapping[str, str] | None = None,
+    resting: Mapping[str, str] = MappingProxyType({}),
+    doubtful: bool = False,
+    misfit: str = "J",
+) -> tuple[Estimate, ...]:
+    """Every parameter with its interval, its bound and a verdict, as in `parameters.every`.
+
+    Args:
+        parameters: Which parameters were free.
+        p: The complete parameter set, SI, (k,).
+        known: How well the free ones are known; they come first in its problem.
+        spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
+        errors: Standard errors to be shown in place of those of `known`, SI, (dim,).
+        ends: Which end of its range a parameter sits at, by name, if that is known; else what
+            lies within a thousandth of a range of its end counts as sitting there.
+        resting: On which other parameter one rests, by name: the law's order forbids it to pass,
+            as F_S may not fall below F_C. Then nothing in the data asks for a difference.
+        doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
+        misfit: What the root mean square of the residuals is called.
+    """
+    free = {q.name: i for i, q in enumerate(parameters.free)}
+    by_name = known.by_name()
+    drawn = known.bootstrap
+    result = []
+    for param, value in zip(parameters.every, p.tolist(), strict=True):
+        label, written = parameters.rig.label(param.name), parameters.rig.unit_of(param)
+        source = parameters.tied.get(param.name, param.name)
+        i = free.get(source)
+        if i is None:
+            nan = float("nan")
+            result.append(Estimate(label, value, nan, nan, value, value, None, "fixed", written))
+            continue
+        profile, effect = by_name[source]
+        at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
+
+        def show(x: float, q: Param = param, written: str = written) -> str:
+            return f"{float(shown_in(parameters.rig, q, x)):.4g} {written}".rstrip()
+
+        result.append(
+            Estimate(
+                label,
+                value,
+                float((known.errors if errors is None else errors)[i]),
+                float("nan") if spread is None else float(spread[i]),
+                profile.low.end,
+                profile.high.end,
+                at,
+                "not identifiable"
+                if source in resting
+                else verdict(profile, parameters.free[i], doubtful=doubtful),
+                written,
+                profile.low.ended,
+                profile.high.ended,
+                _rests(label, parameters.rig.label(resting[source]))
+                if source in resting
+                else sentence(label, profile, effect, show, misfit),
+                None if drawn is None else (float(drawn.low[i]), float(drawn.high[i])),
+            )
+        )
+    return tuple(result)
+
+
+def _rests(name: str, other: str) -> str:
+    return f"{name} rests on {other}: nothing in the data asks for a difference between the two"
+
+
+def resting(problem: Residuals, x: Array) -> dict[str, str]:
+    """Which parameters rest on which others at a fit, SI, (dim,): the orders that hold it."""
+    names, width = problem.space.names, problem.space.upper - problem.space.lower
+    return {
+        names[i]: names[j]
+        for i, j in orders_of(problem)
+        if x[i] - x[j] <= AT_END * AT_END * max(width[i], width[j])
+    }
+
+
+def _named(ends: Mapping[str, str], name: str) -> Literal["lower", "upper"] | None:
+    at = ends.get(name)
+    return None if at is None else ("lower" if at == "lower" else "upper")
+
+
+def _end(value: float, lower: float, upper: float) -> Literal["lower", "upper"] | None:
+    width = upper - lower
+    if value - lower < AT_END * width:
+        return "lower"
+    return "upper" if upper - value < AT_END * width else None
+
+
+def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
+    """A sentence for every parameter that ended at an end of its search range."""
+    return [
+        f"{e.name} ended at the {e.at_bound} end of its range: widen the range or doubt the value"
+        for e in estimates
+        if e.at_bound
+    ]
+
+
+def correlation_warnings(parameters: Parameters, correlation: Array) -> list[str]:
+    """A sentence for the parameters that the data cannot tell apart."""
+    names = [parameters.rig.label(q.name) for q in parameters.free]
+    pairs = [
+        f"{names[i]} and {names[j]} ({correlation[i, j]:+.3f})"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(correlation[i, j]) > TOGETHER
+    ]
+    if not pairs:
+        return []
+    return [f"the data hardly tell apart {', '.join(pairs)}: trust their combination, not each"]

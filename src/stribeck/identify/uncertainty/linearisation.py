@@ -1,0 +1,52 @@
+"""A fit with its slopes, and where they say that the other parameters go if one is moved."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...errors import InputError
+from ...optimize.box import Box
+from ...optimize.lockstep import Counted, Task, lockstep
+from ...optimize.trust_region import Iterate, with_slopes
+from ...space import Array
+from .residuals import Residuals, orders_of
+
+
+def box_of(problem: Residuals) -> Box:
+    """The box of a problem's parameters, with the orders that its law has them keep."""
+    return Box(problem.space, orders_of(problem))
+
+
+def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
+    """A fit, SI, (dim,), with its slopes.
+
+    Raises:
+        InputError: it cannot be run there, or there are too few rows or evaluations.
+    """
+    u = box.orderly(box.u(np.asarray(x, dtype=float)))
+    r = counted.residuals(box.x(u)[None])[0]
+    if not np.isfinite(r).all():
+        raise InputError("the fit cannot be run at its own parameters: fit again before this")
+    if len(r) <= box.dim:
+        raise InputError(f"{len(r)} rows cannot tell {box.dim} parameters: give more data")
+    if counted.left < 2 * box.dim:
+        raise InputError(f"a budget of {counted.budget} rows is too small to take slopes: raise it")
+    iterate = Iterate.at(u, r)
+    (done,) = lockstep(counted, [Task("slopes", box.space, with_slopes(iterate))])
+    return done or iterate
+
+
+def predicted(iterate: Iterate, box: Box, k: int, move: float) -> tuple[Array, float]:
+    """Where the linear model has the others if coordinate k moves, and the sum of squares there."""
+    u = iterate.u.copy()
+    u[k] = min(max(u[k] + move, 0.0), 1.0)
+    u = box.orderly(u, k)
+    r = iterate.r + np.einsum("i,im->m", u - iterate.u, iterate.J)
+    moved = iterate.moved(u, r)
+    s, promise = moved.step(box, others(box.dim, k), 0.5)
+    return box.orderly(u + s, k), moved.squares - promise
+
+
+def others(dim: int, k: int) -> list[int]:
+    """All coordinates but one."""
+    return [i for i in range(dim) if i != k]

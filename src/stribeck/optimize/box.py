@@ -1,0 +1,211 @@
+"""The unit cube with the orders that points keep, and the best step of a linear model in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..space import Array, Space
+
+#: How far a parameter is put inside the order that it must keep, as a share of its value.
+CLEAR = 1e-12
+#: What is added to the diagonal, as a share of its sum, so that directions without slope stay.
+RIDGE = 1e-12
+
+
+@dataclass(frozen=True)
+class Box:
+    """The unit cube of a space, and the orders that points in it keep.
+
+    Args:
+        space: The parameters with their ranges.
+        orders: Pairs (i, j) of parameters for which x_i >= x_j must hold.
+    """
+
+    space: Space
+    orders: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def dim(self) -> int:
+        """How many parameters there are."""
+        return self.space.dim
+
+    def x(self, u: Array) -> Array:
+        """Physical values of a point of the unit cube, (dim,)."""
+        x: Array = self.space.decode(u[None])[0]
+        return x
+
+    def u(self, x: Array) -> Array:
+        """The point of the unit cube of physical values, (dim,)."""
+        u: Array = self.space.encode(x[None])[0]
+        return u
+
+    def scale(self, u: Array) -> Array:
+        """Slopes dx / du at a point, (dim,)."""
+        width = self.space.upper - self.space.lower
+        return np.array(
+            [
+                value * np.log(q.upper / q.lower) if q.log else w
+                for q, value, w in zip(self.space, self.x(u), width, strict=True)
+            ]
+        )
+
+    def limit(self, k: int, sign: int) -> tuple[float, bool]:
+        """How far a coordinate can go at all, and whether an order with another stops it there."""
+        ends = self.space.upper if sign > 0 else self.space.lower
+        end, ordered = float(ends[k]), False
+        for i, j in self.orders:
+            if sign < 0 and i == k and self.space.lower[j] > end:
+                end, ordered = float(self.space.lower[j]), True
+            if sign > 0 and j == k and self.space.upper[i] < end:
+                end, ordered = float(self.space.upper[i]), True
+        x = self.space.lower.copy()
+        x[k] = end
+        return float(self.u(x)[k]), ordered
+
+    def orderly(self, u: Array, held: int | None = None) -> Array:
+        """A point moved into the cube and into order, coordinate `held` staying where it is."""
+        u = np.clip(u, 0.0, 1.0)
+        if not self.orders:
+            return u
+        x = self.x(u)
+        for _ in range(self.dim):
+            wrong = [(i, j) for i, j in self.orders if x[i] < x[j]]
+            if not wrong:
+                break
+            for i, j in wrong:
+                if i == held:
+                    x[j] = x[i] - CLEAR * abs(x[i])
+                else:
+                    x[i] = x[j] + CLEAR * abs(x[j])
+        else:
+            return u
+        inside = self.u(x)
+        same = x == self.x(u)
+        inside[same] = u[same]
+        y = self.x(inside)
+        for i, j in self.orders:  # rounding on the way to the cube and back
+            if y[i] < y[j]:
+                if i == held:
+                    inside[j] -= 4 * CLEAR
+                else:
+                    inside[i] += 4 * CLEAR
+        return np.clip(inside, 0.0, 1.0)
+
+    def moved(self, u: Array, s: Array, held: int | None) -> tuple[Array, Array]:
+        """The point a step s away from u, and the step that leads there exactly."""
+        v = np.where(s == 1.0 - u, 1.0, np.maximum(u + s, 0.0))
+        if not self.orders:
+            return v, s
+        v = self.orderly(v, held)
+        return v, v - u
+
+    def step(
+        self, u: Array, A: Array, g: Array, free: Sequence[int], radius: float
+    ) -> tuple[Array, float]:
+        """The least of 2 g^T s + s^T A s over the steps s from u within a radius, in order.
+
+        Args:
+            u: A point of the unit cube, (dim,).
+            A: Curvature over the free coordinates, (k, k).
+            g: Half the slope over them, (k,).
+            free: The k coordinates that may move.
+            radius: Half-width of the trust region.
+
+        Returns:
+            s, (dim,), and by how much the quadratic falls from 0 to there.
+        """
+        rows, s = list(free), np.zeros(self.dim)
+        if not rows:
+            return s, 0.0
+        lower, upper = np.maximum(-u[rows], -radius), np.minimum(1.0 - u[rows], radius)
+        width = self.scale(u) if self.orders else np.ones(self.dim)
+        x = self.x(u) if self.orders else u
+        pairs = []
+        for i, j in self.orders:
+            slack = max(float(x[i] - x[j]), 0.0)
+            if i in rows and j in rows:
+                pairs.append((rows.index(i), rows.index(j), slack))
+            elif i in rows:
+                lower[rows.index(i)] = max(lower[rows.index(i)], -slack / width[i])
+            elif j in rows:
+                upper[rows.index(j)] = min(upper[rows.index(j)], slack / width[j])
+        s[rows], promise = _ordered_minimum(A, g, lower, upper, width[rows], pairs)
+        return s, promise
+
+
+def _ordered_minimum(
+    A: Array,
+    g: Array,
+    lower: Array,
+    upper: Array,
+    w: Array,
+    pairs: Sequence[tuple[int, int, float]],
+) -> tuple[Array, float]:
+    """`box_minimum` with w_i s_i - w_j s_j >= -slack for each (i, j, slack) of `pairs`."""
+    s, promise = box_minimum(A, g, lower, upper)
+    T, c, tied = np.eye(len(g)), np.zeros(len(g)), set[int]()
+    for _ in pairs:
+        broken = [
+            (i, j, slack)
+            for i, j, slack in pairs
+            if i not in tied and w[i] * s[i] - w[j] * s[j] < -slack - CLEAR * w[i]
+        ]
+        if not broken:
+            break
+        i, j, slack = broken[0]  # their difference is kept at zero: one variable less
+        tied.add(i)
+        row, offset = T[j] * w[j] / w[i], (w[j] * c[j] - slack) / w[i]
+        for m in range(len(g)):
+            share = T[m, i]
+            if m != i and share:
+                T[m] += share * row
+                c[m] += share * offset
+                T[m, i] = 0.0
+        T[i], c[i] = row, offset
+        keep = [m for m in range(len(g)) if m not in tied]
+        part = T[:, keep]
+        low, high = np.minimum(lower[keep], 0), np.maximum(upper[keep], 0)
+        z, _ = box_minimum(part.T @ A @ part, part.T @ (g + A @ c), low, high)
+        s = np.clip(part @ z + c, lower, upper)
+        promise = -float(2.0 * g @ s + s @ A @ s)
+    return s, promise
+
+
+def box_minimum(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, float]:
+    """The least of 2 g^T s + s^T A s over the box lower <= s <= upper, which holds 0.
+
+    A is positive semidefinite, shape (dim, dim). By the active set: a coordinate that meets its
+    bound stays there until the gradient pulls it back inside.
+
+    Returns:
+        s, and by how much the quadratic falls from 0 to there.
+    """
+    s, slope, total = np.zeros(len(g)), g, float(np.trace(A))
+    if not 0.0 < total < np.inf:
+        return s, 0.0
+    A = A + RIDGE * total * np.eye(len(g))
+    free = np.where(slope > 0, lower < 0, upper > 0)
+    for _ in range(10 * len(g)):
+        move = np.zeros(len(g))
+        if free.any():
+            move[free] = -np.linalg.solve(A[np.ix_(free, free)], slope[free])
+        room = np.where(move > 0, upper - s, lower - s)
+        share = np.divide(room, move, out=np.full(len(g), np.inf), where=move != 0)
+        k = int(share.argmin())
+        if share[k] < 1:
+            s, free[k] = s + share[k] * move, False
+            s[k] = upper[k] if move[k] > 0 else lower[k]
+            slope = g + A @ s
+            continue
+        s = s + move
+        slope = g + A @ s
+        pull = np.where(free, 0.0, np.where(s >= upper, slope, np.where(s <= lower, -slope, 0.0)))
+        k = int(pull.argmax())
+        if not pull[k] > RIDGE * np.abs(g).max():
+            break
+        free[k] = True
+    s = np.clip(s, lower, upper)
+    return s, -float(2.0 * g @ s + s @ A @ s)
