@@ -47,7 +47,7 @@ def first_time(label: str) -> bool:
     return not seen
 
 
-def harmful(job: Job, on: Problem | None = None) -> Record:
+def harmful(job: Job, instance: Problem | None = None) -> Record:
     label = job.algorithm
     kill = label == "killer" or (label == "mortal" and first_time(label))
     if label == "printer":
@@ -55,7 +55,7 @@ def harmful(job: Job, on: Problem | None = None) -> Record:
         os.write(1, b"\xff printed from below\n")
     if label == "caller":
         os.write(os.open(os.environ["CALLER"], os.O_WRONLY), f"{os.getpid()}\n".encode())
-    return run_job(job, Deadly(problem(job.surface)) if kill else on)
+    return run_job(job, Deadly(problem(job.surface)) if kill else instance)
 
 
 def babbling(text: str) -> str:

@@ -22,10 +22,10 @@ F_S, F_C = 152.28, 40.42
 _TELL = """
 import json
 import numpy as np
-from stribeck.rig.drive import Drive
+from stribeck.rig.motion.command import Drive
 from stribeck.rig.slide_bed import SLIDE_BED
-from stribeck.rig.testbed import TestBed
-from stribeck.rig.track import track
+from stribeck.rig.twin import TestBed
+from stribeck.rig.motion.track import track
 
 v = np.array([-1e-2, 0.0, 1e-3, 1e-2])
 truth = np.array([150.0, 45.0, 900.0, 2e-3, 700.0])  # k_spring, N/m, last

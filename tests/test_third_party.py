@@ -137,7 +137,7 @@ def test_another_seed_is_another_run(name: str) -> None:
 IN_A_NEW_PROCESS = """
 import hashlib
 from numpy.random import SeedSequence
-from stribeck.bench.peers import search
+from stribeck.bench.third_party import search
 from stribeck.bench.surfaces import SURFACES
 for name in {names}:
     trace, _ = search(name, SURFACES["RF"], budget=250, target=None, seed=SeedSequence(3))

@@ -10,6 +10,6 @@ class InputError(ValueError):
     puts into a name (line ends, control characters) becomes a space.
     """
 
-    def __init__(self, said: str) -> None:
-        line = "".join(c if c.isprintable() else " " for c in said)
+    def __init__(self, message: str) -> None:
+        line = "".join(c if c.isprintable() else " " for c in message)
         super().__init__(" ".join(line.split()))

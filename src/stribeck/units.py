@@ -80,12 +80,14 @@ _QUOTIENT = re.compile(rf"(1|{_WORD}(?: {_WORD})*)(?:/(?:({_WORD})|\(({_WORD}(?:
 
 def _everyday(written: str, text: str) -> Unit | None:
     """A unit such as `N s/mm` if it is made of everyday ones, of which one may be scaled."""
-    found = _QUOTIENT.fullmatch(text)
-    if found is None:
+    match = _QUOTIENT.fullmatch(text)
+    if match is None:
         return None
-    above, below = found[1].removeprefix("1"), found[2] or found[3] or ""
+    numerator, denominator = match[1].removeprefix("1"), match[2] or match[3] or ""
     scale, powers = 1.0, dict.fromkeys(("A", "K", "kg", "m", "rad", "s"), 0)
-    for word, sign in chain(((w, 1) for w in above.split()), ((w, -1) for w in below.split())):
+    for word, sign in chain(
+        ((w, 1) for w in numerator.split()), ((w, -1) for w in denominator.split())
+    ):
         name, _, power = word.partition("**")
         factor, parts = EVERYDAY.get(name, (0.0, {}))
         times = sign * int(power or 1)
@@ -106,8 +108,8 @@ def _dimension(powers: dict[str, int]) -> str:
             if n * sign > 0:
                 yield base if abs(n) == 1 else f"{base}**{abs(n)}"
 
-    above, below = "*".join(product(1)), "/".join(product(-1))
-    return f"{above or '1'}/{below}" if below else above
+    numerator, denominator = "*".join(product(1)), "/".join(product(-1))
+    return f"{numerator or '1'}/{denominator}" if denominator else numerator
 
 
 @cache
@@ -132,8 +134,8 @@ def unit(written: str) -> Unit:
     text = _spell(written.strip())
     if len(text) > _LONGEST or _ARITHMETIC.search(text):
         raise InputError(_unknown(written))
-    if known := _everyday(written, text):
-        return known
+    if everyday := _everyday(written, text):
+        return everyday
     return _asked(written, text)
 
 
@@ -142,11 +144,11 @@ def _asked(written: str, text: str) -> Unit:
     try:
         registry = _registry()
         zero = registry.Quantity(0.0, text).to_base_units()
-        one = registry.Quantity(1.0, text).to_base_units()
+        quantity = registry.Quantity(1.0, text).to_base_units()
     except Exception as error:  # pint raises its own, and tokenizer, attribute and type errors
         raise InputError(_unknown(written)) from error
-    factor = float(one.magnitude) - float(zero.magnitude)
-    return Unit(written, factor, float(zero.magnitude), f"{one.units:~C}")
+    factor = float(quantity.magnitude) - float(zero.magnitude)
+    return Unit(written, factor, float(zero.magnitude), f"{quantity.units:~C}")
 
 
 def _unknown(written: str) -> str:
@@ -163,8 +165,9 @@ def _spell(text: str) -> str:
     if text in _SPELLINGS:
         return _SPELLINGS[text]
     if "_" in text:  # the last part divides: mm_s is mm/s, N_s_mm is N s/mm
-        *above, below = text.split("_")
-        text = f"{' '.join(_SPELLINGS.get(a, a) for a in above)}/({_SPELLINGS.get(below, below)})"
+        *numerators, denominator = text.split("_")
+        top = " ".join(_SPELLINGS.get(a, a) for a in numerators)
+        text = f"{top}/({_SPELLINGS.get(denominator, denominator)})"
     text = re.sub(r"\b([kmM]?)Nm\b", r"\1N m", text)
     text = text.replace("·", " ").replace("²", "**2").replace("³", "**3").replace("⁻¹", "**-1")
     return re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", text)

@@ -134,13 +134,13 @@ def bbob(function: int, dim: int, instance: int) -> Bbob:
     return Bbob(function, dim, instance, float(bare.best_value()), bare)
 
 
-def _one_of(what: str, value: Any, known: Iterable[int], shown: str) -> int:
+def _one_of(noun: str, value: Any, allowed: Iterable[int], shown: str) -> int:
     try:
         number = index(value)
     except TypeError:
         number = -1
-    if number not in known:
-        raise InputError(f"BBOB has no {what} {value!r}: it has {shown}")
+    if number not in allowed:
+        raise InputError(f"BBOB has no {noun} {value!r}: it has {shown}")
     return number
 
 

@@ -256,33 +256,35 @@ class Campaign:
 def shipped() -> dict[str, str]:
     """The campaigns that come with the package: name to text."""
     folder = files("stribeck.bench").joinpath("campaigns")
-    found = {f.name.removesuffix(".toml"): f for f in folder.iterdir() if f.name.endswith(".toml")}
-    return {name: found[name].read_text(encoding="utf-8") for name in sorted(found)}
+    campaigns = {
+        f.name.removesuffix(".toml"): f for f in folder.iterdir() if f.name.endswith(".toml")
+    }
+    return {name: campaigns[name].read_text(encoding="utf-8") for name in sorted(campaigns)}
 
 
-def campaign(given: str | Path) -> Campaign:
+def campaign(source: str | Path) -> Campaign:
     """A campaign by its name among `shipped`, or from a TOML file.
 
     Raises:
         InputError: no such campaign, or something in the file cannot be used: one line that
             says what and where.
     """
-    if isinstance(given, str) and given in (ours := shipped()):
-        text = ours[given]
-    elif str(given).endswith(".toml"):
+    if isinstance(source, str) and source in (ours := shipped()):
+        text = ours[source]
+    elif str(source).endswith(".toml"):
         try:
-            text = page(Path(given))
+            text = page(Path(source))
         except InputError as error:
-            raise InputError(f"{given}: {error}") from error
+            raise InputError(f"{source}: {error}") from error
     else:
         raise InputError(
-            f"no campaign {str(given)!r}: there are {', '.join(shipped())}; "
+            f"no campaign {str(source)!r}: there are {', '.join(shipped())}; "
             "one of your own is a file that ends in .toml"
         )
     try:
         return parsed(text)
     except InputError as error:
-        raise InputError(f"{given}: {error}") from error
+        raise InputError(f"{source}: {error}") from error
 
 
 def parsed(text: str) -> Campaign:
@@ -292,55 +294,55 @@ def parsed(text: str) -> Campaign:
         InputError: see `campaign`.
     """
     try:
-        said = _File.model_validate(tomllib.loads(text))
+        content = _File.model_validate(tomllib.loads(text))
     except ValidationError as error:
         raise InputError(_first(error)) from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"not TOML: {error}") from error
-    tasks = tuple(task for p in said.problem for task in _tasks(p, said))
+    tasks = tuple(task for p in content.problem for task in _tasks(p, content))
     labels = [t.label for t in tasks]
     _once(labels, "problem")
-    _once([m.name for m in said.method], "method")
-    made = Campaign(
-        name=said.name,
-        doc=" ".join(said.doc.split()),
-        seed=said.seed,
-        repeats=said.repeats,
-        precisions=_precisions(said.targets),
+    _once([m.name for m in content.method], "method")
+    result = Campaign(
+        name=content.name,
+        doc=" ".join(content.doc.split()),
+        seed=content.seed,
+        repeats=content.repeats,
+        precisions=_precisions(content.targets),
         tasks=tasks,
-        entries=tuple(_entries(said.method, labels)),
-        reference=said.reference or said.method[0].name,
+        entries=tuple(_entries(content.method, labels)),
+        reference=content.reference or content.method[0].name,
         text=text,
     )
-    if made.reference not in (names := [e.label for e in made.entries]):
-        raise InputError(f"reference: no method {made.reference!r}: there are {_few(names)}")
-    if not made.cells:
+    if result.reference not in (names := [e.label for e in result.entries]):
+        raise InputError(f"reference: no method {result.reference!r}: there are {_few(names)}")
+    if not result.cells:
         raise InputError("no method is run on any problem")
     for task in tasks:
         task.problem(0)  # says what is wrong with it
-        for entry in made.entries:
+        for entry in result.entries:
             if entry.runs_on(task.label):
                 _check_method(entry, task)
-    return made
+    return result
 
 
-def _tasks(said: _Problem, file: _File) -> Iterator[Task]:
+def _tasks(entry: _Problem, file: _File) -> Iterator[Task]:
     """All problems that the lists of a table span."""
-    if (said.surface is None) == (said.bbob is None):
+    if (entry.surface is None) == (entry.bbob is None):
         raise InputError("problem: name a surface or a bbob function, one of them")
-    if idle := sorted(said.model_fields_set & _idle(said)):
+    if idle := sorted(entry.model_fields_set & _idle(entry)):
         raise InputError(f"problem: {idle[0]}: means nothing here: leave it out")
-    for spec in _bbob(said) if said.bbob is not None else _surfaces(said):
-        label = said.name or _label(spec)
-        task = Task(label, spec, 1, None if said.target == "none" else said.target)
-        yield replace(task, budget=_budget(task, said, file), open_end=said.target == "none")
+    for spec in _bbob(entry) if entry.bbob is not None else _surfaces(entry):
+        label = entry.name or _label(spec)
+        task = Task(label, spec, 1, None if entry.target == "none" else entry.target)
+        yield replace(task, budget=_budget(task, entry, file), open_end=entry.target == "none")
 
 
-def _idle(said: _Problem) -> set[str]:
+def _idle(entry: _Problem) -> set[str]:
     """The words that decide nothing for a table's problems."""
-    if said.bbob is not None:
+    if entry.bbob is not None:
         return {"twin", "direction"}
-    names, idle = _listed(said.surface), {"instance"}
+    names, idle = _listed(entry.surface), {"instance"}
     if SLIDE_BED not in names:
         idle.add("direction")
     if names == [SLIDE_BED]:
@@ -348,28 +350,28 @@ def _idle(said: _Problem) -> set[str]:
     return idle
 
 
-def _surfaces(said: _Problem) -> Iterator[dict[str, Any]]:
-    for name in _listed(said.surface):
+def _surfaces(entry: _Problem) -> Iterator[dict[str, Any]]:
+    for name in _listed(entry.surface):
         if name == SLIDE_BED:
-            for direction in _listed(said.direction):
+            for direction in _listed(entry.direction):
                 if direction not in TRAINING:
                     raise InputError(
                         f"problem: direction: no {direction!r}: there are {', '.join(TRAINING)}"
                     )
-                yield {"surface": name, "direction": direction, "twin": said.twin}
+                yield {"surface": name, "direction": direction, "twin": entry.twin}
         elif name in SURFACES:
-            for dim in _listed(said.dim):
-                yield {"surface": name, "dim": dim, "twin": said.twin}
+            for dim in _listed(entry.dim):
+                yield {"surface": name, "dim": dim, "twin": entry.twin}
         else:
-            known = ", ".join([*SURFACES, SLIDE_BED])
-            raise InputError(f"problem: no surface {name!r}: there are {known}")
+            names = ", ".join([*SURFACES, SLIDE_BED])
+            raise InputError(f"problem: no surface {name!r}: there are {names}")
 
 
-def _bbob(said: _Problem) -> Iterator[dict[str, Any]]:
-    for dim, function in product(_listed(said.dim), _listed(said.bbob)):
+def _bbob(entry: _Problem) -> Iterator[dict[str, Any]]:
+    for dim, function in product(_listed(entry.dim), _listed(entry.bbob)):
         if function not in FUNCTIONS:
             raise InputError(f"problem: bbob has functions 1 to 24, got {function}")
-        yield {"bbob": function, "dim": dim, "instance": said.instance}
+        yield {"bbob": function, "dim": dim, "instance": entry.instance}
 
 
 def _label(spec: Mapping[str, Any]) -> str:
@@ -398,37 +400,37 @@ def _budget(task: Task, *levels: _Budget) -> int:
 
 def _entries(methods: list[_Method], labels: list[str]) -> Iterator[Entry]:
     """The methods in order, each with what it takes over from the one it is like."""
-    made: dict[str, Entry] = {}
-    for said in methods:
-        where = f"method {said.name!r}"
-        if (said.method is None) == (said.like is None):
-            raise InputError(f"{where}: give its method, or the one above that it is like")
-        for label in [*said.on, *(said.problems or [])]:
+    entries: dict[str, Entry] = {}
+    for method in methods:
+        place = f"method {method.name!r}"
+        if (method.method is None) == (method.like is None):
+            raise InputError(f"{place}: give its method, or the one above that it is like")
+        for label in [*method.on, *(method.problems or [])]:
             if label not in labels:
-                raise InputError(f"{where}: no problem {label!r}: there are {_few(labels)}")
-        if said.budget is not None and said.budget_per_dim is not None:
-            raise InputError(f"{where}: give budget or budget_per_dim, not both")
-        if said.like is not None and said.like not in made:
-            raise InputError(f"{where}: no method {said.like!r} above it to be like")
-        parent = made[said.like] if said.like is not None else Entry("", str(said.method))
-        own_budget = said.budget is not None or said.budget_per_dim is not None
-        made[said.name] = Entry(
-            label=said.name,
+                raise InputError(f"{place}: no problem {label!r}: there are {_few(labels)}")
+        if method.budget is not None and method.budget_per_dim is not None:
+            raise InputError(f"{place}: give budget or budget_per_dim, not both")
+        if method.like is not None and method.like not in entries:
+            raise InputError(f"{place}: no method {method.like!r} above it to be like")
+        parent = entries[method.like] if method.like is not None else Entry("", str(method.method))
+        own_budget = method.budget is not None or method.budget_per_dim is not None
+        entries[method.name] = Entry(
+            label=method.name,
             method=parent.method,
-            settings=parent.settings | said.settings,
-            on={k: parent.on.get(k, {}) | said.on.get(k, {}) for k in {**parent.on, **said.on}},
-            unit_free=parent.unit_free or said.unit_free,
-            problems=parent.problems if said.problems is None else tuple(said.problems),
-            budget=said.budget if own_budget else parent.budget,
-            budget_per_dim=said.budget_per_dim if own_budget else parent.budget_per_dim,
+            settings=parent.settings | method.settings,
+            on={k: parent.on.get(k, {}) | method.on.get(k, {}) for k in {**parent.on, **method.on}},
+            unit_free=parent.unit_free or method.unit_free,
+            problems=parent.problems if method.problems is None else tuple(method.problems),
+            budget=method.budget if own_budget else parent.budget,
+            budget_per_dim=method.budget_per_dim if own_budget else parent.budget_per_dim,
         )
-        if said.unit_free and made[said.name].method in PEERS:
-            raise InputError(f"{where}: unit_free is for our own methods: {', '.join(METHODS)}")
+        if method.unit_free and entries[method.name].method in PEERS:
+            raise InputError(f"{place}: unit_free is for our own methods: {', '.join(METHODS)}")
         try:
-            json.dumps([made[said.name].settings, made[said.name].on], allow_nan=False)
+            json.dumps([entries[method.name].settings, entries[method.name].on], allow_nan=False)
         except (TypeError, ValueError) as error:
-            raise InputError(f"{where}: settings: {error}") from error
-        yield made[said.name]
+            raise InputError(f"{place}: settings: {error}") from error
+        yield entries[method.name]
 
 
 def _check_method(entry: Entry, task: Task) -> None:
@@ -442,13 +444,13 @@ def _check_method(entry: Entry, task: Task) -> None:
         raise InputError(f"method {entry.label!r} on {task.label}: {error}") from error
 
 
-def _precisions(said: list[float] | _Precisions) -> Array:
-    if isinstance(said, _Precisions):
-        ends = said.first, said.last
-        return np.geomspace(max(ends), min(ends), said.count)
-    if not said:
+def _precisions(precisions: list[float] | _Precisions) -> Array:
+    if isinstance(precisions, _Precisions):
+        ends = precisions.first, precisions.last
+        return np.geomspace(max(ends), min(ends), precisions.count)
+    if not precisions:
         raise InputError("targets: give at least one precision")
-    return np.array(sorted(set(said), reverse=True))
+    return np.array(sorted(set(precisions), reverse=True))
 
 
 def _listed(value: Any) -> list[Any]:
@@ -478,7 +480,7 @@ def _first(error: ValidationError) -> str:
     first = error.errors()[0]
     # A union reports each of its members: the path ends where the file's own words end.
     path = [p for p in first["loc"] if isinstance(p, int) or str(p).isidentifier()]
-    where = "".join(f"[{p + 1}]" if isinstance(p, int) else f".{p}" for p in path).lstrip(".")
-    what = _WORDS.get(first["type"], first["msg"][:1].lower() + first["msg"][1:])
-    got = "" if first["type"] in _WORDS else f", got {first['input']!r}"
-    return f"{where}: {what}{got}"
+    place = "".join(f"[{p + 1}]" if isinstance(p, int) else f".{p}" for p in path).lstrip(".")
+    message = _WORDS.get(first["type"], first["msg"][:1].lower() + first["msg"][1:])
+    value = "" if first["type"] in _WORDS else f", got {first['input']!r}"
+    return f"{place}: {message}{value}"

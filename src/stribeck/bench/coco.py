@@ -122,7 +122,7 @@ def postprocess(folder: Path) -> Path:
     if not all(importlib.util.find_spec(needed) for needed in ("cocopp", "six")):
         raise InputError("cocopp is not installed: pip install 'stribeck[bench]'")
     command = [sys.executable, "-m", "cocopp", "--no-interactive", "-o", "ppdata"]
-    done = subprocess.run(  # noqa: S603 - our own Python
+    process = subprocess.run(  # noqa: S603 - our own Python
         [*command, *(f"exdata/{name}" for name in names)],
         cwd=folder,
         env=os.environ | {"MPLBACKEND": "Agg"},
@@ -132,7 +132,7 @@ def postprocess(folder: Path) -> Path:
         check=False,
     )
     page = folder / "ppdata" / "index.html"
-    if done.returncode or not page.exists():
-        said = (done.stderr or done.stdout).strip().splitlines() or ["no word"]
-        raise InputError(f"cocopp fails on {folder}: {said[-1]}")
+    if process.returncode or not page.exists():
+        lines = (process.stderr or process.stdout).strip().splitlines() or ["no word"]
+        raise InputError(f"cocopp fails on {folder}: {lines[-1]}")
     return page

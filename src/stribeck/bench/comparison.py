@@ -93,8 +93,8 @@ def _pairs(first: Sequence[Record], second: Sequence[Record]) -> list[tuple[Reco
     mine = sorted((r for r in first if r.job.repeat in theirs), key=place)
     pairs = [(r, theirs[r.job.repeat]) for r in mine]
     instances = {json.dumps(dict(r.job.surface), sort_keys=True) for r in mine}
-    same = all(a.job.surface == b.job.surface for a, b in pairs)
-    return pairs if same and len(instances) > 1 else []
+    paired = all(a.job.surface == b.job.surface for a, b in pairs)
+    return pairs if paired and len(instances) > 1 else []
 
 
 def compare_over_problems(effects: Sequence[float]) -> float:
@@ -107,8 +107,8 @@ def compare_over_problems(effects: Sequence[float]) -> float:
     Args:
         effects: A12 on each problem; nan where it was not run.
     """
-    known = np.array([e for e in effects if not math.isnan(e)])
-    return signed_rank(np.round(known - 0.5, 12))  # equal effects stay equal, whatever their sign
+    finite = np.array([e for e in effects if not math.isnan(e)])
+    return signed_rank(np.round(finite - 0.5, 12))  # equal effects stay equal, whatever their sign
 
 
 def signed_rank(differences: ArrayLike) -> float:
@@ -142,8 +142,8 @@ def rank_sum(first: ArrayLike, second: ArrayLike) -> float:
     if np.ptp(np.concatenate([x, y])) == 0:
         return 1.0
     if math.comb(x.size + y.size, x.size) <= ARRANGEMENTS:
-        every = PermutationMethod(n_resamples=ARRANGEMENTS)
-        return float(mannwhitneyu(x, y, method=every).pvalue)
+        permutations = PermutationMethod(n_resamples=ARRANGEMENTS)
+        return float(mannwhitneyu(x, y, method=permutations).pvalue)
     return float(mannwhitneyu(x, y, method="asymptotic").pvalue)
 
 
@@ -154,8 +154,8 @@ def holm(p: ArrayLike) -> Array:
     Scand. J. Statistics 6:65-70. A test that was not made (nan) does not count.
     """
     raw = np.asarray(p, dtype=float)
-    made = np.flatnonzero(~np.isnan(raw))
-    order = made[np.argsort(raw[made], kind="stable")]
+    tested = np.flatnonzero(~np.isnan(raw))
+    order = tested[np.argsort(raw[tested], kind="stable")]
     adjusted = np.full(raw.shape, np.nan)
     steps = raw[order] * np.arange(len(order), 0, -1)
     adjusted[order] = np.minimum(np.maximum.accumulate(steps), 1.0)

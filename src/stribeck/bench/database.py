@@ -103,8 +103,8 @@ def make(file: Path, meta: dict[str, str]) -> None:
     try:
         file.parent.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=file.parent) as folder:
-            made = Path(folder) / "store"
-            with plainly(file), contextlib.closing(sqlite3.connect(made)) as db:
+            draft = Path(folder) / "store"
+            with plainly(file), contextlib.closing(sqlite3.connect(draft)) as db:
                 db.execute("PRAGMA journal_mode = WAL")
                 db.execute("BEGIN")
                 db.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -114,22 +114,22 @@ def make(file: Path, meta: dict[str, str]) -> None:
                 meta = {**meta, "stribeck": __version__}
                 db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
                 db.commit()
-            _place(made, file)
+            _place(draft, file)
     except OSError as error:
         if error.errno in _NO_ROOM:
             raise InputError(_full(file, lambda: None)) from error
         raise InputError(f"{file}: cannot be made: {error.strerror or error}") from error
 
 
-def _place(made: Path, file: Path) -> None:
+def _place(draft: Path, file: Path) -> None:
     """Give a finished file its name, unless another process has just made one of that name."""
     try:
-        os.link(made, file)
+        os.link(draft, file)
     except FileExistsError:
         return
     except OSError:  # a file system without links
         if not file.exists():
-            made.rename(file)
+            draft.rename(file)
 
 
 def connect(file: Path) -> sqlite3.Connection:
@@ -154,10 +154,10 @@ def connect(file: Path) -> sqlite3.Connection:
 
 
 def _connected(file: Path, mode: str) -> sqlite3.Connection:
-    where = f"{file.absolute().as_uri()}?mode={mode}"
+    address = f"{file.absolute().as_uri()}?mode={mode}"
     if not os.access(file.parent, os.W_OK) and not _log(file).exists():
-        where += "&immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
-    return sqlite3.connect(where, uri=True, timeout=PATIENCE, isolation_level=None)
+        address += "&immutable=1"  # nobody writes here, and SQLite could not lay its log beside it
+    return sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
 
 
 def _log(file: Path) -> Path:
@@ -169,10 +169,10 @@ def _check(file: Path, db: sqlite3.Connection) -> None:
     if word != "ok":
         raise InputError(damaged(file, str(word)))
     tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
-    if wrong := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
-        raise InputError(damaged(file, f"table {wrong[0]!r} is missing or not as it was"))
-    said = dict(db.execute("SELECT name, value FROM meta"))
-    if not {"campaign", "seed", "text"} <= set(said) or not str(said["seed"]).isdecimal():
+    if differing := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
+        raise InputError(damaged(file, f"table {differing[0]!r} is missing or not as it was"))
+    meta = dict(db.execute("SELECT name, value FROM meta"))
+    if not {"campaign", "seed", "text"} <= set(meta) or not str(meta["seed"]).isdecimal():
         raise InputError(damaged(file, "it does not say which campaign it is of"))
 
 
@@ -206,15 +206,15 @@ def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int
             raise error
 
 
-def _full(file: Path, safe: Callable[[], int | None], what: str = "the disk is full") -> str:
+def _full(file: Path, safe: Callable[[], int | None], trouble: str = "the disk is full") -> str:
     if not file.exists():
-        return f"{what}: {file} cannot be made; make room and give the same command again"
+        return f"{trouble}: {file} cannot be made; make room and give the same command again"
     runs = safe()
-    kept = "the finished runs are" if runs is None else f"{runs} finished runs are"
-    return f"{what}: {kept} safe in {file}; make room and give the same command again"
+    state = "the finished runs are" if runs is None else f"{runs} finished runs are"
+    return f"{trouble}: {state} safe in {file}; make room and give the same command again"
 
 
-def damaged(file: Path, what: str) -> str:
+def damaged(file: Path, trouble: str) -> str:
     """The line for a person."""
-    line = " ".join(what.split())
+    line = " ".join(trouble.split())
     return f"{file}: is damaged ({line}): restore a copy or take another --out"

@@ -77,10 +77,10 @@ def engine(text: str) -> Engine:
         return Here()
     if text == "processes":
         return Processes(cores())
-    if found := re.fullmatch(r"processes:([1-9][0-9]{0,3})", text):
-        return Processes(int(found[1]))
-    if found := re.fullmatch(r"dask://(\S+:[0-9]{1,5})", text):
-        return Dask.at(found[1])
+    if match := re.fullmatch(r"processes:([1-9][0-9]{0,3})", text):
+        return Processes(int(match[1]))
+    if match := re.fullmatch(r"dask://(\S+:[0-9]{1,5})", text):
+        return Dask.at(match[1])
     raise InputError(
         f"no engine {text!r}: there are here, processes, processes:N for N of them, "
         "and dask://host:port"
@@ -227,8 +227,10 @@ class _Process:
 
     def greet(self) -> None:
         """Hear its first line, once."""
-        if not self._greeted and (said := self._hear()) != software():
-            raise ValueError(f"it is not this version: {said[:200]!r} in place of {software()!r}")
+        if not self._greeted and (greeting := self._hear()) != software():
+            raise ValueError(
+                f"it is not this version: {greeting[:200]!r} in place of {software()!r}"
+            )
         self._greeted = True
 
     def ask(self, text: str) -> str:
@@ -259,8 +261,8 @@ class _Process:
         self._ear.join(1.0)  # a program that it started may hold the pipe for longer
         for pipe in (self.popen.stdin, self.popen.stdout, self.popen.stderr):
             _close(pipe)
-        said = "".join(self._last_words).strip()
-        return _how(status) + (f", and said last: {said}" if said else "")
+        words = "".join(self._last_words).strip()
+        return _how(status) + (f", and said last: {words}" if words else "")
 
 
 def _close(pipe: Any) -> None:
@@ -431,11 +433,11 @@ def _check(client: Any, address: str) -> None:
         client.wait_for_workers(1, timeout=STAFF)
     except TimeoutError as error:
         raise InputError(_unstaffed(address)) from error
-    for said in client.run(software, on_error="return").values():
-        if isinstance(said, BaseException):
-            raise InputError(_cannot(address, said))
-        if said != software():
-            raise InputError(f"dask://{address}: a worker runs {said}: here it is {software()}")
+    for versions in client.run(software, on_error="return").values():
+        if isinstance(versions, BaseException):
+            raise InputError(_cannot(address, versions))
+        if versions != software():
+            raise InputError(f"dask://{address}: a worker runs {versions}: here it is {software()}")
 
 
 def _unstaffed(address: str) -> str:

@@ -89,8 +89,8 @@ def answer(spec: Mapping[str, Any]) -> tuple[float | None, float | None]:
     """The least cost of a table's problem and its J_min; no recording is made for it."""
     if spec.get("surface") == SLIDE_BED:
         return Identification.minimum, Identification.J_min
-    on = problem(spec)
-    return on.minimum, on.J_min
+    instance = problem(spec)
+    return instance.minimum, instance.J_min
 
 
 @lru_cache(maxsize=64)

@@ -138,7 +138,7 @@ class Tally:
             return None
         overall = fmean(logs.values())
         by = [
-            {label: fmean(seen) - overall for label, seen in _grouped(logs, axis).items()}
+            {label: fmean(durations) - overall for label, durations in _grouped(logs, axis).items()}
             for axis in (0, 1)
         ]
         return {
@@ -172,26 +172,26 @@ class Tally:
             return 0.0
         if seconds is None:
             return None
-        still = {c: n.open for c, n in self.cells.items() if n.open}
+        open_cells = {c: n.open for c, n in self.cells.items() if n.open}
         busy = min(self.workers, total.open)
         idle = max(0.0, self.workers * self.elapsed - (total.seconds - self._before.seconds))
-        begun = min(idle, busy * max(seconds[c] for c in still))
-        new = total.done + total.failed - self._before.done - self._before.failed
-        handing = (idle - begun) / new if new else 0.0
-        work = sum(n * (seconds[c] + handing) for c, n in still.items())
-        return max(0.0, work - begun) / busy
+        makespan = min(idle, busy * max(seconds[c] for c in open_cells))
+        finished = total.done + total.failed - self._before.done - self._before.failed
+        handing = (idle - makespan) / finished if finished else 0.0
+        work = sum(n * (seconds[c] + handing) for c, n in open_cells.items())
+        return max(0.0, work - makespan) / busy
 
     def line(self) -> str:
         """All of it in a line."""
         total, share, left = self.total, self.share(), self.left()
-        said = [f"{total.done:,}/{total.runs:,} runs"]
+        phrases = [f"{total.done:,}/{total.runs:,} runs"]
         if share is not None and total.open:
-            said.append(f"{min(99, int(100 * share))} % of the work")
+            phrases.append(f"{min(99, int(100 * share))} % of the work")
         if left is not None and total.open:
-            said.append(f"{spoken(left)} left" if left >= 1 else "nearly done")
+            phrases.append(f"{spoken(left)} left" if left >= 1 else "nearly done")
         if total.failed:
-            said.append(f"{total.failed:,} failed")
-        return ", ".join(said)
+            phrases.append(f"{total.failed:,} failed")
+        return ", ".join(phrases)
 
     def last_line(self) -> str:
         """The same when it is over."""
@@ -202,12 +202,12 @@ class Tally:
     @staticmethod
     def line_of(count: Count) -> str:
         """Done, met and failed."""
-        said = [f"{count.done:,}/{count.runs:,} runs"]
+        phrases = [f"{count.done:,}/{count.runs:,} runs"]
         if count.aimed:
-            said.append(f"{count.met:,} met their target")
+            phrases.append(f"{count.met:,} met their target")
         if count.failed:
-            said.append(f"{count.failed:,} failed")
-        return ", ".join(said)
+            phrases.append(f"{count.failed:,} failed")
+        return ", ".join(phrases)
 
     def _cell(self, job: Job) -> Count:
         return self.cells.setdefault(job.cell, Count())
@@ -278,8 +278,8 @@ class Live:
         """A job could not be run."""
         self.tally.failed(failure)
         job = failure.job
-        told = " ".join(failure.message.split())
-        self._trouble = f"{job.problem} {job.algorithm} {job.repeat}: {told}"
+        message = " ".join(failure.message.split())
+        self._trouble = f"{job.problem} {job.algorithm} {job.repeat}: {message}"
         if not self._drawn:
             self._say(f"failed: {self._trouble}")
         self._step()
@@ -295,14 +295,14 @@ class Live:
 
     def _told_beside(self) -> list[Text]:
         """What is shown below the table."""
-        told = []
+        lines = []
         if self._busy_elsewhere:
-            told.append(Text(_waiting(self._busy_elsewhere), style="yellow"))
+            lines.append(Text(_waiting(self._busy_elsewhere), style="yellow"))
         if self._trouble:
-            told.append(Text(f"failed last: {self._trouble}", style="red"))
-        for text in told:
+            lines.append(Text(f"failed last: {self._trouble}", style="red"))
+        for text in lines:
             text.no_wrap, text.overflow = True, "ellipsis"
-        return told
+        return lines
 
     def _step(self) -> None:
         now = self._clock()
@@ -343,10 +343,10 @@ class _View:
 
     def _table(self, width: int, room: int) -> list[RenderableType]:
         """Problems by methods, else a line a method, else a shorter one, else nothing."""
-        for made in (self._grid, self._methods, self._short):
-            heads, rows, styles = made()
-            wide = sum(max(map(len, column)) + 2 for column in zip(heads, *rows, strict=True))
-            if len(rows) + 1 <= room and wide <= width:
+        for build in (self._grid, self._methods, self._short):
+            heads, rows, styles = build()
+            needed = sum(max(map(len, column)) + 2 for column in zip(heads, *rows, strict=True))
+            if len(rows) + 1 <= room and needed <= width:
                 return [_table(heads, rows, styles)]
         return []
 
@@ -366,9 +366,9 @@ class _View:
         rows, styles = [], []
         for method, n in self.tally.along(1).items():
             mean = "" if n.mean is None else f"{n.mean:.3f}"
-            over = finished[method]
+            record = finished[method]
             runs, failed = f"{n.done:,}/{n.runs:,}", f"{n.failed:,}" if n.failed else ""
-            rows.append([method, runs, _met(n), failed, mean, f"{sum(over)}/{len(over)}"])
+            rows.append([method, runs, _met(n), failed, mean, f"{sum(record)}/{len(record)}"])
             styles.append([_style(n)] * len(heads))
         return heads, rows, styles
 

@@ -102,9 +102,9 @@ class Steps:
         """The improvements in a trace."""
         best = trace.convergence()
         at = np.flatnonzero(best < np.concatenate([[np.inf], best[:-1]]))
-        begun = np.cumsum(["round" in note for note in trace.notes], dtype=np.int64)
+        round_counts = np.cumsum(["round" in note for note in trace.notes], dtype=np.int64)
         step = np.searchsorted(trace.ends, at, side="right")
-        return cls((at + 1).astype(np.int64), begun[step], best[at])
+        return cls((at + 1).astype(np.int64), round_counts[step], best[at])
 
     def reached(self, cost: float) -> int | None:
         """Evaluations until the first cost at or below `cost`; None if there is none."""
@@ -184,7 +184,7 @@ class Record:
     @property
     def text(self) -> str:
         """The record as one line of JSON; numbers come back bit for bit."""
-        said = {
+        fields = {
             "job": self.job.text,
             "x": self.x,
             "cost": self.cost,
@@ -196,20 +196,20 @@ class Record:
             "seconds": self.seconds,
             "steps": [values.tolist() for values in vars(self.steps).values()],
         }
-        return json.dumps(said, separators=(",", ":"))
+        return json.dumps(fields, separators=(",", ":"))
 
     @classmethod
     def parse(cls, text: str) -> Self:
         """The record whose `text` this is."""
-        said = json.loads(text)
-        evaluations, rounds, costs = said.pop("steps")
+        fields = json.loads(text)
+        evaluations, rounds, costs = fields.pop("steps")
         steps = Steps(
             np.array(evaluations, dtype=np.int64),
             np.array(rounds, dtype=np.int64),
             np.array(costs, dtype=float),
         )
-        said |= {"job": Job.parse(said["job"]), "x": tuple(said["x"]), "steps": steps}
-        return cls(**said)
+        fields |= {"job": Job.parse(fields["job"]), "x": tuple(fields["x"]), "steps": steps}
+        return cls(**fields)
 
     @property
     def content(self) -> str:

@@ -10,21 +10,21 @@ from .record import Job, Record
 from .third_party import search
 
 
-def run(job: Job, on: Problem | None = None) -> Record:
+def run(job: Job, instance: Problem | None = None) -> Record:
     """Run a job: the same record, whenever, wherever and beside whatever it is run.
 
     Args:
         job: What to run.
-        on: The job's problem, where somebody watches it; made from the job if None.
+        instance: The job's problem, where somebody watches it; made from the job if None.
 
     Raises:
         InputError: the problem or the method cannot be made.
     """
-    done = trial(job, problem(job.surface) if on is None else on)
+    done = trial(job, problem(job.surface) if instance is None else instance)
     return Record.of(job, done.trace, done.x, done.ended, done.seconds)
 
 
-def trial(job: Job, on: Problem) -> Run:
+def trial(job: Job, instance: Problem) -> Run:
     """The run of a job with its whole trace, every point and cost.
 
     Raises:
@@ -34,12 +34,12 @@ def trial(job: Job, on: Problem) -> Run:
     if name in METHODS:
         algorithm = configure(name, **settings)
         stops: list[Stop] = [] if job.target is None else [Target(job.target)]
-        own = Search(on.space, algorithm, budget=job.budget, seed=job.seeds(), stops=stops)
-        return lockstep(on, [own])[0]
-    began = time.perf_counter()
+        driver = Search(instance.space, algorithm, budget=job.budget, seed=job.seeds(), stops=stops)
+        return lockstep(instance, [driver])[0]
+    start = time.perf_counter()
     trace, ended = search(
-        name, on, budget=job.budget, target=job.target, seed=job.seeds(), **settings
+        name, instance, budget=job.budget, target=job.target, seed=job.seeds(), **settings
     )
-    x = on.space.decode(trace.u[trace.best : trace.best + 1])[0]
-    seconds = time.perf_counter() - began
+    x = instance.space.decode(trace.u[trace.best : trace.best + 1])[0]
+    seconds = time.perf_counter() - start
     return Run(x, trace.cost, len(trace), ended, seconds, trace)

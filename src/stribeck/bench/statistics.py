@@ -78,41 +78,45 @@ def cells(records: Iterable[Record], jobs: Sequence[Job] = ()) -> Cells:
     Raises:
         InputError: two different jobs claim to be one repeat of a cell.
     """
-    held = {record.job.key: record for record in records}
-    found: Cells = {job.cell: [] for job in jobs}
-    kept = [held[job.key] for job in jobs if job.key in held] if jobs else list(held.values())
-    for record in sorted(kept, key=place):
-        found.setdefault(record.job.cell, []).append(record)
-    for (problem, algorithm), runs in found.items():
+    records_by_key = {record.job.key: record for record in records}
+    groups: Cells = {job.cell: [] for job in jobs}
+    ordered = (
+        [records_by_key[job.key] for job in jobs if job.key in records_by_key]
+        if jobs
+        else list(records_by_key.values())
+    )
+    for record in sorted(ordered, key=place):
+        groups.setdefault(record.job.cell, []).append(record)
+    for (problem, algorithm), runs in groups.items():
         if len({r.job.repeat for r in runs}) < len(runs):
             raise InputError(
                 f"{algorithm} on {problem}: some repeat is there twice, with different settings; "
                 "give the records of one campaign at a time"
             )
-    return found
+    return groups
 
 
-def problems_of(found: Iterable[tuple[str, str]]) -> list[str]:
+def problems_of(cells: Iterable[tuple[str, str]]) -> list[str]:
     """The problems' labels, in the order of the cells."""
-    return list(dict.fromkeys(problem for problem, _ in found))
+    return list(dict.fromkeys(problem for problem, _ in cells))
 
 
-def algorithms_of(found: Iterable[tuple[str, str]]) -> list[str]:
+def algorithms_of(cells: Iterable[tuple[str, str]]) -> list[str]:
     """The methods' labels, in the order of the cells."""
-    return list(dict.fromkeys(algorithm for _, algorithm in found))
+    return list(dict.fromkeys(algorithm for _, algorithm in cells))
 
 
-def compared(found: Cells) -> tuple[list[str], list[str]]:
+def compared(cells: Cells) -> tuple[list[str], list[str]]:
     """The methods that can be set side by side over problems, and the problems to do it on.
 
     They are those meant for every problem (for some, where none is meant for all) that have runs,
     on the problems that each of them has runs on so far.
     """
-    begun = {method for (_, method), runs in found.items() if runs}
-    some = [m for m in algorithms_of(found) if m in begun]
-    problems = problems_of(found)
-    methods = [m for m in some if all((p, m) in found for p in problems)] or some
-    return methods, [p for p in problems if methods and all(found.get((p, m)) for m in methods)]
+    started = {method for (_, method), runs in cells.items() if runs}
+    some = [m for m in algorithms_of(cells) if m in started]
+    problems = problems_of(cells)
+    methods = [m for m in some if all((p, m) in cells for p in problems)] or some
+    return methods, [p for p in problems if methods and all(cells.get((p, m)) for m in methods)]
 
 
 def precision(record: Record) -> float:
@@ -122,8 +126,8 @@ def precision(record: Record) -> float:
 
 def hits(record: Record, precisions: ArrayLike) -> Array:
     """Evaluations until a run first met each precision, inf where it never did; shape (k,)."""
-    above = record.steps.costs - (record.job.minimum or 0.0)
-    first = np.searchsorted(-above, -np.asarray(precisions, dtype=float), side="left")
+    excess = record.steps.costs - (record.job.minimum or 0.0)
+    first = np.searchsorted(-excess, -np.asarray(precisions, dtype=float), side="left")
     return np.append(record.steps.evaluations.astype(float), np.inf)[first]
 
 
@@ -215,9 +219,9 @@ def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> Curve:
         at += [hits(r, aims) / len(r.x) for r in runs]
         weight += [np.full(len(aims), 1 / (len(by) * len(runs) * len(aims)))] * len(runs)
     x, w = np.concatenate(at), np.concatenate(weight)
-    where, which = np.unique(x[np.isfinite(x)], return_inverse=True)
-    rise = np.bincount(which, w[np.isfinite(x)], minlength=len(where))
-    return Curve(where, np.minimum(np.cumsum(rise), 1.0))
+    efforts, index = np.unique(x[np.isfinite(x)], return_inverse=True)
+    rise = np.bincount(index, w[np.isfinite(x)], minlength=len(efforts))
+    return Curve(efforts, np.minimum(np.cumsum(rise), 1.0))
 
 
 def ecdf_band(records: Iterable[Record], grid: ArrayLike, targets: Targets = TARGETS) -> Array:
@@ -316,12 +320,12 @@ def convergence(
         over: Which of them.
         above_minimum: Precision above the minimum in place of cost.
     """
-    seen = np.array([_best_at(r, np.asarray(grid), over, above_minimum) for r in records])
-    below, above = (
-        np.quantile(sign * seen, q, axis=0, method="inverted_cdf")
+    curves = np.array([_best_at(r, np.asarray(grid), over, above_minimum) for r in records])
+    lower, upper = (
+        np.quantile(sign * curves, q, axis=0, method="inverted_cdf")
         for sign, q in ((1, [0.25, 0.5, 0.75]), (-1, [0.75, 0.5, 0.25]))
     )
-    middle: Array = below / 2 - above / 2
+    middle: Array = lower / 2 - upper / 2
     return middle
 
 
@@ -341,11 +345,11 @@ def ratios(times: ArrayLike) -> Array:
         times: Such as ERT, shape (problems, methods), inf for a failure, nan for no runs. A
             problem that some method has not been run on is left out.
     """
-    known = np.asarray(times, dtype=float)
-    known = known[~np.isnan(known).any(axis=1)]
-    best = known.min(axis=1, keepdims=True, initial=np.inf)
-    out: Array = np.full_like(known, np.inf)
-    np.divide(known, best, out=out, where=np.isfinite(best))
+    measured = np.asarray(times, dtype=float)
+    measured = measured[~np.isnan(measured).any(axis=1)]
+    best = measured.min(axis=1, keepdims=True, initial=np.inf)
+    out: Array = np.full_like(measured, np.inf)
+    np.divide(measured, best, out=out, where=np.isfinite(best))
     return out
 
 
@@ -414,5 +418,5 @@ def _percents(*runs: int) -> tuple[float, float] | None:
     n = min(runs)
     if n == 1:
         return None
-    wide = math.sqrt(n / (n - 1)) * stdtrit(sum(runs) - len(runs), (1 + LEVEL) / 2)
-    return float(ndtr(-wide)), float(ndtr(wide))
+    factor = math.sqrt(n / (n - 1)) * stdtrit(sum(runs) - len(runs), (1 + LEVEL) / 2)
+    return float(ndtr(-factor)), float(ndtr(factor))

@@ -109,9 +109,9 @@ class Store:
         self._owner: Owner | None = None
         self._next = count()
         with plainly(file):
-            said = dict(db.execute("SELECT name, value FROM meta"))
+            meta = dict(db.execute("SELECT name, value FROM meta"))
             ((self._since,),) = db.execute("SELECT coalesce(max(id), 0) FROM failures")
-        self.campaign, self.seed, self.text = said["campaign"], int(said["seed"]), said["text"]
+        self.campaign, self.seed, self.text = meta["campaign"], int(meta["seed"]), meta["text"]
 
     @classmethod
     def open(
@@ -195,8 +195,8 @@ class Store:
                 "(SELECT min(position) FROM given), text FROM given WHERE true ORDER BY position "
                 "ON CONFLICT DO NOTHING"
             )
-            if other := db.execute(_OTHER).fetchone():
-                raise InputError(f"{self.file}: {_differ(*map(Job.parse, other))}")
+            if stranger := db.execute(_OTHER).fetchone():
+                raise InputError(f"{self.file}: {_differ(*map(Job.parse, stranger))}")
             db.execute("INSERT OR IGNORE INTO wanted SELECT key, position FROM given")
             db.execute(
                 "INSERT OR IGNORE INTO waiting SELECT position, key FROM given "
@@ -217,10 +217,10 @@ class Store:
             if not self._owner:
                 self._owner = Owner(self.file)
             self._free_the_dead()
-            found = self._db.execute(_CLAIM, (self._since,)).fetchone()
-            if not found:
+            row = self._db.execute(_CLAIM, (self._since,)).fetchone()
+            if not row:
                 return None
-            position, key, text = found
+            position, key, text = row
             # Passed over once is enough: runs that other processes have finished meanwhile.
             self._db.execute(
                 "DELETE FROM waiting WHERE position < ? "
@@ -249,8 +249,8 @@ class Store:
         trace = (job.key, _blob(steps.evaluations), _blob(steps.rounds), _blob(steps.costs))
         marks = ", ".join("?" * len(row))
         with self._writing():
-            kept = self._db.execute(f"INSERT OR IGNORE INTO records VALUES ({marks})", row)  # noqa: S608
-            if kept.rowcount:
+            inserted = self._db.execute(f"INSERT OR IGNORE INTO records VALUES ({marks})", row)  # noqa: S608
+            if inserted.rowcount:
                 self._db.execute("INSERT INTO traces VALUES (?, ?, ?, ?)", trace)
             self._db.execute("DELETE FROM waiting WHERE key = ?", (job.key,))
             self._db.execute("DELETE FROM failures WHERE job = ?", (job.key,))
@@ -321,9 +321,9 @@ class Store:
             if not alive(self.file, name):
                 self._db.execute("DELETE FROM claims WHERE owner = ?", (name,))
 
-    def _count(self, what: str) -> int:
+    def _count(self, table: str) -> int:
         with plainly(self.file):
-            ((n,),) = self._db.execute(f"SELECT count(*) FROM {what}")  # noqa: S608
+            ((n,),) = self._db.execute(f"SELECT count(*) FROM {table}")  # noqa: S608
         return int(n)
 
     def _safe(self) -> int | None:
@@ -346,23 +346,23 @@ class Store:
                 raise
 
 
-def _differ(there: Job, now: Job) -> str:
+def _differ(stored: Job, new_job: Job) -> str:
     """What a run in the store and one of the same name in the campaign differ in."""
-    name, old, new = _difference(json.loads(there.text), json.loads(now.text))
+    name, stored_value, new_value = _difference(json.loads(stored.text), json.loads(new_job.text))
     return (
-        f"{now.algorithm} on {now.problem}: {name} {_short(old)} in the store, {_short(new)} in "
-        "the campaign: take another --out or give the method another name"
+        f"{new_job.algorithm} on {new_job.problem}: {name} {_short(stored_value)} in the store, "
+        f"{_short(new_value)} in the campaign: take another --out or give the method another name"
     )
 
 
-def _difference(there: Any, now: Any, name: str = "") -> tuple[str, Any, Any]:
+def _difference(stored: Any, new: Any, name: str = "") -> tuple[str, Any, Any]:
     """The innermost first difference of two unequal JSON values, and its name."""
-    if isinstance(there, dict) and isinstance(now, dict):
-        for key in sorted({*there, *now}):
-            old, new = there.get(key), now.get(key)
-            if json.dumps(old, sort_keys=True) != json.dumps(new, sort_keys=True):
-                return _difference(old, new, f"{name}.{key}".lstrip("."))
-    return name, there, now
+    if isinstance(stored, dict) and isinstance(new, dict):
+        for key in sorted({*stored, *new}):
+            stored_value, new_value = stored.get(key), new.get(key)
+            if json.dumps(stored_value, sort_keys=True) != json.dumps(new_value, sort_keys=True):
+                return _difference(stored_value, new_value, f"{name}.{key}".lstrip("."))
+    return name, stored, new
 
 
 def _short(value: Any, most: int = 60) -> str:

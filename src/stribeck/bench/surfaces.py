@@ -99,8 +99,8 @@ def _whole(value: Any) -> bool:
 
 @lru_cache(maxsize=256)
 def _made(name: str, dim: int, twin: int | None) -> Surface:
-    own = _FAMILIES[name](dim)
-    return own if twin is None else _twin(own, twin)
+    surface = _FAMILIES[name](dim)
+    return surface if twin is None else _twin(surface, twin)
 
 
 # ---- Table 1 -----------------------------------------------------------------------------------
@@ -170,9 +170,9 @@ def _foxholes(dim: int) -> Surface:
 def _schwefel(dim: int) -> Surface:
     # The least of 418.9829 - x sin sqrt|x|: the printed constant is a little too great, and the
     # rest counts once a coordinate. x sin sqrt|x| is odd, so the greatest value mirrors the least.
-    rest = 1.2727566293696535e-05
-    return Surface(_label("SchF", dim), "Schwefel", dim, 500.0, J_min=1e-1, minimum=rest * dim,
-                   ceiling=(2 * 418.9829 - rest) * dim,
+    remainder = 1.2727566293696535e-05
+    return Surface(_label("SchF", dim), "Schwefel", dim, 500.0, J_min=1e-1, minimum=remainder * dim,
+                   ceiling=(2 * 418.9829 - remainder) * dim,
                    optima=np.full((1, dim), 420.96874635998205), function=schwefel)  # fmt: skip
 
 
@@ -196,8 +196,8 @@ def _shubert(dim: int) -> Surface:
 def _shubert_optima(dim: int) -> Array:
     """Those in the middle period first; these alone if all are too many."""
     at = np.where(np.eye(dim, dtype=bool), _LOW_AT, _HIGH_AT)
-    every = dim * 3**dim <= MOST_OPTIMA
-    periods = islice(product((0, 1, -1), repeat=dim), None if every else 1)
+    listed = dim * 3**dim <= MOST_OPTIMA
+    periods = islice(product((0, 1, -1), repeat=dim), None if listed else 1)
     shifts = 2 * np.pi * np.array(list(periods))
     places: Array = (shifts[:, None, :] + at).reshape(-1, dim)
     return places
@@ -248,23 +248,25 @@ class Moved:
         return moved
 
 
-def _twin(own: Surface, seed: int) -> Surface:
+def _twin(original: Surface, seed: int) -> Surface:
     """The surface with its optimum (the one nearest the middle) moved and the box turned.
 
     The optimum goes to a place uniform in the central 80 % of the box, by a rotation uniform
     among all. Different surfaces and dimensions draw differently from one seed.
     """
-    rng = default_rng(SeedSequence(seed, spawn_key=(zlib.crc32(own.name.encode()), own.dim)))
-    turn = rotation(rng, own.dim)
-    to = 0.8 * own.half * (2 * rng.random(own.dim) - 1)
-    nearest = np.argmin((own.optima**2).sum(axis=1))
-    moved = Moved(own, turn, own.optima[nearest], to)
-    images = moved.images(np.delete(own.optima, nearest, axis=0))
-    images = images[(np.abs(images) <= own.half).all(axis=1)]
+    rng = default_rng(
+        SeedSequence(seed, spawn_key=(zlib.crc32(original.name.encode()), original.dim))
+    )
+    turn = rotation(rng, original.dim)
+    to = 0.8 * original.half * (2 * rng.random(original.dim) - 1)
+    nearest = np.argmin((original.optima**2).sum(axis=1))
+    moved = Moved(original, turn, original.optima[nearest], to)
+    images = moved.images(np.delete(original.optima, nearest, axis=0))
+    images = images[(np.abs(images) <= original.half).all(axis=1)]
     return replace(
-        own,
-        name=f"{own.name}-twin{seed}",
-        title=f"{own.title}, twin {seed}",
+        original,
+        name=f"{original.name}-twin{seed}",
+        title=f"{original.title}, twin {seed}",
         optima=np.vstack([to, images]),
         function=moved,
     )

@@ -65,9 +65,9 @@ class _Counter:
         """Rows that may still be evaluated."""
         return self.budget - len(self.trace)
 
-    def note(self, **said: Any) -> None:
+    def note(self, **fields: Any) -> None:
         """Say something of the step that comes next."""
-        self._note |= said
+        self._note |= fields
 
     def round(self) -> None:
         """The next step opens a round of search."""
@@ -300,10 +300,10 @@ def _pymoo(count: _Counter, rng: Rng, algorithm: Any) -> None:
     algorithm.termination = endless
     algorithm.setup(problem, seed=_whole(rng))
     static = _library("pymoo.problems.static").StaticProblem
-    while (asked := algorithm.ask()) is not None and len(asked):
-        costs = count.batch(asked.get("X"))
-        algorithm.evaluator.eval(static(problem, F=costs[:, None]), asked)
-        algorithm.tell(infills=asked)
+    while (infill := algorithm.ask()) is not None and len(infill):
+        costs = count.batch(infill.get("X"))
+        algorithm.evaluator.eval(static(problem, F=costs[:, None]), infill)
+        algorithm.tell(infills=infill)
         count.round()
 
 
@@ -365,8 +365,8 @@ class _Peer:
     @property
     def settings(self) -> Mapping[str, inspect.Parameter]:
         """What it may be told: the keyword arguments of its function."""
-        told = inspect.signature(self.run).parameters
-        return {n: p for n, p in told.items() if p.kind is p.KEYWORD_ONLY}
+        accepted = inspect.signature(self.run).parameters
+        return {n: p for n, p in accepted.items() if p.kind is p.KEYWORD_ONLY}
 
 
 #: The peers by the name that a campaign gives them.
@@ -436,10 +436,10 @@ def chosen(name: str, settings: Mapping[str, Any]) -> _Peer:
     if name not in PEERS:
         ours, theirs = ", ".join(METHODS), ", ".join(PEERS)
         raise InputError(f"no method {name!r}: there are {ours}, and other people's {theirs}")
-    known = PEERS[name].settings
-    for given in settings:
-        if given not in known:
-            raise InputError(f"{name} has no setting {given!r}: it has {', '.join(known)}")
+    available = PEERS[name].settings
+    for setting in settings:
+        if setting not in available:
+            raise InputError(f"{name} has no setting {setting!r}: it has {', '.join(available)}")
     return PEERS[name]
 
 

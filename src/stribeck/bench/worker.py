@@ -66,9 +66,9 @@ def outcome(job: Job, line: str) -> Record | Failure:
         ValueError: it is not the outcome of this job.
     """
     try:
-        said = json.loads(line)
-        if set(said) == {"failure"}:
-            return Failure(job, str(said["failure"]))
+        message = json.loads(line)
+        if set(message) == {"failure"}:
+            return Failure(job, str(message["failure"]))
         record = Record.parse(line)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"not an outcome: {line[:60]!r}") from error
@@ -110,12 +110,12 @@ def main() -> None:
     """Answer jobs until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it reaches us too: the driver decides
     _runner()
-    asked, said = _own(0, "r"), _own(1, "w")
+    requests, answers = _own(0, "r"), _own(1, "w")
     jobs = SimpleQueue[str]()
-    Thread(target=_listen, args=(asked, jobs), daemon=True).start()
-    _say(said, software())
+    Thread(target=_listen, args=(requests, jobs), daemon=True).start()
+    _say(answers, software())
     while True:
-        _say(said, answer(jobs.get()))
+        _say(answers, answer(jobs.get()))
 
 
 def _own(fd: int, mode: str) -> IO[str]:

@@ -49,9 +49,9 @@ def main() -> None:
     atexit.register(gc.freeze)  # to look through it all once more at the end takes half a second
     _open_streams()
     try:
-        given = spread(checked(sys.argv[1:])) or ["--help"]
+        arguments = spread(checked(sys.argv[1:])) or ["--help"]
         command = typer.main.get_command(app)
-        with notices(), command.make_context("stribeck", given) as context:
+        with notices(), command.make_context("stribeck", arguments) as context:
             context.command.invoke(context)
     except typer.Exit as done:
         sys.exit(done.exit_code)

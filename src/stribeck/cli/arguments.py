@@ -25,64 +25,64 @@ FORMS = {
 }
 
 
-def checked(given: list[str]) -> list[str]:
+def checked(arguments: list[str]) -> list[str]:
     """The arguments, unless one is empty or an option that holds one value has two.
 
     An empty argument is a shell variable without a value; the last of two options would win
     silently.
     """
-    options = [text.partition("=")[0] for text in given if text.startswith("--")]
-    for text in given:
+    options = [text.partition("=")[0] for text in arguments if text.startswith("--")]
+    for text in arguments:
         if not text.strip() or (text.startswith("--") and text.endswith("=")):
             raise InputError(f"an argument is empty: {text or repr(text)} needs a value")
     for name in options:
         if name not in REPEATABLE and options.count(name) > 1:
             raise InputError(f"{name} is given twice: give it once")
-    return given
+    return arguments
 
 
-def spread(given: list[str]) -> list[str]:
+def spread(arguments: list[str]) -> list[str]:
     """The arguments with `--test A B` written as `--test A --test B`, as shells expand names."""
-    made: list[str] = []
+    result: list[str] = []
     taking, fresh = "", False
-    for text in given:
+    for text in arguments:
         if text.startswith("-"):
             taking, fresh = (text, True) if text in GREEDY else ("", False)
         elif taking and not fresh:
-            made.append(taking)
+            result.append(taking)
         else:
             fresh = False
-        made.append(text)
-    return made
+        result.append(text)
+    return result
 
 
-def pairs(option: str, given: Sequence[str] | None) -> list[tuple[str, str]]:
+def pairs(option: str, values: Sequence[str] | None) -> list[tuple[str, str]]:
     """The names and values of `NAME=VALUE`, each name once."""
-    found = []
-    for text in given or []:
+    result = []
+    for text in values or []:
         name, equals, value = text.partition("=")
         if not (name.strip() and equals and value.strip()):
             raise InputError(f"{option} {text!r}: write {FORMS[option]}")
-        found.append((name.strip(), value.strip()))
-    names = [n for n, _ in found]
+        result.append((name.strip(), value.strip()))
+    names = [n for n, _ in result]
     if twice := {n for n in names if names.count(n) > 1}:
         raise InputError(f"{option}: {', '.join(sorted(twice))} is given twice: give it once")
-    return found
+    return result
 
 
-def numbers(option: str, given: Sequence[str] | None) -> dict[str, float]:
+def numbers(option: str, values: Sequence[str] | None) -> dict[str, float]:
     """The same where all values are numbers."""
-    return {name: number(text, f"{option} {name}") for name, text in pairs(option, given)}
+    return {name: number(text, f"{option} {name}") for name, text in pairs(option, values)}
 
 
-def intervals(option: str, given: Sequence[str] | None) -> dict[str, tuple[float, float]]:
+def intervals(option: str, values: Sequence[str] | None) -> dict[str, tuple[float, float]]:
     """The same where they are `LO:HI`."""
-    return {name: _interval(text, f"{option} {name}") for name, text in pairs(option, given)}
+    return {name: _interval(text, f"{option} {name}") for name, text in pairs(option, values)}
 
 
-def each_once(option: str, given: Sequence[str] | None) -> None:
+def each_once(option: str, values: Sequence[str] | None) -> None:
     """Refuse a value that is given twice."""
-    bare = ["".join(text.split()) for text in given or []]
+    bare = ["".join(text.split()) for text in values or []]
     if twice := {text for text in bare if bare.count(text) > 1}:
         raise InputError(f"{option} {min(twice)} is given twice: give it once")
 
@@ -93,21 +93,21 @@ def above_zero(option: str, value: float) -> None:
         raise InputError(f"{option}: give a number above 0, got {value:g}")
 
 
-def _interval(text: str, where: str) -> tuple[float, float]:
+def _interval(text: str, place: str) -> tuple[float, float]:
     low, colon, high = text.partition(":")
     if not colon:
-        raise InputError(f"{where}={text}: write NAME=LO:HI")
-    return number(low, where), number(high, where)
+        raise InputError(f"{place}={text}: write NAME=LO:HI")
+    return number(low, place), number(high, place)
 
 
-def number(text: str, where: str) -> float:
-    """A finite number; `where` it stands is for the message."""
+def number(text: str, place: str) -> float:
+    """A finite number; `place` it stands is for the message."""
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{where}: {text!r} is not a number") from None
+        raise InputError(f"{place}: {text!r} is not a number") from None
     if not math.isfinite(value):
-        raise InputError(f"{where}: {text!r} is not a finite number")
+        raise InputError(f"{place}: {text!r} is not a finite number")
     return value
 
 

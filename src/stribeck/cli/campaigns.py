@@ -30,24 +30,24 @@ def bench(
     from ..bench.campaign import campaign as found
     from ..bench.engines import engine as chosen
 
-    made = found(campaign)
+    plan = found(campaign)
     if show:
-        typer.echo(made.text, nl=False)
+        typer.echo(plan.text, nl=False)
         return
-    if coco and not any("bbob" in task.spec for task in made.tasks):
-        raise InputError(f"--coco: campaign {made.name} has no problem of BBOB")
+    if coco and not any("bbob" in task.spec for task in plan.tasks):
+        raise InputError(f"--coco: campaign {plan.name} has no problem of BBOB")
     if status:
         from ..bench.store import Store
         from ..bench.study import status as said
 
-        with Store.read((out or Path(f"bench-{made.name}")) / "store.sqlite") as store:
+        with Store.read((out or Path(f"bench-{plan.name}")) / "store.sqlite") as store:
             typer.echo(said(store.progress()).plain(), nl=False)
         return
-    made = made if trials is None else made.trials(trials)
-    _bench(made, chosen(engine), out or Path(f"bench-{made.name}"), resume, coco)
+    plan = plan if trials is None else plan.trials(trials)
+    _bench(plan, chosen(engine), out or Path(f"bench-{plan.name}"), resume, coco)
 
 
-def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:
+def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:
     from ..bench.progress import Live
     from ..bench.record import Failure, Record
     from ..bench.runner import conduct
@@ -58,12 +58,12 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
     check_folder(folder)
     file = folder / "store.sqlite"
     with Store.open(
-        file, campaign=made.name, seed=made.seed, text=made.text, must_exist=resume
+        file, campaign=plan.name, seed=plan.seed, text=plan.text, must_exist=resume
     ) as store:
-        jobs = list(made.jobs())
+        jobs = list(plan.jobs())
         store.add(jobs)
         try:
-            with Live(made.name, jobs, store.records(), workers=at.workers) as live:
+            with Live(plan.name, jobs, store.records(), workers=at.workers) as live:
                 for outcome in conduct(store, at):
                     if isinstance(outcome, Record):
                         live.done(outcome)
@@ -79,7 +79,7 @@ def _bench(made: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
                 130,
             )
     try:
-        study = Study(made, jobs, records, failures)
+        study = Study(plan, jobs, records, failures)
         study.write(folder)
         typer.echo(study.text(), nl=False)
         if coco:

@@ -22,10 +22,10 @@ def fail(message: str, status: int) -> NoReturn:
 
 def misused(error: typer.TyperException) -> str:
     """What the parser found, with the value that it could not take."""
-    found: Any = getattr(error.__cause__, "errors", list)()
+    errors: Any = getattr(error.__cause__, "errors", list)()
     options = getattr(getattr(error, "param", None), "opts", ())
-    if not (found and options):
+    if not (errors and options):
         return f"{error.format_message().rstrip('.')} (see stribeck --help)"
-    kind = {"int_parsing": "a whole number", "float_parsing": "a number"}.get(found[0]["type"])
-    name, value = options[0], found[0]["input"]
-    return f"{name}: {value!r} is not {kind}" if kind else f"{name} {value!r}: {found[0]['msg']}"
+    kind = {"int_parsing": "a whole number", "float_parsing": "a number"}.get(errors[0]["type"])
+    name, value = options[0], errors[0]["input"]
+    return f"{name}: {value!r} is not {kind}" if kind else f"{name} {value!r}: {errors[0]['msg']}"

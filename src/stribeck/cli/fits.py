@@ -79,14 +79,14 @@ def identify(
         above_zero("--target", target)
     if bootstrap < 0:
         raise InputError(f"--bootstrap: give a whole number of refits, got {bootstrap}")
-    asked: dict[str, Any] = {
+    options: dict[str, Any] = {
         "method": method,
         "target": target,
         "budget": budget,
         "repeats": repeats,
     }
     if paper:
-        asked = _paper(chosen, asked | {"setting": setting})
+        options = _paper(chosen, options | {"setting": setting})
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
@@ -106,7 +106,7 @@ def identify(
             restart=restart,
             draws=bootstrap,
             progress=watch,
-            **asked,
+            **options,
         )
     clock.lap("search", fit.seconds)
     clock.lap("uncertainty")
@@ -147,17 +147,17 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
             typer.echo(f"\ncard, figures and report.html in {out}")
         show_time(clock)
     if fit.ended == "interrupted":
-        where = f"in {out / 'card.json'}" if out is not None else "printed above"
-        fail(f"interrupted: the partial result is {where}", 130)
+        place = f"in {out / 'card.json'}" if out is not None else "printed above"
+        fail(f"interrupted: the partial result is {place}", 130)
 
 
-def _paper(rig: Rig, asked: dict[str, Any]) -> dict[str, Any]:
+def _paper(rig: Rig, settings: dict[str, Any]) -> dict[str, Any]:
     from ..identify.fit import PAPER_TARGET
 
     if rig.approach != "output_error":
         raise InputError(f"--paper is a search, and rig {rig.name} is solved by least squares")
-    if both := [f"--{n}" for n, v in asked.items() if v]:
-        raise InputError(f"--paper fixes the method and its end: leave out {', '.join(both)}")
+    if clashing := [f"--{n}" for n, v in settings.items() if v]:
+        raise InputError(f"--paper fixes the method and its end: leave out {', '.join(clashing)}")
     return {
         "method": "bts",
         "target": PAPER_TARGET,
@@ -252,6 +252,6 @@ def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
         if not json:
             typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
     if selection.left:
-        where = f"in {out}" if out is not None else "printed above"
-        left = ", ".join(selection.left)
-        fail(f"interrupted: the partial result is {where}, without {left}", 130)
+        place = f"in {out}" if out is not None else "printed above"
+        skipped = ", ".join(selection.left)
+        fail(f"interrupted: the partial result is {place}, without {skipped}", 130)

@@ -64,13 +64,13 @@ def law_named(rig: Rig, law: str | None, directional: bool) -> str:
     return f"{name}-directional" if directional and not name.endswith("-directional") else name
 
 
-def with_constants(rig: Rig, given: Sequence[str] | None) -> tuple[Rig, dict[str, float]]:
+def with_constants(rig: Rig, assignments: Sequence[str] | None) -> tuple[Rig, dict[str, float]]:
     """The rig with the constants among `--set`, and the others: parameters to hold."""
-    known = [c.name for c in rig.constants]
-    values = numbers("--set", given)
+    names = [c.name for c in rig.constants]
+    values = numbers("--set", assignments)
     return (
-        rig.set(**{n: v for n, v in values.items() if n in known}),
-        {n: v for n, v in values.items() if n not in known},
+        rig.set(**{n: v for n, v in values.items() if n in names}),
+        {n: v for n, v in values.items() if n not in names},
     )
 
 
@@ -80,10 +80,10 @@ def check_held(rig: Rig, law: str, held: Sequence[str]) -> None:
         return
     from ..identify.lookup import rig_and_law
 
-    _, about = rig_and_law(rig, law)
-    names = [q.name for q in rig.parameters(about)]
-    known = {*names, *map(rig.label, names)}
-    if strange := [n for n in held if n not in known]:
+    _, parameters = rig_and_law(rig, law)
+    names = [q.name for q in rig.parameters(parameters)]
+    allowed = {*names, *map(rig.label, names)}
+    if strange := [n for n in held if n not in allowed]:
         raise InputError(
             f"--set {strange[0]}: rig {rig.name} has no such constant or parameter: it has "
             f"{', '.join([*(c.name for c in rig.constants), *names])}"
@@ -107,12 +107,12 @@ def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> li
 
     mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
     recordings = [read(log, columns=mapping, lenient=columns is None) for log in logs]
-    seen: dict[str, str] = {}
+    labels: dict[str, str] = {}
     for recording in recordings:
-        if recording.source.sha256 in seen:
-            first = seen[recording.source.sha256]
+        if recording.source.sha256 in labels:
+            first = labels[recording.source.sha256]
             raise InputError(f"{recording.label}: the same log as {first}: give it once")
-        seen[recording.source.sha256] = recording.label
+        labels[recording.source.sha256] = recording.label
     return recordings
 
 

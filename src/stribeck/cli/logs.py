@@ -30,8 +30,8 @@ def twin(
     from ..report.motion_file import write_twin
     from ..rig.twin import TestBed
 
-    given = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
-    for option, value in given.items():
+    options = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
+    for option, value in options.items():
         above_zero(option, value)
     if not 0 <= noise <= NOISIEST:
         raise InputError(f"--noise: give 0 to {NOISIEST:g} mm, got {noise:g}")

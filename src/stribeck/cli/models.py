@@ -33,8 +33,8 @@ def validate(
     written, parameters, _ = card_model(card)
     recordings = read_logs(logs, parameters.rig, columns)
     rows = validated(written, recordings, range_ or None)
-    for said in untrained_directions(written, recordings, range_ or None):
-        typer.echo(f"warning: {said}", err=True)
+    for sentence in untrained_directions(written, recordings, range_ or None):
+        typer.echo(f"warning: {sentence}", err=True)
     for log, _, score in rows:
         if not math.isfinite(score.value):
             raise InputError(f"{card}: its values cannot be simulated on {log}: check the card")
@@ -68,11 +68,11 @@ def plan(
         above_zero("--seconds", seconds)
     written, parameters, _ = card_model(card)
     recordings = read_logs(logs or logs_beside(written, card), parameters.rig, columns)
-    found = planned(written, recordings, seconds=seconds, check=check, seed=seed)
+    result = planned(written, recordings, seconds=seconds, check=check, seed=seed)
     if json:
-        typer.echo(plan_text(found), nl=False)
+        typer.echo(plan_text(result), nl=False)
     else:
-        show_plan(found)
+        show_plan(result)
 
 
 def compensate(
@@ -110,8 +110,8 @@ def compensate(
     if speed is not None and reference is not None:
         raise InputError("--speed and --reference both say what to follow: give one")
     written, parameters, _ = card_model(card)
-    on = parameters.rig if rig is None else rig_named(rig)
-    controlled(on)
+    rig_used = parameters.rig if rig is None else rig_named(rig)
+    controlled(rig_used)
     logs = [] if reference is None else [reference]
     if speed is None and reference is None:
         try:
@@ -120,13 +120,13 @@ def compensate(
             raise InputError(
                 f"{card}: its logs are not beside it: give --speed or --reference"
             ) from error
-    recordings = read_logs(logs, on, columns)
+    recordings = read_logs(logs, rig_used, columns)
     follow = None if reference is None else followed(recordings[0], period * 1e-3)
-    to_si = unit(on.unit_shown("position")).to_si
-    per_second = unit(on.unit_shown("velocity")).to_si
-    found = compensation(
+    to_si = unit(rig_used.unit_shown("position")).to_si
+    per_second = unit(rig_used.unit_shown("velocity")).to_si
+    result = compensation(
         written,
-        None if rig is None else on,
+        None if rig is None else rig_used,
         recordings=recordings,
         speed=None if speed is None else float(per_second(speed)),
         period=period * 1e-3,
@@ -137,15 +137,15 @@ def compensate(
         progress=lambda doing: typer.echo(f"trying {doing}", err=True),
     )
     if json:
-        typer.echo(compensation_text(found), nl=False)
+        typer.echo(compensation_text(result), nl=False)
     else:
-        show_compensation(found)
+        show_compensation(result)
     sys.stdout.flush()
     if out is not None:
-        write_compensation(found, out)
+        write_compensation(result, out)
         if not json:
             typer.echo(f"\ncompensation and figure in {out}")
-    if found.mode is None:
+    if result.mode is None:
         raise typer.Exit(1)
 
 
@@ -191,11 +191,11 @@ def export(
         raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
     if out is not None:
         check_folder(out) if target.folder else check_file(out, target.suffix)
-        for given in (card, into, compensation):
-            if given is not None and out.exists() and given.exists() and out.samefile(given):
+        for source in (card, into, compensation):
+            if source is not None and out.exists() and source.exists() and out.samefile(source):
                 raise InputError(f"--out {out}: is what is read: write to another place")
     settings = numbers("--set", set_)
-    made = exported(
+    files = exported(
         read_model(card),
         to,
         name=name,
@@ -208,15 +208,15 @@ def export(
     )
     if target.folder:
         assert out is not None  # noqa: S101 - seen to above
-        write_all(out, made.files)
-        for file in made.files:
+        write_all(out, files.files)
+        for file in files.files:
             typer.echo(out / file)
     else:
-        (data,) = made.files.values()
+        (data,) = files.files.values()
         if out is None:
             typer.echo(data, nl=False)
         else:
             write_data(out, data)
             typer.echo(out)
-    for note in made.notes:
+    for note in files.notes:
         typer.echo(f"note: {note}", err=True)
