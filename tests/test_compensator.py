@@ -7,7 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stribeck.compensate.compensator import SETTINGS, TINY, Compensator, asked, seen, shaped
+from stribeck.compensate.compensator import (
+    SETTINGS,
+    TINY,
+    Compensator,
+    evaluation_velocity,
+    sensor_dead_band,
+    shaped_output,
+)
 from stribeck.errors import InputError
 
 FEED, BACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
@@ -25,13 +32,13 @@ FEED, BACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_ban
         (-0.02, 0.0009, BACK, -TINY),
     ],
 )
-def test_the_law_is_asked_at(v_ref: float, v: float, c: Any, speed: float) -> None:
-    assert asked(v_ref, v, c) == speed
+def test_the_law_is_evaluated_at(v_ref: float, v: float, c: Any, speed: float) -> None:
+    assert evaluation_velocity(v_ref, v, c) == speed
 
 
 def out(force: float, v_ref: float, before: float = 0.0, h: float = 0.01, **set_: float) -> float:
     made = Compensator(**{"scale": 0.5, "dead_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
-    return float(shaped(force, v_ref, 0.0, h, before, made.c))
+    return float(shaped_output(force, v_ref, h, before, made.c))
 
 
 def test_the_output_grows_with_the_references_speed_and_rests_with_it() -> None:
@@ -67,9 +74,9 @@ def test_compiled_and_plain_python_are_the_same_function() -> None:
         c = np.abs(rng.normal(size=8)) * rng.integers(0, 2, 8)
         c[7] = TINY
         force, v_ref, v, before = rng.normal(size=4)
-        assert asked(v_ref, v, c) == asked.py_func(v_ref, v, c)
-        given = (force, v_ref, v, 0.01, before, c)
-        assert shaped(*given) == shaped.py_func(*given)
+        assert evaluation_velocity(v_ref, v, c) == evaluation_velocity.py_func(v_ref, v, c)
+        given = (force, v_ref, 0.01, before, c)
+        assert shaped_output(*given) == shaped_output.py_func(*given)
 
 
 def test_every_setting_stands_in_its_own_place() -> None:
@@ -93,4 +100,4 @@ def test_a_law_is_not_asked_at_rest_itself() -> None:
 
 def test_an_axis_that_trembles_between_two_counts_is_seen_to_rest() -> None:
     resolution, h = 2e-6, 1e-3
-    assert resolution / h < seen(resolution, h) < 2 * resolution / h
+    assert resolution / h < sensor_dead_band(resolution, h) < 2 * resolution / h

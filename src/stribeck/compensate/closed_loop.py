@@ -28,6 +28,7 @@ from ..compile_cache import compiled
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ..friction.law import term_places, terms_factor
 from ..rig.emps import Emps
 from ..rig.joint import JointRig
 from ..rig.motion import row_pool
@@ -39,10 +40,8 @@ from ..rig.motion.implicit import (
     ROOM,
     commanded,
     driven,
-    factor,
     mixed,
     passed,
-    places,
     started,
 )
 from ..rig.motion.track import JOINT, SERVO, SLIDE, WIDTH, Track
@@ -50,7 +49,7 @@ from ..rig.rig import Motion, Rig
 from ..rig.servo_pendulum import ServoPendulum
 from ..rig.slide_bed import SlideBed, with_inputs
 from ..space import Array
-from .compensator import Compensator, answer, shaped
+from .compensator import Compensator, compensator_output
 
 if TYPE_CHECKING:
     from ..friction import Law
@@ -222,8 +221,8 @@ def compensated(
         _loops, n,
         (
             *_compiled(law), *_compiled(believed_law), loop.kind, _ADDED[loop.kind],
-            np.ascontiguousarray(plants[:, : len(law.params)]), places(law), loop.c,
-            np.ascontiguousarray(believed[: len(believed_law.params)]), places(believed_law),
+            np.ascontiguousarray(plants[:, : len(law.params)]), term_places(law), loop.c,
+            np.ascontiguousarray(believed[: len(believed_law.params)]), term_places(believed_law),
             settings, _per_force(rig, believed_law, believed), far, t,
             np.ascontiguousarray(loop.on.inputs), loop.on.held.astype(np.int64), parts, start,
             reference.v, noise, sensor.resolution, reference.h, loop.tolerance, q, v, F, u, seen,
@@ -349,13 +348,12 @@ def _loops(
             mixed(inputs, held, k, 0.0, u)
             u[added] += per_force * output
             driven(kind, b, u, q, v, load)
-            force = answer(
-                slip_m, rub_m, general_m, states_m, factor(term_m, p_m, load), v_ref[k], seen, h,
-                z_m, load, p_m, s, new,
+            output = compensator_output(
+                slip_m, rub_m, general_m, states_m, terms_factor(term_m, p_m, load), v_ref[k],
+                seen, h, output, z_m, load, p_m, s, new,
             )  # fmt: skip
             if states_m > 0:
                 z_m[:] = new
-            output = shaped(force, v_ref[k], seen, h, output, s)
             for i in range(m):
                 ends[i, 0] = inputs[i, k]
                 ends[i, 1] = inputs[i, min(k + 1, len(t) - 1)]

@@ -25,7 +25,7 @@ from ..errors import InputError
 from ..identify.card import ConstantCard, kind_of
 from ..rig import RIGS
 from .closed_loop import IDEAL, controlled, drive_friction
-from .compensator import TINY, Compensator, seen
+from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
 from .limit_cycle import SIGNS, Sign
 from .reference_motions import LONG, paced, references
@@ -265,7 +265,7 @@ def _shape(
     if not all(len(v) for v in moving):
         raise InputError(f"reference {motions[0].name}: it does not move: nothing to compensate")
     slowest = min(float(np.median(v)) for v in moving)
-    dead_band = seen(sensor.resolution, h) + 3.0 * np.sqrt(2.0) * sensor.noise / h
+    dead_band = sensor_dead_band(sensor.resolution, h) + 3.0 * np.sqrt(2.0) * sensor.noise / h
     dead_band = float(f"{max(dead_band, _STILL * slowest):.4g}")  # a setting that people read
     if dead_band > 0.5 * slowest:
         notes.append(

@@ -1,22 +1,23 @@
-"""The friction compensator: what a controller adds so that the axis moves as if nothing rubbed.
+"""The friction compensator: what a controller adds to its command so that friction is made up for.
 
-At each of its samples, h seconds apart, a controller
+`compensator_output` is the one definition. At each of its samples, h seconds apart, a controller
 
-1. asks the friction law at the speed `asked(v_ref, v, c)`,
-2. shapes the answer, `shaped(force, v_ref, v, h, before, c)`, and
-3. adds it to the force (or torque) that it commands, and holds it for a sample.
+1. evaluates the friction law at the velocity `evaluation_velocity`,
+2. shapes its friction, `shaped_output`,
+3. adds the result to the force (or torque) that it commands, and holds it for a
+   sample.
 
-These two functions are the one definition: the simulation runs them, and what is exported to a
-controller is made from them. They are written in the Python that laws are written in.
+The simulation runs these functions, and every export to a controller is translated from them: they
+are written in the Python that laws are written in.
 
-How a law is asked (`answer`) is part of the definition:
+How a law is evaluated is part of the definition:
 
-- a law without states, loads and terms: `slip` at the speed asked;
-- a law with loads or terms and no states: `rub` at the speed asked, under the loads of the sample
-  before, times the factors of the terms;
-- a law with states: `rub` at the speed asked over the span h, which advances the states. With
-  feedback, a resting axis keeps them, and its law is asked by its `slip`: what a bristle holds
-  at rest is not known to a controller, what it breaks away at is.
+- a law without states, loads and terms: its `slip` at that velocity;
+- a law with loads or terms and no states: its `rub`, under the loads of the sample before, times
+  the factors of the terms;
+- a law with states: its `rub` over the span h, which advances the states. With feedback, a resting
+  axis keeps them, and the law is evaluated by its `slip`: a controller does not know the force
+  that a bristle holds at rest, but the force at which it breaks away.
 """
 
 from __future__ import annotations
@@ -35,14 +36,14 @@ from ..space import Array
 #: Places of the settings in `c`.
 SCALE, FEEDBACK, DEAD_BAND, SMOOTHING, SLEW, LIMIT, DRIVE, REST = range(8)
 
-#: Speed at which a resting axis asks a law that has a level at rest, m/s or rad/s: no law has
-#: lost anything of its breakaway level there.
+#: Speed at which a law that has a level at rest is evaluated for a resting axis, m/s or rad/s: no
+#: law has lost anything of its breakaway level there.
 TINY = 1e-9
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting of the compensator, as people and programs are told of it.
+    """A setting of the compensator: its name, unit and meaning.
 
     Args:
         name: Its name.
@@ -80,20 +81,21 @@ class Compensator:
 
     Args:
         scale: Share of the model's friction that is compensated.
-        feedback: Whether the law is asked at the measured velocity. Else it is asked at the
-            reference's, which needs no sensor, and cannot undo what falls with speed.
+        feedback: Whether the law is evaluated at the measured velocity. Else it is evaluated at
+            the reference's, which needs no sensor, and cannot undo what falls with speed.
         dead_band: Speed up to which the axis, or the reference, counts as resting, m/s or rad/s.
             The default is for a sensor without steps. One that counts needs more than a count a
-            sample, which a resting axis shows where it trembles between two: see `seen`.
+            sample, which a resting axis shows where it trembles between two: see
+            `sensor_dead_band`.
         smoothing: The output grows from nothing at a reference speed of `dead_band` to its whole
             at `dead_band + smoothing`, m/s or rad/s; at 0 it is there at once.
         slew: Most by which the output changes in a second, N/s or N m/s; 0 for no limit.
         limit: Largest output, N or N m; 0 for no limit.
         drive: Coulomb friction of the drive itself that eats the command before it reaches the
             axis, N or N m (the slide bed's F_fm).
-        rest: Speed at which a resting axis asks the law, m/s or rad/s. The default gives the
-            breakaway level of a law that has one; a law that is smooth through rest has none,
-            and must be asked where its friction has risen.
+        rest: Speed at which the law is evaluated for a resting axis, m/s or rad/s. The default
+            gives the breakaway level of a law that has one; a law that is smooth through rest has
+            none, and must be evaluated where its friction has risen.
     """
 
     scale: float = 1.0
@@ -121,7 +123,7 @@ class Compensator:
         return np.array([float(getattr(self, s.name)) for s in SETTINGS])
 
 
-def seen(resolution: float, h: float) -> float:
+def sensor_dead_band(resolution: float, h: float) -> float:
     """The dead band that hides what a counting sensor shows of a resting axis, m/s or rad/s.
 
     One and a half counts a sample: an axis that rests at the edge of two counts is seen to move
@@ -138,8 +140,8 @@ _READ = types.Array(float64, 1, "C", readonly=True)
 
 
 @compiled(float64(float64, float64, _READ))
-def asked(v_ref: float, v: float, c: Array) -> float:
-    """The speed at which the friction law is asked, m/s or rad/s.
+def evaluation_velocity(v_ref: float, v: float, c: Array) -> float:
+    """The velocity at which the friction law is evaluated, m/s or rad/s.
 
     Without feedback, the reference's. With feedback, the measured one; where the axis rests and
     the reference moves, a tiny speed in the reference's direction: there the law gives its
@@ -159,18 +161,17 @@ def asked(v_ref: float, v: float, c: Array) -> float:
     return c[REST]  # type: ignore[no-any-return]
 
 
-@compiled(float64(float64, float64, float64, float64, float64, _READ))
-def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Array) -> float:  # noqa: ARG001
-    """What the compensator puts out, N or N m.
+@compiled(float64(float64, float64, float64, float64, _READ))
+def shaped_output(force: float, v_ref: float, h: float, before: float, c: Array) -> float:
+    """The compensator's output for a modelled friction, N or N m.
 
     scale * share * (force + drive in its direction), where the share rises from 0 to 1 as the
     reference's speed goes from the dead band to the smoothing beyond it; then limited in its
     change and in its size. Where the reference rests nothing is compensated: friction may hold.
 
     Args:
-        force: The law's answer at the speed asked.
+        force: The modelled friction.
         v_ref: Velocity of the reference, m/s or rad/s.
-        v: Measured velocity, m/s or rad/s.
         h: Sample time, s.
         before: The output of the sample before.
         c: The settings.
@@ -196,31 +197,35 @@ def shaped(force: float, v_ref: float, v: float, h: float, before: float, c: Arr
 
 
 @compiled(forceinline=True)
-def answer(
+def compensator_output(
     slip: Any, rub: Any, general: bool, states: int, factor: float, v_ref: float, v: float,
-    h: float, z: Array, load: Array, p: Array, c: Array, out: Array,
+    h: float, before: float, z: Array, load: Array, p: Array, c: Array, out: Array,
 ) -> float:  # fmt: skip
-    """What the law says to the compensator; the states' new values go into `out`.
+    """The compensator's output at a sample, N or N m; the law's states after h go into `out`.
 
     Args:
         slip: The law's `slip`.
         rub: Its `rub`, where it has one.
         general: Whether it has one.
         states: How many states it has.
-        factor: The product of its terms; 1 without.
-        v_ref: Velocity of the reference.
-        v: Measured velocity.
+        factor: The factor of its terms; 1 without.
+        v_ref: Velocity of the reference over the sample to come, m/s or rad/s.
+        v: Measured velocity, m/s or rad/s.
         h: Sample time, s.
-        z: The compensator's own states of the law, (max(states, 1),).
+        before: The output of the sample before, N or N m.
+        z: The compensator's own states of the law, (states,).
         load: The loads of the sample before, as laws read them, (5,).
         p: The law's parameters as the compensator believes them.
-        c: The settings.
-        out: States after h, as z.
+        c: The settings, (8,).
+        out: The states after h, as z.
     """
-    at = asked(v_ref, v, c)
+    at = evaluation_velocity(v_ref, v, c)
     if not general:
-        return factor * slip(at, p)  # type: ignore[no-any-return]
-    if states > 0 and c[FEEDBACK] != 0.0 and abs(v) <= c[DEAD_BAND]:
-        out[:] = z
-        return factor * slip(at, p)  # type: ignore[no-any-return]
-    return factor * rub(at, h, z, load, p, out)  # type: ignore[no-any-return]
+        force = factor * slip(at, p)
+    elif states > 0 and c[FEEDBACK] != 0.0 and abs(v) <= c[DEAD_BAND]:
+        for i in range(states):
+            out[i] = z[i]
+        force = factor * slip(at, p)
+    else:
+        force = factor * rub(at, h, z, load, p, out)
+    return shaped_output(force, v_ref, h, before, c)  # type: ignore[no-any-return]

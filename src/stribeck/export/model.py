@@ -6,30 +6,18 @@ import hashlib
 import json
 import re
 import textwrap
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..compensate.compensator import SETTINGS, asked, shaped
 from ..errors import InputError
-from ..friction import LOADS, Law
-from ..friction.law import TERMS, position_factor, temperature_factor
+from ..friction import Law
 from ..identify.card import Card, read_card
 from ..identify.parameters import Parameters
 from ..rig import Rig
 from ..space import Array, Param
 from ..units import unit
-from .code.program import Program
-from .code.translation import Entry, translated
-
-#: What the factor of a term is called in a program, and its function: it reads the load of the
-#: term's own name, then the term's parameters.
-FACTORS = {
-    "position": ("position_factor", position_factor),
-    "temperature": ("temperature_factor", temperature_factor),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,41 +84,6 @@ class Model:
             for name, q in zip(names, own, strict=True)
         ]
         return list(zip(unique, own, strict=True))
-
-    def terms(self) -> Iterator[tuple[str, int, int, int]]:
-        """Name of each term, the load it reads, where its parameters begin, how many they are."""
-        at = len(self.law.params) - sum(len(TERMS[t]) for t in self.law.terms)
-        for term in self.law.terms:
-            yield term, LOADS.index(term), at, len(TERMS[term])
-            at += len(TERMS[term])
-
-    def program(self, *more: Entry) -> Program:
-        """The law's functions, `steady` and, with states or loads, `rubbed`; then those of terms.
-
-        Args:
-            more: Other functions that go with them.
-
-        Raises:
-            InputError: its source says something that other languages cannot be told.
-        """
-        law, k = self.law, len(self.law.params)
-        entries = [Entry("steady", law.slip, {"p": k})]
-        if law.rub is not None:
-            arrays, written = {"p": k, "z": law.states, "load": len(LOADS), "out": law.states}, []
-            drop = ["h"] if not law.states else []
-            if law.states:
-                written.append("out")
-            else:
-                drop += ["z", "out"]
-                del arrays["z"], arrays["out"]
-            if not law.loads:
-                drop.append("load")
-                del arrays["load"]
-            entries.append(Entry("rubbed", law.rub, arrays, tuple(written), tuple(drop)))
-        for term, *_ in self.terms():
-            name, function = FACTORS[term]
-            entries.append(Entry(name, function))
-        return translated([*entries, *more], f"law {law.name}")
 
     def head(self, table_speeds: str = "") -> list[str]:
         """What every exported file says of itself: formula, units, range, intervals, the card.
@@ -227,12 +180,6 @@ def as_model(card: Card) -> Model:
 def _one_line(text: str) -> str:
     """A text that stays on its line: a line end in a name would leave the comment it stands in."""
     return "".join(c if c.isprintable() else " " for c in text)
-
-
-def compensator_functions() -> tuple[Entry, Entry]:
-    """The two functions of the compensator, to be translated beside a law's."""
-    n = len(SETTINGS)
-    return Entry("asked", asked, {"c": n}), Entry("shaped", shaped, {"c": n})
 
 
 def folded(text: str, wide: int) -> list[str]:

@@ -74,6 +74,17 @@ def temperature_factor(T: float, temp_slope: float, temp_ref: float) -> float:
     return 1.0 + temp_slope * (T - temp_ref)
 
 
+@compiled(forceinline=True)
+def terms_factor(places: Array, p: Array, load: Array) -> float:
+    """The factor of all terms of a law under the loads (5,); `places` as `term_places` has them."""
+    scale = 1.0
+    if places[0] >= 0:
+        scale *= position_factor(load[3], p[places[0]], p[places[0] + 1], p[places[0] + 2])
+    if places[1] >= 0:
+        scale *= temperature_factor(load[4], p[places[1]], p[places[1] + 1])
+    return max(scale, 0.0)
+
+
 @cache
 def slip_law(function: Callable[..., float]) -> Any:
     """Compile a static law `slip(v, p) -> force`; its machine code is kept across processes."""
@@ -211,6 +222,15 @@ class Law:
         """The breakaway levels (F_S-, F_S+) of equation (4.1), in N; F_S- is negative."""
         p = np.ascontiguousarray(p, dtype=float)
         return float(self.slip(-0.0, p)), float(self.slip(0.0, p))
+
+
+def term_places(law: Law) -> Array:
+    """Where the parameters of the position and of the temperature term begin, (2,); -1 for none."""
+    at, places = len(law.params), {"position": -1, "temperature": -1}
+    for term in reversed(law.terms):
+        at -= len(TERMS[term])
+        places[term] = at
+    return np.array([places["position"], places["temperature"]], dtype=np.int64)
 
 
 def stick(F_in: float, F_S_minus: float, F_S_plus: float) -> float:

@@ -1,7 +1,7 @@
 """C99 for a controller: a header, a source, and a self-test that checks itself and returns 0.
 
-No allocation, nothing of libm beyond exp, tanh and fabs, a struct for the state. The law's
-functions are translated from the law itself; see `program`.
+No allocation, no library but that of <math.h>, a struct for the state. The functions of law and
+compensator are translated from their Python; see `law_program`.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from typing import ClassVar
 from ...compensate.compensator import SETTINGS, Compensator
 from ...errors import InputError
 from ...friction import LOADS
-from ..model import Model, compensator_functions, folded
-from . import c_math
+from ..model import Model, folded
 from .check_vectors import Vectors, vectors
 from .dialect import SUM, Dialect
+from .law_program import law_program
 from .lowering import Blunt, divides, lowered
-from .program import Array, Expression, Function, Kind, Name, Program, read_names
+from .program import KNOWN, Array, Expression, Function, Kind, Name, Program, read_names
 
 #: C's own words, and C++'s, which a variable may not be called.
 _WORDS = frozenset(
@@ -26,7 +26,8 @@ _WORDS = frozenset(
     auto break case char const continue default do double else enum extern float for goto if
     inline int long register restrict return short signed sizeof static struct switch typedef
     union unsigned void volatile while bool class delete new namespace operator private public
-    template this throw try using virtual and or not xor exp tanh fabs memcpy
+    template this throw try using virtual and or not xor
+    fabs sqrt exp expm1 log log1p sin cos tanh copysign pow
     """.split()  # noqa: SIM905 - a list of words is read as a text
 )
 #: By how much the self-test may be off, relative: laws without and with states.
@@ -47,13 +48,13 @@ class C(Dialect):
         return f"{self.write(test, 1)} ? {self.write(yes, 1)} : {self.write(no, 0)}"
 
     def call(self, name: str, given: Sequence[Expression]) -> str:
-        """A function of C's, of `c_math`, or of the law."""
-        values = ", ".join(g.name if isinstance(g, Array) else self.write(g) for g in given)
+        """A function of <math.h>, of `SMALLER_AND_GREATER`, or of the law."""
+        values = ", ".join(self.write(g) for g in given)
         if name == "real":
             return f"(double)({values})"
-        if name in c_math.OWN:
-            return f"{c_math.OWN[name]}({values})"
-        return f"{'math' if name in _MATH else 'law'}_{name}({values})"
+        if name in KNOWN:
+            return f"{_CALLED.get(name, name)}({values})"
+        return f"law_{name}({values})"
 
     def counted(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
@@ -86,7 +87,23 @@ class C(Dialect):
         return f"{'' if of.written else 'const '}double *{name}"
 
 
-_MATH = frozenset(("copysign", "min", "max", "sqrt", "log", "log1p", "expm1", "pow", "sin", "cos"))
+#: Functions of a program that <math.h> has not, or under another name.
+_CALLED = {"abs": "fabs", "min": "math_min", "max": "math_max"}
+#: As Python has them, also where a value is no number: fmin and fmax would leave it out.
+SMALLER_AND_GREATER = {
+    "min": """\
+static double math_min(double a, double b)
+{
+    return b < a ? b : a;
+}
+""",
+    "max": """\
+static double math_max(double a, double b)
+{
+    return b > a ? b : a;
+}
+""",
+}
 _TYPES: dict[Kind, str] = {"real": "double", "whole": "int", "truth": "int"}
 
 
@@ -128,7 +145,7 @@ class _Source:
         self.model, self.name, self.compensator = model, name, compensator
         self.law = model.law
         self.loaded = bool(self.law.loads or self.law.terms)
-        self.program: Program = model.program(*compensator_functions())
+        self.program: Program = law_program(model.law)
         if divides(self.program):  # C cuts towards 0 where Python takes the floor
             self.program = lowered(self.program, Blunt(joins=False))
 
@@ -197,11 +214,12 @@ class _Source:
             "    double before; /* what it put out last */",
             f"}} {n}_compensator;",
             "",
-            f"void {n}_compensator_init({n}_compensator *of);",
+            f"void {n}_compensator_init({n}_compensator *compensator);",
             "",
             "/* What to add to the command, once a sample of h seconds: v_ref is the velocity of",
             "   the reference, v the measured one (not read where feedback is 0). */",
-            f"double {n}_compensate({n}_compensator *of, double v_ref, double v, double h);",
+            f"double {n}_compensate({n}_compensator *compensator,",
+            "    double v_ref, double v, double h);",
             "",
             "#ifdef __cplusplus",
             "}",
@@ -238,19 +256,17 @@ class _Source:
     def source(self) -> str:
         """The functions."""
         n, dialect = self.name, C()
-        calls = self.program.calls
-        needs_bits = any(x in calls for x in ("copysign", "sqrt", "log", "log1p", "pow"))
         bodies = [dialect.function(f) for f in self.program.functions]
         parts = [
-            _comment([f"The functions of {n}.h, translated from the law's own definition."]),
+            _comment(
+                [f"The functions of {n}.h, translated from those of the library that made them."]
+            ),
             f'#include "{n}.h"',
             "",
             "#include <math.h>",
-            *(["#include <stdint.h>", "#include <string.h>"] if needs_bits else []),
             "",
-            *c_math.sources(calls),
+            *(text for name, text in SMALLER_AND_GREATER.items() if name in self.program.calls),
             *bodies,
-            *self._scale(),
             f"void {n}_init({n}_law *law)",
             "{",
             *self._cleared(),
@@ -262,7 +278,7 @@ class _Source:
             "",
             f"double {n}_steady(const {n}_law *law, double v)",
             "{",
-            f"    return {self._scaled('law_steady(v, law->p)')};",
+            f"    return {self._scaled(self._call('steady', 'law->', v='v'))};",
             "}",
             "",
             f"double {n}_force({n}_law *law, double v, double h)",
@@ -270,17 +286,18 @@ class _Source:
             *self._force(),
             "}",
             "",
-            f"void {n}_compensator_init({n}_compensator *of)",
+            f"void {n}_compensator_init({n}_compensator *compensator)",
             "{",
-            f"    {n}_init(&of->law);",
+            f"    {n}_init(&compensator->law);",
             *(
-                f"    of->c[{n.upper()}_{s.name.upper()}] = {value!r};"
+                f"    compensator->c[{n.upper()}_{s.name.upper()}] = {value!r};"
                 for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True)
             ),
-            "    of->before = 0.0;",
+            "    compensator->before = 0.0;",
             "}",
             "",
-            f"double {n}_compensate({n}_compensator *of, double v_ref, double v, double h)",
+            f"double {n}_compensate({n}_compensator *compensator,",
+            "    double v_ref, double v, double h)",
             "{",
             *self._compensate(),
             "}",
@@ -300,68 +317,47 @@ class _Source:
             lines += ["        law->z[i] = 0.0;", "    }"]
         return lines
 
-    def _scale(self) -> list[str]:
-        """What the law's terms multiply its friction by."""
-        terms = list(self.model.terms())
-        if not terms:
-            return []
-        lines = [f"static double law_scale(const {self.name}_law *law)", "{"]
-        lines.append("    double scale = 1.0;")
-        for term, load, at, count in terms:
-            given = "".join(f", law->p[{at + i}]" for i in range(count))
-            lines.append(f"    scale *= law_{term}_factor(law->load[{load}]{given});")
-        return [*lines, "    return scale > 0.0 ? scale : 0.0;", "}", ""]
-
     def _scaled(self, text: str) -> str:
-        return f"law_scale(law) * {text}" if self.law.terms else text
+        return f"{self._call('factor', 'law->')} * {text}" if self.law.terms else text
 
-    def _rubbed(self, v: str) -> str:
-        given = [v, *(["h", "law->z"] if self.law.states else [])]
-        given += ["law->load"] if self.law.loads else []
-        given += ["law->p", *(["out"] if self.law.states else [])]
-        return self._scaled(f"law_rubbed({', '.join(given)})")
+    def _call(self, name: str, law: str, **texts: str) -> str:
+        """A call of a function of the program; `law` is what stands before a law's members."""
+        members = {array: f"{law}{array}" for array in ("p", "z", "load")}
+        texts = {"out": "out", "c": "compensator->c", **members, **texts}
+        return f"law_{name}({', '.join(self.program.arguments(name, texts))})"
+
+    def _kept(self, law: str) -> list[str]:
+        """The states after a span become those of the struct."""
+        return [
+            f"    for (i = 0; i < {self.law.states}; i++) {{",
+            f"        {law}z[i] = out[i];",
+            "    }",
+        ]
 
     def _force(self) -> list[str]:
         law = self.law
-        if law.rub is None:
-            return ["    (void)h;", f"    return {self._scaled('law_steady(v, law->p)')};"]
+        name = "steady" if law.rub is None else "rubbed"
+        force = self._scaled(self._call(name, "law->", v="v", h="h"))
         if not law.states:
-            return ["    (void)h;", f"    return {self._rubbed('v')};"]
+            return ["    (void)h;", f"    return {force};"]
         return [
             f"    double out[{law.states}], F;",
             "    int i;",
-            f"    F = {self._rubbed('v')};",
-            f"    for (i = 0; i < {law.states}; i++) {{",
-            "        law->z[i] = out[i];",
-            "    }",
+            f"    F = {force};",
+            *self._kept("law->"),
             "    return F;",
         ]
 
     def _compensate(self) -> list[str]:
-        n = self.name
-        force = f"{n}_force(&of->law, at, h)"
-        lines = [
-            "    double at, F;",
-            "    at = law_asked(v_ref, v, of->c);",
-        ]
+        texts = {"v_ref": "v_ref", "v": "v", "h": "h", "before": "compensator->before"}
+        if self.law.terms:
+            texts["factor"] = self._call("factor", "compensator->law.")
+        output = self._call("compensator_output", "compensator->law.", **texts)
+        lines = [f"    compensator->before = {output};"]
         if self.law.states:
-            lines += [
-                (
-                    f"    if (of->c[{n.upper()}_FEEDBACK] != 0.0 && "
-                    f"fabs(v) <= of->c[{n.upper()}_DEAD_BAND]) {{"
-                ),
-                f"        F = {n}_steady(&of->law, at); /* at rest: what it breaks away at */",
-                "    } else {",
-                f"        F = {force};",
-                "    }",
-            ]
-        else:
-            lines.append(f"    F = {force};")
-        return [
-            *lines,
-            "    of->before = law_shaped(F, v_ref, v, h, of->before, of->c);",
-            "    return of->before;",
-        ]
+            head = [f"    double out[{self.law.states}];", "    int i;"]
+            lines = [*head, *lines, *self._kept("compensator->law.")]
+        return [*lines, "    return compensator->before;"]
 
     # --- the self-test
 
@@ -380,7 +376,7 @@ class _Source:
         setting = (
             [
                 f"        for (j = 0; j < {loads}; j++) {{",
-                "            law.load[j] = of.law.load[j] = row[3 + j];",
+                "            law.load[j] = compensator.law.load[j] = row[3 + j];",
                 "        }",
             ]
             if loads
@@ -413,15 +409,15 @@ class _Source:
                 "int main(void)",
                 "{",
                 f"    {n}_law law;",
-                f"    {n}_compensator of;",
+                f"    {n}_compensator compensator;",
                 f"    int i{', j' if loads else ''}, wrong = 0;",
                 f"    {n}_init(&law);",
-                f"    {n}_compensator_init(&of);",
+                f"    {n}_compensator_init(&compensator);",
                 f"    for (i = 0; i < {len(rows)}; i++) {{",
                 "        const double *row = rows[i];",
                 *setting,
                 f"        double F = {n}_force(&law, row[0], row[2]);",
-                f"        double u = {n}_compensate(&of, row[1], row[0], row[2]);",
+                f"        double u = {n}_compensate(&compensator, row[1], row[0], row[2]);",
                 f"        if (differs(F, row[{3 + loads}]) || differs(u, row[{4 + loads}])) {{",
                 "            wrong++;",
                 '            printf("row %d: %.17g, %.17g\\n", i, F, u);',

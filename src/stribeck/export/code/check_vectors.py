@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compensate.compensator import Compensator, answer, shaped
+from ...compensate.compensator import Compensator, compensator_output
 from ...errors import InputError
 from ...friction import LOADS
+from ...friction.law import term_places, terms_factor
 from ...space import Array
-from ..model import FACTORS, Model
+from ..model import Model
 
 #: Shares of rows in which the axis rests, and in which it moves as its reference does.
 _RESTING, _FOLLOWING = 0.1, 0.5
@@ -64,12 +65,11 @@ def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) ->
         else:
             forces[k] = factor * rub(v, h, z[: law.states], load, p, out[: law.states])
             z, out = out, z
-        said = answer.py_func(
-            law.slip, rub, law.rub is not None, law.states, factor, v_ref, v, h,
+        before = outputs[k] = compensator_output.py_func(
+            law.slip, rub, law.rub is not None, law.states, factor, v_ref, v, h, before,
             own[: law.states], load, p, c, next_own[: law.states],
         )  # fmt: skip
         own, next_own = next_own, own
-        before = outputs[k] = shaped(said, v_ref, v, h, before, c)
     if not (np.isfinite(forces).all() and np.isfinite(outputs).all()):
         raise InputError(
             f"{model.source}: law {law.name} gives no finite friction at its values and speeds: "
@@ -81,10 +81,7 @@ def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) ->
 
 def scale(model: Model, load: Array) -> float:
     """What the law's terms multiply its friction by under a load, (5,)."""
-    factor = 1.0
-    for term, which, at, count in model.terms():
-        factor *= FACTORS[term][1](load[which], *model.p[at : at + count])
-    return max(factor, 0.0)
+    return float(terms_factor.py_func(term_places(model.law), model.p, load))
 
 
 def _sizes(model: Model) -> Array:

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from ...errors import InputError
 from .program import (
+    Array,
     Assign,
     Binary,
     Call,
@@ -64,7 +65,7 @@ class Dialect(ABC):
                 return self.number(value, kind), SIGN if _below_zero(value) else ATOM
             case Truth(value=value):
                 return self.true if value else self.false, ATOM
-            case Name(name=name):
+            case Name(name=name) | Array(name=name):
                 return self.name(name), ATOM
             case Item(array=array, index=index):
                 return self.item(array, index), ATOM
@@ -138,9 +139,9 @@ class Dialect(ABC):
         pad = self.indent * depth
         match of:
             case Assign(to=to, value=value):
-                return [
-                    f"{pad}{self.write(to)} {self.becomes} {self.assigned(to, value)}{self.end}"
-                ]
+                written = value.written if isinstance(value, Call) else ()
+                left = self.targets(to, [self.name(a.name) for a in written])
+                return [f"{pad}{left} {self.becomes} {self.assigned(to, value)}{self.end}"]
             case Return(value=value):
                 return [pad + line for line in self.returned(value)]
             case If():
@@ -164,6 +165,11 @@ class Dialect(ABC):
         if rest:
             lines += [pad + another, *self.block(rest, depth + 1)]
         return [*lines, pad + finish]
+
+    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+        """The left side of an assignment of a call that writes into arrays, or of any other."""
+        del written
+        return self.write(to)
 
     def assigned(self, to: Name | Item, value: Expression) -> str:
         """The right side of an assignment."""

@@ -11,7 +11,9 @@ And for a language whose operators are blunter than Python's (`Blunt`):
 
 - `and` and `or` that may evaluate all their parts become nested ifs where a later part could do
   harm by itself, such as divide by what an earlier one has found to be 0;
-- the division of whole numbers that cuts towards 0 gets Python's floor.
+- the division of whole numbers that cuts towards 0 gets Python's floor;
+- a call that writes into arrays becomes a statement of its own where a function can only hand
+  back what it writes.
 
 Signed zeros are no statement's business but a language's: one that has none says so in its own
 file, and its `copysign(x, v)` takes + for v == 0.
@@ -23,6 +25,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from .program import (
+    Array,
     Assign,
     Binary,
     Call,
@@ -61,10 +64,12 @@ class Blunt:
     Args:
         joins: `and` and `or` may evaluate all their parts.
         divides: Whole numbers are divided towards 0.
+        returns: Functions hand back the arrays that they write, as further results.
     """
 
     joins: bool = True
     divides: bool = True
+    returns: bool = False
 
 
 def divides(program: Program) -> bool:
@@ -201,7 +206,7 @@ class _Lowering:
         if isinstance(to, Item):
             before, index = self._value(to.index)
             to = replace(to, index=index)
-        more, value = self._value(value)
+        more, value = self._value(value, alone=isinstance(to, Name))
         return [*before, *more, Assign(to, value)]
 
     def _return(self, value: Expression) -> list[Statement]:
@@ -227,7 +232,8 @@ class _Lowering:
 
     # --- expressions: statements that go before, and what is left to write
 
-    def _value(self, of: Expression) -> tuple[list[Statement], Expression]:
+    def _value(self, of: Expression, *, alone: bool = False) -> tuple[list[Statement], Expression]:
+        """Statements and an expression; `alone` where it is assigned to a variable as it is."""
         if isinstance(of, Choice):
             to = self._fresh(of.kind, "chosen")
             return self._chosen(of, lambda side: self._assign(to, side)), to
@@ -243,6 +249,10 @@ class _Lowering:
         if isinstance(made, Binary) and made.sign == "//" and self._blunt.divides:
             more, made = self._floored(made)
             before += more
+        if self._blunt.returns and isinstance(made, Call) and made.written and not alone:
+            to = self._fresh("real", "result")
+            before.append(Assign(to, made))
+            made = to
         return before, made
 
     def _joined(self, of: Joined) -> tuple[list[Statement], Expression]:
@@ -310,6 +320,8 @@ def _statement_renamed(of: Statement, names: Mapping[str, str]) -> Statement:
 def _expression_renamed(of: Expression, names: Mapping[str, str]) -> Expression:
     made = rebuilt(of, [_expression_renamed(part, names) for part in parts(of)])
     if isinstance(made, Name):
+        return replace(made, name=names.get(made.name, made.name))
+    if isinstance(made, Array):
         return replace(made, name=names.get(made.name, made.name))
     if isinstance(made, Item):
         return replace(made, array=names.get(made.array, made.array))

@@ -12,16 +12,18 @@ import re
 from ...compensate.compensator import SETTINGS, Compensator
 from ...errors import InputError
 from ...friction import LOADS
-from ..model import Model, compensator_functions, folded
+from ..model import Model, folded
 from .ascii_text import ascii_text
 from .identifiers import Identifiers
+from .law_program import law_program
 from .lowering import Blunt, lowered
 from .matlab_dialect import COPYSIGN, WORDS, function_text
 from .program import Program
-from .translation import translated
 
 #: Variables of the two functions, which would hide a law of their name.
-_OWN = {"F", "z", "p", "v", "h", "load", "scale", "u", "s", "c", "v_ref", "at", "copysign"}
+_OWN = {"F", "z", "p", "v", "h", "load", "u", "s", "c", "v_ref", "copysign"}
+#: Arguments of a program's functions that the two functions have under the same names.
+_OWN_NAMES = {name: name for name in ("v", "v_ref", "h", "z", "load", "p", "c")}
 
 
 def matlab(
@@ -53,7 +55,7 @@ def _functions(of: Program, taken: list[str]) -> tuple[list[str], dict[str, str]
     """The texts of a program's functions, and what they are called."""
     names = Identifiers([*WORDS, *_OWN, *taken], alike=False)
     called = {f.name: names.new(f.name) for f in of.functions} | {"copysign": "copysign"}
-    made = lowered(of, Blunt(joins=False, divides=False))
+    made = lowered(of, Blunt(joins=False, divides=False, returns=True))
     texts = [function_text(f, called) for f in made.functions]
     return [*texts, *([COPYSIGN] if "copysign" in of.calls else [])], called
 
@@ -63,28 +65,25 @@ def _functions(of: Program, taken: list[str]) -> tuple[list[str], dict[str, str]
 
 def _law(model: Model, name: str) -> str:
     law, states = model.law, model.law.states
-    texts, called = _functions(model.program(), [name])
+    program = law_program(law, compensator=False)
+    texts, called = _functions(program, [name])
     values = model.p.tolist()
     wide = max(len(repr(x)) for x in values)
     parameters = [
         f"    {repr(x).rjust(wide)} % {n}: {_said(q.doc, q.unit)}"
         for (n, q), x in zip(model.named(), values, strict=True)
     ]
-    steady = f"F = {called['steady']}(v, p);"
-    body = [steady]
-    scaled = []
+
+    def call(which: str) -> str:
+        arguments = program.arguments(which, {**_OWN_NAMES, "out": "z"})
+        return f"{called[which]}({', '.join(arguments)})"
+
+    body = [f"F = {call('steady' if law.rub is None else 'rubbed')};"]
+    if states:
+        advanced = f"[F, z] = {call('rubbed')};"
+        body = ["if isempty(h)", f"    F = {call('steady')};", "else", f"    {advanced}", "end"]
     if law.terms:
-        scaled = ["% What multiplies all of it.", "scale = 1;"]
-        for term, load, at, count in model.terms():
-            terms = ", ".join([f"load({load + 1})", *(f"p({at + k + 1})" for k in range(count))])
-            scaled.append(f"scale = scale * {called[f'{term}_factor']}({terms});")
-        scaled.append("F = max(scale, 0) * F;")
-    if law.rub is not None:
-        given = ["v", *(["h", "z"] if states else []), *(["load"] if law.loads else []), "p"]
-        rubbed = f"{called['rubbed']}({', '.join(given)});"
-        body = [f"F = {rubbed}"]
-        if states:
-            body = ["if isempty(h)", f"    {steady}", "else", f"    [F, z] = {rubbed}", "end"]
+        body.append(f"F = {call('factor')} * F;")
     lines = [
         f"function [F, z, p] = {name}(v, h, z, load, p)",
         *_help(
@@ -118,7 +117,6 @@ def _law(model: Model, name: str) -> str:
         "    ];",
         "end",
         *body,
-        *scaled,
         "end",
         "",
     ]  # fmt: skip
@@ -131,23 +129,20 @@ def _law(model: Model, name: str) -> str:
 def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     rotary = model.rig.rotary
     full = f"{name}_compensator"
-    of = translated(compensator_functions(), "the compensator")
-    texts, called = _functions(of, [name, full])
+    program = law_program(model.law)
+    texts, called = _functions(program, [name, full])
     rows = [
         f"    {value!r} % {s.name}: {_said(s.meaning, s.rotary if rotary else s.unit)}"
         for s, value in zip(SETTINGS, compensator.c.tolist(), strict=True)
     ]
-    place = {s.name: s.index + 1 for s in SETTINGS}
-    ask = f"[F, s.z] = {name}(at, h, s.z, load, p);"
-    body = [ask]
-    if model.law.states:
-        body = [
-            f"if c({place['feedback']}) ~= 0 && abs(v) <= c({place['dead_band']})",
-            f"    F = {name}(at, [], s.z, load, p); % at rest: what it breaks away at",
-            "else",
-            f"    {ask}",
-            "end",
-        ]
+
+    def call(which: str, **more: str) -> str:
+        arguments = program.arguments(which, {**_OWN_NAMES, "z": "s.z", "out": "s.z", **more})
+        return f"{called[which]}({', '.join(arguments)})"
+
+    factor = call("factor") if model.law.terms else ""
+    output = call("compensator_output", before="s.before", factor=factor)
+    results = "[u, s.z]" if model.law.states else "u"
     lines = [
         f"function [u, s, c] = {full}(v_ref, v, h, s, load, c, p)",
         *_help(
@@ -166,21 +161,19 @@ def _compensator(model: Model, name: str, compensator: Compensator) -> str:
         "if nargin < 4 || isempty(s)",
         f"    s = struct('z', zeros({model.law.states}, 1), 'before', 0);",
         "end",
-        "if nargin < 5",
-        "    load = [];",
+        "if nargin < 5 || isempty(load)",
+        f"    load = zeros({len(LOADS)}, 1);",
         "end",
         "if nargin < 6 || isempty(c)",
         "    c = [",
         *(f"    {row}" for row in rows),
         "    ];",
         "end",
-        "if nargin < 7",
-        "    p = [];",
+        "if nargin < 7 || isempty(p)",
+        f"    [~, ~, p] = {name}(0);",
         "end",
-        f"at = {called['asked']}(v_ref, v, c);",
-        *body,
-        f"s.before = {called['shaped']}(F, v_ref, v, h, s.before, c);",
-        "u = s.before;",
+        f"{results} = {output};",
+        "s.before = u;",
         "end",
         "",
     ]

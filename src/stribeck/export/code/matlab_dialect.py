@@ -1,6 +1,7 @@
 """How MATLAB and GNU Octave write expressions, statements and functions.
 
-A function hands back what it writes, so an array that Python's function fills is one more result.
+A function hands back what it writes: an array that it writes into is an argument and a further
+result.
 Indices count from 1. Zeros have signs, and `copysign` sees them.
 """
 
@@ -11,7 +12,7 @@ from typing import ClassVar
 
 from .dialect import CHOICE, SIGN, Dialect
 from .identifiers import Identifiers, named
-from .program import Array, Expression, Function, Kind, Name
+from .program import Array, Expression, Function, Item, Kind, Name
 
 #: Keywords, and the functions that the text calls: a variable of that name would hide them.
 WORDS = frozenset(
@@ -67,10 +68,14 @@ class Matlab(Dialect):
 
     def call(self, name: str, given: Sequence[Expression]) -> str:
         """A function."""
-        values = ", ".join(g.name if isinstance(g, Array) else self.write(g) for g in given)
+        values = ", ".join(self.write(g) for g in given)
         if name in _HAS:
             return f"{name}({values})"
         return f"{_OWN[name] if name in _OWN else self._called[name]}({values})"
+
+    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+        """A function's value and the arrays that it hands back."""
+        return f"[{', '.join([self.write(to), *written])}]" if written else self.write(to)
 
     def returned(self, value: Expression) -> list[str]:
         """The result's variable gets its value."""
@@ -96,12 +101,9 @@ def function_text(f: Function, called: Mapping[str, str]) -> str:
     result = names.new("y")
     arrays = [a for a in f.arguments if isinstance(a, Array) and a.written]
     results = [result, *(a.name for a in arrays)]
-    given = ", ".join(
-        a.name for a in f.arguments if isinstance(a, Name) or not a.written
-    )  # fmt: skip
+    given = ", ".join(a.name for a in f.arguments)
     left = result if len(results) == 1 else f"[{', '.join(results)}]"
     lines = [f"function {left} = {called[f.name]}({given})"]
     lines += [f"% {f.doc}"] if f.doc else []
-    lines += [f"{a.name} = zeros({a.length}, 1);" for a in arrays]
     body = Matlab(result, called).block(f.body, depth=0)
     return "\n".join([*lines, *(body[:-1] if body[-1] == "return" else body), "end", ""])

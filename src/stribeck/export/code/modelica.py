@@ -12,9 +12,10 @@ import re
 from ...compensate.compensator import SETTINGS, Compensator
 from ...errors import InputError
 from ...friction import LOADS
-from ..model import Model, compensator_functions
+from ..model import Model
 from .ascii_text import ascii_text
 from .identifiers import Identifiers
+from .law_program import law_program
 from .lowering import Blunt, lowered
 from .modelica_dialect import HELPERS, WORDS, function_text, quoted
 
@@ -26,7 +27,7 @@ _LOADS = {
     "temperature": "temperature, K",
 }
 #: What the blocks declare: neither the package nor one of its functions is called after it.
-_PINS = {"v", "v_ref", "force", "u", "h", "z", "p", "c", "at", "F"} | {
+_PINS = {"v", "v_ref", "force", "u", "h", "z", "p", "c"} | {
     *(s.name for s in SETTINGS),
     *(f"load_{x}" for x in LOADS),
 }
@@ -59,7 +60,8 @@ class _Package:
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
-        program = lowered(model.program(*compensator_functions()), Blunt())
+        self.program = law_program(model.law)
+        program = lowered(self.program, Blunt(returns=True))
         helpers = [h for h in program.calls if h in HELPERS]
         own = (name, "Law", "Compensator", *helpers)
         parameters = [n for n, _ in model.named()]
@@ -109,21 +111,15 @@ class _Package:
             )
         return lines, f"{{{', '.join(own)}}}"
 
-    def _given(self, v: str, h: str, z: str, p: str) -> str:
-        """What `rubbed` is given, in the order of its arguments."""
-        law = self.law
-        loads = [f"load_{x}" if x in law.loads else "0.0" for x in LOADS]
-        given = [v, *([h, z] if law.states else [])]
-        given += [f"{{{', '.join(loads)}}}"] if law.loads else []
-        return f"{self.called['rubbed']}({', '.join([*given, p])})"
+    def _call(self, name: str, **texts: str) -> str:
+        """A call of a function of the program; loads that the law does not read are 0."""
+        loads = [f"load_{x}" if x in self.reads else "0.0" for x in LOADS]
+        texts = {"load": f"{{{', '.join(loads)}}}", **texts}
+        return f"{self.called[name]}({', '.join(self.program.arguments(name, texts))})"
 
     def _scale(self, p: str) -> str:
         """What the terms multiply friction by, with the sign of the product; nothing without."""
-        factors = []
-        for term, _, at, count in self.model.terms():
-            given = ", ".join([f"load_{term}", *(f"{p}[{at + k + 1}]" for k in range(count))])
-            factors.append(f"{self.called[f'{term}_factor']}({given})")
-        return f"max({' * '.join(factors)}, 0.0) * " if factors else ""
+        return f"{self._call('factor', p=p)} * " if self.law.terms else ""
 
     # --- the law
 
@@ -143,6 +139,8 @@ class _Package:
         listed = f'    parameter Real {p}[{len(law.params)}] = {every} "the same, as a list";'
         scale = self._scale(p)
         if law.states:
+            before = f"pre({z})"
+            advanced = self._call("rubbed", v="v", h=h, z=before, p=p, out=before)
             return [
                 *lines,
                 f"    discrete output Real {force}{fixed} {says};",
@@ -151,15 +149,13 @@ class _Package:
                 *_states(z, law.states),
                 "  algorithm",
                 f"    when sample({h}, {h}) then",
-                f"      ({force}, {z}) := {self._given('v', h, f'pre({z})', p)};",
+                f"      ({force}, {z}) := {advanced};",
                 *([f"      {force} := {scale}{force};"] if scale else []),
                 "    end when;",
                 "  end Law;",
                 "",
             ]
-        said = (
-            f"{self.called['steady']}(v, {p})" if law.rub is None else self._given("v", "", "", p)
-        )
+        said = self._call("steady" if law.rub is None else "rubbed", v="v", p=p)
         return [
             *lines,
             f"    output Real {force}{_unit(force_unit)} {says};",
@@ -178,7 +174,7 @@ class _Package:
         inputs = self._inputs(
             names, ("v_ref", "velocity of the reference"), ("v", "measured velocity")
         )
-        u, h, z, p, c, at, F = map(names.new, ("u", "h", "z", "p", "c", "at", "F"))
+        u, h, z, p, c = map(names.new, ("u", "h", "z", "p", "c"))
         settings, listed = [], []
         for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True):
             n = names.new(s.name)
@@ -193,9 +189,13 @@ class _Package:
                 unit = _unit(s.rotary if rotary else s.unit)
                 settings.append(f'    parameter Real {n}{unit} = {value!r} "{quoted(s.meaning)}";')
                 listed.append(n)
-        rests = f"{listed[1].split()[1]} and abs(v) <= {listed[2]}"
         parameters, every = self._parameters(names)
         fixed = _unit(self.model.force_unit, "start = 0.0", "fixed = true")
+        output = self._call(
+            "compensator_output", factor=self._call("factor", p=p) if law.terms else "",
+            v_ref="v_ref", v="v", h=h, before=f"pre({u})", z=f"pre({z})", p=p, c=c,
+            out=f"pre({z})",
+        )  # fmt: skip
         return [
             '  block Compensator "What a controller adds to its command, once a sample"',
             *settings,
@@ -207,35 +207,13 @@ class _Package:
             f'    parameter Real {p}[{len(law.params)}] = {every} "of the law, as a list";',
             f'    parameter Real {c}[{len(SETTINGS)}] = {{{", ".join(listed)}}} "the same";',
             *(_states(z, law.states) if law.states else []),
-            f'    discrete Real {at}(start = 0.0, fixed = true) "speed at which the law is asked";',
-            f'    discrete Real {F}(start = 0.0, fixed = true) "the law\'s answer";',
             "  algorithm",
             f"    when sample(0.0, {h}) then",
-            f"      {at} := {self.called['asked']}(v_ref, v, {c});",
-            *self._asked(at, F, h, z, p, rests),
-            f"      {u} := {self.called['shaped']}({F}, v_ref, v, {h}, pre({u}), {c});",
+            f"      {f'({u}, {z})' if law.states else u} := {output};",
             "    end when;",
             "  end Compensator;",
             "",
         ]  # fmt: skip
-
-    def _asked(self, at: str, F: str, h: str, z: str, p: str, rests: str) -> list[str]:
-        """The law's answer; a resting axis keeps its states."""
-        law, scale = self.law, self._scale(p)
-        steady = f"{self.called['steady']}({at}, {p})"
-        if law.rub is None:
-            return [f"      {F} := {scale}{steady};"]
-        if not law.states:
-            return [f"      {F} := {scale}{self._given(at, '', '', p)};"]
-        return [
-            f"      if {rests} then",
-            f"        {F} := {steady};",
-            f"        {z} := pre({z});",
-            "      else",
-            f"        ({F}, {z}) := {self._given(at, h, f'pre({z})', p)};",
-            "      end if;",
-            *([f"      {F} := {scale}{F};"] if scale else []),
-        ]
 
 
 def _states(z: str, count: int) -> list[str]:

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from .dialect import ATOM, CHOICE, SUM, Dialect
 from .identifiers import Identifiers, declared, named
-from .program import Array, Expression, Function, Kind, Name
+from .program import Expression, Function, Item, Kind, Name
 
 #: Keywords, and built-in functions and variables that nothing should hide (Modelica 3.6).
 WORDS = frozenset(
@@ -119,12 +119,16 @@ class Modelica(Dialect):
 
     def call(self, name: str, given: Sequence[Expression]) -> str:
         """A function."""
-        values = [g.name if isinstance(g, Array) else self.write(g) for g in given]
+        values = [self.write(g) for g in given]
         if name == "pow":
             return f"(({values[0]}) ^ ({values[1]}))"
         if name == "real":
             return f"({values[0]})"
         return f"{name if name in _HAS else self._called[name]}({', '.join(values)})"
+
+    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+        """A function's value and the arrays that it hands back."""
+        return f"({', '.join([self.write(to), *written])})" if written else self.write(to)
 
     def returned(self, value: Expression) -> list[str]:
         """The result gets its value."""
@@ -150,23 +154,24 @@ def function_text(f: Function, called: Mapping[str, str]) -> str:
     f = named(f, names)
     result, name = names.new("y"), called[f.name]
     lines = [f"  function {name}" + (f' "{quoted(f.doc)}"' if f.doc else "")]
+    copied, handed_back = {}, []
     for a in f.arguments:
         if isinstance(a, Name):
             lines.append(f"    input Real {a.name};")
-        elif not a.written:
+        elif a.written:
+            copied[a.name] = names.new(f"{a.name}_before")
+            lines.append(f"    input Real {copied[a.name]}[{a.length}];")
+            handed_back.append(f"    output Real {a.name}[{a.length}];")
+        else:
             lines.append(f"    input Real {a.name}[{a.length}];")
-    lines.append(f"    output Real {result};")
-    lines += [
-        f"    output Real {a.name}[{a.length}];"
-        for a in f.arguments
-        if isinstance(a, Array) and a.written
-    ]
+    lines += [f"    output Real {result};", *handed_back]
     if plain:
         lines.append("  protected")
         lines += [f"    {TYPES[k]} {v};" for k, v in zip(plain, declared(f), strict=True)]
     body = Modelica(result, called).block(f.body, depth=2)
+    heads = [f"    {array} := {before};" for array, before in copied.items()]
     body = body[:-1] if body[-1].strip() == "return;" else body
-    return "\n".join([*lines, "  algorithm", *body, f"  end {name};", ""])
+    return "\n".join([*lines, "  algorithm", *heads, *body, f"  end {name};", ""])
 
 
 def quoted(text: str) -> str:

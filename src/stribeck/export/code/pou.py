@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from ...compensate.compensator import SETTINGS, Compensator
 from ...errors import InputError
 from ...friction import LOADS
-from ..model import Model, compensator_functions
+from ..model import Model
 from .identifiers import Identifiers, named
+from .law_program import law_program
 from .lowering import Blunt, lowered
 from .program import Array, Function, Name, Program
 from .st_dialect import HELPERS, ST, TYPES, WORDS, needed
@@ -100,7 +101,7 @@ class _Units:
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
-        self.program: Program = lowered(model.program(*compensator_functions()), Blunt())
+        self.program: Program = lowered(law_program(model.law), Blunt())
         helpers = needed(self.program.calls)
         names = Identifiers([*WORDS, name, f"{name}_compensator"], alike=True)
         own = {h: names.new(f"{name}_{h}") for h in helpers}
@@ -157,148 +158,162 @@ class _Units:
             body=tuple(lines[:-1] if lines[-1] == "RETURN;" else lines),
         )
 
-    def _call(self, which: str, **given: str) -> str:
-        """A call of a function of the program, its arguments by the names that Python has."""
-        full, arguments = self.called[which]
-        plain = [a.name for a in self._plain(which).arguments]
-        said = ", ".join(f"{a} := {given[p]}" for a, p in zip(arguments, plain, strict=True))
-        return f"{full}({said})"
+    def _call(self, which: str, **texts: str) -> str:
+        """A call of a function of the program, its arguments by the names that it has there."""
+        full, names = self.called[which]
+        values = self.program.arguments(which, texts)
+        given = ", ".join(f"{a} := {v}" for a, v in zip(names, values, strict=True))
+        return f"{full}({given})"
 
-    def _plain(self, which: str) -> Function:
-        return next(f for f in self.program.functions if f.name == which)
+    def _loads(self, names: Identifiers) -> list[Variable]:
+        return [Variable(names.new(f"load_{x}"), "LREAL", says=_LOADS[x]) for x in self.reads]
+
+    def _members(self, names: Identifiers, loads: Sequence[Variable]) -> _Members:
+        """What a block holds of its law: parameters, loads and states, each as a list, too."""
+        parameters = [
+            Variable(names.new(n), "LREAL", initial=_number(value), says=_said(q.doc, q.unit))
+            for (n, q), value in zip(self.model.named(), self.model.p.tolist(), strict=True)
+        ]
+        p, z, out, load, i = map(names.new, ("p", "z", "out", "load", "i"))
+        own = [*parameters, Variable(p, "LREAL", len(parameters), says="the same, as a list")]
+        lists = [f"{p}[{k}] := {q.name};" for k, q in enumerate(parameters)]
+        if self.reads:
+            own.append(Variable(load, "LREAL", len(LOADS), says="loads, as a list"))
+            places = [LOADS.index(x) for x in self.reads]
+            lists += [f"{load}[{at}] := {x.name};" for at, x in zip(places, loads, strict=True)]
+        if states := self.law.states:
+            own += [
+                Variable(z, "LREAL", states, says="states, 0.0 where bristles are relaxed"),
+                Variable(out, "LREAL", states, says="states after h"),
+                Variable(i, "DINT"),
+            ]
+        loop = f"    FOR {i} := 0 TO {self.law.states - 1} DO"
+        return _Members(
+            tuple(own),
+            tuple(lists),
+            {"p": p, "z": z, "load": load, "out": out},
+            (loop, f"        {z}[{i}] := 0.0;", "    END_FOR;"),
+            (loop, f"        {z}[{i}] := {out}[{i}];", "    END_FOR;"),
+        )
 
     # --- the law
 
     def _law(self) -> Unit:
-        law, states = self.law, self.law.states
-        names = Identifiers(self.around, alike=True)
+        law, names = self.law, Identifiers(self.around, alike=True)
         inputs = [Variable(names.new("v"), "LREAL", says=f"velocity, {self.speed}")]
-        if states:
+        if law.states:
             inputs += [
                 Variable(names.new("h"), "LREAL", says="time since the call before, s"),
                 Variable(names.new("steady"), "BOOL", says=(
                     "TRUE: friction of steady sliding at v, states as they are")),
                 Variable(names.new("reset"), "BOOL", says="TRUE: states relaxed first"),
             ]  # fmt: skip
-        inputs += [Variable(names.new(f"load_{x}"), "LREAL", says=_LOADS[x]) for x in self.reads]
+        loads = self._loads(names)
         force = names.new("force")
-        parameters = [
-            Variable(names.new(n), "LREAL", initial=_number(value), says=_said(q.doc, q.unit))
-            for (n, q), value in zip(self.model.named(), self.model.p.tolist(), strict=True)
-        ]
-        p, z, out, load, i, scale = map(names.new, ("p", "z", "out", "load", "i", "scale"))
-        own = [*parameters, Variable(p, "LREAL", len(parameters), says="the same, as a list")]
-        body = [f"{p}[{k}] := {q.name};" for k, q in enumerate(parameters)]
-        if law.loads:
-            own.append(Variable(load, "LREAL", len(LOADS), says="loads, as a list"))
-            body += [f"{load}[{LOADS.index(x)}] := load_{x};" for x in law.loads]
-        if states:
-            own += [
-                Variable(z, "LREAL", states, says="states, 0.0 where bristles are relaxed"),
-                Variable(out, "LREAL", states, says="states after h"),
-                Variable(i, "DINT"),
-            ]
-            loop = f"    FOR {i} := 0 TO {states - 1} DO"
-            body += ["IF reset THEN", loop, f"        {z}[{i}] := 0.0;", "    END_FOR;", "END_IF;"]
-        steady = self._call("steady", v="v", p=p)
+        held = self._members(names, loads)
+        steady = f"{force} := {self._call('steady', v='v', **held.lists)};"
+        body = list(held.filled)
         if law.rub is None:
-            body.append(f"{force} := {steady};")
+            body.append(steady)
         else:
-            given = {"v": "v", "p": p, "h": "h", "z": z, "load": load, "out": out}
-            rubbed = self._call("rubbed", **given)
-            if states:
-                body += ["IF steady THEN", f"    {force} := {steady};", "ELSE"]
-                body += [f"    {force} := {rubbed};", loop, f"        {z}[{i}] := {out}[{i}];"]
-                body += ["    END_FOR;", "END_IF;"]
+            rubbed = f"{force} := {self._call('rubbed', v='v', h='h', **held.lists)};"
+            if law.states:
+                body += ["IF reset THEN", *held.relaxed, "END_IF;"]
+                body += ["IF steady THEN", f"    {steady}", "ELSE"]
+                body += [f"    {rubbed}", *held.advanced, "END_IF;"]
             else:
-                body.append(f"{force} := {rubbed};")
+                body.append(rubbed)
         if law.terms:
-            own.append(Variable(scale, "LREAL", says="what the terms multiply friction by"))
-            body += self._scaled(scale, force, p)
+            body.append(f"{force} := {self._call('factor', **held.lists)} * {force};")
         return Unit(
             self.name,
             "FUNCTION_BLOCK",
             f"Friction by the law {law.name}, with the sign of the velocity",
-            inputs=tuple(inputs),
+            inputs=(*inputs, *loads),
             outputs=(Variable(force, "LREAL", says=f"friction, {self.force}"),),
-            own=tuple(own),
+            own=held.own,
             body=tuple(body),
         )
-
-    def _scaled(self, scale: str, force: str, p: str) -> list[str]:
-        lines = []
-        for k, (term, _, at, count) in enumerate(self.model.terms()):
-            full, arguments = self.called[f"{term}_factor"]
-            values = [f"load_{term}", *(f"{p}[{at + j}]" for j in range(count))]
-            said = ", ".join(f"{a} := {v}" for a, v in zip(arguments, values, strict=True))
-            lines.append(f"{scale} := {f'{scale} * ' if k else ''}{full}({said});")
-        return [*lines, f"{force} := MAX({scale}, 0.0) * {force};"]
 
     # --- the compensator
 
     def _compensator(self) -> Unit:
-        rotary = self.model.rig.rotary
         names = Identifiers(self.around, alike=True)
         enable, v_ref, v, h = map(names.new, ("enable", "v_ref", "v", "h"))
-        inputs = [
-            Variable(enable, "BOOL", initial="TRUE", says="FALSE: u = 0.0, states relaxed"),
-            Variable(v_ref, "LREAL", says=f"velocity of the reference, {self.speed}"),
-            Variable(v, "LREAL", says=f"measured velocity, {self.speed}; for feedback alone"),
-            Variable(h, "LREAL", says="sample time, s"),
-        ]
-        loads = {x: names.new(f"load_{x}") for x in self.reads}
-        inputs += [Variable(n, "LREAL", says=_LOADS[x]) for x, n in loads.items()]
-        c, settings, filled = names.new("c"), {}, []
-        for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True):
-            n = settings[s.name] = names.new(_SETTINGS.get(s.name, s.name))
-            unit = s.rotary if rotary else s.unit
-            if s.name == "feedback":
-                initial = "TRUE" if value else "FALSE"
-                says = "TRUE: law at the measured velocity, FALSE: at that of the reference"
-                inputs.append(Variable(n, "BOOL", initial=initial, says=says))
-                filled += [f"{c}[{s.index}] := 0.0;"]
-                filled += [f"IF {n} THEN", f"    {c}[{s.index}] := 1.0;", "END_IF;"]
-            else:
-                inputs.append(
-                    Variable(n, "LREAL", initial=_number(value), says=_said(s.meaning, unit))
-                )
-                filled.append(f"{c}[{s.index}] := {n};")
-        u, law, speed = map(names.new, ("u", "law", "speed"))
-        given = {"v": speed}
-        off = {"v": "0.0"}
-        if self.law.states:
-            rests = f"{settings['feedback']} AND (ABS({v}) <= {settings['dead_band']})"
-            given |= {"h": h, "steady": rests, "reset": "FALSE"}
-            off |= {"h": "0.0", "steady": "TRUE", "reset": "TRUE"}
-        given |= {f"load_{x}": n for x, n in loads.items()}
-        on = self._call("asked", v_ref=v_ref, v=v, c=c)
-        shaped = self._call(
-            "shaped", force=f"{law}.force", v_ref=v_ref, v=v, h=h, before=u, c=c
+        loads = self._loads(names)
+        c = names.new("c")
+        settings, filled = self._settings(names, c)
+        u = names.new("u")
+        held = self._members(names, loads)
+        factor = self._call("factor", **held.lists) if self.law.terms else ""
+        output = self._call(
+            "compensator_output", factor=factor, v_ref=v_ref, v=v, h=h, before=u, c=c, **held.lists
         )  # fmt: skip
         body = [
             *filled,
+            *held.filled,
             f"IF {enable} THEN",
-            f"    {speed} := {on};",
-            f"    {law}({_given(given)});",
-            f"    {u} := {shaped};",
+            f"    {u} := {output};",
+            *(held.advanced if self.law.states else ()),
             "ELSE",
-            *([f"    {law}({_given(off)});"] if self.law.states else []),
             f"    {u} := 0.0;",
+            *(held.relaxed if self.law.states else ()),
             "END_IF;",
         ]
         return Unit(
             f"{self.name}_compensator",
             "FUNCTION_BLOCK",
             "What a controller adds to its command, called once a sample",
-            inputs=tuple(inputs),
-            outputs=(Variable(u, "LREAL", says=f"what to add to the command, {self.force}"),),
-            own=(
-                Variable(law, self.name, says="its own law, with states of its own"),
-                Variable(c, "LREAL", len(SETTINGS), says="settings, as a list"),
-                Variable(speed, "LREAL", says=f"at which the law is asked, {self.speed}"),
+            inputs=(
+                Variable(enable, "BOOL", initial="TRUE", says="FALSE: u = 0.0, states relaxed"),
+                Variable(v_ref, "LREAL", says=f"velocity of the reference, {self.speed}"),
+                Variable(v, "LREAL", says=f"measured velocity, {self.speed}; for feedback alone"),
+                Variable(h, "LREAL", says="sample time, s"),
+                *loads,
+                *settings,
             ),
+            outputs=(Variable(u, "LREAL", says=f"what to add to the command, {self.force}"),),
+            own=(*held.own, Variable(c, "LREAL", len(SETTINGS), says="settings, as a list")),
             body=tuple(body),
         )
+
+    def _settings(self, names: Identifiers, c: str) -> tuple[list[Variable], list[str]]:
+        """The settings as inputs, and the lines that fill the list of them."""
+        inputs, filled = [], []
+        for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True):
+            name = names.new(_SETTINGS.get(s.name, s.name))
+            unit = s.rotary if self.model.rig.rotary else s.unit
+            if s.name == "feedback":
+                initial = "TRUE" if value else "FALSE"
+                says = "TRUE: law at the measured velocity, FALSE: at that of the reference"
+                inputs.append(Variable(name, "BOOL", initial=initial, says=says))
+                filled += [f"{c}[{s.index}] := 0.0;"]
+                filled += [f"IF {name} THEN", f"    {c}[{s.index}] := 1.0;", "END_IF;"]
+            else:
+                inputs.append(
+                    Variable(name, "LREAL", initial=_number(value), says=_said(s.meaning, unit))
+                )
+                filled.append(f"{c}[{s.index}] := {name};")
+        return inputs, filled
+
+
+@dataclass(frozen=True)
+class _Members:
+    """What a function block holds of its law.
+
+    Args:
+        own: Its variables.
+        filled: Lines that fill the lists from the variables.
+        lists: Names of the lists, by their names in the program.
+        relaxed: Lines that relax the states.
+        advanced: Lines by which the states become those after h.
+    """
+
+    own: tuple[Variable, ...]
+    filled: tuple[str, ...]
+    lists: Mapping[str, str]
+    relaxed: tuple[str, ...]
+    advanced: tuple[str, ...]
 
 
 _LOADS: Mapping[str, str] = {
@@ -308,10 +323,6 @@ _LOADS: Mapping[str, str] = {
     "position": "position, m or rad",
     "temperature": "temperature, K",
 }
-
-
-def _given(values: Mapping[str, str]) -> str:
-    return ", ".join(f"{k} := {v}" for k, v in values.items())
 
 
 def _number(value: float) -> str:

@@ -100,6 +100,22 @@ class Choice:
 
 
 @dataclass(frozen=True)
+class Array:
+    """A whole array, as an argument of a function or handed to one.
+
+    Args:
+        name: Its name in the function that has it.
+        length: Its elements.
+        written: Whether the function that takes it writes into it.
+    """
+
+    name: str
+    length: int
+    written: bool = False
+    kind: Kind = "real"
+
+
+@dataclass(frozen=True)
 class Call:
     """One of KNOWN, `real` of a whole number, or another function of the program."""
 
@@ -107,8 +123,15 @@ class Call:
     given: tuple[Expression, ...]
     kind: Kind = "real"
 
+    @property
+    def written(self) -> tuple[Array, ...]:
+        """The arrays that it writes into."""
+        return tuple(g for g in self.given if isinstance(g, Array) and g.written)
 
-Expression = Number | Truth | Name | Item | Unary | Binary | Compare | Joined | Choice | Call
+
+Expression = (
+    Number | Truth | Name | Item | Unary | Binary | Compare | Joined | Choice | Call | Array
+)
 
 
 @dataclass(frozen=True)
@@ -156,21 +179,6 @@ Statement = Assign | If | Count | While | Return
 
 
 @dataclass(frozen=True)
-class Array:
-    """An array that a function is handed.
-
-    Args:
-        name: What the function calls it.
-        length: Its elements.
-        written: Whether the function writes into it.
-    """
-
-    name: str
-    length: int
-    written: bool = False
-
-
-@dataclass(frozen=True)
 class Function:
     """One function.
 
@@ -203,10 +211,18 @@ class Program:
     entries: tuple[str, ...]
     calls: tuple[str, ...]
 
+    def __contains__(self, name: object) -> bool:
+        return any(f.name == name for f in self.functions)
+
+    def arguments(self, name: str, texts: Mapping[str, str]) -> list[str]:
+        """The arguments of a call of a function, in its order, from texts by its own names."""
+        function = next(f for f in self.functions if f.name == name)
+        return [texts[argument.name] for argument in function.arguments]
+
 
 def name_of(of: Expression) -> str:
-    """What a variable is called, or the array of an element; nothing for anything else."""
-    if isinstance(of, Name):
+    """The name of a variable, of an array, or of an element's array; "" for anything else."""
+    if isinstance(of, Name | Array):
         return of.name
     return of.array if isinstance(of, Item) else ""
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .dialect import ATOM, CHOICE, SUM, Dialect
-from .program import Array, Expression, Kind, Number
+from .program import Expression, Kind, Number
 
 #: Keywords, types, standard functions and standard function blocks (IEC 61131-3:2013, tables of
 #: clause 6), and operators that CODESYS, TwinCAT and SCL add.
@@ -88,7 +88,7 @@ class ST(Dialect):
 
     def call(self, name: str, given: Sequence[Expression]) -> str:
         """A function; more than one argument are named, as some controllers will have it."""
-        values = [g.name if isinstance(g, Array) else self.write(g) for g in given]
+        values = [self.write(g) for g in given]
         if name in OWN:
             return f"{OWN[name]}({', '.join(values)})"
         full, arguments = self._called[name]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import inspect
 import math
+import operator
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -53,11 +54,14 @@ class Entry:
     """A function to be translated.
 
     Args:
-        name: What it is called in the program.
+        name: Its name in the program.
         function: Python, or compiled by numba.
-        arrays: How long the arrays among its arguments are, by argument.
-        written: Which of them it writes.
+        arrays: Length of each array among its arguments, by argument.
+        written: The arrays that it writes.
         drop: Arguments that are dropped: the function must not read them.
+        constants: Arguments whose values are known, numbers or tuples of numbers: they are no
+            arguments in the program, and branches that they rule out are not translated.
+        functions: Arguments that are functions: the names of entries translated before this one.
     """
 
     name: str
@@ -65,6 +69,13 @@ class Entry:
     arrays: Mapping[str, int] = field(default_factory=dict)
     written: tuple[str, ...] = ()
     drop: tuple[str, ...] = ()
+    constants: Mapping[str, float | tuple[int, ...]] = field(default_factory=dict)
+    functions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def absent(self) -> frozenset[str]:
+        """Arguments of the function that its translation does not have."""
+        return frozenset((*self.drop, *self.constants, *self.functions))
 
 
 def translated(entries: Sequence[Entry], what: str) -> Program:
@@ -77,7 +88,7 @@ def translated(entries: Sequence[Entry], what: str) -> Program:
     Raises:
         InputError: a source that is not there, or says something that has no place in a program.
     """
-    translation = _Translation(what)
+    translation = _Translation(what, frozenset(entry.name for entry in entries))
     for entry in entries:
         translation.add(entry)
     found = tuple(translation.functions.values())
@@ -96,26 +107,34 @@ def python_of(function: Any) -> Callable[..., Any]:
 class _Translation:
     """What has been translated so far."""
 
-    def __init__(self, what: str) -> None:
-        self.what = what
+    def __init__(self, what: str, reserved: frozenset[str]) -> None:
+        self.what, self._reserved = what, reserved | KNOWN.keys()
         self.functions: dict[str, Function] = {}
+        self.entries: dict[str, Entry] = {}
         self._names: dict[tuple[Any, ...], str] = {}
         #: Functions that are being read: what they call must not lead back to them.
         self.open: list[Callable[..., Any]] = []
 
     def add(self, entry: Entry) -> None:
         """Translate an entry under its own name."""
+        self.entries[entry.name] = entry
         self.functions[entry.name] = _Reader(self, entry, entry.name).function()
 
-    def called(self, function: Any, name: str) -> str:
-        """The name of a function that takes and gives real numbers, translated on first sight."""
-        key = (python_of(function),)
+    def called(self, function: Any, name: str, lengths: Mapping[str, int]) -> str:
+        """The name in the program of a function that gives a real number; translated once.
+
+        Args:
+            function: Python, or compiled by numba.
+            name: What its caller calls it.
+            lengths: Of the arrays among its arguments; it must not write them.
+        """
+        key = (python_of(function), tuple(lengths.items()))
         if key not in self._names:
-            made = name.lstrip("_")
-            while made in self.functions or made in KNOWN:
-                made += "_"
-            self._names[key] = made
-            self.functions[made] = _Reader(self, Entry(made, function), made).function()
+            unique = name.lstrip("_")
+            while unique in self.functions or unique in self._reserved:
+                unique += "_"
+            self._names[key] = unique
+            self.add(Entry(unique, function, lengths))
         return self._names[key]
 
 
@@ -150,7 +169,7 @@ class _Reader:
         arguments: list[Name | Array] = []
         for argument in (*a.posonlyargs, *a.args):
             name = argument.arg
-            if name in self._entry.drop:
+            if name in self._entry.absent:
                 continue
             if name in self._entry.arrays:
                 written = name in self._entry.written
@@ -205,6 +224,8 @@ class _Reader:
         made: list[Statement] = []
         for node in nodes:
             made += self._statement(node)
+            if made and isinstance(made[-1], Return):
+                break  # what follows is never reached
         return tuple(made)
 
     def _statement(  # noqa: C901, PLR0911 - one case a line
@@ -227,7 +248,10 @@ class _Reader:
                     self._assigned(target, self._binary(op, left, self._expression(value), node))
                 ]
             case ast.If(test=test, body=body, orelse=orelse):
-                return [If(self._truth(test), self._block(body), self._block(orelse))]
+                condition = self._truth(test)
+                if isinstance(condition, Truth):
+                    return list(self._block(body if condition.value else orelse))
+                return [If(condition, self._block(body), self._block(orelse))]
             case ast.While(test=test, body=body, orelse=[]):
                 return [While(self._truth(test), self._block(body))]
             case ast.For(
@@ -273,7 +297,7 @@ class _Reader:
         raise self._refused(target, "is no variable")
 
     def _declare(self, name: str, kind: Kind, node: ast.AST) -> Kind:
-        if name in self._entry.arrays or name in self._entry.drop:
+        if name in self._entry.arrays or name in self._entry.absent:
             raise self._refused(node, f"{name} is an argument")
         if name not in self._kinds:
             self._kinds[name] = kind
@@ -315,27 +339,55 @@ class _Reader:
                 array in self._entry.arrays
             ):
                 return Item(array, self._index(array, index))
+            case ast.Subscript(
+                value=ast.Name(id=name), slice=ast.Constant(value=int() as index)
+            ) if isinstance(values := self._entry.constants.get(name), tuple) and 0 <= index < len(
+                values
+            ):
+                return Number(values[index], "whole")
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return _negative(self._expression(operand))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                return Unary("not", self._truth(operand), "truth")
+                inner = self._truth(operand)
+                if isinstance(inner, Truth):
+                    return Truth(not inner.value)
+                return Unary("not", inner, "truth")
             case ast.BinOp(left=left, op=op, right=right):
                 return self._binary(op, self._expression(left), self._expression(right), node)
             case ast.Compare(left=left, ops=ops, comparators=others):
                 return self._compared([left, *others], ops, node)
-            case ast.BoolOp(op=op, values=values):
-                sign: Literal["and", "or"] = "and" if isinstance(op, ast.And) else "or"
-                return Joined(sign, tuple(self._truth(v) for v in values))
+            case ast.BoolOp(op=op, values=nodes):
+                return self._joined("and" if isinstance(op, ast.And) else "or", nodes)
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
             case ast.Call(func=func, args=given, keywords=[]):
                 return self._call(func, given, node)
         raise self._refused(node, "is an expression that other languages are not told")
 
+    def _place(self, name: str, index: int, node: ast.expr) -> Number:
+        """An element of an argument that is a tuple of whole numbers."""
+        values = self._entry.constants.get(name)
+        if not (isinstance(values, tuple) and 0 <= index < len(values)):
+            raise self._refused(node, "is an expression that other languages are not told")
+        return Number(values[index], "whole")
+
+    def _joined(self, sign: Literal["and", "or"], nodes: Sequence[ast.expr]) -> Expression:
+        """Truths joined; a known one is left out, or decides, and what follows is not read."""
+        parts: list[Expression] = []
+        for node in nodes:
+            part = self._truth(node)
+            if not isinstance(part, Truth):
+                parts.append(part)
+            elif part.value != (sign == "and"):
+                return part if not parts else Joined(sign, (*parts, part))
+        if not parts:
+            return Truth(sign == "and")
+        return parts[0] if len(parts) == 1 else Joined(sign, tuple(parts))
+
     def _named(self, name: str, node: ast.expr) -> Expression:
         if name in self._kinds:
             return Name(name, self._kinds[name])
-        value = self._outside(name)
+        value = self._entry.constants.get(name, self._outside(name))
         if isinstance(value, bool):
             return Truth(value)
         if isinstance(value, int):
@@ -366,13 +418,15 @@ class _Reader:
             left, right = _real(left), _real(right)
         if isinstance(left, Number) and isinstance(right, Number):
             return _folded(sign, left, right, whole=whole)
+        if sign == "*" and isinstance(left, Number) and left.value == 1:
+            return right
         return Binary(sign, left, right, "whole" if whole else "real")
 
     def _compared(
         self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
     ) -> Expression:
         sides = [self._expression(n) for n in nodes]
-        made: list[Expression] = []
+        made: list[Compare] = []
         for left, op, right in zip(sides, ops, sides[1:], strict=False):
             sign = _COMPARED.get(type(op))
             if sign is None or "truth" in (left.kind, right.kind):
@@ -380,9 +434,16 @@ class _Reader:
             if left.kind != right.kind:
                 left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
             made.append(Compare(sign, left, right))
-        return made[0] if len(made) == 1 else Joined("and", tuple(made))
+        if len(made) > 1:
+            return Joined("and", tuple(made))
+        (only,) = made
+        if isinstance(only.left, Number) and isinstance(only.right, Number):
+            return Truth(_BY_ORDER[only.sign](only.left.value, only.right.value))
+        return only
 
     def _choice(self, test: Expression, yes: ast.expr, no: ast.expr) -> Expression:
+        if isinstance(test, Truth):
+            return self._expression(yes if test.value else no)
         a, b = self._expression(yes), self._expression(no)
         if a.kind != b.kind:
             a, b = _real(a), _real(b)
@@ -394,11 +455,13 @@ class _Reader:
             array = given[0].id
             if array in self._entry.arrays:
                 return Number(self._entry.arrays[array], "whole")
-        values = tuple(self._expression(g) for g in given)
-        if name == "float" and len(values) == 1:
-            return _real(values[0])
+        if name in self._entry.functions:
+            return self._call_of(self._entry.functions[name], given, node)
         known = {"fabs": "abs"}.get(name, name)
+        if name == "float" and len(given) == 1:
+            return _real(self._expression(given[0]))
         if known in KNOWN and not self._own(func):
+            values = tuple(self._expression(g) for g in given)
             if len(values) < KNOWN[known] or (
                 len(values) > KNOWN[known] and known not in ("min", "max")
             ):
@@ -409,7 +472,34 @@ class _Reader:
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
         if python_of(callee) in self._of.open:
             raise self._refused(node, f"{name} calls itself: write a loop")
-        return Call(self._of.called(callee, name), tuple(map(_real, values)))
+        names = inspect.signature(python_of(callee)).parameters
+        lengths = {
+            to: self._entry.arrays[argument.id]
+            for to, argument in zip(names, given, strict=False)
+            if isinstance(argument, ast.Name) and argument.id in self._entry.arrays
+        }
+        return self._call_of(self._of.called(callee, name, lengths), given, node)
+
+    def _call_of(self, name: str, given: Sequence[ast.expr], node: ast.expr) -> Call:
+        """A call of a function of the program, without the arguments that it does not have."""
+        entry = self._of.entries[name]
+        names = inspect.signature(python_of(entry.function)).parameters
+        if len(names) != len(given):
+            raise self._refused(node, f"{name} takes {len(names)} arguments")
+        arguments: list[Expression] = []
+        for to, argument in zip(names, given, strict=True):
+            if to in entry.absent:
+                continue
+            if to not in entry.arrays:
+                arguments.append(_real(self._expression(argument)))
+                continue
+            own = argument.id if isinstance(argument, ast.Name) else ""
+            if self._entry.arrays.get(own) != entry.arrays[to]:
+                raise self._refused(node, f"{to} is an array of {entry.arrays[to]}")
+            if to in entry.written and own not in self._entry.written:
+                raise self._refused(node, f"{name} writes into {own}, which is only read here")
+            arguments.append(Array(own, entry.arrays[to], to in entry.written))
+        return Call(name, tuple(arguments))
 
     def _own(self, func: ast.expr) -> bool:
         """Whether a name that is known elsewhere means a function of the user's here."""
@@ -435,6 +525,10 @@ _SIGNS: Mapping[type[ast.operator], Literal["+", "-", "*", "/", "//"]] = {
 }  # fmt: skip
 _COMPARED: Mapping[type[ast.cmpop], Literal["<", "<=", ">", ">=", "==", "!="]] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
+_BY_ORDER: Mapping[str, Callable[[float, float], bool]] = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+    "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 _BY_TWO: Mapping[str, Callable[[float, float], float]] = {
     "+": lambda a, b: a + b,

@@ -29,7 +29,7 @@ from numba import boolean, float64, int64, types, void
 from ...compile_cache import compiled
 from ...errors import InputError
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
-from ...friction.law import TERMS, position_factor, temperature_factor
+from ...friction.law import term_places, terms_factor
 from ...space import Array
 from . import row_pool
 from .track import FORCE, JOINT, SERVO, SLIDE
@@ -292,7 +292,7 @@ def _step(
 ) -> float:  # fmt: skip
     """The velocity after a step of h under the inputs u at its end; new states into `out`."""
     mass, F, d = driven(kind, c, u, q, v, load)
-    scale = factor(term, p, load)
+    scale = terms_factor(term, p, load)
     if kind == SLIDE and (c[6] > 0.0 or c[7] > 0.0):
         # The motor's inertia and damping, clamped: implicit, and outside the clamp a constant.
         M, P = mass + c[6] + h * c[7], (mass + c[6]) * v + h * F
@@ -320,19 +320,6 @@ def _solved(
     if P == 0.0:
         return 0.0
     return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
-
-
-@compiled(forceinline=True)
-def factor(term: Array, p: Array, load: Array) -> float:
-    """What a law's terms multiply its friction by; `term` says where their parameters are."""
-    scale = 1.0
-    if term[0] >= 0:
-        k = term[0]
-        scale *= position_factor(load[3], p[k], p[k + 1], p[k + 2])
-    if term[1] >= 0:
-        k = term[1]
-        scale *= temperature_factor(load[4], p[k], p[k + 1])
-    return max(scale, 0.0)
 
 
 @compiled(forceinline=True)
@@ -433,7 +420,7 @@ def started(
     load[0] = torque
     _, F, d = driven(kind, c, u, q, v, load)
     if states > 0:
-        begun(rub, factor(term, p, load), F - d * v, v, load, p, relaxed, z)
+        begun(rub, terms_factor(term, p, load), F - d * v, v, load, p, relaxed, z)
     return torque
 
 
@@ -527,21 +514,12 @@ def motions(
         _rows, n,
         (
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p), places(law), _ready(c), t, _ready(on.inputs),
+            general, law.states, kind, _ready(p), term_places(law), _ready(c), t, _ready(on.inputs),
             on.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
         FEWEST,
     )  # fmt: skip
     return q, v, F
-
-
-def places(law: Law) -> Array:
-    """Where the parameters of the position term and of the temperature term begin; -1 for none."""
-    at, places = len(law.params), {"position": -1, "temperature": -1}
-    for term in reversed(law.terms):
-        at -= len(TERMS[term])
-        places[term] = at
-    return np.array([places["position"], places["temperature"]], dtype=np.int64)
 
 
 def _ready(a: Any) -> Array:

@@ -1,0 +1,56 @@
+"""The program of a friction law and its compensator: the functions that every language prints.
+
+- `steady(v, p)`: friction of steady sliding, `Law.slip`;
+- `rubbed(v, h, z, load, p, out)`: `Law.rub`, of a law with states or loads;
+- `factor(p, load)`: `terms_factor`, of a law with terms;
+- `compensator_output(factor, v_ref, v, h, before, z, load, p, c, out)`: the compensator.
+
+Each is translated from its one Python source. `z` and `out` are there for a law with states only,
+`load` for one with loads, `factor` as an argument for one with terms.
+"""
+
+from __future__ import annotations
+
+from ...compensate.compensator import SETTINGS, compensator_output
+from ...friction import LOADS, Law
+from ...friction.law import term_places, terms_factor
+from .program import Program
+from .translation import Entry, translated
+
+
+def law_program(law: Law, *, compensator: bool = True) -> Program:
+    """The functions of a law, and of a compensator that evaluates it.
+
+    Raises:
+        InputError: its source says something that has no place in a program.
+    """
+    k = len(law.params)
+    drop = [*(() if law.states else ("z", "out")), *(() if law.loads else ("load",))]
+    lengths = {"p": k, "z": law.states, "load": len(LOADS), "out": law.states}
+    arrays = {name: length for name, length in lengths.items() if name not in drop}
+    written = ("out",) if law.states else ()
+    entries = [Entry("steady", law.slip, {"p": k})]
+    if law.rub is not None:
+        unread = (*drop, *(() if law.states else ("h",)))
+        entries.append(Entry("rubbed", law.rub, arrays, written, unread))
+    if law.terms:
+        places = tuple(term_places(law).tolist())
+        entries.append(
+            Entry(
+                "factor", terms_factor, {"p": k, "load": len(LOADS)}, constants={"places": places}
+            )
+        )
+    if compensator:
+        constants = {"general": law.rub is not None, "states": law.states}
+        entries.append(
+            Entry(
+                "compensator_output",
+                compensator_output,
+                {**arrays, "c": len(SETTINGS)},
+                written,
+                tuple(drop),
+                constants if law.terms else {**constants, "factor": 1.0},
+                {"slip": "steady", "rub": "rubbed"},
+            )
+        )
+    return translated(entries, f"law {law.name}")
