@@ -17,9 +17,9 @@ import pytest
 from exported import MORE, model_of
 from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
-from stribeck.export.code.c import SMALLER_AND_GREATER, C, c
+from stribeck.export.code.c import MIN_AND_MAX, C, c
 from stribeck.export.code.check_vectors import scale, walk
-from stribeck.export.code.program import KNOWN, Name
+from stribeck.export.code.program import MATH_FUNCTIONS, Name
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
 from stribeck.rig.balanced import slips
@@ -320,7 +320,7 @@ def test_no_library_is_linked_but_that_of_math_h_and_nothing_is_allocated(
         capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
     linked = {name.lstrip("_") for name in re.findall(r"\bU (\S+)", listed)}
-    mathematics = {"fabs" if name == "abs" else name for name in KNOWN} - {"min", "max"}
+    mathematics = {"fabs" if name == "abs" else name for name in MATH_FUNCTIONS} - {"min", "max"}
     if "sincos" in linked:  # gcc makes one call of a sine and a cosine of the same angle
         linked |= {"sin", "cos"}
     allowed = {*mathematics, "sincos", "memcpy", "memset"}
@@ -369,11 +369,11 @@ def mathematics(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Array
     arguments = (Name("a", "real"), Name("b", "real"))
     cases = "\n".join(
         f"        case {i}: y = {C().call(name, arguments[:count])}; break;"
-        for i, (name, count) in enumerate(KNOWN.items())
+        for i, (name, count) in enumerate(MATH_FUNCTIONS.items())
     )
     (folder / "math.c").write_text(
         "#include <math.h>\n#include <stdio.h>\n#include <stdlib.h>\n"
-        + "\n".join(SMALLER_AND_GREATER.values())
+        + "\n".join(MIN_AND_MAX.values())
         + f"""
 int main(int argc, char **argv)
 {{
@@ -398,7 +398,7 @@ int main(int argc, char **argv)
     def call(name: str, a: Array, b: Array | float = 0.0) -> Array:
         rows = np.column_stack(np.broadcast_arrays(a, b)).astype(float)
         done = subprocess.run(
-            [str(folder / "math"), str(list(KNOWN).index(name))],
+            [str(folder / "math"), str(list(MATH_FUNCTIONS).index(name))],
             input=rows.tobytes(), capture_output=True, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr.decode()
@@ -416,12 +416,12 @@ EDGES = np.array([
 ])  # fmt: skip
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", MATH_FUNCTIONS)
 def test_mathematics_is_right_where_numbers_end(
     mathematics: Callable[..., Array], name: str
 ) -> None:
     a, b = EDGES, np.zeros(len(EDGES))
-    if KNOWN[name] > 1:
+    if MATH_FUNCTIONS[name] > 1:
         a, b = (grid.ravel() for grid in np.meshgrid(EDGES, EDGES))
     got, want = mathematics(name, a, b), in_python(name, a, b)
     np.testing.assert_allclose(got, want, rtol=1e-15)
@@ -433,9 +433,10 @@ def in_python(name: str, a: Array, b: Array) -> Array:
     if name in ("min", "max"):
         of = min if name == "min" else max
         return np.array([of(x, y) for x, y in zip(a.tolist(), b.tolist(), strict=True)])
+    function = getattr(np, {"pow": "power"}.get(name, name))
     with np.errstate(all="ignore"):
-        said: Array = getattr(np, {"pow": "power"}.get(name, name))(a, *[b] * (KNOWN[name] - 1))
-    return said
+        values: Array = function(a, *[b] * (MATH_FUNCTIONS[name] - 1))
+    return values
 
 
 def test_the_head_says_what_friction_is_added_to() -> None:

@@ -14,7 +14,7 @@ from exported import DAHLS, MORE, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
-from stribeck.export.code.check_vectors import vectors
+from stribeck.export.code.check_vectors import check_vectors
 from stribeck.export.code.matlab import matlab
 from stribeck.export.model import Model
 from stribeck.friction import LAWS
@@ -76,7 +76,7 @@ def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
     for i, law in enumerate((*LAWS, *MORE, *DAHLS)):
         model = model_of(law)
         for compensator, kind in ((BUSY, "busy"), (Compensator(feedback=False), "plain")):
-            of = vectors(model, compensator, 128, seed=i)
+            of = check_vectors(model, compensator, 128, seed=i)
             put(tmp_path, model, f"l{i}_{kind}", np.hstack([of.inputs, of.loads]), compensator)
             wanted[f"l{i}_{kind}"] = model, of
     for name, said in run(tmp_path, *wanted).items():

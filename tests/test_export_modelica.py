@@ -16,7 +16,7 @@ from modelica_interpreter import Block, ModelicaError, Package
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
-from stribeck.export.code.check_vectors import Vectors, vectors
+from stribeck.export.code.check_vectors import CheckVectors, check_vectors
 from stribeck.export.code.modelica import modelica
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
@@ -30,7 +30,9 @@ def text_of(model: Model, compensator: Compensator | None = None) -> str:
     return modelica(model, compensator=compensator)["Friction.mo"].decode("ascii")
 
 
-def walked(model: Model, block: Block, of: Vectors, out: str, *, reference: bool) -> list[float]:
+def walked(
+    model: Model, block: Block, of: CheckVectors, out: str, *, reference: bool
+) -> list[float]:
     """What a block puts out at the instants of a walk whose sample times are the block's h."""
     read = (*model.law.loads, *model.law.terms)
     said = []
@@ -52,7 +54,7 @@ def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
 def test_the_blocks_say_what_the_law_says(name: str) -> None:
     model = model_of(name)
     for seed, compensator in enumerate((BUSY, Compensator(feedback=False))):
-        of = vectors(model, compensator, 200, seed)
+        of = check_vectors(model, compensator, 200, seed)
         package = Package(text_of(model, compensator), "Friction")
         law = walked(model, Block(package, "Law"), of, "force", reference=False)
         agrees(model, law, of.forces, of.floor)

@@ -17,7 +17,7 @@ from st_interpreter import Controller, Instance
 from st_parser import IecError, parsed
 from stribeck.compensate.compensator import SETTINGS, Compensator
 from stribeck.errors import InputError
-from stribeck.export.code.check_vectors import Vectors, vectors, walk
+from stribeck.export.code.check_vectors import CheckVectors, check_vectors, walk
 from stribeck.export.code.st import st
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
@@ -39,7 +39,7 @@ def loads_of(model: Model, row: Any) -> dict[str, float]:
     return {f"load_{x}": float(row[i]) for i, x in enumerate(LOADS) if x in read}
 
 
-def law_on(block: Instance, model: Model, of: Vectors) -> list[float]:
+def law_on(block: Instance, model: Model, of: CheckVectors) -> list[float]:
     """What the law's block says to the rows of a walk, one after the other."""
     said = []
     for (v, _, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
@@ -48,7 +48,7 @@ def law_on(block: Instance, model: Model, of: Vectors) -> list[float]:
     return said
 
 
-def compensator_on(block: Instance, model: Model, of: Vectors) -> list[float]:
+def compensator_on(block: Instance, model: Model, of: CheckVectors) -> list[float]:
     said = []
     for (v, v_ref, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
         block(v=v, v_ref=v_ref, h=h, **loads_of(model, loads))
@@ -71,7 +71,7 @@ def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
 def test_a_controller_says_what_the_law_says(name: str) -> None:
     model, controller = model_of(name), Controller(text_of(name))
     for compensator, rows, seed in ((PLAIN, 256, 0), (BUSY, 600, 1)):
-        of = vectors(model, compensator, rows, seed)
+        of = check_vectors(model, compensator, rows, seed)
         agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
         block = controller.instance("Friction_compensator")
         if compensator is BUSY:

@@ -13,12 +13,22 @@ from typing import ClassVar
 from ...compensate.compensator import SETTINGS, Compensator
 from ...errors import InputError
 from ...friction import LOADS
-from ..model import Model, folded
-from .check_vectors import Vectors, vectors
+from ..model import Model
+from .c_selftest import comment, harmless, selftest
+from .check_vectors import check_vectors
 from .dialect import SUM, Dialect
 from .law_program import law_program
-from .lowering import Blunt, divides, lowered
-from .program import KNOWN, Array, Expression, Function, Kind, Name, Program, read_names
+from .lowering import Restrictions, divides, lowered
+from .program import (
+    MATH_FUNCTIONS,
+    Array,
+    Expression,
+    Kind,
+    Name,
+    Program,
+    ProgramFunction,
+    read_names,
+)
 
 #: C's own words, and C++'s, which a variable may not be called.
 _WORDS = frozenset(
@@ -30,8 +40,6 @@ _WORDS = frozenset(
     fabs sqrt exp expm1 log log1p sin cos tanh copysign pow
     """.split()  # noqa: SIM905 - a list of words is read as a text
 )
-#: By how much the self-test may be off, relative: laws without and with states.
-TOLERANCE, TOLERANCE_STATES = 1e-12, 1e-9
 
 
 class C(Dialect):
@@ -43,54 +51,55 @@ class C(Dialect):
         """A variable; C's own words get an underscore."""
         return f"{name}_" if name in _WORDS else name
 
-    def choice(self, test: Expression, yes: Expression, no: Expression) -> str:
+    def ternary(self, test: Expression, yes: Expression, no: Expression) -> str:
         """One of two values."""
         return f"{self.write(test, 1)} ? {self.write(yes, 1)} : {self.write(no, 0)}"
 
-    def call(self, name: str, given: Sequence[Expression]) -> str:
-        """A function of <math.h>, of `SMALLER_AND_GREATER`, or of the law."""
-        values = ", ".join(self.write(g) for g in given)
+    def call(self, name: str, arguments: Sequence[Expression]) -> str:
+        """A function of <math.h>, of `MIN_AND_MAX`, or of the law."""
+        values = ", ".join(self.write(argument) for argument in arguments)
         if name == "real":
             return f"(double)({values})"
-        if name in KNOWN:
+        if name in MATH_FUNCTIONS:
             return f"{_CALLED.get(name, name)}({values})"
         return f"law_{name}({values})"
 
-    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         i = self.name(name)
         return f"for ({i} = 0; {i} < {self.write(end, SUM)}; {i}++) {{", "}"
 
-    def repeated(self, test: Expression) -> tuple[str, str]:
+    def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""
         return f"while ({self.write(test)}) {{", "}"
 
-    def conditional(self) -> tuple[str, str, str, str]:
+    def if_words(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end."""
         return "if ({}) {{", "}} else if ({}) {{", "} else {", "}"
 
-    def function(self, f: Function) -> str:
+    def function(self, f: ProgramFunction) -> str:
         """One function, for this file alone."""
-        given = ", ".join(self._argument(a) for a in f.arguments)
-        lines = [f"/* {_harmless(f.doc)} */"] if f.doc else []
-        lines += [f"static double law_{f.name}({given})", "{"]
+        arguments = ", ".join(self._argument(a) for a in f.arguments)
+        lines = [f"/* {harmless(f.doc)} */"] if f.doc else []
+        lines += [f"static double law_{f.name}({arguments})", "{"]
         for kind in ("real", "whole", "truth"):
             names = [self.name(v.name) for v in f.variables if v.kind == kind]
             lines += [f"    {_TYPES[kind]} {', '.join(names)};"] if names else []
-        lines += [f"    (void){self.name(a.name)};" for a in f.arguments if a.name in unread(f)]
+        unread = unread_arguments(f)
+        lines += [f"    (void){self.name(a.name)};" for a in f.arguments if a.name in unread]
         return "\n".join([*lines, *self.block(f.body), "}", ""])
 
-    def _argument(self, of: Name | Array) -> str:
-        name = self.name(of.name)
-        if isinstance(of, Name):
+    def _argument(self, argument: Name | Array) -> str:
+        name = self.name(argument.name)
+        if isinstance(argument, Name):
             return f"double {name}"
-        return f"{'' if of.written else 'const '}double *{name}"
+        return f"{'' if argument.written else 'const '}double *{name}"
 
 
 #: Functions of a program that <math.h> has not, or under another name.
 _CALLED = {"abs": "fabs", "min": "math_min", "max": "math_max"}
 #: As Python has them, also where a value is no number: fmin and fmax would leave it out.
-SMALLER_AND_GREATER = {
+MIN_AND_MAX = {
     "min": """\
 static double math_min(double a, double b)
 {
@@ -107,7 +116,7 @@ static double math_max(double a, double b)
 _TYPES: dict[Kind, str] = {"real": "double", "whole": "int", "truth": "int"}
 
 
-def unread(f: Function) -> set[str]:
+def unread_arguments(f: ProgramFunction) -> set[str]:
     """The arguments that a function does not look at."""
     return {a.name for a in f.arguments} - read_names(f)
 
@@ -129,12 +138,12 @@ def c(
         raise InputError(
             f"name {name!r}: C takes letters, digits and _, beginning with a letter, up to 41"
         )
-    made = compensator or Compensator(feedback=False)
-    source = _Source(model, name, made)
+    settings = compensator or Compensator(feedback=False)
+    source = _Source(model, name, settings)
     return {
         f"{name}.h": source.header().encode(),
         f"{name}.c": source.source().encode(),
-        "selftest.c": source.selftest(vectors(model, made)).encode(),
+        "selftest.c": selftest(model, name, check_vectors(model, settings)).encode(),
     }
 
 
@@ -147,7 +156,7 @@ class _Source:
         self.loaded = bool(self.law.loads or self.law.terms)
         self.program: Program = law_program(model.law)
         if divides(self.program):  # C cuts towards 0 where Python takes the floor
-            self.program = lowered(self.program, Blunt(joins=False))
+            self.program = lowered(self.program, Restrictions(joins=False))
 
     # --- the header
 
@@ -156,7 +165,7 @@ class _Source:
         n, law = self.name, self.law
         guard = f"{n.upper()}_H"
         parts = [
-            _comment(self.model.head()),
+            comment(self.model.head()),
             f"#ifndef {guard}",
             f"#define {guard}",
             "",
@@ -246,9 +255,9 @@ class _Source:
         wide = max(len(r[0]) for r in rows)
         lines = ["enum {"]
         for i, (text, unit, doc) in enumerate(rows):
-            said = f"{doc}{f', {unit}' if unit else ''}"
+            comment = f"{doc}{f', {unit}' if unit else ''}"
             place = text.removesuffix(",") + (" = 0," if i == 0 else ",")
-            lines.append(f"    {place.ljust(wide + 4)}" + (f" /* {said} */" if said else ""))
+            lines.append(f"    {place.ljust(wide + 4)}" + (f" /* {comment} */" if comment else ""))
         return "\n".join(line.rstrip() for line in [*lines, f"    {prefix}{count}", "};", ""])
 
     # --- the source
@@ -258,14 +267,14 @@ class _Source:
         n, dialect = self.name, C()
         bodies = [dialect.function(f) for f in self.program.functions]
         parts = [
-            _comment(
+            comment(
                 [f"The functions of {n}.h, translated from those of the library that made them."]
             ),
             f'#include "{n}.h"',
             "",
             "#include <math.h>",
             "",
-            *(text for name, text in SMALLER_AND_GREATER.items() if name in self.program.calls),
+            *(text for name, text in MIN_AND_MAX.items() if name in self.program.calls),
             *bodies,
             f"void {n}_init({n}_law *law)",
             "{",
@@ -358,86 +367,3 @@ class _Source:
             head = [f"    double out[{self.law.states}];", "    int i;"]
             lines = [*head, *lines, *self._kept("compensator->law.")]
         return [*lines, "    return compensator->before;"]
-
-    # --- the self-test
-
-    def selftest(self, of: Vectors) -> str:
-        """A program that checks the others against numbers of the library that made them."""
-        n, states = self.name, self.law.states
-        tolerance = TOLERANCE_STATES if states else TOLERANCE
-        loads = len(LOADS) if self.loaded else 0
-        width = 4 + loads
-        rows = [
-            "    {" + ", ".join(repr(float(x)) for x in (*row, *load, force, out)) + "},"
-            for row, load, force, out in zip(
-                of.inputs, of.loads[:, :loads], of.forces, of.outputs, strict=True
-            )
-        ]
-        setting = (
-            [
-                f"        for (j = 0; j < {loads}; j++) {{",
-                "            law.load[j] = compensator.law.load[j] = row[3 + j];",
-                "        }",
-            ]
-            if loads
-            else []
-        )
-        return "\n".join(
-            [
-                _comment(
-                    [
-                        f"Checks {n}.c against numbers of the library that made it; returns 0.",
-                        "",
-                        f"cc -std=c99 {n}.c selftest.c -lm && ./a.out",
-                    ]
-                ),
-                f'#include "{n}.h"',
-                "",
-                "#include <math.h>",
-                "#include <stdio.h>",
-                "",
-                "/* v, v_ref, h" + (", loads" if loads else "") + ", friction, compensation. */",
-                f"static const double rows[{len(rows)}][{width + 1}] = {{",
-                *rows,
-                "};",
-                "",
-                "static int differs(double got, double want)",
-                "{",
-                f"    return !(fabs(got - want) <= {tolerance!r} * (fabs(want) + {of.floor!r}));",
-                "}",
-                "",
-                "int main(void)",
-                "{",
-                f"    {n}_law law;",
-                f"    {n}_compensator compensator;",
-                f"    int i{', j' if loads else ''}, wrong = 0;",
-                f"    {n}_init(&law);",
-                f"    {n}_compensator_init(&compensator);",
-                f"    for (i = 0; i < {len(rows)}; i++) {{",
-                "        const double *row = rows[i];",
-                *setting,
-                f"        double F = {n}_force(&law, row[0], row[2]);",
-                f"        double u = {n}_compensate(&compensator, row[1], row[0], row[2]);",
-                f"        if (differs(F, row[{3 + loads}]) || differs(u, row[{4 + loads}])) {{",
-                "            wrong++;",
-                '            printf("row %d: %.17g, %.17g\\n", i, F, u);',
-                "        }",
-                "    }",
-                f'    printf("%d of {len(rows)} rows differ\\n", wrong);',
-                "    return wrong != 0;",
-                "}",
-                "",
-            ]
-        )
-
-
-def _comment(lines: Sequence[str]) -> str:
-    """A comment at the head of a file."""
-    safe = [_harmless(line) for line in lines]
-    wrapped = [w for s in safe for w in folded(s, 96)]
-    return "\n".join(["/*", *(f" * {line}".rstrip() for line in wrapped), " */"])
-
-
-def _harmless(text: str) -> str:
-    """A text without the signs that begin or end a comment, and without C's trigraphs."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").replace("??", "? ?")

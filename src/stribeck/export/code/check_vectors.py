@@ -19,7 +19,7 @@ _RESTING, _FOLLOWING = 0.1, 0.5
 ROWS, STEP = 256, 1e-3
 
 
-class Vectors(NamedTuple):
+class CheckVectors(NamedTuple):
     """A walk, row by row from relaxed states.
 
     Args:
@@ -37,7 +37,9 @@ class Vectors(NamedTuple):
     floor: float
 
 
-def vectors(model: Model, compensator: Compensator, rows: int = ROWS, seed: int = 0) -> Vectors:
+def check_vectors(
+    model: Model, compensator: Compensator, rows: int = ROWS, seed: int = 0
+) -> CheckVectors:
     """Rest, creeping, reversals and speeds as they were seen, in an order that a seed decides."""
     rng = np.random.default_rng(seed)
     low, high = model.speeds or (-1.0, 1.0)
@@ -51,11 +53,11 @@ def vectors(model: Model, compensator: Compensator, rows: int = ROWS, seed: int 
     return walk(model, compensator, np.column_stack([v, v_ref, h]), loads)
 
 
-def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) -> Vectors:
+def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) -> CheckVectors:
     """What the library itself says to given inputs, (n, 3), and loads, (n, 5)."""
     law, p, c = model.law, model.p, compensator.c
     n = max(law.states, 1)
-    z, out, own, next_own = np.zeros((4, n))
+    z, out, states, next_states = np.zeros((4, n))
     rub, before = law.rub if law.rub is not None else law.slip, 0.0
     forces, outputs = np.empty(len(inputs)), np.empty(len(inputs))
     for k, ((v, v_ref, h), load) in enumerate(zip(inputs, loads, strict=True)):
@@ -67,16 +69,16 @@ def walk(model: Model, compensator: Compensator, inputs: Array, loads: Array) ->
             z, out = out, z
         before = outputs[k] = compensator_output.py_func(
             law.slip, rub, law.rub is not None, law.states, factor, v_ref, v, h, before,
-            own[: law.states], load, p, c, next_own[: law.states],
+            states[: law.states], load, p, c, next_states[: law.states],
         )  # fmt: skip
-        own, next_own = next_own, own
+        states, next_states = next_states, states
     if not (np.isfinite(forces).all() and np.isfinite(outputs).all()):
         raise InputError(
             f"{model.source}: law {law.name} gives no finite friction at its values and speeds: "
             "look for a parameter that is far too large or too small"
         )
     floor = 1e-3 * float(np.abs(forces).max())
-    return Vectors(inputs, loads, forces, outputs, floor)
+    return CheckVectors(inputs, loads, forces, outputs, floor)
 
 
 def scale(model: Model, load: Array) -> float:

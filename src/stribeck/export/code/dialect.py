@@ -13,9 +13,9 @@ from .program import (
     Assign,
     Binary,
     Call,
-    Choice,
     Compare,
-    Count,
+    Conditional,
+    CountLoop,
     Expression,
     If,
     Item,
@@ -27,7 +27,7 @@ from .program import (
     Statement,
     Truth,
     Unary,
-    While,
+    WhileLoop,
 )
 
 #: How tightly operations bind, the loosest first.
@@ -52,15 +52,15 @@ class Dialect(ABC):
 
     # --- expressions
 
-    def write(self, of: Expression, above: int = CHOICE) -> str:
+    def write(self, expression: Expression, surrounding: int = CHOICE) -> str:
         """An expression, in brackets where it binds more loosely than what is around it."""
-        text, level = self._written(of)
-        return f"({text})" if level < above else text
+        text, level = self._written(expression)
+        return f"({text})" if level < surrounding else text
 
     def _written(  # noqa: C901, PLR0911 - one case a line
-        self, of: Expression
+        self, expression: Expression
     ) -> tuple[str, int]:
-        match of:
+        match expression:
             case Number(value=value, kind=kind):
                 return self.number(value, kind), SIGN if _below_zero(value) else ATOM
             case Truth(value=value):
@@ -69,12 +69,12 @@ class Dialect(ABC):
                 return self.name(name), ATOM
             case Item(array=array, index=index):
                 return self.item(array, index), ATOM
-            case Unary(sign="-", of=inner):
-                return f"-{self.write(inner, ATOM)}", SIGN
-            case Unary(of=inner):
-                return f"{self.negation}{self.write(inner, ATOM)}", NOT
+            case Unary(sign="-", operand=operand):
+                return f"-{self.write(operand, ATOM)}", SIGN
+            case Unary(operand=operand):
+                return f"{self.negation}{self.write(operand, ATOM)}", NOT
             case Binary(sign=sign, left=left, right=right):
-                return self._by_two(sign, left, right, of.kind), _LEVELS[sign]
+                return self._by_two(sign, left, right, expression.kind), _LEVELS[sign]
             case Compare(sign=sign, left=left, right=right):
                 word = self.words.get(sign, sign)
                 return f"{self.write(left, SUM)} {word} {self.write(right, SUM)}", COMPARE
@@ -83,20 +83,20 @@ class Dialect(ABC):
                 tight = COMPARE if self.cautious else level + 1
                 word = self.words.get(sign, sign)
                 return f" {word} ".join(self.write(p, tight) for p in parts), level
-            case Choice(test=test, yes=yes, no=no):
-                return self.choice(test, yes, no), CHOICE
-            case Call(name=name, given=given):
-                return self.call(name, given), ATOM
+            case Conditional(test=test, yes=yes, no=no):
+                return self.ternary(test, yes, no), CHOICE
+            case Call(name=name, arguments=arguments):
+                return self.call(name, arguments), ATOM
 
     def _by_two(self, sign: str, left: Expression, right: Expression, kind: Kind) -> str:
         level = _LEVELS[sign]
-        a, b = (self.operand(side, kind, at) for side, at in ((left, level), (right, level + 1)))
+        a, b = self.operand(left, kind, level), self.operand(right, kind, level + 1)
         return f"{a} {self.words.get(sign, sign)} {b}"
 
-    def operand(self, of: Expression, kind: Kind, above: int) -> str:
+    def operand(self, expression: Expression, kind: Kind, surrounding: int) -> str:
         """One side of an operation on values of a kind."""
         del kind
-        return self.write(of, above)
+        return self.write(expression, surrounding)
 
     def number(self, value: float, kind: Kind) -> str:
         """A number, to its last bit."""
@@ -120,14 +120,14 @@ class Dialect(ABC):
             return str(int(index.value) + 1)
         return self.write(Binary("+", index, Number(1, "whole"), "whole"))
 
-    def choice(self, test: Expression, yes: Expression, no: Expression) -> str:
+    def ternary(self, test: Expression, yes: Expression, no: Expression) -> str:
         """One of two values."""
         del test, yes, no
         raise InputError(f"{type(self).__name__} has no conditional expression")
 
-    def call(self, name: str, given: Sequence[Expression]) -> str:
+    def call(self, name: str, arguments: Sequence[Expression]) -> str:
         """A function of the mathematics or of the program."""
-        return f"{name}({', '.join(self.write(g) for g in given)})"
+        return f"{name}({', '.join(self.write(argument) for argument in arguments)})"
 
     # --- statements
 
@@ -135,52 +135,57 @@ class Dialect(ABC):
         """The lines of a block."""
         return [line for statement in body for line in self._statement(statement, depth)]
 
-    def _statement(self, of: Statement, depth: int) -> list[str]:
+    def _statement(self, statement: Statement, depth: int) -> list[str]:
         pad = self.indent * depth
-        match of:
-            case Assign(to=to, value=value):
+        match statement:
+            case Assign(target=target, value=value):
                 written = value.written if isinstance(value, Call) else ()
-                left = self.targets(to, [self.name(a.name) for a in written])
-                return [f"{pad}{left} {self.becomes} {self.assigned(to, value)}{self.end}"]
+                targets = self.assigned_targets(target, [self.name(a.name) for a in written])
+                return [
+                    f"{pad}{targets} {self.becomes} {self.assigned_value(target, value)}{self.end}"
+                ]
             case Return(value=value):
-                return [pad + line for line in self.returned(value)]
+                return [pad + line for line in self.return_lines(value)]
             case If():
-                return self._if(of, depth)
-            case Count(name=name, end=end, body=body):
-                head, tail = self.counted(name, end)
+                return self._if(statement, depth)
+            case CountLoop(name=name, end=end, body=body):
+                head, tail = self.count_loop(name, end)
                 return [pad + head, *self.block(body, depth + 1), pad + tail]
-            case While(test=test, body=body):
-                head, tail = self.repeated(test)
+            case WhileLoop(test=test, body=body):
+                head, tail = self.while_loop(test)
                 return [pad + head, *self.block(body, depth + 1), pad + tail]
 
-    def _if(self, of: If, depth: int) -> list[str]:
+    def _if(self, statement: If, depth: int) -> list[str]:
         pad = self.indent * depth
-        begin, other, another, finish = self.conditional()
-        lines = [pad + begin.format(self.write(of.test)), *self.block(of.then, depth + 1)]
-        rest = of.otherwise
+        begin, otherwise_if, otherwise, finish = self.if_words()
+        lines = [
+            pad + begin.format(self.write(statement.test)),
+            *self.block(statement.then, depth + 1),
+        ]
+        rest = statement.otherwise
         while len(rest) == 1 and isinstance(rest[0], If):
-            lines += [pad + other.format(self.write(rest[0].test))]
+            lines += [pad + otherwise_if.format(self.write(rest[0].test))]
             lines += self.block(rest[0].then, depth + 1)
             rest = rest[0].otherwise
         if rest:
-            lines += [pad + another, *self.block(rest, depth + 1)]
+            lines += [pad + otherwise, *self.block(rest, depth + 1)]
         return [*lines, pad + finish]
 
-    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+    def assigned_targets(self, target: Name | Item, written: Sequence[str]) -> str:
         """The left side of an assignment of a call that writes into arrays, or of any other."""
         del written
-        return self.write(to)
+        return self.write(target)
 
-    def assigned(self, to: Name | Item, value: Expression) -> str:
+    def assigned_value(self, target: Name | Item, value: Expression) -> str:
         """The right side of an assignment."""
-        return self.operand(value, to.kind, CHOICE)
+        return self.operand(value, target.kind, CHOICE)
 
-    def returned(self, value: Expression) -> list[str]:
+    def return_lines(self, value: Expression) -> list[str]:
         """How a function gives back its value."""
         return [f"return {self.write(value)}{self.end}"]
 
     @abstractmethod
-    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """The first and the last line of a loop from 0 to one below the end."""
 
     def last(self, end: Expression) -> str:
@@ -190,11 +195,11 @@ class Dialect(ABC):
         return f"{self.write(end, SIGN)} - 1"
 
     @abstractmethod
-    def repeated(self, test: Expression) -> tuple[str, str]:
+    def while_loop(self, test: Expression) -> tuple[str, str]:
         """The first and the last line of a loop as long as a truth holds."""
 
     @abstractmethod
-    def conditional(self) -> tuple[str, str, str, str]:
+    def if_words(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end; {} stands for the truth."""
 
 

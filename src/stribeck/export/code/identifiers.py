@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from .lowering import assigned, counters, renamed
-from .program import Function
+from .program import ProgramFunction
 
 
 class Identifiers:
@@ -23,31 +23,31 @@ class Identifiers:
 
     def __init__(self, words: Iterable[str], *, alike: bool) -> None:
         self._alike = alike
-        self._taken = {self._seen(word) for word in words}
+        self._taken = {self._folded(word) for word in words}
 
-    def new(self, wanted: str) -> str:
+    def new(self, name: str) -> str:
         """A name as near to the wanted one as can be had; it is taken from now on."""
-        stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", wanted)).strip("_")
+        stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")
         if not stem[:1].isalpha():
             stem = f"x_{stem}".rstrip("_")
-        name, n = stem, 1
-        while self._seen(name) in self._taken:
+        candidate, n = stem, 1
+        while self._folded(candidate) in self._taken:
             n += 1
-            name = f"{stem}_{n}"
-        self._taken.add(self._seen(name))
-        return name
+            candidate = f"{stem}_{n}"
+        self._taken.add(self._folded(candidate))
+        return candidate
 
-    def _seen(self, name: str) -> str:
+    def _folded(self, name: str) -> str:
         return name.upper() if self._alike else name
 
 
-def named(function: Function, names: Identifiers) -> Function:
+def named(function: ProgramFunction, names: Identifiers) -> ProgramFunction:
     """A function with names that a language takes, its arguments' first."""
-    own = [*(a.name for a in function.arguments), *(v.name for v in function.variables)]
-    return renamed(function, {name: names.new(name) for name in own})
+    old_names = [*(a.name for a in function.arguments), *(v.name for v in function.variables)]
+    return renamed(function, {name: names.new(name) for name in old_names})
 
 
-def declared(function: Function) -> list[str]:
+def declared(function: ProgramFunction) -> list[str]:
     """The variables that a function has to declare where loops declare their own."""
     loops = counters(function.body) - assigned(function.body)
     return [v.name for v in function.variables if v.name not in loops]

@@ -15,7 +15,7 @@ from ...compensate.compensator import SETTINGS, compensator_output
 from ...friction import LOADS, Law
 from ...friction.law import term_places, terms_factor
 from .program import Program
-from .translation import Entry, translated
+from .translation import FunctionSource, translate
 
 
 def law_program(law: Law, *, compensator: bool = True) -> Program:
@@ -29,21 +29,21 @@ def law_program(law: Law, *, compensator: bool = True) -> Program:
     lengths = {"p": k, "z": law.states, "load": len(LOADS), "out": law.states}
     arrays = {name: length for name, length in lengths.items() if name not in drop}
     written = ("out",) if law.states else ()
-    entries = [Entry("steady", law.slip, {"p": k})]
+    entries = [FunctionSource("steady", law.slip, {"p": k})]
     if law.rub is not None:
         unread = (*drop, *(() if law.states else ("h",)))
-        entries.append(Entry("rubbed", law.rub, arrays, written, unread))
+        entries.append(FunctionSource("rubbed", law.rub, arrays, written, unread))
     if law.terms:
         places = tuple(term_places(law).tolist())
         entries.append(
-            Entry(
+            FunctionSource(
                 "factor", terms_factor, {"p": k, "load": len(LOADS)}, constants={"places": places}
             )
         )
     if compensator:
         constants = {"general": law.rub is not None, "states": law.states}
         entries.append(
-            Entry(
+            FunctionSource(
                 "compensator_output",
                 compensator_output,
                 {**arrays, "c": len(SETTINGS)},
@@ -53,4 +53,4 @@ def law_program(law: Law, *, compensator: bool = True) -> Program:
                 {"slip": "steady", "rub": "rubbed"},
             )
         )
-    return translated(entries, f"law {law.name}")
+    return translate(entries, f"law {law.name}")

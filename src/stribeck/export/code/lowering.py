@@ -29,11 +29,10 @@ from .program import (
     Assign,
     Binary,
     Call,
-    Choice,
     Compare,
-    Count,
+    Conditional,
+    CountLoop,
     Expression,
-    Function,
     If,
     Item,
     Joined,
@@ -41,14 +40,15 @@ from .program import (
     Name,
     Number,
     Program,
+    ProgramFunction,
     Return,
     Statement,
     Truth,
     Unary,
-    While,
+    WhileLoop,
+    direct_expressions,
     expressions,
     parts,
-    said,
     statements,
 )
 
@@ -58,7 +58,7 @@ _HARMLESS = frozenset({"abs", "min", "max", "copysign", "real"})
 
 
 @dataclass(frozen=True)
-class Blunt:
+class Restrictions:
     """Which operators of a language are blunter than Python's.
 
     Args:
@@ -81,12 +81,14 @@ def divides(program: Program) -> bool:
     )
 
 
-def lowered(program: Program, blunt: Blunt) -> Program:
+def lowered(program: Program, restrictions: Restrictions) -> Program:
     """The program with each of its functions lowered."""
-    return replace(program, functions=tuple(_Lowering(f, blunt).made() for f in program.functions))
+    return replace(
+        program, functions=tuple(_Lowering(f, restrictions).lowered() for f in program.functions)
+    )
 
 
-def renamed(function: Function, names: Mapping[str, str]) -> Function:
+def renamed(function: ProgramFunction, names: Mapping[str, str]) -> ProgramFunction:
     """A function whose variables and arguments are called otherwise."""
     return replace(
         function,
@@ -98,60 +100,64 @@ def renamed(function: Function, names: Mapping[str, str]) -> Function:
 
 def assigned(body: Sequence[Statement]) -> set[str]:
     """The variables that a block assigns to; those that loops count by are not among them."""
-    return {s.to.name for s in statements(body) if isinstance(s, Assign) and isinstance(s.to, Name)}
+    return {
+        s.target.name
+        for s in statements(body)
+        if isinstance(s, Assign) and isinstance(s.target, Name)
+    }
 
 
 def counters(body: Sequence[Statement]) -> set[str]:
     """The variables that the loops of a block count by."""
-    return {s.name for s in statements(body) if isinstance(s, Count)}
+    return {s.name for s in statements(body) if isinstance(s, CountLoop)}
 
 
 def rebuilt(  # noqa: PLR0911 - one case a line
-    of: Expression, new: Sequence[Expression]
+    expression: Expression, new_parts: Sequence[Expression]
 ) -> Expression:
     """An expression with other parts, in the order of `parts`."""
-    match of:
+    match expression:
         case Item():
-            return replace(of, index=new[0])
+            return replace(expression, index=new_parts[0])
         case Unary():
-            return replace(of, of=new[0])
+            return replace(expression, operand=new_parts[0])
         case Binary() | Compare():
-            return replace(of, left=new[0], right=new[1])
+            return replace(expression, left=new_parts[0], right=new_parts[1])
         case Joined():
-            return replace(of, parts=tuple(new))
-        case Choice():
-            return replace(of, test=new[0], yes=new[1], no=new[2])
+            return replace(expression, parts=tuple(new_parts))
+        case Conditional():
+            return replace(expression, test=new_parts[0], yes=new_parts[1], no=new_parts[2])
         case Call():
-            return replace(of, given=tuple(new))
-    return of
+            return replace(expression, arguments=tuple(new_parts))
+    return expression
 
 
-def _safe(of: Expression) -> bool:
+def _safe(expression: Expression) -> bool:
     """Whether an expression may be evaluated where Python would not have looked at it."""
-    match of:
+    match expression:
         case Number() | Truth() | Name():
-            own = True
+            alone = True
         case Item(index=index):
-            own = isinstance(index, Number)
+            alone = isinstance(index, Number)
         case Binary(sign=sign):
-            own = sign in ("+", "-", "*")
+            alone = sign in ("+", "-", "*")
         case Call(name=name):
-            own = name in _HARMLESS
+            alone = name in _HARMLESS
         case _:
-            own = not isinstance(of, Choice)
-    return own and all(map(_safe, parts(of)))
+            alone = not isinstance(expression, Conditional)
+    return alone and all(map(_safe, parts(expression)))
 
 
 class _Lowering:
     """Lowers one function."""
 
-    def __init__(self, function: Function, blunt: Blunt) -> None:
-        self._function, self._blunt = function, blunt
+    def __init__(self, function: ProgramFunction, restrictions: Restrictions) -> None:
+        self._function, self._restrictions = function, restrictions
         self._variables = list(function.variables)
         self._taken = {v.name for v in (*function.arguments, *function.variables)}
         self._counted = counters(function.body)
 
-    def made(self) -> Function:
+    def lowered(self) -> ProgramFunction:
         """The function, lowered."""
         f = self._function
         written = assigned(f.body)
@@ -178,112 +184,119 @@ class _Lowering:
     # --- statements
 
     def _block(self, body: Sequence[Statement]) -> tuple[Statement, ...]:
-        return tuple(made for statement in body for made in self._statement(statement))
+        return tuple(lowered for statement in body for lowered in self._statement(statement))
 
     def _statement(  # noqa: PLR0911 - one case a line
-        self, of: Statement
+        self, statement: Statement
     ) -> list[Statement]:
-        match of:
-            case Assign(to=to, value=Choice() as value):
-                return self._chosen(value, lambda side: self._assign(to, side))
-            case Assign(to=to, value=value):
-                return self._assign(to, value)
-            case Return(value=Choice() as value):
+        match statement:
+            case Assign(target=target, value=Conditional() as value):
+                return self._chosen(value, lambda side: self._assign(target, side))
+            case Assign(target=target, value=value):
+                return self._assign(target, value)
+            case Return(value=Conditional() as value):
                 return self._chosen(value, self._return)
             case Return(value=value):
                 return self._return(value)
             case If(test=test, then=then, otherwise=otherwise):
                 before, test = self._value(test)
                 return [*before, If(test, self._block(then), self._block(otherwise))]
-            case Count(name=name, end=end, body=body):
+            case CountLoop(name=name, end=end, body=body):
                 before, end = self._value(end)
-                return [*before, Count(name, end, self._block(body))]
-            case While(test=test, body=body):
+                return [*before, CountLoop(name, end, self._block(body))]
+            case WhileLoop(test=test, body=body):
                 return self._while(test, self._block(body))
 
-    def _assign(self, to: Name | Item, value: Expression) -> list[Statement]:
+    def _assign(self, target: Name | Item, value: Expression) -> list[Statement]:
         before: list[Statement] = []
-        if isinstance(to, Item):
-            before, index = self._value(to.index)
-            to = replace(to, index=index)
-        more, value = self._value(value, alone=isinstance(to, Name))
-        return [*before, *more, Assign(to, value)]
+        if isinstance(target, Item):
+            before, index = self._value(target.index)
+            target = replace(target, index=index)
+        more, value = self._value(value, alone=isinstance(target, Name))
+        return [*before, *more, Assign(target, value)]
 
     def _return(self, value: Expression) -> list[Statement]:
         before, value = self._value(value)
         return [*before, Return(value)]
 
-    def _chosen(self, of: Choice, use: _Use) -> list[Statement]:
+    def _chosen(self, conditional: Conditional, use: _Use) -> list[Statement]:
         """An `if` whose sides make use of the one value or the other."""
-        before, test = self._value(of.test)
+        before, test = self._value(conditional.test)
         sides = [
-            tuple(self._chosen(side, use) if isinstance(side, Choice) else use(side))
-            for side in (of.yes, of.no)
+            tuple(self._chosen(side, use) if isinstance(side, Conditional) else use(side))
+            for side in (conditional.yes, conditional.no)
         ]
         return [*before, If(test, *sides)]
 
     def _while(self, test: Expression, body: tuple[Statement, ...]) -> list[Statement]:
         before, test = self._value(test)
         if not before:
-            return [While(test, body)]
+            return [WhileLoop(test, body)]
         goes = self._fresh("truth", "goes_on")
         again = (*before, Assign(goes, test))
-        return [*again, While(goes, (*body, *again))]
+        return [*again, WhileLoop(goes, (*body, *again))]
 
     # --- expressions: statements that go before, and what is left to write
 
-    def _value(self, of: Expression, *, alone: bool = False) -> tuple[list[Statement], Expression]:
+    def _value(
+        self, expression: Expression, *, alone: bool = False
+    ) -> tuple[list[Statement], Expression]:
         """Statements and an expression; `alone` where it is assigned to a variable as it is."""
-        if isinstance(of, Choice):
-            to = self._fresh(of.kind, "chosen")
-            return self._chosen(of, lambda side: self._assign(to, side)), to
-        if isinstance(of, Joined):
-            return self._joined(of)
+        if isinstance(expression, Conditional):
+            variable = self._fresh(expression.kind, "chosen")
+            return self._chosen(expression, lambda side: self._assign(variable, side)), variable
+        if isinstance(expression, Joined):
+            return self._joined(expression)
         before: list[Statement] = []
         new: list[Expression] = []
-        for part in parts(of):
+        for part in parts(expression):
             more, value = self._value(part)
             before += more
             new.append(value)
-        made = rebuilt(of, new)
-        if isinstance(made, Binary) and made.sign == "//" and self._blunt.divides:
-            more, made = self._floored(made)
+        lowered = rebuilt(expression, new)
+        if isinstance(lowered, Binary) and lowered.sign == "//" and self._restrictions.divides:
+            more, lowered = self._floored(lowered)
             before += more
-        if self._blunt.returns and isinstance(made, Call) and made.written and not alone:
-            to = self._fresh("real", "result")
-            before.append(Assign(to, made))
-            made = to
-        return before, made
+        if (
+            self._restrictions.returns
+            and isinstance(lowered, Call)
+            and lowered.written
+            and not alone
+        ):
+            variable = self._fresh("real", "result")
+            before.append(Assign(variable, lowered))
+            lowered = variable
+        return before, lowered
 
-    def _joined(self, of: Joined) -> tuple[list[Statement], Expression]:
+    def _joined(self, joined: Joined) -> tuple[list[Statement], Expression]:
         """Later parts behind an `if`, unless they are harmless."""
-        before, first = self._value(of.parts[0])
-        together = [first]
-        for i, part in enumerate(of.parts[1:], 1):
+        before, first = self._value(joined.parts[0])
+        truths = [first]
+        for i, part in enumerate(joined.parts[1:], 1):
             more, value = self._value(part)
-            if more or (self._blunt.joins and not _safe(value)):
+            if more or (self._restrictions.joins and not _safe(value)):
                 holds = self._fresh("truth", "holds")
-                before.append(Assign(holds, _all(of.sign, together)))
-                rest = Joined(of.sign, of.parts[i:]) if i + 1 < len(of.parts) else part
+                before.append(Assign(holds, _all(joined.sign, truths)))
+                rest = Joined(joined.sign, joined.parts[i:]) if i + 1 < len(joined.parts) else part
                 inner = tuple(self._assign(holds, rest))
-                ask = holds if of.sign == "and" else Unary("not", holds, "truth")
+                ask = holds if joined.sign == "and" else Unary("not", holds, "truth")
                 return [*before, If(ask, inner)], holds
-            together.append(value)
-        return before, _all(of.sign, together)
+            truths.append(value)
+        return before, _all(joined.sign, truths)
 
-    def _floored(self, of: Binary) -> tuple[list[Statement], Expression]:
+    def _floored(self, quotient: Binary) -> tuple[list[Statement], Expression]:
         """A quotient that was cut, less one where cutting has raised it."""
-        if self._positive(of.left) and self._positive(of.right):
-            return [], of
+        if self._positive(quotient.left) and self._positive(quotient.right):
+            return [], quotient
         cut, zero = self._fresh("whole", "quotient"), Number(0, "whole")
-        rest = Compare("!=", Binary("*", cut, of.right, "whole"), of.left)
-        apart = Compare("<", Binary("*", of.left, of.right, "whole"), zero)
+        rest = Compare("!=", Binary("*", cut, quotient.right, "whole"), quotient.left)
+        apart = Compare("<", Binary("*", quotient.left, quotient.right, "whole"), zero)
         less = Assign(cut, Binary("-", cut, Number(1, "whole"), "whole"))
-        return [Assign(cut, of), If(Joined("and", (rest, apart)), (less,))], cut
+        return [Assign(cut, quotient), If(Joined("and", (rest, apart)), (less,))], cut
 
-    def _positive(self, of: Expression) -> bool:
+    def _positive(self, expression: Expression) -> bool:
         """Whether a whole number is known not to be below 0."""
-        match of:
+        match expression:
             case Number(value=value):
                 return value >= 0
             case Name(name=name):
@@ -293,36 +306,38 @@ class _Lowering:
         return False
 
 
-def _all(sign: str, of: Sequence[Expression]) -> Expression:
-    return of[0] if len(of) == 1 else Joined("and" if sign == "and" else "or", tuple(of))
+def _all(sign: str, truths: Sequence[Expression]) -> Expression:
+    return (
+        truths[0] if len(truths) == 1 else Joined("and" if sign == "and" else "or", tuple(truths))
+    )
 
 
 def _block_renamed(body: Sequence[Statement], names: Mapping[str, str]) -> tuple[Statement, ...]:
     return tuple(_statement_renamed(s, names) for s in body)
 
 
-def _statement_renamed(of: Statement, names: Mapping[str, str]) -> Statement:
-    new = [_expression_renamed(e, names) for e in said(of)]
-    match of:
+def _statement_renamed(statement: Statement, names: Mapping[str, str]) -> Statement:
+    new = [_expression_renamed(e, names) for e in direct_expressions(statement)]
+    match statement:
         case Assign():
-            to = new[0]
-            return Assign(to if isinstance(to, Name | Item) else of.to, new[1])
+            target = new[0]
+            return Assign(target if isinstance(target, Name | Item) else statement.target, new[1])
         case Return():
             return Return(new[0])
         case If(then=then, otherwise=otherwise):
             return If(new[0], _block_renamed(then, names), _block_renamed(otherwise, names))
-        case Count(name=name, body=body):
-            return Count(names.get(name, name), new[0], _block_renamed(body, names))
-        case While(body=body):
-            return While(new[0], _block_renamed(body, names))
+        case CountLoop(name=name, body=body):
+            return CountLoop(names.get(name, name), new[0], _block_renamed(body, names))
+        case WhileLoop(body=body):
+            return WhileLoop(new[0], _block_renamed(body, names))
 
 
-def _expression_renamed(of: Expression, names: Mapping[str, str]) -> Expression:
-    made = rebuilt(of, [_expression_renamed(part, names) for part in parts(of)])
-    if isinstance(made, Name):
-        return replace(made, name=names.get(made.name, made.name))
-    if isinstance(made, Array):
-        return replace(made, name=names.get(made.name, made.name))
-    if isinstance(made, Item):
-        return replace(made, array=names.get(made.array, made.array))
-    return made
+def _expression_renamed(expression: Expression, names: Mapping[str, str]) -> Expression:
+    result = rebuilt(expression, [_expression_renamed(part, names) for part in parts(expression)])
+    if isinstance(result, Name):
+        return replace(result, name=names.get(result.name, result.name))
+    if isinstance(result, Array):
+        return replace(result, name=names.get(result.name, result.name))
+    if isinstance(result, Item):
+        return replace(result, array=names.get(result.array, result.array))
+    return result

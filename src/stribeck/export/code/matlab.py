@@ -16,14 +16,14 @@ from ..model import Model, folded
 from .ascii_text import ascii_text
 from .identifiers import Identifiers
 from .law_program import law_program
-from .lowering import Blunt, lowered
+from .lowering import Restrictions, lowered
 from .matlab_dialect import COPYSIGN, WORDS, function_text
 from .program import Program
 
 #: Variables of the two functions, which would hide a law of their name.
-_OWN = {"F", "z", "p", "v", "h", "load", "u", "s", "c", "v_ref", "copysign"}
+_VARIABLES = {"F", "z", "p", "v", "h", "load", "u", "s", "c", "v_ref", "copysign"}
 #: Arguments of a program's functions that the two functions have under the same names.
-_OWN_NAMES = {name: name for name in ("v", "v_ref", "h", "z", "load", "p", "c")}
+_SAME_NAMES = {name: name for name in ("v", "v_ref", "h", "z", "load", "p", "c")}
 
 
 def matlab(
@@ -39,25 +39,25 @@ def matlab(
     Raises:
         InputError: a name that MATLAB does not take, or a law that cannot be translated.
     """
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", name) or name in WORDS | _OWN:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,40}", name) or name in WORDS | _VARIABLES:
         raise InputError(
             f"name {name!r}: MATLAB takes letters, digits and _, beginning with a letter, up to "
             "41, no word or function of its own and no variable of these functions"
         )
-    made = compensator or Compensator(feedback=False)
+    settings = compensator or Compensator(feedback=False)
     return {
         f"{name}.m": _law(model, name).encode("ascii"),
-        f"{name}_compensator.m": _compensator(model, name, made).encode("ascii"),
+        f"{name}_compensator.m": _compensator(model, name, settings).encode("ascii"),
     }
 
 
-def _functions(of: Program, taken: list[str]) -> tuple[list[str], dict[str, str]]:
+def _functions(program: Program, taken: list[str]) -> tuple[list[str], dict[str, str]]:
     """The texts of a program's functions, and what they are called."""
-    names = Identifiers([*WORDS, *_OWN, *taken], alike=False)
-    called = {f.name: names.new(f.name) for f in of.functions} | {"copysign": "copysign"}
-    made = lowered(of, Blunt(joins=False, divides=False, returns=True))
-    texts = [function_text(f, called) for f in made.functions]
-    return [*texts, *([COPYSIGN] if "copysign" in of.calls else [])], called
+    names = Identifiers([*WORDS, *_VARIABLES, *taken], alike=False)
+    called = {f.name: names.new(f.name) for f in program.functions} | {"copysign": "copysign"}
+    simpler = lowered(program, Restrictions(joins=False, divides=False, returns=True))
+    texts = [function_text(f, called) for f in simpler.functions]
+    return [*texts, *([COPYSIGN] if "copysign" in program.calls else [])], called
 
 
 # --- the law
@@ -70,12 +70,12 @@ def _law(model: Model, name: str) -> str:
     values = model.p.tolist()
     wide = max(len(repr(x)) for x in values)
     parameters = [
-        f"    {repr(x).rjust(wide)} % {n}: {_said(q.doc, q.unit)}"
+        f"    {repr(x).rjust(wide)} % {n}: {_comment_text(q.doc, q.unit)}"
         for (n, q), x in zip(model.named(), values, strict=True)
     ]
 
     def call(which: str) -> str:
-        arguments = program.arguments(which, {**_OWN_NAMES, "out": "z"})
+        arguments = program.arguments(which, {**_SAME_NAMES, "out": "z"})
         return f"{called[which]}({', '.join(arguments)})"
 
     body = [f"F = {call('steady' if law.rub is None else 'rubbed')};"]
@@ -132,12 +132,12 @@ def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     program = law_program(model.law)
     texts, called = _functions(program, [name, full])
     rows = [
-        f"    {value!r} % {s.name}: {_said(s.meaning, s.rotary if rotary else s.unit)}"
+        f"    {value!r} % {s.name}: {_comment_text(s.meaning, s.rotary if rotary else s.unit)}"
         for s, value in zip(SETTINGS, compensator.c.tolist(), strict=True)
     ]
 
     def call(which: str, **more: str) -> str:
-        arguments = program.arguments(which, {**_OWN_NAMES, "z": "s.z", "out": "s.z", **more})
+        arguments = program.arguments(which, {**_SAME_NAMES, "z": "s.z", "out": "s.z", **more})
         return f"{called[which]}({', '.join(arguments)})"
 
     factor = call("factor") if model.law.terms else ""
@@ -180,16 +180,16 @@ def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     return "\n".join([*map(ascii_text, lines), *texts])
 
 
-def _help(said: list[str]) -> list[str]:
+def _help(lines: list[str]) -> list[str]:
     """The comment that `help` shows: no line of it can be taken for a block of comments."""
     return [
-        f"%   {line}".rstrip()
-        for whole in said
-        for text in whole.split("\n")
-        for line in folded(ascii_text(text), 94)
+        f"%   {folded_line}".rstrip()
+        for text in lines
+        for line in text.split("\n")
+        for folded_line in folded(ascii_text(line), 94)
     ]  # fmt: skip
 
 
-def _said(*texts: str) -> str:
+def _comment_text(*texts: str) -> str:
     """What stands behind a % on one line."""
     return ", ".join(" ".join(t.split()) for t in texts if t)

@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from .dialect import CHOICE, SIGN, Dialect
 from .identifiers import Identifiers, named
-from .program import Array, Expression, Function, Item, Kind, Name
+from .program import Array, Expression, Item, Kind, Name, ProgramFunction
 
 #: Keywords, and the functions that the text calls: a variable of that name would hide them.
 WORDS = frozenset(
@@ -66,44 +66,44 @@ class Matlab(Dialect):
             return f"floor({self.write(left, SIGN)} / {self.write(right, SIGN)})"
         return super()._by_two(sign, left, right, kind)
 
-    def call(self, name: str, given: Sequence[Expression]) -> str:
+    def call(self, name: str, arguments: Sequence[Expression]) -> str:
         """A function."""
-        values = ", ".join(self.write(g) for g in given)
+        values = ", ".join(self.write(argument) for argument in arguments)
         if name in _HAS:
             return f"{name}({values})"
         return f"{_OWN[name] if name in _OWN else self._called[name]}({values})"
 
-    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+    def assigned_targets(self, target: Name | Item, written: Sequence[str]) -> str:
         """A function's value and the arrays that it hands back."""
-        return f"[{', '.join([self.write(to), *written])}]" if written else self.write(to)
+        return f"[{', '.join([self.write(target), *written])}]" if written else self.write(target)
 
-    def returned(self, value: Expression) -> list[str]:
+    def return_lines(self, value: Expression) -> list[str]:
         """The result's variable gets its value."""
         return [f"{self._result} = {self.write(value)};", "return"]
 
-    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         return f"for {name} = 0:{self.last(end)}", "end"
 
-    def repeated(self, test: Expression) -> tuple[str, str]:
+    def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""
         return f"while {self.write(test, CHOICE)}", "end"
 
-    def conditional(self) -> tuple[str, str, str, str]:
+    def if_words(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end."""
         return "if {}", "elseif {}", "else", "end"
 
 
-def function_text(f: Function, called: Mapping[str, str]) -> str:
+def function_text(f: ProgramFunction, called: Mapping[str, str]) -> str:
     """One local function, with its end."""
     names = Identifiers([*WORDS, *called.values()], alike=False)
     f = named(f, names)
     result = names.new("y")
     arrays = [a for a in f.arguments if isinstance(a, Array) and a.written]
     results = [result, *(a.name for a in arrays)]
-    given = ", ".join(a.name for a in f.arguments)
-    left = result if len(results) == 1 else f"[{', '.join(results)}]"
-    lines = [f"function {left} = {called[f.name]}({given})"]
+    arguments = ", ".join(a.name for a in f.arguments)
+    targets = result if len(results) == 1 else f"[{', '.join(results)}]"
+    lines = [f"function {targets} = {called[f.name]}({arguments})"]
     lines += [f"% {f.doc}"] if f.doc else []
     body = Matlab(result, called).block(f.body, depth=0)
     return "\n".join([*lines, *(body[:-1] if body[-1] == "return" else body), "end", ""])

@@ -16,7 +16,7 @@ from ..model import Model
 from .ascii_text import ascii_text
 from .identifiers import Identifiers
 from .law_program import law_program
-from .lowering import Blunt, lowered
+from .lowering import Restrictions, lowered
 from .modelica_dialect import HELPERS, WORDS, function_text, quoted
 
 _LOADS = {
@@ -51,21 +51,21 @@ def modelica(
             f"name {name!r}: Modelica takes letters, digits and _, beginning with a letter, up to "
             "61, no word of its own and no variable of the blocks"
         )
-    text = _Package(model, name, compensator or Compensator(feedback=False)).text()
+    text = _PackageText(model, name, compensator or Compensator(feedback=False)).text()
     return {f"{name}.mo": text.encode("ascii")}
 
 
-class _Package:
+class _PackageText:
     """The package of one model."""
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
         self.program = law_program(model.law)
-        program = lowered(self.program, Blunt(returns=True))
+        program = lowered(self.program, Restrictions(returns=True))
         helpers = [h for h in program.calls if h in HELPERS]
-        own = (name, "Law", "Compensator", *helpers)
+        reserved = (name, "Law", "Compensator", *helpers)
         parameters = [n for n, _ in model.named()]
-        names = Identifiers([*WORDS, *_PINS, *parameters, *own], alike=False)
+        names = Identifiers([*WORDS, *_PINS, *parameters, *reserved], alike=False)
         self.called = {f.name: names.new(f.name) for f in program.functions}
         self.called |= {h: h for h in helpers}
         self.functions = [HELPERS[h] for h in helpers]
@@ -74,9 +74,9 @@ class _Package:
 
     def text(self) -> str:
         """All of it."""
-        said = html.escape("\n".join(self.model.head()), quote=False)
+        head = html.escape("\n".join(self.model.head()), quote=False)
         info = quoted(
-            f"<html><pre>{said}\n\nNo zero has a sign here: at v = 0.0 the law gives what holds on "
+            f"<html><pre>{head}\n\nNo zero has a sign here: at v = 0.0 the law gives what holds on "
             "the + side.</pre></html>"
         )
         parts = [
@@ -91,8 +91,8 @@ class _Package:
         return ascii_text("\n".join(parts))
 
     def _names(self) -> Identifiers:
-        own = (self.name, "Law", "Compensator", *self.called.values())
-        return Identifiers([*WORDS, *own], alike=False)
+        reserved = (self.name, "Law", "Compensator", *self.called.values())
+        return Identifiers([*WORDS, *reserved], alike=False)
 
     def _inputs(self, names: Identifiers, *velocities: tuple[str, str]) -> list[str]:
         speed = _unit(self.model.speed_unit)
@@ -103,13 +103,12 @@ class _Package:
 
     def _parameters(self, names: Identifiers) -> tuple[list[str], str]:
         """Their declarations, and all of them as an array."""
-        lines, own = [], []
+        lines, parameter_names = [], []
         for (n, q), value in zip(self.model.named(), self.model.p.tolist(), strict=True):
-            own.append(names.new(n))
-            lines.append(
-                f'    parameter Real {own[-1]}{_unit(q.unit)} = {value!r} "{quoted(q.doc)}";'
-            )
-        return lines, f"{{{', '.join(own)}}}"
+            name = names.new(n)
+            parameter_names.append(name)
+            lines.append(f'    parameter Real {name}{_unit(q.unit)} = {value!r} "{quoted(q.doc)}";')
+        return lines, f"{{{', '.join(parameter_names)}}}"
 
     def _call(self, name: str, **texts: str) -> str:
         """A call of a function of the program; loads that the law does not read are 0."""
@@ -128,7 +127,7 @@ class _Package:
         force_unit = self.model.force_unit
         inputs = self._inputs(names, ("v", "velocity"))
         force, h, z, p = map(names.new, ("force", "h", "z", "p"))
-        parameters, every = self._parameters(names)
+        parameters, values = self._parameters(names)
         lines = [f'  block Law "Friction by the law {law.name}, with the sign of the velocity"']
         lines += parameters
         if law.states:
@@ -136,7 +135,7 @@ class _Package:
         lines += inputs
         says = f'"friction, {force_unit}"'
         fixed = _unit(force_unit, "start = 0.0", "fixed = true")
-        listed = f'    parameter Real {p}[{len(law.params)}] = {every} "the same, as a list";'
+        listed = f'    parameter Real {p}[{len(law.params)}] = {values} "the same, as a list";'
         scale = self._scale(p)
         if law.states:
             before = f"pre({z})"
@@ -155,14 +154,14 @@ class _Package:
                 "  end Law;",
                 "",
             ]
-        said = self._call("steady" if law.rub is None else "rubbed", v="v", p=p)
+        force_now = self._call("steady" if law.rub is None else "rubbed", v="v", p=p)
         return [
             *lines,
             f"    output Real {force}{_unit(force_unit)} {says};",
             "  protected",
             listed,
             "  equation",
-            f"    {force} = {scale}{said};",
+            f"    {force} = {scale}{force_now};",
             "  end Law;",
             "",
         ]
@@ -179,9 +178,9 @@ class _Package:
         for s, value in zip(SETTINGS, self.compensator.c.tolist(), strict=True):
             n = names.new(s.name)
             if s.name == "feedback":
-                on = "true" if value else "false"
+                initial = "true" if value else "false"
                 settings.append(
-                    f"    parameter Boolean {n} = {on} "
+                    f"    parameter Boolean {n} = {initial} "
                     '"true: law at the measured velocity, false: at that of the reference";'
                 )
                 listed.append(f"if {n} then 1.0 else 0.0")
@@ -189,7 +188,7 @@ class _Package:
                 unit = _unit(s.rotary if rotary else s.unit)
                 settings.append(f'    parameter Real {n}{unit} = {value!r} "{quoted(s.meaning)}";')
                 listed.append(n)
-        parameters, every = self._parameters(names)
+        parameters, values = self._parameters(names)
         fixed = _unit(self.model.force_unit, "start = 0.0", "fixed = true")
         output = self._call(
             "compensator_output", factor=self._call("factor", p=p) if law.terms else "",
@@ -204,7 +203,7 @@ class _Package:
             *inputs,
             f'    discrete output Real {u}{fixed} "what to add to the command";',
             "  protected",
-            f'    parameter Real {p}[{len(law.params)}] = {every} "of the law, as a list";',
+            f'    parameter Real {p}[{len(law.params)}] = {values} "of the law, as a list";',
             f'    parameter Real {c}[{len(SETTINGS)}] = {{{", ".join(listed)}}} "the same";',
             *(_states(z, law.states) if law.states else []),
             "  algorithm",
@@ -223,5 +222,5 @@ def _states(z: str, count: int) -> list[str]:
 
 def _unit(unit: str, *more: str) -> str:
     """A variable's modification: its unit in Modelica's way of writing them."""
-    said = [f'unit = "{unit.replace(" ", ".")}"'] if unit else []
-    return f"({', '.join([*said, *more])})" if said or more else ""
+    modifiers = [f'unit = "{unit.replace(" ", ".")}"'] if unit else []
+    return f"({', '.join([*modifiers, *more])})" if modifiers or more else ""

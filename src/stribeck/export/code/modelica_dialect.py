@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from .dialect import ATOM, CHOICE, SUM, Dialect
 from .identifiers import Identifiers, declared, named
-from .program import Expression, Function, Item, Kind, Name
+from .program import Expression, Item, Kind, Name, ProgramFunction
 
 #: Keywords, and built-in functions and variables that nothing should hide (Modelica 3.6).
 WORDS = frozenset(
@@ -102,10 +102,10 @@ class Modelica(Dialect):
     def __init__(self, result: str, called: Mapping[str, str]) -> None:
         self._result, self._called = result, called
 
-    def operand(self, of: Expression, kind: Kind, above: int) -> str:
+    def operand(self, expression: Expression, kind: Kind, above: int) -> str:
         """One side of an operation: what has a minus sign stands in brackets behind another."""
         del kind
-        text = self.write(of, above)
+        text = self.write(expression, above)
         return f"({text})" if text.startswith("-") and SUM < above < ATOM else text
 
     def item(self, array: str, index: Expression) -> str:
@@ -117,37 +117,37 @@ class Modelica(Dialect):
             return f"div({self.write(left)}, {self.write(right)})"
         return super()._by_two(sign, left, right, kind)
 
-    def call(self, name: str, given: Sequence[Expression]) -> str:
+    def call(self, name: str, arguments: Sequence[Expression]) -> str:
         """A function."""
-        values = [self.write(g) for g in given]
+        values = [self.write(argument) for argument in arguments]
         if name == "pow":
             return f"(({values[0]}) ^ ({values[1]}))"
         if name == "real":
             return f"({values[0]})"
         return f"{name if name in _HAS else self._called[name]}({', '.join(values)})"
 
-    def targets(self, to: Name | Item, written: Sequence[str]) -> str:
+    def assigned_targets(self, target: Name | Item, written: Sequence[str]) -> str:
         """A function's value and the arrays that it hands back."""
-        return f"({', '.join([self.write(to), *written])})" if written else self.write(to)
+        return f"({', '.join([self.write(target), *written])})" if written else self.write(target)
 
-    def returned(self, value: Expression) -> list[str]:
+    def return_lines(self, value: Expression) -> list[str]:
         """The result gets its value."""
         return [f"{self._result} := {self.write(value)};", "return;"]
 
-    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         return f"for {name} in 0:{self.last(end)} loop", "end for;"
 
-    def repeated(self, test: Expression) -> tuple[str, str]:
+    def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""
         return f"while {self.write(test, CHOICE)} loop", "end while;"
 
-    def conditional(self) -> tuple[str, str, str, str]:
+    def if_words(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end."""
         return "if {} then", "elseif {} then", "else", "end if;"
 
 
-def function_text(f: Function, called: Mapping[str, str]) -> str:
+def function_text(f: ProgramFunction, called: Mapping[str, str]) -> str:
     """One function of the package."""
     names = Identifiers([*WORDS, *called.values()], alike=False)
     plain = [v.kind for v in f.variables if v.name in declared(f)]

@@ -12,7 +12,7 @@ from ..._version import __version__
 from ...compensate.compensator import Compensator
 from ..model import Model
 from .ascii_text import ascii_text
-from .pou import Unit, Variable, units
+from .pou import ProgramUnit, Variable, program_units
 from .st import harmless, head
 
 #: Namespaces of the schema and of what formatted text is written in.
@@ -42,7 +42,7 @@ def plcopen(
     Raises:
         InputError: a name that the language does not take, or a law that cannot be translated.
     """
-    found = units(model, name, compensator)
+    units = program_units(model, name, compensator)
     project = ET.Element("project", xmlns=TC6)
     ET.SubElement(
         project,
@@ -60,12 +60,12 @@ def plcopen(
     types = ET.SubElement(project, "types")
     ET.SubElement(types, "dataTypes")
     pous = ET.SubElement(types, "pous")
-    for unit in found:
+    for unit in units:
         pous.append(_pou(unit))
     ET.SubElement(ET.SubElement(project, "instances"), "configurations")
     ET.indent(project)
     # A controller's text has its own line ends and blanks: it is put in after the indenting.
-    for element, unit in zip(pous, found, strict=True):
+    for element, unit in zip(pous, units, strict=True):
         paragraph = element.find("body/ST/p")
         if paragraph is not None:
             paragraph.text = "\n".join(unit.body)
@@ -73,39 +73,39 @@ def plcopen(
     return {f"{name}.xml": f'<?xml version="1.0" encoding="utf-8"?>\n{written}\n'.encode()}
 
 
-def _pou(of: Unit) -> ET.Element:
-    element = ET.Element("pou", name=of.name, pouType=_POU[of.kind])
+def _pou(unit: ProgramUnit) -> ET.Element:
+    element = ET.Element("pou", name=unit.name, pouType=_POU[unit.kind])
     interface = ET.SubElement(element, "interface")
-    if of.kind == "FUNCTION":
+    if unit.kind == "FUNCTION":
         ET.SubElement(ET.SubElement(interface, "returnType"), "LREAL")
     for tag, section in _SECTIONS:
-        found: tuple[Variable, ...] = getattr(of, section)
-        if found:
+        variables: tuple[Variable, ...] = getattr(unit, section)
+        if variables:
             listed = ET.SubElement(interface, tag)
-            for variable in found:
+            for variable in variables:
                 listed.append(_variable(variable))
-    if of.says:
-        interface.append(_documentation(of.says))
+    if unit.says:
+        interface.append(_documentation(unit.says))
     text = ET.SubElement(ET.SubElement(element, "body"), "ST")
     ET.SubElement(text, "p", xmlns=XHTML)
     return element
 
 
-def _variable(of: Variable) -> ET.Element:
-    element = ET.Element("variable", name=of.name)
+def _variable(variable: Variable) -> ET.Element:
+    element = ET.Element("variable", name=variable.name)
     kind = ET.SubElement(element, "type")
-    if of.length is not None:
+    if variable.length is not None:
         kind = ET.SubElement(kind, "array")
-        ET.SubElement(kind, "dimension", lower="0", upper=str(of.length - 1))
+        ET.SubElement(kind, "dimension", lower="0", upper=str(variable.length - 1))
         kind = ET.SubElement(kind, "baseType")
-    if of.type in _ELEMENTARY:
-        ET.SubElement(kind, of.type)
+    if variable.type in _ELEMENTARY:
+        ET.SubElement(kind, variable.type)
     else:
-        ET.SubElement(kind, "derived", name=of.type)
-    if of.initial is not None:
-        ET.SubElement(ET.SubElement(element, "initialValue"), "simpleValue", value=of.initial)
-    if of.says:
-        element.append(_documentation(of.says))
+        ET.SubElement(kind, "derived", name=variable.type)
+    if variable.initial is not None:
+        ET.SubElement(ET.SubElement(element, "initialValue"), "simpleValue", value=variable.initial)
+    if variable.says:
+        element.append(_documentation(variable.says))
     return element
 
 

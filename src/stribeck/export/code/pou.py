@@ -16,8 +16,8 @@ from ...friction import LOADS
 from ..model import Model
 from .identifiers import Identifiers, named
 from .law_program import law_program
-from .lowering import Blunt, lowered
-from .program import Array, Function, Name, Program
+from .lowering import Restrictions, lowered
+from .program import Array, Name, Program, ProgramFunction
 from .st_dialect import HELPERS, ST, TYPES, WORDS, needed
 
 #: Settings whose names are words of the language's.
@@ -49,7 +49,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Unit:
+class ProgramUnit:
     """A program organization unit.
 
     Args:
@@ -73,7 +73,7 @@ class Unit:
     body: tuple[str, ...] = ()
 
 
-def units(model: Model, name: str, compensator: Compensator | None) -> list[Unit]:
+def program_units(model: Model, name: str, compensator: Compensator | None) -> list[ProgramUnit]:
     """The units of a model, each after those that it calls.
 
     Args:
@@ -93,7 +93,7 @@ def units(model: Model, name: str, compensator: Compensator | None) -> list[Unit
             f"name {name!r}: a controller takes letters, digits and single _, beginning with a "
             "letter, up to 24, no word of its own and none of the blocks' inputs and outputs"
         )
-    return _Units(model, name, compensator or Compensator(feedback=False)).every()
+    return _Units(model, name, compensator or Compensator(feedback=False)).all_units()
 
 
 class _Units:
@@ -101,26 +101,28 @@ class _Units:
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:
         self.model, self.law, self.name, self.compensator = model, model.law, name, compensator
-        self.program: Program = lowered(law_program(model.law), Blunt())
+        self.program: Program = lowered(law_program(model.law), Restrictions())
         helpers = needed(self.program.calls)
         names = Identifiers([*WORDS, name, f"{name}_compensator"], alike=True)
-        own = {h: names.new(f"{name}_{h}") for h in helpers}
-        own |= {f.name: names.new(f"{name}_{f.name}") for f in self.program.functions}
+        unit_names = {h: names.new(f"{name}_{h}") for h in helpers}
+        unit_names |= {f.name: names.new(f"{name}_{f.name}") for f in self.program.functions}
         # No variable may have the name of a unit: tools differ in which of the two is meant.
-        around = [*WORDS, *own.values(), name, f"{name}_compensator"]
-        self.functions: dict[str, Function] = {
+        around = [*WORDS, *unit_names.values(), name, f"{name}_compensator"]
+        self.functions: dict[str, ProgramFunction] = {
             f.name: named(f, Identifiers(around, alike=True)) for f in self.program.functions
         }
         self.called: dict[str, tuple[str, Sequence[str]]] = {
-            **{h: (own[h], HELPERS[h].arguments) for h in helpers},
-            **{n: (own[n], [a.name for a in f.arguments]) for n, f in self.functions.items()},
+            **{h: (unit_names[h], HELPERS[h].arguments) for h in helpers},
+            **{
+                n: (unit_names[n], [a.name for a in f.arguments]) for n, f in self.functions.items()
+            },
         }
         self.helpers, self.around = helpers, around
         unit = (model.speed_unit, model.force_unit)
         self.speed, self.force = unit
         self.reads = [x for x in LOADS if x in (*self.law.loads, *self.law.terms)]
 
-    def every(self) -> list[Unit]:
+    def all_units(self) -> list[ProgramUnit]:
         """All of them."""
         return [
             *map(self._helper, self.helpers),
@@ -131,39 +133,43 @@ class _Units:
 
     # --- functions
 
-    def _helper(self, which: str) -> Unit:
-        of, name = HELPERS[which], self.called[which][0]
-        body = of.body.format(f=name, **{n: self.called[n][0] for n in of.needs})
-        return Unit(
-            name,
+    def _helper(self, name: str) -> ProgramUnit:
+        helper, unit_name = HELPERS[name], self.called[name][0]
+        body = helper.body.format(f=unit_name, **{n: self.called[n][0] for n in helper.needs})
+        return ProgramUnit(
+            unit_name,
             "FUNCTION",
-            of.says,
-            inputs=tuple(Variable(a, "LREAL") for a in of.arguments),
-            own=tuple(Variable(n, t) for n, t in of.variables),
+            helper.says,
+            inputs=tuple(Variable(a, "LREAL") for a in helper.arguments),
+            own=tuple(Variable(n, t) for n, t in helper.variables),
             body=tuple(body.split("\n")),
         )
 
-    def _function(self, of: Function) -> Unit:
-        name = self.called[of.name][0]
-        lines = ST(name, self.called).block(of.body, depth=0)
-        return Unit(
-            name,
+    def _function(self, function: ProgramFunction) -> ProgramUnit:
+        unit_name = self.called[function.name][0]
+        lines = ST(unit_name, self.called).block(function.body, depth=0)
+        return ProgramUnit(
+            unit_name,
             "FUNCTION",
-            of.doc,
-            inputs=tuple(Variable(a.name, "LREAL") for a in of.arguments if isinstance(a, Name)),
-            shared=tuple(
-                Variable(a.name, "LREAL", a.length) for a in of.arguments if isinstance(a, Array)
+            function.doc,
+            inputs=tuple(
+                Variable(a.name, "LREAL") for a in function.arguments if isinstance(a, Name)
             ),
-            own=tuple(Variable(v.name, TYPES[v.kind]) for v in of.variables),
+            shared=tuple(
+                Variable(a.name, "LREAL", a.length)
+                for a in function.arguments
+                if isinstance(a, Array)
+            ),
+            own=tuple(Variable(v.name, TYPES[v.kind]) for v in function.variables),
             body=tuple(lines[:-1] if lines[-1] == "RETURN;" else lines),
         )
 
-    def _call(self, which: str, **texts: str) -> str:
+    def _call(self, name: str, **texts: str) -> str:
         """A call of a function of the program, its arguments by the names that it has there."""
-        full, names = self.called[which]
-        values = self.program.arguments(which, texts)
-        given = ", ".join(f"{a} := {v}" for a, v in zip(names, values, strict=True))
-        return f"{full}({given})"
+        full, names = self.called[name]
+        values = self.program.arguments(name, texts)
+        arguments = ", ".join(f"{a} := {v}" for a, v in zip(names, values, strict=True))
+        return f"{full}({arguments})"
 
     def _loads(self, names: Identifiers) -> list[Variable]:
         return [Variable(names.new(f"load_{x}"), "LREAL", says=_LOADS[x]) for x in self.reads]
@@ -171,7 +177,9 @@ class _Units:
     def _members(self, names: Identifiers, loads: Sequence[Variable]) -> _Members:
         """What a block holds of its law: parameters, loads and states, each as a list, too."""
         parameters = [
-            Variable(names.new(n), "LREAL", initial=_number(value), says=_said(q.doc, q.unit))
+            Variable(
+                names.new(n), "LREAL", initial=_number(value), says=_comment_text(q.doc, q.unit)
+            )
             for (n, q), value in zip(self.model.named(), self.model.p.tolist(), strict=True)
         ]
         p, z, out, load, i = map(names.new, ("p", "z", "out", "load", "i"))
@@ -180,7 +188,9 @@ class _Units:
         if self.reads:
             own.append(Variable(load, "LREAL", len(LOADS), says="loads, as a list"))
             places = [LOADS.index(x) for x in self.reads]
-            lists += [f"{load}[{at}] := {x.name};" for at, x in zip(places, loads, strict=True)]
+            lists += [
+                f"{load}[{place}] := {x.name};" for place, x in zip(places, loads, strict=True)
+            ]
         if states := self.law.states:
             own += [
                 Variable(z, "LREAL", states, says="states, 0.0 where bristles are relaxed"),
@@ -198,7 +208,7 @@ class _Units:
 
     # --- the law
 
-    def _law(self) -> Unit:
+    def _law(self) -> ProgramUnit:
         law, names = self.law, Identifiers(self.around, alike=True)
         inputs = [Variable(names.new("v"), "LREAL", says=f"velocity, {self.speed}")]
         if law.states:
@@ -225,7 +235,7 @@ class _Units:
                 body.append(rubbed)
         if law.terms:
             body.append(f"{force} := {self._call('factor', **held.lists)} * {force};")
-        return Unit(
+        return ProgramUnit(
             self.name,
             "FUNCTION_BLOCK",
             f"Friction by the law {law.name}, with the sign of the velocity",
@@ -237,7 +247,7 @@ class _Units:
 
     # --- the compensator
 
-    def _compensator(self) -> Unit:
+    def _compensator(self) -> ProgramUnit:
         names = Identifiers(self.around, alike=True)
         enable, v_ref, v, h = map(names.new, ("enable", "v_ref", "v", "h"))
         loads = self._loads(names)
@@ -260,7 +270,7 @@ class _Units:
             *(held.relaxed if self.law.states else ()),
             "END_IF;",
         ]
-        return Unit(
+        return ProgramUnit(
             f"{self.name}_compensator",
             "FUNCTION_BLOCK",
             "What a controller adds to its command, called once a sample",
@@ -291,7 +301,9 @@ class _Units:
                 filled += [f"IF {name} THEN", f"    {c}[{s.index}] := 1.0;", "END_IF;"]
             else:
                 inputs.append(
-                    Variable(name, "LREAL", initial=_number(value), says=_said(s.meaning, unit))
+                    Variable(
+                        name, "LREAL", initial=_number(value), says=_comment_text(s.meaning, unit)
+                    )
                 )
                 filled.append(f"{c}[{s.index}] := {name};")
         return inputs, filled
@@ -329,5 +341,5 @@ def _number(value: float) -> str:
     return ST("", {}).number(value, "real")
 
 
-def _said(*texts: str) -> str:
+def _comment_text(*texts: str) -> str:
     return ", ".join(t for t in texts if t)

@@ -12,7 +12,7 @@ from typing import Literal
 
 Kind = Literal["real", "whole", "truth"]
 #: What a law may call, and how many values each takes.
-KNOWN: Mapping[str, int] = {
+MATH_FUNCTIONS: Mapping[str, int] = {
     "abs": 1, "sqrt": 1, "exp": 1, "expm1": 1, "log": 1, "log1p": 1, "sin": 1, "cos": 1,
     "tanh": 1, "copysign": 2, "min": 2, "max": 2, "pow": 2,
 }  # fmt: skip
@@ -56,7 +56,7 @@ class Unary:
     """`-` of a number or `not` of a truth."""
 
     sign: Literal["-", "not"]
-    of: Expression
+    operand: Expression
     kind: Kind
 
 
@@ -90,7 +90,7 @@ class Joined:
 
 
 @dataclass(frozen=True)
-class Choice:
+class Conditional:
     """One of two values by a truth; only that one may be looked at."""
 
     test: Expression
@@ -117,20 +117,20 @@ class Array:
 
 @dataclass(frozen=True)
 class Call:
-    """One of KNOWN, `real` of a whole number, or another function of the program."""
+    """One of MATH_FUNCTIONS, `real` of a whole number, or another function of the program."""
 
     name: str
-    given: tuple[Expression, ...]
+    arguments: tuple[Expression, ...]
     kind: Kind = "real"
 
     @property
     def written(self) -> tuple[Array, ...]:
         """The arrays that it writes into."""
-        return tuple(g for g in self.given if isinstance(g, Array) and g.written)
+        return tuple(g for g in self.arguments if isinstance(g, Array) and g.written)
 
 
 Expression = (
-    Number | Truth | Name | Item | Unary | Binary | Compare | Joined | Choice | Call | Array
+    Number | Truth | Name | Item | Unary | Binary | Compare | Joined | Conditional | Call | Array
 )
 
 
@@ -138,7 +138,7 @@ Expression = (
 class Assign:
     """A variable or an element gets a value."""
 
-    to: Name | Item
+    target: Name | Item
     value: Expression
 
 
@@ -152,7 +152,7 @@ class If:
 
 
 @dataclass(frozen=True)
-class Count:
+class CountLoop:
     """A block for each whole number from 0 to one below the end."""
 
     name: str
@@ -161,7 +161,7 @@ class Count:
 
 
 @dataclass(frozen=True)
-class While:
+class WhileLoop:
     """A block as long as a truth holds."""
 
     test: Expression
@@ -175,11 +175,11 @@ class Return:
     value: Expression
 
 
-Statement = Assign | If | Count | While | Return
+Statement = Assign | If | CountLoop | WhileLoop | Return
 
 
 @dataclass(frozen=True)
-class Function:
+class ProgramFunction:
     """One function.
 
     Args:
@@ -204,10 +204,10 @@ class Program:
     Args:
         functions: All of them.
         entries: The names of those that were asked for.
-        calls: Which of KNOWN they use, in the order of that table.
+        calls: Which of MATH_FUNCTIONS they use, in the order of that table.
     """
 
-    functions: tuple[Function, ...]
+    functions: tuple[ProgramFunction, ...]
     entries: tuple[str, ...]
     calls: tuple[str, ...]
 
@@ -220,33 +220,33 @@ class Program:
         return [texts[argument.name] for argument in function.arguments]
 
 
-def name_of(of: Expression) -> str:
+def name_of(expression: Expression) -> str:
     """The name of a variable, of an array, or of an element's array; "" for anything else."""
-    if isinstance(of, Name | Array):
-        return of.name
-    return of.array if isinstance(of, Item) else ""
+    if isinstance(expression, Name | Array):
+        return expression.name
+    return expression.array if isinstance(expression, Item) else ""
 
 
-def leaves(of: Expression) -> list[Expression]:
+def leaves(expression: Expression) -> list[Expression]:
     """An expression and all that it is made of."""
-    return [of, *(leaf for part in parts(of) for leaf in leaves(part))]
+    return [expression, *(leaf for part in parts(expression) for leaf in leaves(part))]
 
 
-def parts(of: Expression) -> tuple[Expression, ...]:  # noqa: PLR0911 - one case a line
+def parts(expression: Expression) -> tuple[Expression, ...]:  # noqa: PLR0911 - one case a line
     """What an expression is made of."""
-    match of:
+    match expression:
         case Item(index=index):
             return (index,)
-        case Unary(of=inner):
-            return (inner,)
+        case Unary(operand=operand):
+            return (operand,)
         case Binary(left=left, right=right) | Compare(left=left, right=right):
             return (left, right)
         case Joined(parts=joined):
             return joined
-        case Choice(test=test, yes=yes, no=no):
+        case Conditional(test=test, yes=yes, no=no):
             return (test, yes, no)
-        case Call(given=given):
-            return given
+        case Call(arguments=arguments):
+            return arguments
     return ()
 
 
@@ -261,29 +261,29 @@ def statements(body: Sequence[Statement]) -> Iterator[Statement]:
 def expressions(body: Sequence[Statement]) -> Iterator[Expression]:
     """All expressions of a block, and all that they are made of."""
     for statement in statements(body):
-        for expression in said(statement):
+        for expression in direct_expressions(statement):
             yield from leaves(expression)
 
 
-def read_names(function: Function) -> set[str]:
+def read_names(function: ProgramFunction) -> set[str]:
     """The variables that a function reads, and the arrays that it reads or writes."""
-    found: set[str] = set()
+    names: set[str] = set()
     for statement in statements(function.body):
-        for expression in said(statement):
-            written = isinstance(statement, Assign) and expression is statement.to
-            if not (written and isinstance(expression, Name)):
-                found |= {name_of(leaf) for leaf in leaves(expression)}
-    return found - {""}
+        for expression in direct_expressions(statement):
+            assigned = isinstance(statement, Assign) and expression is statement.target
+            if not (assigned and isinstance(expression, Name)):
+                names |= {name_of(leaf) for leaf in leaves(expression)}
+    return names - {""}
 
 
-def said(statement: Statement) -> tuple[Expression, ...]:
+def direct_expressions(statement: Statement) -> tuple[Expression, ...]:
     """The expressions of a statement itself."""
     match statement:
-        case Assign(to=to, value=value):
-            return (to, value)
-        case If(test=test) | While(test=test):
+        case Assign(target=target, value=value):
+            return (target, value)
+        case If(test=test) | WhileLoop(test=test):
             return (test,)
-        case Count(end=end):
+        case CountLoop(end=end):
             return (end,)
         case Return(value=value):
             return (value,)
@@ -294,6 +294,6 @@ def blocks(statement: Statement) -> tuple[tuple[Statement, ...], ...]:
     match statement:
         case If(then=then, otherwise=otherwise):
             return (then, otherwise)
-        case Count(body=body) | While(body=body):
+        case CountLoop(body=body) | WhileLoop(body=body):
             return (body,)
     return ()

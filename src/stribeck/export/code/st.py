@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from ...compensate.compensator import Compensator
 from ..model import Model, folded
 from .ascii_text import ascii_text
-from .pou import Unit, Variable, units
+from .pou import ProgramUnit, Variable, program_units
 
 _SECTIONS = (("VAR_INPUT", "inputs"), ("VAR_IN_OUT", "shared"), ("VAR_OUTPUT", "outputs"))
 
@@ -30,7 +30,8 @@ def st(
     Raises:
         InputError: a name that the language does not take, or a law that cannot be translated.
     """
-    text = "\n".join([*comment(head(model)), "", *map(unit_text, units(model, name, compensator))])
+    units = program_units(model, name, compensator)
+    text = "\n".join([*comment(head(model)), "", *map(unit_text, units)])
     return {f"{name}.st": text.encode("ascii")}
 
 
@@ -44,23 +45,27 @@ def head(model: Model) -> list[str]:
     ]
 
 
-def unit_text(of: Unit) -> str:
+def unit_text(unit: ProgramUnit) -> str:
     """One unit, with its comment, as it stands in the file."""
-    returns = " : LREAL" if of.kind == "FUNCTION" else ""
-    lines = [*(comment([of.says]) if of.says else []), f"{of.kind} {of.name}{returns}"]
+    returns = " : LREAL" if unit.kind == "FUNCTION" else ""
+    lines = [*(comment([unit.says]) if unit.says else []), f"{unit.kind} {unit.name}{returns}"]
     for word, section in (*_SECTIONS, ("VAR", "own")):
-        found: tuple[Variable, ...] = getattr(of, section)
-        if found:
-            lines += [word, *(f"    {declaration(v)}" for v in found), "END_VAR"]
-    return "\n".join([*lines, "", *of.body, f"END_{of.kind}", ""])
+        variables: tuple[Variable, ...] = getattr(unit, section)
+        if variables:
+            lines += [word, *(f"    {declaration(v)}" for v in variables), "END_VAR"]
+    return "\n".join([*lines, "", *unit.body, f"END_{unit.kind}", ""])
 
 
-def declaration(of: Variable) -> str:
+def declaration(variable: Variable) -> str:
     """A variable's line."""
-    kind = of.type if of.length is None else f"ARRAY[0..{of.length - 1}] OF {of.type}"
-    initial = f" := {of.initial}" if of.initial is not None else ""
-    says = f" {''.join(comment([of.says]))}" if of.says else ""
-    return f"{of.name} : {kind}{initial};{says}"
+    kind = (
+        variable.type
+        if variable.length is None
+        else f"ARRAY[0..{variable.length - 1}] OF {variable.type}"
+    )
+    initial = f" := {variable.initial}" if variable.initial is not None else ""
+    says = f" {''.join(comment([variable.says]))}" if variable.says else ""
+    return f"{variable.name} : {kind}{initial};{says}"
 
 
 def comment(lines: Sequence[str]) -> list[str]:

@@ -79,36 +79,36 @@ class ST(Dialect):
             text = f"{mantissa if '.' in mantissa else f'{mantissa}.0'}E{int(exponent)}"
         return text if _single(value) else f"LREAL#{text}"
 
-    def operand(self, of: Expression, kind: Kind, above: int) -> str:
+    def operand(self, expression: Expression, kind: Kind, above: int) -> str:
         """One side of an operation: what has a minus sign stands in brackets behind another."""
         del kind
-        text = self.write(of, above)
-        signed = text.startswith("-") or (isinstance(of, Number) and of.value < 0)
+        text = self.write(expression, above)
+        signed = text.startswith("-") or (isinstance(expression, Number) and expression.value < 0)
         return f"({text})" if signed and SUM < above < ATOM else text
 
-    def call(self, name: str, given: Sequence[Expression]) -> str:
+    def call(self, name: str, arguments: Sequence[Expression]) -> str:
         """A function; more than one argument are named, as some controllers will have it."""
-        values = [self.write(g) for g in given]
+        values = [self.write(argument) for argument in arguments]
         if name in OWN:
             return f"{OWN[name]}({', '.join(values)})"
-        full, arguments = self._called[name]
+        full, names = self._called[name]
         if len(values) > 1:
-            values = [f"{a} := {v}" for a, v in zip(arguments, values, strict=True)]
+            values = [f"{a} := {v}" for a, v in zip(names, values, strict=True)]
         return f"{full}({', '.join(values)})"
 
-    def returned(self, value: Expression) -> list[str]:
+    def return_lines(self, value: Expression) -> list[str]:
         """The function's name gets its value."""
         return [f"{self._result} := {self.write(value)};", "RETURN;"]
 
-    def counted(self, name: str, end: Expression) -> tuple[str, str]:
+    def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
         return f"FOR {name} := 0 TO {self.last(end)} DO", "END_FOR;"
 
-    def repeated(self, test: Expression) -> tuple[str, str]:
+    def while_loop(self, test: Expression) -> tuple[str, str]:
         """A loop."""
         return f"WHILE {self.write(test, CHOICE)} DO", "END_WHILE;"
 
-    def conditional(self) -> tuple[str, str, str, str]:
+    def if_words(self) -> tuple[str, str, str, str]:
         """If, else if, else and the end."""
         return "IF {} THEN", "ELSIF {} THEN", "ELSE", "END_IF;"
 
@@ -216,8 +216,8 @@ END_IF;""",
 
 def needed(calls: Iterable[str]) -> list[str]:
     """The helpers that a program calls, each after those that it needs."""
-    found: dict[str, None] = {}
+    helpers: dict[str, None] = {}
     for name in calls:
         if name in HELPERS:
-            found |= dict.fromkeys((*HELPERS[name].needs, name))
-    return list(found)
+            helpers |= dict.fromkeys((*HELPERS[name].needs, name))
+    return list(helpers)

@@ -19,16 +19,15 @@ from typing import Any, Literal
 
 from ...errors import InputError
 from .program import (
-    KNOWN,
+    MATH_FUNCTIONS,
     Array,
     Assign,
     Binary,
     Call,
-    Choice,
     Compare,
-    Count,
+    Conditional,
+    CountLoop,
     Expression,
-    Function,
     If,
     Item,
     Joined,
@@ -36,11 +35,12 @@ from .program import (
     Name,
     Number,
     Program,
+    ProgramFunction,
     Return,
     Statement,
     Truth,
     Unary,
-    While,
+    WhileLoop,
     expressions,
     leaves,
     name_of,
@@ -50,7 +50,7 @@ _CONSTANTS = {"pi": math.pi, "e": math.e}
 
 
 @dataclass(frozen=True)
-class Entry:
+class FunctionSource:
     """A function to be translated.
 
     Args:
@@ -78,7 +78,7 @@ class Entry:
         return frozenset((*self.drop, *self.constants, *self.functions))
 
 
-def translated(entries: Sequence[Entry], what: str) -> Program:
+def translate(entries: Sequence[FunctionSource], what: str) -> Program:
     """Translate functions and all that they call.
 
     Args:
@@ -91,36 +91,38 @@ def translated(entries: Sequence[Entry], what: str) -> Program:
     translation = _Translation(what, frozenset(entry.name for entry in entries))
     for entry in entries:
         translation.add(entry)
-    found = tuple(translation.functions.values())
-    used = {x.name for f in found for x in expressions(f.body) if isinstance(x, Call)}
+    functions = tuple(translation.functions.values())
+    used = {x.name for f in functions for x in expressions(f.body) if isinstance(x, Call)}
     return Program(
-        found, tuple(e.name for e in entries), tuple(name for name in KNOWN if name in used)
+        functions,
+        tuple(e.name for e in entries),
+        tuple(name for name in MATH_FUNCTIONS if name in used),
     )
 
 
-def python_of(function: Any) -> Callable[..., Any]:
+def python_function(function: Any) -> Callable[..., Any]:
     """The Python function behind a compiled one."""
-    found: Callable[..., Any] = getattr(function, "py_func", function)
-    return found
+    python: Callable[..., Any] = getattr(function, "py_func", function)
+    return python
 
 
 class _Translation:
     """What has been translated so far."""
 
     def __init__(self, what: str, reserved: frozenset[str]) -> None:
-        self.what, self._reserved = what, reserved | KNOWN.keys()
-        self.functions: dict[str, Function] = {}
-        self.entries: dict[str, Entry] = {}
+        self.what, self._reserved = what, reserved | MATH_FUNCTIONS.keys()
+        self.functions: dict[str, ProgramFunction] = {}
+        self.entries: dict[str, FunctionSource] = {}
         self._names: dict[tuple[Any, ...], str] = {}
         #: Functions that are being read: what they call must not lead back to them.
-        self.open: list[Callable[..., Any]] = []
+        self.being_read: list[Callable[..., Any]] = []
 
-    def add(self, entry: Entry) -> None:
+    def add(self, entry: FunctionSource) -> None:
         """Translate an entry under its own name."""
         self.entries[entry.name] = entry
         self.functions[entry.name] = _Reader(self, entry, entry.name).function()
 
-    def called(self, function: Any, name: str, lengths: Mapping[str, int]) -> str:
+    def translated_name(self, function: Any, name: str, lengths: Mapping[str, int]) -> str:
         """The name in the program of a function that gives a real number; translated once.
 
         Args:
@@ -128,35 +130,35 @@ class _Translation:
             name: What its caller calls it.
             lengths: Of the arrays among its arguments; it must not write them.
         """
-        key = (python_of(function), tuple(lengths.items()))
+        key = (python_function(function), tuple(lengths.items()))
         if key not in self._names:
             unique = name.lstrip("_")
             while unique in self.functions or unique in self._reserved:
                 unique += "_"
             self._names[key] = unique
-            self.add(Entry(unique, function, lengths))
+            self.add(FunctionSource(unique, function, lengths))
         return self._names[key]
 
 
 class _Reader:
     """Reads one function."""
 
-    def __init__(self, of: _Translation, entry: Entry, name: str) -> None:
-        self._of, self._entry, self._name = of, entry, name
-        self._python = python_of(entry.function)
+    def __init__(self, translation: _Translation, entry: FunctionSource, name: str) -> None:
+        self._translation, self._entry, self._name = translation, entry, name
+        self._python = python_function(entry.function)
         try:
             lines, self._first = inspect.getsourcelines(self._python)
             self._tree = ast.parse(textwrap.dedent("".join(lines))).body[0]
         except (OSError, TypeError, SyntaxError, IndexError) as error:
             raise InputError(
-                f"{of.what}: cannot be translated: the source of its function "
+                f"{translation.what}: cannot be translated: the source of its function "
                 f"{getattr(self._python, '__name__', name)!r} is not in a file"
             ) from error
         self._kinds: dict[str, Kind] = {}
         self._variables: dict[str, Name] = {}
         self._known = inspect.getclosurevars(self._python)
 
-    def function(self) -> Function:
+    def function(self) -> ProgramFunction:
         """The function read."""
         tree = self._tree
         if not isinstance(tree, ast.FunctionDef):
@@ -164,7 +166,7 @@ class _Reader:
         a = tree.args
         if a.vararg or a.kwarg or a.kwonlyargs or a.defaults:
             raise self._refused(tree, "has optional or starred arguments")
-        self._of.open.append(self._python)
+        self._translation.being_read.append(self._python)
         self._loops(tree)
         arguments: list[Name | Array] = []
         for argument in (*a.posonlyargs, *a.args):
@@ -182,8 +184,8 @@ class _Reader:
         statements = self._block(body[1:] if doc else body)
         if not _ends(statements):
             raise self._refused(tree, "does not return a value on every way through it")
-        self._of.open.pop()
-        return Function(
+        self._translation.being_read.pop()
+        return ProgramFunction(
             self._name,
             tuple(arguments),
             tuple(self._variables.values()),
@@ -221,12 +223,12 @@ class _Reader:
     # --- statements
 
     def _block(self, nodes: Sequence[ast.stmt]) -> tuple[Statement, ...]:
-        made: list[Statement] = []
+        block: list[Statement] = []
         for node in nodes:
-            made += self._statement(node)
-            if made and isinstance(made[-1], Return):
+            block += self._statement(node)
+            if block and isinstance(block[-1], Return):
                 break  # what follows is never reached
-        return tuple(made)
+        return tuple(block)
 
     def _statement(  # noqa: C901, PLR0911 - one case a line
         self, node: ast.stmt
@@ -253,7 +255,7 @@ class _Reader:
                     return list(self._block(body if condition.value else orelse))
                 return [If(condition, self._block(body), self._block(orelse))]
             case ast.While(test=test, body=body, orelse=[]):
-                return [While(self._truth(test), self._block(body))]
+                return [WhileLoop(self._truth(test), self._block(body))]
             case ast.For(
                 target=ast.Name(id=name),
                 iter=ast.Call(func=ast.Name(id="range"), args=[end], keywords=[]),
@@ -264,7 +266,7 @@ class _Reader:
                 if limit.kind != "whole":
                     raise self._refused(node, "counts to something that is no whole number")
                 self._declare(name, "whole", node)
-                return [Count(name, limit, self._block(body))]
+                return [CountLoop(name, limit, self._block(body))]
             case ast.Pass():
                 return []
         raise self._refused(node, "is a statement that other languages are not told")
@@ -273,13 +275,13 @@ class _Reader:
         self, targets: Sequence[ast.expr], values: Sequence[Expression], node: ast.stmt
     ) -> list[Statement]:
         """Several assignments at once; none of them may read what an earlier one has written."""
-        made: list[Statement] = []
+        assignments: list[Statement] = []
         for target, value in zip(targets, values, strict=True):
-            written = {name_of(s.to) for s in made if isinstance(s, Assign)}
+            written = {name_of(s.target) for s in assignments if isinstance(s, Assign)}
             if written & {name_of(leaf) for leaf in leaves(value)}:
                 raise self._refused(node, "swaps values in one line: write it in two")
-            made.append(self._assigned(target, value))
-        return made
+            assignments.append(self._assigned(target, value))
+        return assignments
 
     def _assigned(self, target: ast.expr, value: Expression) -> Assign:
         match target:
@@ -307,19 +309,19 @@ class _Reader:
     # --- expressions
 
     def _truth(self, node: ast.expr) -> Expression:
-        made = self._expression(node)
-        if made.kind != "truth":
+        truth = self._expression(node)
+        if truth.kind != "truth":
             raise self._refused(node, "asks a number whether it is true: compare it")
-        return made
+        return truth
 
     def _index(self, array: str, node: ast.expr) -> Expression:
-        made = self._expression(node)
-        if made.kind != "whole":
+        place = self._expression(node)
+        if place.kind != "whole":
             raise self._refused(node, "is an index that is no whole number")
         length = self._entry.arrays[array]
-        if isinstance(made, Number) and not 0 <= made.value < length:
-            raise self._refused(node, f"reads {array}[{made.value}], it has {length}")
-        return made
+        if isinstance(place, Number) and not 0 <= place.value < length:
+            raise self._refused(node, f"reads {array}[{place.value}], it has {length}")
+        return place
 
     def _expression(  # noqa: C901, PLR0911, PLR0912 - one case a line
         self, node: ast.expr
@@ -360,8 +362,8 @@ class _Reader:
                 return self._joined("and" if isinstance(op, ast.And) else "or", nodes)
             case ast.IfExp(test=test, body=yes, orelse=no):
                 return self._choice(self._truth(test), yes, no)
-            case ast.Call(func=func, args=given, keywords=[]):
-                return self._call(func, given, node)
+            case ast.Call(func=func, args=arguments, keywords=[]):
+                return self._call(func, arguments, node)
         raise self._refused(node, "is an expression that other languages are not told")
 
     def _place(self, name: str, index: int, node: ast.expr) -> Number:
@@ -426,17 +428,17 @@ class _Reader:
         self, nodes: Sequence[ast.expr], ops: Sequence[ast.cmpop], node: ast.AST
     ) -> Expression:
         sides = [self._expression(n) for n in nodes]
-        made: list[Compare] = []
+        comparisons: list[Compare] = []
         for left, op, right in zip(sides, ops, sides[1:], strict=False):
             sign = _COMPARED.get(type(op))
             if sign is None or "truth" in (left.kind, right.kind):
                 raise self._refused(node, "is a comparison that other languages are not told")
             if left.kind != right.kind:
                 left, right = _real(left), _real(right)  # noqa: PLW2901 - the same values
-            made.append(Compare(sign, left, right))
-        if len(made) > 1:
-            return Joined("and", tuple(made))
-        (only,) = made
+            comparisons.append(Compare(sign, left, right))
+        if len(comparisons) > 1:
+            return Joined("and", tuple(comparisons))
+        (only,) = comparisons
         if isinstance(only.left, Number) and isinstance(only.right, Number):
             return Truth(_BY_ORDER[only.sign](only.left.value, only.right.value))
         return only
@@ -447,61 +449,62 @@ class _Reader:
         a, b = self._expression(yes), self._expression(no)
         if a.kind != b.kind:
             a, b = _real(a), _real(b)
-        return Choice(test, a, b, a.kind)
+        return Conditional(test, a, b, a.kind)
 
-    def _call(self, func: ast.expr, given: Sequence[ast.expr], node: ast.expr) -> Expression:
+    def _call(self, func: ast.expr, arguments: Sequence[ast.expr], node: ast.expr) -> Expression:
         name = func.id if isinstance(func, ast.Name) else getattr(func, "attr", "")
-        if name == "len" and len(given) == 1 and isinstance(given[0], ast.Name):
-            array = given[0].id
+        if name == "len" and len(arguments) == 1 and isinstance(arguments[0], ast.Name):
+            array = arguments[0].id
             if array in self._entry.arrays:
                 return Number(self._entry.arrays[array], "whole")
         if name in self._entry.functions:
-            return self._call_of(self._entry.functions[name], given, node)
-        known = {"fabs": "abs"}.get(name, name)
-        if name == "float" and len(given) == 1:
-            return _real(self._expression(given[0]))
-        if known in KNOWN and not self._own(func):
-            values = tuple(self._expression(g) for g in given)
-            if len(values) < KNOWN[known] or (
-                len(values) > KNOWN[known] and known not in ("min", "max")
+            return self._program_call(self._entry.functions[name], arguments, node)
+        math_name = {"fabs": "abs"}.get(name, name)
+        if name == "float" and len(arguments) == 1:
+            return _real(self._expression(arguments[0]))
+        if math_name in MATH_FUNCTIONS and not self._users_own(func):
+            values = tuple(self._expression(g) for g in arguments)
+            if len(values) < MATH_FUNCTIONS[math_name] or (
+                len(values) > MATH_FUNCTIONS[math_name] and math_name not in ("min", "max")
             ):
-                raise self._refused(node, f"{name} takes {KNOWN[known]} values here")
-            return _known_call(known, tuple(map(_real, values)))
+                raise self._refused(node, f"{name} takes {MATH_FUNCTIONS[math_name]} values here")
+            return _known_call(math_name, tuple(map(_real, values)))
         callee = self._outside(name) if isinstance(func, ast.Name) else None
-        if not inspect.isfunction(python_of(callee)):
+        if not inspect.isfunction(python_function(callee)):
             raise self._refused(node, f"{name or 'it'} is a call that other languages are not told")
-        if python_of(callee) in self._of.open:
+        if python_function(callee) in self._translation.being_read:
             raise self._refused(node, f"{name} calls itself: write a loop")
-        names = inspect.signature(python_of(callee)).parameters
+        names = inspect.signature(python_function(callee)).parameters
         lengths = {
             to: self._entry.arrays[argument.id]
-            for to, argument in zip(names, given, strict=False)
+            for to, argument in zip(names, arguments, strict=False)
             if isinstance(argument, ast.Name) and argument.id in self._entry.arrays
         }
-        return self._call_of(self._of.called(callee, name, lengths), given, node)
+        unique = self._translation.translated_name(callee, name, lengths)
+        return self._program_call(unique, arguments, node)
 
-    def _call_of(self, name: str, given: Sequence[ast.expr], node: ast.expr) -> Call:
+    def _program_call(self, name: str, values: Sequence[ast.expr], node: ast.expr) -> Call:
         """A call of a function of the program, without the arguments that it does not have."""
-        entry = self._of.entries[name]
-        names = inspect.signature(python_of(entry.function)).parameters
-        if len(names) != len(given):
+        entry = self._translation.entries[name]
+        names = inspect.signature(python_function(entry.function)).parameters
+        if len(names) != len(values):
             raise self._refused(node, f"{name} takes {len(names)} arguments")
         arguments: list[Expression] = []
-        for to, argument in zip(names, given, strict=True):
-            if to in entry.absent:
+        for parameter, argument in zip(names, values, strict=True):
+            if parameter in entry.absent:
                 continue
-            if to not in entry.arrays:
+            if parameter not in entry.arrays:
                 arguments.append(_real(self._expression(argument)))
                 continue
-            own = argument.id if isinstance(argument, ast.Name) else ""
-            if self._entry.arrays.get(own) != entry.arrays[to]:
-                raise self._refused(node, f"{to} is an array of {entry.arrays[to]}")
-            if to in entry.written and own not in self._entry.written:
-                raise self._refused(node, f"{name} writes into {own}, which is only read here")
-            arguments.append(Array(own, entry.arrays[to], to in entry.written))
+            array = argument.id if isinstance(argument, ast.Name) else ""
+            if self._entry.arrays.get(array) != entry.arrays[parameter]:
+                raise self._refused(node, f"{parameter} is an array of {entry.arrays[parameter]}")
+            if parameter in entry.written and array not in self._entry.written:
+                raise self._refused(node, f"{name} writes into {array}, which is only read here")
+            arguments.append(Array(array, entry.arrays[parameter], parameter in entry.written))
         return Call(name, tuple(arguments))
 
-    def _own(self, func: ast.expr) -> bool:
+    def _users_own(self, func: ast.expr) -> bool:
         """Whether a name that is known elsewhere means a function of the user's here."""
         if not isinstance(func, ast.Name):
             return False
@@ -514,10 +517,8 @@ class _Reader:
             text = ast.unparse(node).partition("\n")[0]
         except (ValueError, TypeError, AttributeError):
             text = type(node).__name__
-        return InputError(
-            f"{self._of.what}: cannot be translated: {self._python.__name__}, line {line}: "
-            f"`{text:.60}`: {why}"
-        )
+        what, name = self._translation.what, self._python.__name__
+        return InputError(f"{what}: cannot be translated: {name}, line {line}: `{text:.60}`: {why}")
 
 
 _SIGNS: Mapping[type[ast.operator], Literal["+", "-", "*", "/", "//"]] = {
@@ -539,19 +540,19 @@ _BY_TWO: Mapping[str, Callable[[float, float], float]] = {
 }
 
 
-def _real(of: Expression) -> Expression:
+def _real(expression: Expression) -> Expression:
     """The same value as a real number: of a whole one that is not known yet, by a call `real`."""
-    if of.kind == "truth":
+    if expression.kind == "truth":
         raise InputError("a truth is not a number: use a conditional expression")
-    if isinstance(of, Number):
-        return Number(float(of.value))
-    return Call("real", (of,)) if of.kind == "whole" else of
+    if isinstance(expression, Number):
+        return Number(float(expression.value))
+    return Call("real", (expression,)) if expression.kind == "whole" else expression
 
 
-def _negative(of: Expression) -> Expression:
-    if isinstance(of, Number):
-        return Number(-of.value, of.kind)
-    return Unary("-", of, of.kind)
+def _negative(expression: Expression) -> Expression:
+    if isinstance(expression, Number):
+        return Number(-expression.value, expression.kind)
+    return Unary("-", expression, expression.kind)
 
 
 def _folded(sign: str, left: Number, right: Number, *, whole: bool) -> Number:
@@ -567,13 +568,13 @@ def _power(base: Expression, exponent: Expression) -> Expression:
     return _known_call("pow", (_real(base), _real(exponent)))
 
 
-def _known_call(name: str, given: tuple[Expression, ...]) -> Expression:
-    if len(given) > KNOWN[name]:  # min and max of more than two
-        return _known_call(name, (_known_call(name, given[:2]), *given[2:]))
-    if all(isinstance(g, Number) for g in given):
-        own: Any = {"abs": abs, "min": min, "max": max}.get(name) or getattr(math, name)
-        return Number(float(own(*(g.value for g in given if isinstance(g, Number)))))
-    return Call(name, given)
+def _known_call(name: str, arguments: tuple[Expression, ...]) -> Expression:
+    if len(arguments) > MATH_FUNCTIONS[name]:  # min and max of more than two
+        return _known_call(name, (_known_call(name, arguments[:2]), *arguments[2:]))
+    if all(isinstance(g, Number) for g in arguments):
+        function: Any = {"abs": abs, "min": min, "max": max}.get(name) or getattr(math, name)
+        return Number(float(function(*(g.value for g in arguments if isinstance(g, Number)))))
+    return Call(name, arguments)
 
 
 def _ends(body: Sequence[Statement]) -> bool:
