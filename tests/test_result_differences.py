@@ -34,6 +34,7 @@ def files(name: str, before: str, after: str) -> list[Difference]:
         "{}.11 s: start-up 0.{}, search 0.44, figures 5.77, report\n0.{}",
         "samples in effect; fits took {} s",
         "paper: 94/94 runs, 48 met their target in {} min",
+        "| search time, BTS less than ATS | 37.15 | {} |",
         '  "seconds": {},',
         "joint     stribeck   1.59e+03 mrad    1.1 mrad   0.22   {}.5 ms",
     ],
@@ -100,6 +101,7 @@ def test_a_field_more_and_a_type_are_differences() -> None:
 def test_seconds_of_a_table_are_passed_over_and_nothing_beside() -> None:
     head = "function,time/s published,ours,rounds,ours,seconds\n"
     assert not files("t.csv", head + "BF,1,2.5,3,4,5", head + "BF,1,2.6,3,4,6")
+    assert not files("p.csv", "what,ours\nsearch time,1", "what,ours\nsearch time,2")
     (one,) = files("t.csv", head + "BF,1,2.5,3,4,5", head + "BF,1,2.6,3,4.5,6")
     assert (one.field, one.before, one.after) == ("t.csv: ours, row 1 (1 of 1)", "4", "4.5")
 
