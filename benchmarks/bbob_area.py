@@ -15,7 +15,7 @@ import numpy as np
 from stribeck.bench.bbob import FUNCTIONS, GROUPS
 from stribeck.bench.record import Record
 from stribeck.bench.statistics import TARGETS, area, hits
-from stribeck.bench.tables import Cell, Table
+from stribeck.report.table import Cell, Table
 from stribeck.space import Array
 from trials import methods, records
 
@@ -114,7 +114,7 @@ def tables(found: dict[str, Any]) -> list[str]:
 def _overall(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
     dims = [str(d) for d in found["dimensions"]]
     rows = [
-        (Cell(who, who), *(_three(v) for by in (of["share"], of["area"]) for v in _by(by, dims)))
+        (Cell.label(who), *(_three(v) for by in (of["share"], of["area"]) for v in _by(by, dims)))
         for who, of in ranked.items()
     ]
     each = [f"D = {d}" for d in dims]
@@ -138,7 +138,7 @@ def _groups(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
     groups = {g: [f for f in found["functions"] if FUNCTIONS[f].group == g] for g in GROUPS}
     rows = [
         (
-            Cell(who, who),
+            Cell.label(who),
             *(_three(_mean({f: of["by_function"][str(f)] for f in fs})) for fs in groups.values()),
         )
         for who, of in ranked.items()
@@ -153,7 +153,7 @@ def _functions(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
         areas = {who: of["by_function"][str(f)] for who, of in ranked.items()}
         best = max(areas, key=lambda who: areas[who])
         title = f"f{f} {FUNCTIONS[f].title}"
-        rows.append((Cell(title, title), *(map(_three, areas.values())), Cell(best, best)))
+        rows.append((Cell.label(title), *(map(_three, areas.values())), Cell.label(best)))
     return Table("Area by function", ("function", *ranked, "best"), tuple(rows))
 
 

@@ -14,9 +14,10 @@ from numpy.random import SeedSequence
 from scipy.optimize import least_squares
 
 from stribeck.bench import third_party
-from stribeck.bench.tables import Cell, Table, number
 from stribeck.identify.problem import MotionProblem
 from stribeck.optimize import Search, Target, configure, lockstep
+from stribeck.report.format import grouped
+from stribeck.report.table import Cell, Table
 from stribeck.space import Array
 from twins import WITHIN, Twin, twins
 
@@ -186,8 +187,8 @@ def tables(found: dict[str, Any]) -> list[str]:
 def _demo(found: dict[str, Any]) -> Table:
     rows = [
         (
-            Cell(name, name),
-            Cell(twin["side"], twin["side"]),
+            Cell.label(name),
+            Cell.label(twin["side"]),
             *_cells(of["evaluations"]),
             _budget(of),
         )
@@ -209,11 +210,11 @@ def _random(found: dict[str, Any]) -> Table:
     rows = []
     for name, twin in found["random"].items():
         fixed = (
-            Cell(name, name),
-            Cell(twin["side"], twin["side"]),
-            Cell.of(twin["rate"], 3),
-            Cell.of(1e3 * twin["noise"], 2),
-            Cell.of(twin["best"], 4),
+            Cell.label(name),
+            Cell.label(twin["side"]),
+            Cell.number(twin["rate"], 3),
+            Cell.number(1e3 * twin["noise"], 2),
+            Cell.number(twin["best"], 4),
         )
         by = [_cells(twin["counts"][who]["evaluations"]) for who in _who(found)]
         rows.append((*fixed, *(cell for cells in by for cell in (cells[0], cells[2], cells[3]))))
@@ -237,14 +238,14 @@ def _pooled(found: dict[str, Any]) -> Iterator[str]:
         hits, _, median, most = spread(counts)
         yield (
             f"All together, {who}: found in {hits} of {len(counts)} runs, median "
-            f"{number(median)}, most {number(most)}."
+            f"{grouped(median)}, most {grouped(most)}."
         )
 
 
 def _cells(counts: Sequence[Count]) -> tuple[Cell, Cell, Cell, Cell]:
     hits, least, median, most = spread(counts)
     text = f"{hits}/{len(counts)}"
-    return Cell(text, text), Cell.of(least), Cell.of(median), Cell.of(most)
+    return Cell.label(text), Cell.number(least), Cell.number(median), Cell.number(most)
 
 
 def _budget(of: dict[str, Any]) -> Cell:

@@ -26,8 +26,9 @@ from scipy.stats import beta
 from interval_twins import MEMORY, SWINGS, Known, bed, loop, pendulum
 from stribeck import Fit, identify
 from stribeck.bench.engines import cores
-from stribeck.bench.tables import Cell, Table, number
 from stribeck.errors import InputError
+from stribeck.report.format import grouped
+from stribeck.report.table import Cell, Table
 from stribeck.space import Param, Space
 
 HERE = Path(__file__).parent
@@ -343,11 +344,11 @@ def _table(study: Study, of: dict[str, Any]) -> Table:
     heads = ("parameter", "identified", "± / %", "weak", "± / %", "not identifiable", "every")
     rows = []
     for name, c in counted.items():
-        cells = [Cell(name, name), *_held(c["identified"]), *_held(c["weak"])]
+        cells = [Cell.label(name), *_held(c["identified"]), *_held(c["weak"])]
         cells += [_held(c["not identifiable"])[0], _held(c["every"])[0]]
         if drawn:
             cells += [_held(c["bootstrap"][which])[0] for which in ("identified", "every")]
-        rows.append((*cells, Cell.of(math.nan if c["z"] is None else c["z"], 3)))
+        rows.append((*cells, Cell.number(math.nan if c["z"] is None else c["z"], 3)))
     return Table(
         f"{study.title}: how often a nominal 95 % interval holds the truth",
         (*heads, *(("bootstrap: identified", "every") if drawn else ()), "z"),
@@ -361,7 +362,7 @@ def _held(c: dict[str, Any]) -> tuple[Cell, Cell]:
         return Cell("–"), Cell("–")
     low, high = c["share"]
     text = f"{c['held']}/{c['of']}, {100 * low:.1f} to {100 * high:.1f} %"
-    return Cell(text, text), Cell.of(100 * (c["half_width"] or math.nan), 2)
+    return Cell.label(text), Cell.number(100 * (c["half_width"] or math.nan), 2)
 
 
 def _notes(study: Study, of: dict[str, Any]) -> Iterable[str]:
@@ -394,15 +395,15 @@ def _spread(found: dict[str, Any]) -> Table:
     rows = [
         (
             Cell(str(s["bed"]), s["bed"]),
-            Cell(s["parameter"], s["parameter"]),
-            Cell(s["verdict"], s["verdict"]),
+            Cell.label(s["parameter"]),
+            Cell.label(s["verdict"]),
             Cell(f"{s['so_often']}/{s['seeds']}", f"{s['so_often']}/{s['seeds']}"),
-            Cell.of(100 * s["spread"], 2),
+            Cell.number(100 * s["spread"], 2),
         )
         for s in found["spread"]
     ]
     least = min((s["spread"] for s in found["spread"] if s["verdict"] == VERDICTS[-1]), default=0)
-    said = f"Least among the not identifiable: {number(100 * least, 2)} %." if least else ""
+    said = f"Least among the not identifiable: {grouped(100 * least, 2)} %." if least else ""
     return Table(
         "Estimates across seeds of the noise: the share of the search range that they take",
         ("bed", "parameter", "verdict", "so often", "spread / %"),

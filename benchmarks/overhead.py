@@ -184,7 +184,7 @@ def _called(on: Sphere) -> float:
 
 def tables(found: dict[str, Any]) -> list[str]:
     """Microseconds per evaluation, in Markdown."""
-    from stribeck.bench.tables import Cell, Table  # noqa: PLC0415 - slow, and not timed
+    from stribeck.report.table import Cell, Table  # noqa: PLC0415 - slow, and not timed
 
     rows = []
     for name, of in found["methods"].items():
@@ -192,10 +192,10 @@ def tables(found: dict[str, Any]) -> list[str]:
         goal = GOALS.get(name)
         met = "" if goal is None else f"at most {goal:g}: {'met' if least <= goal else 'missed'}"
         rows.append((
-            Cell(name, name),
-            Cell.of(least, 2),
-            Cell.of(middle, 2),
-            Cell.of(of["rows_a_call"], 3),
+            Cell.label(name),
+            Cell.number(least, 2),
+            Cell.number(middle, 2),
+            Cell.number(of["rows_a_call"], 3),
             Cell(met, met or None),
         ))  # fmt: skip
     table = Table(

@@ -173,7 +173,7 @@ def draw(found: dict[str, Any]) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    from stribeck.report.figures.fit_figures import COMMAND, MODEL, STYLE  # noqa: PLC0415
+    from stribeck.report.figures.style import COMMAND, MODEL, STYLE  # noqa: PLC0415
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 3.6), layout="constrained")
@@ -198,18 +198,18 @@ def _title(what: str, of: dict[str, Any]) -> str:
 
 def tables(found: dict[str, Any]) -> list[str]:
     """Exponents and memory, in Markdown."""
-    from stribeck.bench.tables import Cell, Table  # noqa: PLC0415
+    from stribeck.report.table import Cell, Table  # noqa: PLC0415
 
     rows = []
     for what, of in found["varied"].items():
         sizes, seconds = of["sizes"], of["seconds"]
         span = f"{sizes[0]:,} to {sizes[-1]:,}"
         rows.append((
-            Cell(what, what),
-            Cell(span, span),
-            Cell.of(1e3 * seconds[0], 3),
-            Cell.of(1e3 * seconds[-1], 3),
-            Cell.of(1e6 * seconds[-1] / sizes[-1], 3),
+            Cell.label(what),
+            Cell.label(span),
+            Cell.number(1e3 * seconds[0], 3),
+            Cell.number(1e3 * seconds[-1], 3),
+            Cell.number(1e6 * seconds[-1] / sizes[-1], 3),
             Cell(f"{of['exponent']:.2f}", of["exponent"]),
         ))  # fmt: skip
     growth = Table(
@@ -230,7 +230,7 @@ def tables(found: dict[str, Any]) -> list[str]:
                 Cell(text, m["peak"]),
                 Cell(f"{m['before'] / 2**20:,.0f} MiB", m["before"]),
                 Cell(f"{LIMIT / 2**20:,.0f} MiB", LIMIT),
-                Cell.of(m["seconds"], 3),
+                Cell.number(m["seconds"], 3),
             ),
         ),
         "Resident memory of the whole process, Python and its libraries included.",

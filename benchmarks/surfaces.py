@@ -13,7 +13,8 @@ import numpy as np
 
 from stribeck.bench.record import Record
 from stribeck.bench.statistics import cells, ert, met
-from stribeck.bench.tables import Cell, Table, number
+from stribeck.report.format import grouped
+from stribeck.report.table import Cell, Table
 from trials import methods, named, records
 
 SURFACES = ("BF", "RF", "SF", "SchF", "ShuF")
@@ -110,11 +111,11 @@ def tables(found: dict[str, Any]) -> list[str]:
         mean = mean_ert(of)
         reached = f"{sum(c['reached'] for c in of.values())}/{runs}"
         rows.append((
-            Cell(who, who),
-            *(Cell.of(_shown(of[p]["ert"]), 3) for p in problems),
-            Cell.of(mean, 3),
-            Cell.of(mean / rival if math.isfinite(rival) else math.nan, 2),
-            Cell(reached, reached),
+            Cell.label(who),
+            *(Cell.number(_shown(of[p]["ert"]), 3) for p in problems),
+            Cell.number(mean, 3),
+            Cell.number(mean / rival if math.isfinite(rival) else math.nan, 2),
+            Cell.label(reached),
         ))  # fmt: skip
     table = Table(
         f"Expected evaluations to J_min, {found['trials']} trials each",
@@ -122,7 +123,7 @@ def tables(found: dict[str, Any]) -> list[str]:
         tuple(rows),
         "Expected running time (ERT): all evaluations spent until J_min or the end of the run, "
         "divided by the trials that reached it; ∞ where none did. Mean: geometric, over all ten. "
-        f"Ratio: to {RIVAL}. A run may spend {number(found['budget'])} evaluations. Goal for "
+        f"Ratio: to {RIVAL}. A run may spend {grouped(found['budget'])} evaluations. Goal for "
         "mbts: reached always, ratio at most 1, better 0.5.",
     )
     return [table.markdown()]

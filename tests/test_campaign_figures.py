@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from stribeck.bench import campaign_figures, statistics
-from stribeck.bench.campaign_figures import Drawn, draw, figures, looks
+from stribeck.bench.campaign_figures import CampaignFigure, draw, figures, looks
 from stribeck.bench.movements import foraging_tracks, movements, tabu_path
 from stribeck.bench.record import Job, Record, Steps
 from stribeck.bench.surfaces import surface
@@ -52,7 +52,7 @@ def records() -> list[Record]:
 
 
 @pytest.fixture(scope="module")
-def drawn(records: list[Record]) -> dict[str, Drawn]:
+def drawn(records: list[Record]) -> dict[str, CampaignFigure]:
     return {one.name: one for one in figures(records)}
 
 
@@ -63,7 +63,7 @@ def line(figure: Figure, panel: str, gid: str) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(found.get_xdata(), float), np.asarray(found.get_ydata(), float)
 
 
-def test_a_campaign_has_its_figures(drawn: dict[str, Drawn]) -> None:
+def test_a_campaign_has_its_figures(drawn: dict[str, CampaignFigure]) -> None:
     assert set(drawn) == {
         "ecdf", "success", "evaluations", "profile", "convergence_evaluations",
         "convergence_rounds",
@@ -71,7 +71,7 @@ def test_a_campaign_has_its_figures(drawn: dict[str, Drawn]) -> None:
     assert all(one.title and len(one.caption) > 40 for one in drawn.values())
 
 
-def test_shares_drawn_are_the_ecdf(records: list[Record], drawn: dict[str, Drawn]) -> None:
+def test_shares_drawn_are_the_ecdf(records: list[Record], drawn: dict[str, CampaignFigure]) -> None:
     for dim, panel in ((None, "All problems"), (2, "2 dimensions"), (3, "3 dimensions")):
         own = [r for r in records if r.job.algorithm == "y" and dim in {None, len(r.x)}]
         curve = statistics.ecdf(own)
@@ -96,7 +96,7 @@ def test_the_band_holds_the_curve_and_closes_with_the_runs(records: list[Record]
 
 @pytest.mark.parametrize("over", ["evaluations", "rounds"])
 def test_convergence_drawn_is_the_median(
-    records: list[Record], drawn: dict[str, Drawn], over: str
+    records: list[Record], drawn: dict[str, CampaignFigure], over: str
 ) -> None:
     figure = drawn[f"convergence_{over}"].figure
     for problem in "ABC":
@@ -136,7 +136,9 @@ def test_a_run_that_hits_the_minimum_itself_stays_on_the_log_axis() -> None:
 
 
 @pytest.mark.parametrize("name", ["success", "evaluations"])
-def test_dots_are_the_estimates(records: list[Record], drawn: dict[str, Drawn], name: str) -> None:
+def test_dots_are_the_estimates(
+    records: list[Record], drawn: dict[str, CampaignFigure], name: str
+) -> None:
     of = {"success": statistics.success_rate, "evaluations": statistics.ert}[name]
     for problem in "ABC":
         (axes,) = [a for a in drawn[name].figure.axes if a.get_title(loc="left") == problem]
@@ -166,7 +168,7 @@ def test_what_no_run_reached_is_marked_as_such() -> None:
 
 
 def test_the_profile_drawn_is_dolan_and_mores(
-    records: list[Record], drawn: dict[str, Drawn]
+    records: list[Record], drawn: dict[str, CampaignFigure]
 ) -> None:
     methods = ["x", "x-restart", "y"]
     found = statistics.cells(records)

@@ -17,17 +17,16 @@ from hypothesis import strategies as st
 from stribeck.bench.record import Job, Record, Steps
 from stribeck.bench.statistics import Estimate
 from stribeck.bench.tables import (
-    Cell,
-    Table,
     comparisons,
     interval,
-    number,
     overall,
     ranking,
     solutions,
     summary,
 )
 from stribeck.errors import InputError
+from stribeck.report.format import grouped
+from stribeck.report.table import Cell, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -97,11 +96,11 @@ class TestNumbers:
         ],
     )
     def test_number(self, value: float | None, digits: int, shown: str) -> None:
-        assert number(value, digits) == shown
+        assert grouped(value, digits) == shown
 
     @given(st.floats(1e-300, 1e300), st.integers(2, 4))
     def test_what_is_shown_is_the_number(self, value: float, digits: int) -> None:
-        shown = float(number(value, digits).replace(",", ""))
+        shown = float(grouped(value, digits).replace(",", ""))
         assert shown == pytest.approx(value, rel=0.51 * 10 ** (1 - digits))
 
     def test_interval(self) -> None:
@@ -127,7 +126,7 @@ class TestForms:
     )  # fmt: skip
 
     def test_plain_is_aligned(self) -> None:
-        title, _, heads, rule, *rows, _, note = self.ODD.plain().splitlines()
+        title, _, heads, rule, *rows, _, note = self.ODD.text().splitlines()
         assert (title, note) == (self.ODD.title, self.ODD.note)
         assert {len(line) for line in (heads, rule, *rows)} == {len(rule)}
         assert rows[2].startswith('say "x", y ')
@@ -153,7 +152,7 @@ class TestForms:
 
     @given(st.text(max_size=20))
     def test_latex_leaves_no_character_that_has_a_meaning(self, label: str) -> None:
-        line = Table("", ("x",), ((Cell(label, label),),)).latex().split(r"\hline" + "\n")[2]
+        line = Table("", ("x",), ((Cell.label(label),),)).latex().split(r"\hline" + "\n")[2]
         bare = re.sub(
             r"\\[&%$#_{}]|\\text\w+\{\}|\$(<|>|\\infty)\$", "", line.removesuffix(" \\\\\n")
         )
@@ -173,7 +172,7 @@ class TestForms:
         assert one == other
         assert make(RECORDS) == make(RECORDS[::-1])
         for table in (one, make([]), make(RECORDS[:3], JOBS)):
-            assert table.plain().count("\n") >= len(table.rows) + 4
+            assert table.text().count("\n") >= len(table.rows) + 4
             assert len([x for x in table.markdown().splitlines() if x[:1] == "|"]) == 2 + len(
                 table.rows
             )

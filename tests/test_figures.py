@@ -16,9 +16,15 @@ from scipy.signal import savgol_filter
 from stribeck import identify
 from stribeck.identify.result import Fit
 from stribeck.identify.score import simulated
-from stribeck.report.figures.fit_figures import DRAWN, draw, drawings, local_quadratics, reach
-from stribeck.report.figures.motions import MOST, Traces, many, slips, stuck_slips, traces
-from stribeck.report.figures.style import STYLE, short, thinned
+from stribeck.report.contents.decimation import corners
+from stribeck.report.contents.gather import Contents
+from stribeck.report.contents.law_curve import local_quadratics, reach
+from stribeck.report.contents.motion_traces import MotionTraces, motion_traces, stuck_slips
+from stribeck.report.figures.drawing import draw_views
+from stribeck.report.figures.fit_figures import DRAWN, draw_fit, fit_figures
+from stribeck.report.figures.printed_motions import MOST, many_plot, slips_plot
+from stribeck.report.figures.style import STYLE
+from stribeck.report.format import abbreviated
 from stribeck.rig.twin import TestBed
 
 
@@ -30,7 +36,15 @@ def fit() -> Fit:
 
 @pytest.fixture(scope="module")
 def drawn(fit: Fit) -> dict[str, Figure]:
-    return drawings(fit)
+    return figures(fit)
+
+
+def figures(fit: Fit) -> dict[str, Figure]:
+    return fit_figures(Contents(fit))
+
+
+def draw(fit: Fit, folder: Path) -> list[Path]:
+    return draw_fit(Contents(fit), folder)
 
 
 def line(figure: Figure, axes: int, label: str) -> tuple[Any, Any]:
@@ -153,17 +167,22 @@ def test_no_text_lies_on_another(drawn: dict[str, Figure], name: str, tmp_path: 
     assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in found)
 
 
-def trace(error: float, label: str = "log") -> Traces:
+def trace(error: float, label: str = "log") -> MotionTraces:
     log = TestBed().run("up", seed=2).recording
     t = np.linspace(0.0, 6.0, 2000)
     x = 100 * np.sin(t)
     counts = np.ones(len(t), dtype=bool)
-    return Traces(label, log, t, x, x - error, counts, 3 * x)
+    return MotionTraces(label, log, t, x, x - error, counts, 3 * x)
 
 
-def test_many_motions_share_a_figure_and_a_scale_of_errors() -> None:
+def many(motions: list[MotionTraces], fit: Fit, title: str) -> Figure:
+    records = [Contents(fit).printed_motion("training", r) for r in motions]
+    return draw_views(many_plot(records, title, "Angle / mrad", "mrad"), 4)
+
+
+def test_many_motions_share_a_figure_and_a_scale_of_errors(fit: Fit) -> None:
     errors = [3.0, -1.0, 5.0, 2.0, 0.5]
-    figure = many([trace(e, f"log {e}") for e in errors], "Training", "Angle / mrad", "mrad")
+    figure = many([trace(e, f"log {e}") for e in errors], fit, "Training")
     above, strips = figure.axes[::2], figure.axes[1::2]
     assert [a.get_title("left") for a in above] == [f"log {e}" for e in errors]
     assert [a.get_title("right") for a in above] == [f"RMS {abs(e):.3g}" for e in errors]
@@ -173,9 +192,9 @@ def test_many_motions_share_a_figure_and_a_scale_of_errors() -> None:
         np.testing.assert_allclose(np.asarray(a.get_lines()[0].get_ydata()), e)
 
 
-def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted() -> None:
+def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted(fit: Fit) -> None:
     errors = np.arange(1.0, 41.0)
-    figure = many([trace(e, f"{e:.0f}") for e in errors], "Held out", "Angle / mrad", "mrad")
+    figure = many([trace(e, f"{e:.0f}") for e in errors], fit, "Held out")
     shown = [a.get_title("left") for a in figure.axes[::2]]
     assert shown == [f"{e:.0f}" for e in errors[-MOST:]]
     assert f"the {MOST} of 40 with the greatest errors" in figure.texts[0].get_text()
@@ -185,21 +204,21 @@ def test_legs_between_rests_are_one_motion_with_gaps() -> None:
     log = TestBed().run("up", seed=2).recording
     fit = identify(log, train="112:295", budget=200, repeats=1, restart=True)
     assert len(fit.train) > 3
-    (joined,) = traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
+    (joined,) = motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
     assert np.isnan(joined.t).sum() == len(fit.train)
     assert joined.scored.sum() == fit.score.samples
     assert joined.rms == pytest.approx(fit.score.value, rel=1e-9)
-    assert "training" in drawings(fit)
+    assert "training" in figures(fit)
 
 
 def test_too_few_slips_have_no_figure(fit: Fit) -> None:
-    seen = traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
+    seen = motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
     cut = seen[0].t < stuck_time(fit, 2)
     first = replace(
         seen[0], t=seen[0].t[cut], measured=seen[0].measured[cut], model=seen[0].model[cut],
         scored=seen[0].scored[cut],
     )  # fmt: skip
-    assert slips(fit.rig, [first]) is None
+    assert slips_plot(Contents(fit).frame, [first]) is None
 
 
 def stuck_time(fit: Fit, k: int) -> float:
@@ -213,8 +232,9 @@ def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
     t = np.arange(100_000) / 1000
     y = np.sin(t)
     y[54_321], y[70_000] = 9.0, np.nan
-    kept, drawn = thinned(t, y, 300)
-    assert len(kept) <= 605
+    rows = corners([y], 605)
+    kept, drawn = t[rows], y[rows]
+    assert len(kept) <= 606  # and the gap
     assert drawn[kept == 54.321] == 9.0
     assert np.isnan(drawn[kept == 70.0]).all()
     assert (kept[0], kept[-1]) == (t[0], t[-1])
@@ -222,5 +242,5 @@ def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
 
 
 def test_a_long_name_loses_its_middle() -> None:
-    assert short("short.csv", 20) == "short.csv"
-    assert short("a-very-long-name-of-a-recording.csv", 15) == "a-very-…ing.csv"
+    assert abbreviated("short.csv", 20) == "short.csv"
+    assert abbreviated("a-very-long-name-of-a-recording.csv", 15) == "a-very-…ing.csv"

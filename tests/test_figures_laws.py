@@ -7,16 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from stribeck import identify
 from stribeck.data import Recording
 from stribeck.friction import law_named
 from stribeck.identify.result import Fit
-from stribeck.report.figures.curves import law_figure, loop, under
-from stribeck.report.figures.fit_figures import drawings
+from stribeck.report.contents.gather import Contents
+from stribeck.report.contents.law_curve import friction_under, loop
+from stribeck.report.figures.fit_figures import fit_figures, law_figure
 from stribeck.rig.twin import TestBed
 
 M6 = np.array([0.01, 0.005, 0.02, 1.0, 1.0, 0.2, 0.1, 0.05, 0.03, 0.4, 0.3])
+
+
+def figure_of_law(fit: Fit) -> Figure:
+    return law_figure(Contents(fit))
 
 
 def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
@@ -47,12 +53,16 @@ def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
     ],
 )
 def test_a_level_at_rest_under_load_by_hand(way: str, size: float, expected: float) -> None:
-    assert under(law_named("bam-m6"), M6, 0.0, way, size) == pytest.approx(expected, rel=1e-12)
+    assert friction_under(law_named("bam-m6"), M6, 0.0, way, size) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_a_speed_takes_the_slow_part_away() -> None:
     law = law_named("bam-m6")
-    assert under(law, M6, 40.0, "drive", 0.5) == pytest.approx(0.01 + 0.1 + 0.005 * 40, rel=1e-12)
+    assert friction_under(law, M6, 40.0, "drive", 0.5) == pytest.approx(
+        0.01 + 0.1 + 0.005 * 40, rel=1e-12
+    )
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +76,7 @@ def pushed() -> Fit:
 
 
 def test_presliding_is_drawn_as_loops_of_torque_and_angle(pushed: Fit) -> None:
-    figures = drawings(pushed)
+    figures = fit_figures(Contents(pushed))
     assert set(figures) == {"convergence", "training", "loops", "stribeck_curve"}
     (axes,) = figures["loops"].axes
     measured, model = axes.get_lines()
@@ -87,7 +97,7 @@ def test_presliding_is_drawn_as_loops_of_torque_and_angle(pushed: Fit) -> None:
 
 
 def test_a_law_with_states_has_its_steady_curve_and_its_loops(pushed: Fit) -> None:
-    left, right = law_figure(pushed).axes
+    left, right = figure_of_law(pushed).axes
     v = np.asarray(left.get_lines()[0].get_xdata()) * 1e-3
     F = np.asarray(left.get_lines()[0].get_ydata())
     p = pushed.p[: len(pushed.law.params)]
@@ -112,7 +122,7 @@ def swung() -> Fit:
 def test_a_law_under_load_is_drawn_against_the_load(swung: Fit) -> None:
     p = np.array([0.02, 0.004, 0.25])
     found = replace(swung, p=np.concatenate([p, swung.p[3:]]))
-    left, right = law_figure(found).axes
+    left, right = figure_of_law(found).axes
     most = float(np.asarray(right.get_lines()[0].get_xdata())[-1])
     # K_l |t_m - t_e|: twice the load where the one works against the other.
     resting, moving = (np.asarray(a.get_ydata()) for a in right.get_lines()[:2])
@@ -137,7 +147,7 @@ def test_names_of_levels_do_not_lie_on_one_another(levels: tuple[float, float]) 
     F_S, F_C = levels
     p = {"F_S": F_S, "F_C": F_C, "F_V": 100.0, "v_SS": 1e-3, "exponent": 1.0}
     drawn = replace(fit, p=np.array([p.get(n, 900.0) for n in fit.values]))
-    figure = law_figure(drawn)
+    figure = figure_of_law(drawn)
     FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
     assert len(boxes) == 4

@@ -12,14 +12,10 @@ from stribeck.data import Recording
 from stribeck.identify.card import card
 from stribeck.identify.result import Fit
 from stribeck.identify.validate import validate
-from stribeck.report.terminal import (
-    LISTED,
-    gathered,
-    log_errors,
-    show_fit,
-    show_validation,
-    show_warnings,
-)
+from stribeck.report.fit_report import LISTED, show_fit
+from stribeck.report.misfit import log_errors
+from stribeck.report.terminal import gathered, show_warnings
+from stribeck.report.validation_report import show_validation
 from stribeck.rig.twin import TestBed
 
 

@@ -29,7 +29,7 @@ ROOMS = {
     "rig": ("motion",),
     "identify": ("uncertainty", "balance", "selection", "design"),
     "export": ("code", "robot", "fmu"),
-    "report": ("figures", "page"),
+    "report": ("contents", "figures", "page"),
 }
 #: What floor 0 may import of its own floor.
 GROUND = {"errors"}

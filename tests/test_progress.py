@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from stribeck.bench.progress import PACE, Live, Tally, spoken
+from stribeck.bench.progress import PACE, Live, Tally
 from stribeck.bench.record import Failure, Job, Record, Steps
+from stribeck.report.format import duration
 
 PROBLEMS = [f"f{k:02}-d{d}" for d in (2, 3, 5) for k in range(1, 25)]
 METHODS = ["bts", "bts-restart", "ats", "ats-restart", "abfo"]
@@ -207,4 +208,4 @@ def test_labels_are_shown_as_they_are_and_not_read_as_markup() -> None:
     ],
 )  # fmt: skip
 def test_times_are_said_as_people_say_them(seconds: float, said: str) -> None:
-    assert spoken(seconds) == said
+    assert duration(seconds) == said

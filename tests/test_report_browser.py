@@ -15,6 +15,7 @@ import pytest
 from browser import CHROMIUM, Browser, browser
 from stribeck import identify
 from stribeck.data.recording import Source
+from stribeck.report.contents.gather import Contents
 from stribeck.report.page.page import write_report
 from stribeck.rig.twin import TestBed
 
@@ -32,7 +33,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for k, name in ((1, NASTY), (2, "other.csv"))
     ]
     fit = identify(logs, train="112:295", holdout="44:112", budget=400, repeats=2)
-    write_report(fit, folder, ["stribeck", "identify"])
+    write_report(Contents(fit).report(["stribeck", "identify"]), folder)
     return folder / "report.html"
 
 

@@ -21,13 +21,13 @@ from command import Said, caller
 from stribeck import identify
 from stribeck.data.recording import Recording, Source
 from stribeck.identify.result import Fit
-from stribeck.report.confidence_band import band
-from stribeck.report.curve_data import sides
-from stribeck.report.decimation import corners, rounded
-from stribeck.report.page.contents import LARGEST, account
+from stribeck.report.contents.confidence_band import band
+from stribeck.report.contents.decimation import corners, rounded
+from stribeck.report.contents.gather import LARGEST, Contents
+from stribeck.report.contents.law_curve import sides
+from stribeck.report.contents.schema import Report, read_report
+from stribeck.report.contents.spectrum import autocorrelation, longest_even, power_density
 from stribeck.report.page.page import render, write_page, write_report
-from stribeck.report.page.schema import Report, read_report
-from stribeck.report.spectrum import autocorrelation, even, welch
 from stribeck.rig.twin import TestBed
 
 NASTY = "<img src=x onerror=alert(1)>&'\".csv"
@@ -48,7 +48,7 @@ def fit(twin: Recording) -> Fit:
 
 @pytest.fixture(scope="module")
 def report(fit: Fit) -> Report:
-    return account(fit, COMMAND)
+    return Contents(fit).report(COMMAND)
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def specs(page: str) -> dict[str, Any]:
 
 
 def test_what_is_written_is_read_back_the_same(fit: Fit, report: Report, tmp_path: Path) -> None:
-    assert write_report(fit, tmp_path / "new", COMMAND) == report
+    write_report(Contents(fit).report(COMMAND), tmp_path / "new")
     assert read_report(tmp_path / "new") == report
     first = (tmp_path / "new" / "report.html").read_bytes()
     assert write_page(tmp_path / "new").read_bytes() == first == render(report).encode()
@@ -160,7 +160,7 @@ def test_sections_come_in_the_order_in_which_they_are_asked_for(report: Report) 
 
 
 def test_what_has_nothing_to_say_is_absent(forced: Fit) -> None:
-    page = Page(render(account(forced)))
+    page = Page(render(Contents(forced).report()))
     ids = [a["id"] for a in page.named("h2")]
     assert "search" not in ids
     assert "bootstrap" not in ids
@@ -250,7 +250,7 @@ def test_convergence_falls_to_what_the_repeat_found(report: Report) -> None:
 
 
 def test_a_force_balance_shows_force_velocity_and_cloud(forced: Fit) -> None:
-    report = account(forced)
+    report = Contents(forced).report()
     assert [m.part for m in report.motions] == ["training", "6s:8s"]
     training, held = report.motions
     left = np.array([v for v in held.residual if v is not None])
@@ -288,7 +288,7 @@ def test_the_band_of_a_straight_law_is_that_of_its_covariance(forced: Fit) -> No
 
 def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
     again = identify(forced.recordings, rig="forced", law="coulomb-viscous", draws=80)
-    report = account(again)
+    report = Contents(again).report()
     assert report.law.band == "bootstrap"
     assert report.draws is not None
     page = Page(render(report))
@@ -308,7 +308,7 @@ def several(forced: Fit) -> Fit:
 
 
 def test_many_logs_share_a_plot(several: Fit) -> None:
-    page = render(account(several))
+    page = render(Contents(several).report())
     plots = specs(page)
     assert [view["name"] for view in plots["fit-0"]["views"]] == [
         f"Training: {name}.csv" for name in ("0", "1", "2", "whole")
@@ -320,9 +320,9 @@ def test_many_logs_share_a_plot(several: Fit) -> None:
 def test_of_too_many_the_worst_are_shown_and_the_others_counted(
     several: Fit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    errors = {m.label: m.rms for m in account(several).motions}
-    monkeypatch.setattr("stribeck.report.page.contents.MOST", 2)
-    report = account(several)
+    errors = {m.label: m.rms for m in Contents(several).report().motions}
+    monkeypatch.setattr("stribeck.report.contents.gather.MOST", 2)
+    report = Contents(several).report()
     worst = sorted(errors, key=lambda name: -(errors[name] or 0.0))[:2]
     assert {m.label for m in report.motions} == set(worst)
     assert (report.hidden, report.unshown) == (2, 2)
@@ -340,7 +340,7 @@ def test_a_report_stays_small_whatever_the_log(forced: Fit) -> None:
         Recording(t, x * (1 + 0.01 * k), force=F, source=Source(f"{k}.csv", f"{k:064d}", len(t)))
         for k in range(3)
     ]
-    report = account(identify(logs, rig="forced", law="coulomb-viscous"))
+    report = Contents(identify(logs, rig="forced", law="coulomb-viscous")).report()
     assert len(report.text()) <= LARGEST
     assert len(render(report)) < 6e6
 
@@ -386,7 +386,7 @@ def test_rounding_is_to_the_span(scale: float) -> None:
 
 def test_densities_are_those_of_scipy() -> None:
     y = np.random.default_rng(5).normal(size=3000).cumsum()
-    f, density = welch(y, 0.01)
+    f, density = power_density(y, 0.01)
     width = 2 * (len(f) - 1)
     wanted_f, wanted = scipy.signal.welch(y, 100.0, "hann", width, detrend="constant")
     np.testing.assert_allclose(f, wanted_f, rtol=1e-12)
@@ -395,7 +395,7 @@ def test_densities_are_those_of_scipy() -> None:
 
 def test_the_density_of_white_noise_adds_up_to_its_variance() -> None:
     y = np.random.default_rng(6).normal(0.0, 2.0, 20_000)
-    f, density = welch(y, 0.002)
+    f, density = power_density(y, 0.002)
     assert density.sum() * f[1] == pytest.approx(4.0, rel=0.05)
 
 
@@ -409,12 +409,12 @@ def test_a_swing_that_rings_on_correlates_with_itself() -> None:
 
 def test_gaps_part_a_signal_and_the_longest_part_is_taken() -> None:
     t = np.concatenate([np.arange(0.0, 1.0, 0.01), [np.nan], np.arange(5.0, 9.0, 0.01)])
-    found = even(t, np.where(t < 3, 100.0, t))
+    found = longest_even(t, np.where(t < 3, 100.0, t))
     assert found is not None
     step, y = found
     assert step == pytest.approx(0.01)
     np.testing.assert_allclose(y, np.arange(5.0, 9.0, 0.01), atol=1e-9)
-    assert even(np.arange(20.0), np.arange(20.0)) is None
+    assert longest_even(np.arange(20.0), np.arange(20.0)) is None
 
 
 @pytest.fixture

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
-from stribeck.report.figures.fit_figures import draw
+from stribeck.report.contents.gather import Contents
+from stribeck.report.figures.fit_figures import draw_fit
 from stribeck.rig.motion.event_driven import misfits
 from stribeck.rig.motion.track import Track
 from stribeck.rig.rig import Motion, constant
@@ -61,7 +62,7 @@ def test_it_is_identified_and_drawn(log: Recording, tmp_path: Path) -> None:
     )
     assert fit.values["F_C"] == pytest.approx(4.0, rel=0.01)
     assert fit.score.value < 0.05 * fit.score.smooth
-    drawn = {file.stem for file in draw(fit, tmp_path)}
+    drawn = {file.stem for file in draw_fit(Contents(fit), tmp_path)}
     assert drawn == {"convergence", "training", "stribeck_curve"}  # it cannot say its friction
 
 

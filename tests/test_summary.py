@@ -16,12 +16,13 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from stribeck.bench.campaign import Campaign, parsed, shipped
-from stribeck.bench.campaign_figures import Drawn, draw, figures
+from stribeck.bench.campaign_figures import CampaignFigure, draw, figures
 from stribeck.bench.record import Failure, Job, Record
 from stribeck.bench.run import run
 from stribeck.bench.study import Study
 from stribeck.bench.summary import command, pictures, write_summary
-from stribeck.bench.tables import Cell, Table, ranking, summary
+from stribeck.bench.tables import ranking, summary
+from stribeck.report.table import Cell, Table
 
 EVIL = "<script>alert('x')</script>"
 FILE = """
@@ -116,7 +117,7 @@ def records(jobs: list[Job]) -> list[Record]:
 def write(
     folder: Path, campaign: Campaign, jobs: list[Job], records: list[Record],
     failures: list[Failure] | None = None, tables: dict[str, Table] | None = None,
-    drawn: list[Drawn] | None = None,
+    drawn: list[CampaignFigure] | None = None,
 ) -> str:  # fmt: skip
     file = write_summary(
         folder, campaign, jobs, records, failures or [], tables=tables or {},
@@ -238,7 +239,7 @@ def test_a_campaign_of_which_nothing_is_done_has_a_page(
 def test_no_text_of_a_campaign_becomes_markup(
     campaign: Campaign, jobs: list[Job], records: list[Record], tmp_path: Path
 ) -> None:
-    table = Table(EVIL, (EVIL, "n"), ((Cell(EVIL, EVIL), Cell("1", 1.0)),), EVIL)
+    table = Table(EVIL, (EVIL, "n"), ((Cell.label(EVIL), Cell("1", 1.0)),), EVIL)
     text = write(
         tmp_path, campaign, jobs, records[:-1], [Failure(jobs[-1], EVIL)], {f"a/{EVIL}": table}
     )
@@ -268,7 +269,7 @@ def test_large_pictures_are_made_to_fit(tmp_path: Path) -> None:
     figure = Figure(figsize=(3, 3))
     axes = figure.subplots()
     axes.imshow([[(i * 37 + j * j * 11) % 101 for i in range(300)] for j in range(300)])
-    one = Drawn("noise", "Noise", "Nothing to see.", figure)
+    one = CampaignFigure("noise", "Noise", "Nothing to see.", figure)
     draw([one], tmp_path)
     (full,) = pictures([one], tmp_path)
     (small,) = pictures([one], tmp_path, limit=len(full.source) // 2)
@@ -281,7 +282,7 @@ def test_a_rare_colour_of_a_picture_stays(tmp_path: Path) -> None:
     axes = figure.subplots()
     axes.imshow([[i * j for i in range(200)] for j in range(200)], cmap="Greys")
     axes.plot([100], [100], "*", color="#ffd92f", ms=9)
-    one = Drawn("star", "Star", "A star on a hill.", figure)
+    one = CampaignFigure("star", "Star", "A star on a hill.", figure)
     draw([one], tmp_path)
     (made,) = pictures([one], tmp_path)
     with Image.open(io.BytesIO(base64.b64decode(made.source.split(",")[1]))) as image:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from matplotlib.contour import QuadContourSet
 
-from stribeck.bench.surface_figures import draw_surfaces, draw_twins, relief, sheet, twins
 from stribeck.bench.surfaces import SURFACES, surface
+from surface_figures import draw_surfaces, draw_twins, relief, sheet, twins
 
 
 @pytest.fixture(autouse=True)
 def _coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stribeck.bench.surface_figures._POINTS", 31)  # marks and words, not looks
+    monkeypatch.setattr("surface_figures._POINTS", 31)  # marks and words, not looks
 
 
 @pytest.mark.parametrize("name", SURFACES)

@@ -12,7 +12,9 @@ import numpy as np
 
 from stribeck import RIGS, card, identify, read
 from stribeck.compensate.compensation import compensation
-from stribeck.report.terminal import console, grid, number
+from stribeck.report.format import number
+from stribeck.report.table import Table
+from stribeck.report.terminal import console, show_table
 from stribeck.rig.slide_bed import published_both
 
 
@@ -36,7 +38,7 @@ def main() -> None:
                 f"{1 / ratio[truth, m]:.3g}×", f"{1 / allowed.max():.3g}×",
             ])  # fmt: skip
     heads = ["mode", "scale", "motion", "truth without/mm", "with/mm", "less", "worst axis"]
-    console().print(grid("", heads, rows))
+    show_table(Table.of_texts("", heads, rows))
     for curve in found.curves:
         o = curve.onset
         console().print(

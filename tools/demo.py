@@ -14,7 +14,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from stribeck.report.terminal import grid, number
+from stribeck.report.format import number
+from stribeck.report.table import Table
+from stribeck.report.terminal import show_table
 
 DEMO = Path("demo")
 PUBLISHED_J = {"right": 5.3822, "left": 4.2114}
@@ -50,7 +52,7 @@ def main() -> None:
         out.print(
             f"\n[bold]{side}ward[/]: the twin, made with the published values, and what was found"
         )
-        out.print(_table(card["parameters"], truth, sign))
+        show_table(_table(card["parameters"], truth, sign))
         held = ", ".join(f"{h['range']} {h['value']:.3g}" for h in card["holdout"])
         out.print(
             f"J = {card['objective']['value']:.3g} mm in training (published for the real bed: "
@@ -64,7 +66,7 @@ def main() -> None:
 
 def _table(
     found: dict[str, dict[str, float]], truth: dict[str, dict[str, float]], sign: str
-) -> object:
+) -> Table:
     rows = []
     for name, p in found.items():
         true = truth[f"{name}{sign}"]["value"]
@@ -73,7 +75,7 @@ def _table(
             f"{number(p['low'], 4)} to {number(p['high'], 4)}", str(p["unit"]), str(p["verdict"]),
         ])  # fmt: skip
     heads = ["parameter", "true", "identified", "off by", "95 % interval", "unit", "verdict"]
-    return grid("", heads, rows)
+    return Table.of_texts("", heads, rows)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck.friction import LAWS, Law
-from stribeck.report.figures.fit_figures import ACCENT, COMMAND, INK, MODEL, STYLE, save
+from stribeck.report.figures.style import ACCENT, COMMAND, INK, MODEL, STYLE, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

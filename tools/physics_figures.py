@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stribeck.friction import LAWS
-from stribeck.report.figures.fit_figures import COMMAND, INK, MEASURED, MODEL, STYLE, save
+from stribeck.report.figures.style import COMMAND, INK, MEASURED, MODEL, STYLE, save
 from stribeck.rig.motion import reference
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.event_driven import trajectories

@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 import polars as pl
 from PIL import Image
 
-from stribeck.bench.surface_figures import draw_surfaces, draw_twins
+from surface_figures import draw_surfaces, draw_twins
 
 #: Figures that are kept, where it is not all of them.
 KEPT = {"twins": {"ecdf", "success"}, "bbob": {"ecdf", "profile"}}

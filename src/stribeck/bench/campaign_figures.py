@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from ..report.figures.fit_figures import INK, MEASURED, STYLE, save
+from ..report.figures.style import INK, MEASURED, STYLE, save
 from .record import Job, Record
 from .statistics import (
     TARGETS,
@@ -59,7 +59,7 @@ Over = Literal["evaluations", "rounds"]
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class CampaignFigure:
     """A figure, and what it says in words.
 
     Args:
@@ -93,18 +93,18 @@ def looks(methods: Sequence[str]) -> dict[str, Look]:
     families: dict[str, list[str]] = {}
     for method in methods:
         families.setdefault(method.split("-", maxsplit=1)[0], []).append(method)
-    made: dict[str, Look] = {}
+    assigned: dict[str, Look] = {}
     for k, members in enumerate(families.values()):
         for j, method in enumerate(members):
             dash = DASHES[(j + 2 * (k // 5 + k // 10)) % len(DASHES)]  # twice the colours, no twins
-            marker = MARKERS[len(made) % len(MARKERS)]
-            made[method] = Look(COLOURS[k % len(COLOURS)], dash, marker)
-    return {method: made[method] for method in methods}
+            marker = MARKERS[len(assigned) % len(MARKERS)]
+            assigned[method] = Look(COLOURS[k % len(COLOURS)], dash, marker)
+    return {method: assigned[method] for method in methods}
 
 
 def figures(
     records: Iterable[Record], jobs: Sequence[Job] = (), targets: Targets = TARGETS
-) -> list[Drawn]:
+) -> list[CampaignFigure]:
     """Every figure that the records of a campaign have.
 
     Args:
@@ -113,34 +113,34 @@ def figures(
         targets: Precisions above the minimum that the ECDF looks at.
     """
     planned = cells(records, jobs)
-    found = {cell: runs for cell, runs in planned.items() if runs}
-    if not found:
+    results = {cell: runs for cell, runs in planned.items() if runs}
+    if not results:
         return []
     with mpl.rc_context(STYLE):
         return [
             *ecdfs(planned, targets),
-            *success(found),
-            *evaluations(found),
+            *success(results),
+            *evaluations(results),
             *profiles(planned),
-            *convergence(found, over="evaluations"),
-            *convergence(found, over="rounds"),
+            *convergence(results, over="evaluations"),
+            *convergence(results, over="rounds"),
         ]
 
 
-def draw(drawn: Iterable[Drawn], folder: Path) -> list[Path]:
+def draw(drawn: Iterable[CampaignFigure], folder: Path) -> list[Path]:
     """Write figures as PNG and SVG, and return the files."""
     with mpl.rc_context(STYLE):
-        return [file for one in drawn for file in save(one.figure, folder, one.name)]
+        return [file for figure in drawn for file in save(figure.figure, folder, figure.name)]
 
 
 # --- Convergence -----------------------------------------------------------------------------
 
 
-def convergence(found: Cells, *, over: Over) -> Iterator[Drawn]:
+def convergence(results: Cells, *, over: Over) -> Iterator[CampaignFigure]:
     """Best cost against evaluations or search rounds: the paper's figure 1."""
-    chosen = {c: runs for c, runs in found.items() if max(_end(r, over) for r in runs) > 1}
+    chosen = {c: runs for c, runs in results.items() if max(_end(r, over) for r in runs) > 1}
     methods = _by_result(chosen)
-    style = looks(algorithms_of(found))
+    style = looks(algorithms_of(results))
     what = "evaluations" if over == "evaluations" else "search rounds"
     for suffix, problems in _pages(chosen):
         figure, panels = _panels(len(problems), 3.1, 2.5)
@@ -150,9 +150,9 @@ def convergence(found: Cells, *, over: Over) -> Iterator[Drawn]:
             axes.set_title(problem)
         _common(figure, what.capitalize(), _height(chosen, problems))
         _legend(figure, [m for m in methods if any((p, m) in chosen for p in problems)], style)
-        yield Drawn(
+        yield CampaignFigure(
             f"convergence_{over}{suffix}",
-            f"Convergence over {what}{_of(suffix)}",
+            f"Convergence over {what}{_sheet(suffix)}",
             f"Best cost so far against {what}, a panel a problem: the median run and, shaded, "
             "the middle half of the runs. A run that has ended keeps its last value. The dashed "
             "line is the target. The legend begins with the method that ends lowest.",
@@ -209,20 +209,20 @@ def _end(record: Record, over: Over) -> int:
     return record.evaluations if over == "evaluations" else sum(record.rounds.values())
 
 
-def _height(found: Cells, problems: Sequence[str]) -> str:
+def _height(results: Cells, problems: Sequence[str]) -> str:
     known = {
-        r.job.minimum is not None for (p, _), runs in found.items() if p in problems for r in runs
+        r.job.minimum is not None for (p, _), runs in results.items() if p in problems for r in runs
     }
     if known == {True}:
         return "Best cost above the minimum"
     return "Best cost" if known == {False} else "Best cost (above the minimum where known)"
 
 
-def _by_result(found: Cells) -> list[str]:
+def _by_result(results: Cells) -> list[str]:
     """Methods, the one whose median ends lowest first: by mean rank over the problems."""
-    ranks: dict[str, list[float]] = {m: [] for m in algorithms_of(found)}
-    for problem in problems_of(found):
-        ends = {m: _middle(found[problem, m]) for m in ranks if (problem, m) in found}
+    ranks: dict[str, list[float]] = {m: [] for m in algorithms_of(results)}
+    for problem in problems_of(results):
+        ends = {m: _middle(results[problem, m]) for m in ranks if (problem, m) in results}
         values = np.array(list(ends.values()))
         for method, end in ends.items():
             better, equal = (values < end).sum(), (values == end).sum()
@@ -237,13 +237,13 @@ def _middle(runs: Sequence[Record]) -> float:
 # --- Shares of targets -----------------------------------------------------------------------
 
 
-def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
+def ecdfs(results: Cells, targets: Targets = TARGETS) -> Iterator[CampaignFigure]:
     """Share of (problem, target, repeat) solved against evaluations per dimension."""
-    style = looks(algorithms_of(found))
-    methods, problems = compared(found)
+    style = looks(algorithms_of(results))
+    methods, problems = compared(results)
     if not problems:
         return
-    by = {m: [r for p in problems for r in found[p, m]] for m in methods}
+    by = {m: [r for p in problems for r in results[p, m]] for m in methods}
     limits = limits_of(r for runs in by.values() for r in runs)
     areas = {m: area(runs, targets, limits).value for m, runs in by.items()}
     order = sorted(by, key=lambda m: -areas[m] if math.isfinite(areas[m]) else 0.0)
@@ -254,64 +254,64 @@ def ecdfs(found: Cells, targets: Targets = TARGETS) -> Iterator[Drawn]:
     else:
         figure, panels = _panels(len(parts), 4.2, 3.1, columns=2)
     for axes, dim in zip(panels, parts, strict=True):
-        seen = {m: [r for r in by[m] if dim in {None, len(r.x)}] for m in order}
-        _shares(axes, seen, style, targets, limits)
+        runs_of = {m: [r for r in by[m] if dim in {None, len(r.x)}] for m in order}
+        _shares(axes, runs_of, style, targets, limits)
         axes.set_title("All problems" if dim is None else f"{dim} dimensions")
     if len(parts) == 1 and len(order) <= LABELLED:
         _label_ends(panels[0], order, style, areas)
     else:
         _legend(figure, order, style, areas)
     _common(figure, "Evaluations / dimension", "Share of targets met")
-    yield Drawn(
+    yield CampaignFigure(
         "ecdf",
         "Share of targets met",
         "Share of all (problem, target precision, run) triples met within so many evaluations per "
         "dimension; higher and further left is better. Shaded: 95 % bootstrap interval over runs. "
         "The dotted line is the least budget that all methods had. The number beside a name is the "
         "area under its curve up to there, between 0 and 1, and sets the order."
-        + _not_drawn(found, methods, problems),
+        + _not_drawn(results, methods, problems),
         figure,
     )
 
 
-def _shares(axes: Axes, seen: Mapping[str, list[Record]], style: Mapping[str, Look],
+def _shares(axes: Axes, runs_of: Mapping[str, list[Record]], style: Mapping[str, Look],
             targets: Targets, limits: Mapping[str, float]) -> None:  # fmt: skip
-    far = max(r.evaluations / len(r.x) for runs in seen.values() for r in runs)
-    near = min(1.0, *(1 / len(r.x) for runs in seen.values() for r in runs))
-    grid = np.geomspace(near, far, POINTS)
-    for k, (method, runs) in enumerate(seen.items()):
+    high_end = max(r.evaluations / len(r.x) for runs in runs_of.values() for r in runs)
+    low_end = min(1.0, *(1 / len(r.x) for runs in runs_of.values() for r in runs))
+    grid = np.geomspace(low_end, high_end, POINTS)
+    for k, (method, runs) in enumerate(runs_of.items()):
         curve, look = ecdf(runs, targets), style[method]
-        x, y = _steps(curve, near, far)
+        x, y = _steps(curve, low_end, high_end)
         low, high = ecdf_band(runs, grid, targets)
         axes.fill_between(grid, low, high, color=look.colour, alpha=0.12, lw=0, step="post")
         axes.plot(x, y, **look.line(), drawstyle="steps-post", gid=f"share:{method}")
-        at = grid[[int((0.3 + 0.6 * (k + 0.5) / len(seen)) * (POINTS - 1))]]
+        at = grid[[int((0.3 + 0.6 * (k + 0.5) / len(runs_of)) * (POINTS - 1))]]
         axes.plot(at, _at(curve, at), look.marker, color=look.colour, ms=5, mec="white", mew=0.6)
-    problems = {r.job.problem for runs in seen.values() for r in runs}
+    problems = {r.job.problem for runs in runs_of.values() for r in runs}
     axes.axvline(min(limits[p] for p in problems), color=INK, ls=":", lw=1)
-    axes.set(xscale="log", ylim=(0, 1.005), xlim=(near, max(far, 2 * near)))
+    axes.set(xscale="log", ylim=(0, 1.005), xlim=(low_end, max(high_end, 2 * low_end)))
     axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
 
 
-def profiles(found: Cells) -> Iterator[Drawn]:
+def profiles(results: Cells) -> Iterator[CampaignFigure]:
     """Dolan and More's performance profiles of the expected running times."""
-    chosen, problems = compared(found)
-    times = np.array([[ert(found[p, m]).value for m in chosen] for p in problems])
+    chosen, problems = compared(results)
+    times = np.array([[ert(results[p, m]).value for m in chosen] for p in problems])
     times = times.reshape(len(problems), len(chosen))
     aimed = int((~np.isnan(times).any(axis=1)).sum())
     if aimed < 2 or len(chosen) < 2:  # noqa: PLR2004 - nothing to compare
         return
     curves = dict(zip(chosen, profile(times), strict=True))
-    style = looks(algorithms_of(found))
-    far = 1.3 * max((float(c.at[-1]) for c in curves.values() if len(c.at)), default=10.0)
-    order = sorted(chosen, key=lambda m: -_log_area(curves[m], far))
+    style = looks(algorithms_of(results))
+    high_end = 1.3 * max((float(c.at[-1]) for c in curves.values() if len(c.at)), default=10.0)
+    order = sorted(chosen, key=lambda m: -_log_area(curves[m], high_end))
     figure, (axes,) = _panels(1, 6.6, 3.3)
     for method in order:
-        x, y = _steps(curves[method], 1.0, far)
+        x, y = _steps(curves[method], 1.0, high_end)
         axes.plot(x, y, **style[method].line(), drawstyle="steps-post", gid=f"profile:{method}")
         at = curves[method]
         axes.plot(at.at, at.share, style[method].marker, color=style[method].colour, ms=4)
-    axes.set(xscale="log", xlim=(0.97, far), ylim=(0, 1.03))
+    axes.set(xscale="log", xlim=(0.97, high_end), ylim=(0, 1.03))
     axes.set(xlabel="Expected evaluations, as a multiple of the best method's on the problem")
     axes.set(ylabel="Share of problems", title="Performance profile")
     axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
@@ -319,23 +319,23 @@ def profiles(found: Cells) -> Iterator[Drawn]:
         _label_ends(axes, order, style)
     else:
         _legend(figure, order, style)
-    yield Drawn(
+    yield CampaignFigure(
         "profile",
         "Performance profile",
         "Share of problems on which a method's expected evaluations to the target are within so "
         "many times those of the best method there; the left end says how often it is itself the "
         "best, the right end how many problems it solves at all."
-        + _not_drawn(found, chosen, problems),
+        + _not_drawn(results, chosen, problems),
         figure,
     )
 
 
-def _steps(curve: Curve, near: float, far: float) -> tuple[Array, Array]:
+def _steps(curve: Curve, low_end: float, high_end: float) -> tuple[Array, Array]:
     """A curve from its left end to the right one, for drawstyle "steps-post"."""
-    first = float(_at(curve, np.array([near]))[0])
-    inner = (curve.at > near) & (curve.at <= far)
-    last = float(_at(curve, np.array([far]))[0])
-    x = np.concatenate([[near], curve.at[inner], [far]])
+    first = float(_at(curve, np.array([low_end]))[0])
+    inner = (curve.at > low_end) & (curve.at <= high_end)
+    last = float(_at(curve, np.array([high_end]))[0])
+    x = np.concatenate([[low_end], curve.at[inner], [high_end]])
     return x, np.concatenate([[first], curve.share[inner], [last]])
 
 
@@ -345,17 +345,17 @@ def _at(curve: Curve, x: Array) -> Array:
     return out
 
 
-def _log_area(curve: Curve, far: float) -> float:
-    x, y = _steps(curve, 1.0, far)
+def _log_area(curve: Curve, high_end: float) -> float:
+    x, y = _steps(curve, 1.0, high_end)
     return float((np.diff(np.log(x)) * y[:-1]).sum())
 
 
 # --- Rates and times -------------------------------------------------------------------------
 
 
-def success(found: Cells) -> Iterator[Drawn]:
+def success(results: Cells) -> Iterator[CampaignFigure]:
     """Success rates with their intervals."""
-    rates = {cell: success_rate(runs) for cell, runs in found.items()}
+    rates = {cell: success_rate(runs) for cell, runs in results.items()}
     rates = {cell: rate for cell, rate in rates.items() if math.isfinite(rate.value)}
 
     def percent(axes: Axes) -> None:
@@ -363,17 +363,17 @@ def success(found: Cells) -> Iterator[Drawn]:
         axes.set_xticks([0, 0.5, 1.0], ["0", "50 %", "100 %"])
 
     for suffix, figure in _dots(rates, "Share of runs that met the target", percent):
-        yield Drawn(
+        yield CampaignFigure(
             f"success{suffix}",
-            f"Success rates{_of(suffix)}",
+            f"Success rates{_sheet(suffix)}",
             "Share of runs that met the target, with its 95 % interval (Wilson).",
             figure,
         )
 
 
-def evaluations(found: Cells) -> Iterator[Drawn]:
+def evaluations(results: Cells) -> Iterator[CampaignFigure]:
     """Expected running times with their intervals."""
-    times = {cell: ert(runs) for cell, runs in found.items()}
+    times = {cell: ert(runs) for cell, runs in results.items()}
     times = {cell: time for cell, time in times.items() if not math.isnan(time.value)}
 
     def logarithmic(axes: Axes) -> None:
@@ -383,9 +383,9 @@ def evaluations(found: Cells) -> Iterator[Drawn]:
 
     label = "Expected evaluations to the target"
     for suffix, figure in _dots(times, label, logarithmic):
-        yield Drawn(
+        yield CampaignFigure(
             f"evaluations{suffix}",
-            f"Expected evaluations to the target{_of(suffix)}",
+            f"Expected evaluations to the target{_sheet(suffix)}",
             "Expected running time: evaluations of all runs over the number of runs that met the "
             "target, which is what restarting until success costs. Bars: 95 % bootstrap interval. "
             "An open triangle at the right: no run met the target; its bar begins at the least "
@@ -411,8 +411,8 @@ def _dots(
         edge = _edge(e for (p, _), e in estimates.items() if p in problems)
         for axes, problem in zip(panels, problems, strict=True):
             scale(axes)
-            own = {m: e for m in methods if (e := estimates.get((problem, m))) is not None}
-            for method, e in own.items():
+            rows = {m: e for m in methods if (e := estimates.get((problem, m))) is not None}
+            for method, e in rows.items():
                 _dot(axes, methods.index(method), e, style[method], edge)
             axes.set_title(problem)
             axes.set_yticks(range(len(methods)), methods)
@@ -444,23 +444,23 @@ def _dot(axes: Axes, row: int, e: Estimate, look: Look, edge: float) -> None:
 # --- Sheets ----------------------------------------------------------------------------------
 
 
-def _not_drawn(found: Cells, methods: Sequence[str], problems: Sequence[str]) -> str:
-    out = [m for m in algorithms_of(found) if m not in methods]
-    said = f" Not meant for every problem, hence not drawn: {', '.join(out)}." if out else ""
-    if len(problems) < len(every := problems_of(found)):
-        said += f" Drawn for {len(problems)} of {len(every)} problems: the others lack runs so far."
-    return said
+def _not_drawn(results: Cells, methods: Sequence[str], problems: Sequence[str]) -> str:
+    out = [m for m in algorithms_of(results) if m not in methods]
+    text = f" Not meant for every problem, hence not drawn: {', '.join(out)}." if out else ""
+    if len(problems) < len(every := problems_of(results)):
+        text += f" Drawn for {len(problems)} of {len(every)} problems: the others lack runs so far."
+    return text
 
 
-def _pages(found: Iterable[tuple[str, str]]) -> Iterator[tuple[str, list[str]]]:
+def _pages(results: Iterable[tuple[str, str]]) -> Iterator[tuple[str, list[str]]]:
     """Problems by the sheet: (suffix of the file's name, labels)."""
-    problems = problems_of(found)
+    problems = problems_of(results)
     for k in range(0, len(problems), PANELS):
         suffix = f"_{k // PANELS + 1}" if len(problems) > PANELS else ""
         yield suffix, problems[k : k + PANELS]
 
 
-def _of(suffix: str) -> str:
+def _sheet(suffix: str) -> str:
     return f", sheet {suffix[1:]}" if suffix else ""
 
 

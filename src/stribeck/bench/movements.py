@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ..report.figures.fit_figures import ACCENT, INK, MEASURED, MODEL, STYLE
-from .campaign_figures import Drawn
+from ..report.figures.style import ACCENT, INK, MEASURED, MODEL, STYLE
+from .campaign_figures import CampaignFigure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def movements(
     problem: Problem, trace: Trace, *, optima: Sequence[Sequence[float]] = (), title: str = ""
-) -> Drawn:
+) -> CampaignFigure:
     """The tracks of a run on a surface of two variables: the paper's figure 2.
 
     Args:
@@ -55,7 +55,7 @@ def movements(
         figure.legend(*_unique(panels), loc="outside lower center", ncols=5, fontsize=9)
         if title:
             figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
-    return Drawn(
+    return CampaignFigure(
         "movements",
         title or "Movements on the surface",
         "Tracks of the bacteria over the contours of the surface, a point a chemotactic step; "

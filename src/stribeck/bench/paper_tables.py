@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..report.format import DASH
+from ..report.table import Cell, Table
 from ..space import Array
 from .record import Record
 from .statistics import cells
-from .tables import DASH, Cell, Table
 
 #: The campaign these tables are of.
 NAME = "paper"
@@ -81,14 +82,14 @@ class Percentage:
         than: The other method.
         printed: As printed.
         table: The published means it comes from; None where the paper shows no table.
-        of: The same of one of our records.
+        quantity: The same of one of our records.
     """
 
     what: str
     than: str
     printed: float
     table: Mapping[str, tuple[float, ...]] | None
-    of: Callable[[Record], float]
+    quantity: Callable[[Record], float]
 
     def published(self) -> float:
         """Recomputed from the published table: the plain mean of the five reductions, in %."""
@@ -102,7 +103,7 @@ class Percentage:
         if any(not runs.get((s, m)) for s in SURFACES for m in (bts, other)):
             return float("nan")
         ours, theirs = (
-            np.array([np.mean([self.of(r) for r in runs[s, m]]) for s in SURFACES])
+            np.array([np.mean([self.quantity(r) for r in runs[s, m]]) for s in SURFACES])
             for m in (bts, other)
         )
         return reduction(ours, theirs)
@@ -138,15 +139,16 @@ def table_4(records: Sequence[Record]) -> Table:
         seconds = SECONDS[paper][k] if paper else None
         rounds = ROUNDS[paper][k] if paper else None
         rows.append([
-            Cell(surface, surface),
-            Cell(algorithm, algorithm),
+            Cell.label(surface),
+            Cell.label(algorithm),
             _printed(seconds),
-            Cell.of(_mean(runs, lambda r: r.seconds), 3),
+            Cell.number(_mean(runs, lambda r: r.seconds), 3),
             _printed(rounds),
-            Cell.of(_mean(runs, lambda r: r.search_rounds)),
-            Cell.of(_mean(runs, lambda r: r.evaluations)),
+            Cell.number(_mean(runs, lambda r: r.search_rounds)),
+            Cell.number(_mean(runs, lambda r: r.evaluations)),
             Cell(f"{sum(r.reached for r in runs)}/{len(runs)}", sum(r.reached for r in runs)),
-            Cell(DASH) if runs[0].entrapments is None else Cell.of(_mean(runs, _entrapments), 3),
+            Cell(DASH) if runs[0].entrapments is None
+            else Cell.number(_mean(runs, _entrapments), 3),
         ])  # fmt: skip
     return Table(
         "Table 4: means over the trials, published and ours",
@@ -170,7 +172,7 @@ def table_5(records: Sequence[Record]) -> Table:
         if paper and algorithm == OURS[paper][0]:
             names = (surface, f"{paper} (published)")
             printed = map(_printed, SOLUTIONS[paper][surface])
-            rows.append([*(Cell(n, n) for n in names), *printed])
+            rows.append([*(Cell.label(n) for n in names), *printed])
         spread = float(costs.std(ddof=1)) if len(costs) > 1 else float("nan")
         ours = (float(costs.mean()), float(costs.min()), float(costs.max()), spread)
         rows.append(_solution(surface, algorithm, ours))
@@ -193,7 +195,7 @@ def percentages(records: Sequence[Record]) -> Table:
         rows.append([
             Cell(f"{p.what}, BTS less than {p.than}", p.what),
             _printed(p.printed),
-            *(Cell.of(v) for v in (p.published(), literal, restart)),
+            *(Cell.number(v) for v in (p.published(), literal, restart)),
         ])  # fmt: skip
     return Table(
         "Section 3: how much less BTS needs, % (plain mean over the five functions)",
@@ -221,15 +223,15 @@ def _rows(records: Sequence[Record]) -> list[tuple[str, str, str | None, list[Re
 
 def _solution(surface: str, method: str, values: Sequence[float]) -> list[Cell]:
     digits = 7 if surface == "ShuF" else 5
-    return [Cell(surface, surface), Cell(method, method), *(Cell.of(v, digits) for v in values)]
+    return [Cell.label(surface), Cell.label(method), *(Cell.number(v, digits) for v in values)]
 
 
 def _entrapments(run: Record) -> float:
     return run.entrapments or 0
 
 
-def _mean(runs: Sequence[Record], of: Callable[[Record], float]) -> float:
-    return float(np.mean([of(r) for r in runs]))
+def _mean(runs: Sequence[Record], quantity: Callable[[Record], float]) -> float:
+    return float(np.mean([quantity(r) for r in runs]))
 
 
 def _printed(value: float | None) -> Cell:

@@ -17,6 +17,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from ..report.format import duration
 from .record import Failure, Job, Record
 
 #: Redraws a second on a terminal.
@@ -188,7 +189,7 @@ class Tally:
         if share is not None and total.open:
             phrases.append(f"{min(99, int(100 * share))} % of the work")
         if left is not None and total.open:
-            phrases.append(f"{spoken(left)} left" if left >= 1 else "nearly done")
+            phrases.append(f"{duration(left)} left" if left >= 1 else "nearly done")
         if total.failed:
             phrases.append(f"{total.failed:,} failed")
         return ", ".join(phrases)
@@ -197,7 +198,7 @@ class Tally:
         """The same when it is over."""
         total = self.total
         state = "" if not total.open else "stopped: "
-        return f"{state}{self.line_of(total)} in {spoken(self.elapsed)}"
+        return f"{state}{self.line_of(total)} in {duration(self.elapsed)}"
 
     @staticmethod
     def line_of(count: Count) -> str:
@@ -418,15 +419,3 @@ def _grouped(values: Mapping[Cell, T], axis: int) -> dict[str, list[T]]:
     for cell, value in values.items():
         groups.setdefault(cell[axis], []).append(value)
     return groups
-
-
-def spoken(seconds: float) -> str:
-    """A time as people say it: "40 s", "7 min", "1 h 20 min", "2 d 3 h"."""
-    if seconds < 99.5:  # noqa: PLR2004
-        return f"{seconds:.1f} s" if seconds < 9.95 else f"{seconds:.0f} s"  # noqa: PLR2004
-    minutes = round(seconds / 60)
-    hours, days = divmod(minutes, 60), divmod(round(minutes / 60), 24)
-    if not hours[0]:
-        return f"{minutes} min"
-    (whole, rest), units = (hours, ("h", "min")) if minutes < 24 * 60 else (days, ("d", "h"))
-    return f"{whole} {units[0]}" + (f" {rest} {units[1]}" if rest else "")

@@ -9,17 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..report.folder import write_files, write_text
+from ..report.table import FORMS, Cell, Table
 from . import paper_tables
 from .problems import problem
 from .record import Failure, Job, Record
 from .run import trial
 from .spreadsheets import write_sheets
 from .surfaces import Surface
-from .tables import FORMS, Cell, Table, comparisons, overall, ranking, solutions, summary
+from .tables import comparisons, overall, ranking, solutions, summary
 
 if TYPE_CHECKING:
     from .campaign import Campaign
-    from .campaign_figures import Drawn
+    from .campaign_figures import CampaignFigure
     from .store import Progress
 
 #: Tables that fit on a terminal.
@@ -33,8 +34,9 @@ def status(cells: Sequence[Progress]) -> Table:
     heads = ("problem", "method", "done", "of", "met", "failed", "seconds")
     rows = tuple(
         (
-            Cell(p.problem, p.problem), Cell(p.algorithm, p.algorithm), Cell.of(p.done),
-            Cell.of(p.jobs), Cell.of(p.reached), Cell.of(p.given_up), Cell.of(p.seconds, 3),
+            Cell.label(p.problem), Cell.label(p.algorithm), Cell.number(p.done),
+            Cell.number(p.jobs), Cell.number(p.reached), Cell.number(p.given_up),
+            Cell.number(p.seconds, 3),
         )
         for p in cells
     )  # fmt: skip
@@ -61,37 +63,37 @@ class Study:
     @cached_property
     def tables(self) -> dict[str, Table]:
         """The tables, by the name of their file."""
-        about, jobs, reference = self.records, self.jobs, self.campaign.reference
-        made: dict[str, Table] = {}
+        records, jobs, reference = self.records, self.jobs, self.campaign.reference
+        tables: dict[str, Table] = {}
         if self.campaign.name == paper_tables.NAME:
-            made |= {
-                "table_4": paper_tables.table_4(about),
-                "table_5": paper_tables.table_5(about),
-                "percentages": paper_tables.percentages(about),
+            tables |= {
+                "table_4": paper_tables.table_4(records),
+                "table_5": paper_tables.table_5(records),
+                "percentages": paper_tables.percentages(records),
             }
         targets = self.campaign.targets(jobs)
         moved = {t.label for t in self.campaign.tasks if "each" in t.spec.values()}
         if 0 < len(moved) < len(self.campaign.tasks):
-            alone = [r for r in about if r.job.problem in moved]
+            alone = [r for r in records if r.job.problem in moved]
             meant = [j for j in jobs if j.problem in moved]
             title = "Ranking on the problems that change from run to run alone"
-            made["ranking_moved"] = replace(ranking(alone, meant, targets=targets), title=title)
-        return made | {
-            "summary": summary(about, jobs),
-            "solutions": solutions(about, jobs),
-            "ranking": ranking(about, jobs, targets=targets),
-            "overall": overall(about, jobs, reference=reference),
-            "comparisons": comparisons(about, jobs, reference=reference),
+            tables["ranking_moved"] = replace(ranking(alone, meant, targets=targets), title=title)
+        return tables | {
+            "summary": summary(records, jobs),
+            "solutions": solutions(records, jobs),
+            "ranking": ranking(records, jobs, targets=targets),
+            "overall": overall(records, jobs, reference=reference),
+            "comparisons": comparisons(records, jobs, reference=reference),
         }
 
-    def figures(self) -> Iterator[Drawn]:
+    def figures(self) -> Iterator[CampaignFigure]:
         """The figures; for the tracks of bacteria a run is run again."""
         from .campaign_figures import figures  # noqa: PLC0415 - matplotlib comes late on purpose
 
         yield from figures(self.records, self.jobs, self.campaign.targets(self.jobs))
         yield from self._movements()
 
-    def _movements(self) -> Iterator[Drawn]:
+    def _movements(self) -> Iterator[CampaignFigure]:
         """The paper's figure 2: the reference's first run on each surface of two variables."""
         from .movements import movements  # noqa: PLC0415
 
@@ -99,10 +101,11 @@ class Study:
             job = record.job
             if job.repeat or job.algorithm != self.campaign.reference or len(record.x) != 2:  # noqa: PLR2004
                 continue
-            on = problem(job.surface)
-            if isinstance(on, Surface) and "foraging" in record.rounds:
-                title = f"{job.algorithm} on {job.problem}, {on.title}"
-                drawn = movements(on, trial(job, on).trace, optima=on.optima.tolist(), title=title)
+            surface = problem(job.surface)
+            if isinstance(surface, Surface) and "foraging" in record.rounds:
+                title = f"{job.algorithm} on {job.problem}, {surface.title}"
+                trace, optima = trial(job, surface).trace, surface.optima.tolist()
+                drawn = movements(surface, trace, optima=optima, title=title)
                 yield replace(drawn, name=f"movements_{job.problem}")
 
     def write(self, folder: Path) -> None:
@@ -138,4 +141,4 @@ class Study:
     def text(self) -> str:
         """The tables that a terminal can show."""
         shown = [self.tables[name] for name in PRINTED if name in self.tables]
-        return "\n".join(t.plain() for t in shown if len(t.rows) <= LONGEST)
+        return "\n".join(t.text() for t in shown if len(t.rows) <= LONGEST)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import platform
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,15 +20,15 @@ from PIL import Image
 
 from .._version import __version__
 from ..report.folder import write_text
+from ..report.format import as_entered, duration
+from ..report.table import FORMS, Table
 from .campaign import parsed, shipped
-from .progress import spoken
 from .record import Failure, Job, Record
-from .tables import FORMS, Table
 
 if TYPE_CHECKING:
     from ..space import Space
     from .campaign import Campaign, Entry, Task
-    from .campaign_figures import Drawn
+    from .campaign_figures import CampaignFigure
 
 #: The page's name in its folder.
 PAGE = "summary.html"
@@ -61,7 +60,7 @@ def write_summary(
     failures: Sequence[Failure],
     *,
     tables: Mapping[str, Table],
-    figures: Sequence[Drawn],
+    figures: Sequence[CampaignFigure],
     command: str = "",
 ) -> Path:
     """Write `summary.html` into a folder: one file that needs no other, no network, no script.
@@ -98,7 +97,7 @@ def write_summary(
         methods=[_method(entry) for entry in campaign.entries],
         problems=[_problem(task) for task in campaign.tasks],
         tables=[
-            (name, tables[name], len(tables[name].rows) <= OPEN, tables[name].numeric)
+            (name, tables[name], len(tables[name].rows) <= OPEN)
             for name in sorted(tables, key=lambda name: name != "ranking")  # the result first
         ],
         pictures=pictures(figures, folder / "figures"),
@@ -114,22 +113,24 @@ def command(campaign: Campaign) -> str:
     name, text = campaign.name, campaign.text
     if not text:  # made in Python: there is no file to run
         return ""
-    given = name if shipped().get(name) == text else "campaign.toml"
+    source = name if shipped().get(name) == text else "campaign.toml"
     cut = campaign.repeats != parsed(text).repeats
-    return f"stribeck bench {given}" + f" --trials {campaign.repeats}" * cut
+    return f"stribeck bench {source}" + f" --trials {campaign.repeats}" * cut
 
 
-def pictures(figures: Sequence[Drawn], folder: Path, limit: int = PICTURES) -> list[Picture]:
+def pictures(
+    figures: Sequence[CampaignFigure], folder: Path, limit: int = PICTURES
+) -> list[Picture]:
     """The figures as PNGs in text, smaller where they would make the page too large."""
-    made: list[Picture] = []
+    shown: list[Picture] = []
     for scale in SCALES:
-        made = [_picture(one, folder / f"{one.name}.png", scale) for one in figures]
-        if sum(len(one.source) for one in made) <= limit:
+        shown = [_picture(figure, folder / f"{figure.name}.png", scale) for figure in figures]
+        if sum(len(picture.source) for picture in shown) <= limit:
             break
-    return made
+    return shown
 
 
-def _picture(drawn: Drawn, file: Path, scale: float) -> Picture:
+def _picture(drawn: CampaignFigure, file: Path, scale: float) -> Picture:
     with Image.open(file) as image:
         plain = image.convert("RGB")
     # What the page shows at most: a picture is twice as sharp as a common screen.
@@ -168,26 +169,29 @@ def _unrunnable(records: Sequence[Record]) -> tuple[int, int]:
 
 
 def _facts(campaign: Campaign, records: Sequence[Record], typed: str) -> list[tuple[str, str]]:
-    """What the numbers hang on."""
+    """What the numbers depend on."""
     evaluations = sum(r.evaluations for r in records)
     facts = [
         ("Runs of a cell", f"{campaign.repeats:,}"),
         ("Seed", f"{campaign.seed}, and from it one for each run, by its labels and its number"),
         ("Target precisions", _span(campaign.precisions)),
         ("Reference", f"{campaign.reference}, with which the others are compared"),
-        ("Work", f"{evaluations:,} evaluations, {spoken(sum(r.seconds for r in records))} of runs"),
-        ("Made with", _made()),
+        (
+            "Work",
+            f"{evaluations:,} evaluations, {duration(sum(r.seconds for r in records))} of runs",
+        ),
+        ("Made with", _software()),
     ]
     return [*facts, ("To make it again", typed)] if typed else facts
 
 
 def _span(values: Any) -> str:
-    first, last = _number(values[0]), _number(values[-1])
+    first, last = as_entered(values[0]), as_entered(values[-1])
     several = f"{len(values)}, from {first} to {last}"
     return f"{several if len(values) > 1 else first} above the minimum, where that is known"
 
 
-def _made() -> str:
+def _software() -> str:
     parts = {
         "stribeck": __version__,
         "Python": platform.python_version(),
@@ -209,7 +213,7 @@ def _method(entry: Entry) -> dict[str, Any]:
         "label": entry.label,
         "method": entry.method,
         "settings": [("", _settings(entry.settings))] * bool(entry.settings)
-        + [(label, _settings(own)) for label, own in entry.on.items()],
+        + [(label, _settings(settings)) for label, settings in entry.on.items()],
         "unit_free": entry.unit_free,
         "problems": "all" if entry.problems is None else ", ".join(entry.problems),
         "budget": budget or "the problem's",
@@ -224,26 +228,21 @@ def _value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_value, value)) + "]"
     if isinstance(value, float):
-        return _number(value)
+        return as_entered(value)
     return str(value)
-
-
-def _number(value: float) -> str:
-    """A number as it was given, in short: "1e-8", "0.9980038"."""
-    return re.sub(r"e([+-])0*", r"e\1", f"{value:.7g}").replace("e+", "e")
 
 
 def _problem(task: Task) -> dict[str, Any]:
     """A line of the table of problems."""
-    on = task.problem(0)
-    target = task.target if task.target is not None else on.J_min
+    first = task.problem(0)
+    target = task.target if task.target is not None else first.J_min
     spec = ", ".join(f"{k} {v}" for k, v in task.spec.items() if v is not None)
     return {
         "label": task.label,
         "what": spec.removeprefix("surface "),
-        "box": _box(on.space),
-        "minimum": "not known" if on.minimum is None else _number(on.minimum),
-        "target": "none" if task.open_end or target is None else _number(target),
+        "box": _box(first.space),
+        "minimum": "not known" if first.minimum is None else as_entered(first.minimum),
+        "target": "none" if task.open_end or target is None else as_entered(target),
         "budget": f"{task.budget:,}",
     }
 

@@ -41,7 +41,7 @@ def bench(
         from ..bench.study import status as said
 
         with Store.read((out or Path(f"bench-{plan.name}")) / "store.sqlite") as store:
-            typer.echo(said(store.progress()).plain(), nl=False)
+            typer.echo(said(store.progress()).text(), nl=False)
         return
     plan = plan if trials is None else plan.trials(trials)
     _bench(plan, chosen(engine), out or Path(f"bench-{plan.name}"), resume, coco)

@@ -61,8 +61,8 @@ def identify(
     """Identify the friction of an axis from recordings of it."""
     from ..identify.fit import identify as identified
     from ..report.folder import check_folder
+    from ..report.search_progress import SearchProgress
     from ..report.stopwatch import Stopwatch
-    from ..report.terminal import Watch
 
     clock = Stopwatch.of_process()
     if out is not None:
@@ -90,7 +90,7 @@ def identify(
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
-    with Watch(chosen.unit_shown("position")) as watch:
+    with SearchProgress(chosen.unit_shown("position")) as progress:
         fit = identified(
             recordings,
             rig=chosen,
@@ -105,7 +105,7 @@ def identify(
             loss=cast("Any", loss),
             restart=restart,
             draws=bootstrap,
-            progress=watch,
+            progress=progress,
             **options,
         )
     clock.lap("search", fit.seconds)
@@ -115,9 +115,9 @@ def identify(
 
 def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     from ..identify.card import card
-    from ..report.folder import write_figures, write_text
-    from ..report.page.page import write_report
-    from ..report.terminal import show_fit, show_time
+    from ..report.fit_report import show_fit
+    from ..report.folder import write_text
+    from ..report.terminal import show_time
 
     text = card(fit).text()
     unwritten: InputError | None = None
@@ -136,9 +136,14 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     clock.lap("card")
     if out is not None:
         try:
-            write_figures(fit, out)
+            from ..report.contents.gather import Contents
+            from ..report.figures.fit_figures import write_figures
+            from ..report.page.page import write_report
+
+            contents = Contents(fit)
+            write_figures(contents, out)
             clock.lap("figures")
-            write_report(fit, out, ["stribeck", *sys.argv[1:]])
+            write_report(contents.report(["stribeck", *sys.argv[1:]]), out)
         except KeyboardInterrupt:
             fail(f"interrupted: the result is in {out}, without all of its figures", 130)
         clock.lap("report")
@@ -195,7 +200,7 @@ def select(
     """Compare friction laws on data held out, and recommend the simplest that holds."""
     from ..identify.selection.select import select as selected
     from ..report.folder import check_folder
-    from ..report.selection_report import Climb
+    from ..report.search_progress import SelectionProgress
 
     if out is not None:
         check_folder(out)
@@ -205,7 +210,7 @@ def select(
     each_once("--train", train)
     each_once("--holdout", holdout)
     recordings = read_logs([*logs, *(test or [])], chosen, columns)
-    with Climb(chosen.unit_shown("position")) as climb:
+    with SelectionProgress(chosen.unit_shown("position")) as progress:
         selection = selected(
             recordings[: len(logs)],
             rig=chosen,
@@ -218,7 +223,7 @@ def select(
             seed=seed,
             budget=budget,
             folds=folds,
-            progress=climb.show,
+            progress=progress.step,
         )
     _tell_selection(selection, out, json)
 

@@ -50,7 +50,7 @@ def check(
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
     from ..data import check as looked_at
-    from ..report.terminal import quality_text, show_quality
+    from ..report.quality_report import quality_text, show_quality
 
     (recording,) = read_logs([log], rig_named(rig) if rig is not None else None, columns)
     quality = looked_at(recording)

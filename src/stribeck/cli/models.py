@@ -25,7 +25,7 @@ def validate(
     """Hold an identified model against other recordings."""
     from ..identify.validate import untrained_directions
     from ..identify.validate import validate as validated
-    from ..report.terminal import show_validation, validation_text
+    from ..report.validation_report import show_validation, validation_text
 
     if max_error is not None:
         above_zero("--max-error", max_error)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -14,9 +13,11 @@ from .._version import __version__
 from ..compensate.compensator import SETTINGS
 from ..compensate.settings import SCHEMA
 from ..units import unit
-from .figures.style import ACCENT, INK, MEASURED, MODEL, STYLE, legend_above, save, shown, written
+from .figures.style import ACCENT, INK, MEASURED, MODEL, STYLE, legend_above, save
 from .folder import write_files
-from .terminal import console, grid, number
+from .format import DASH, json_text, number, unit_label
+from .table import Table
+from .terminal import console, show_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,27 +27,29 @@ if TYPE_CHECKING:
 
     from ..compensate.compensation import Compensation, Curve, Onset
     from ..compensate.trial import Trace
-    from ..space import Array
 
 #: File names in a folder of results.
 FILE, FIGURE = "compensation.json", "compensation"
 _COLOURS = {"reference": ACCENT, "feedback": MODEL}
 
 
-def show_compensation(made: Compensation) -> None:
+def show_compensation(compensation: Compensation) -> None:
     """Ratios over scales, what the recommended one does, and what a reader must know."""
     out = console()
-    heads = ["scale", *(h for c in made.curves for h in (c.mode, "worst axis"))]
-    scales = sorted({float(s) for c in made.curves for s in c.scales})
-    rows = [[f"{s:.4g}", *(cell for c in made.curves for cell in _cells(c, s))] for s in scales]
-    title = f"{made.law} on {made.rig.name}: RMS tracking error, with compensation over without"
-    out.print(grid(title, heads, rows))
+    heads = ["scale", *(h for c in compensation.curves for h in (c.mode, "worst axis"))]
+    scales = sorted({float(s) for c in compensation.curves for s in c.scales})
+    rows = [
+        [f"{s:.4g}", *(cell for c in compensation.curves for cell in _cells(c, s))] for s in scales
+    ]
+    axis = f"{compensation.law} on {compensation.rig.name}"
+    title = f"{axis}: RMS tracking error, with compensation over without"
+    show_table(Table.of_texts(title, heads, rows))
     out.print("→ best   ! shows a sign of too much   · nearer than the margin to one that does")
-    if (curve := made.curve) is not None:
+    if (curve := compensation.curve) is not None:
         out.print()
-        out.print(_motions(made, curve))
-    for said in sentences(made):
-        out.print(f"\n{said}")
+        show_table(_motions(compensation, curve))
+    for sentence in sentences(compensation):
+        out.print(f"\n{sentence}")
 
 
 def _cells(curve: Curve, scale: float) -> tuple[str, str]:
@@ -62,77 +65,84 @@ def _cells(curve: Curve, scale: float) -> tuple[str, str]:
     return number(float(curve.ratio[k, 0].max()), 3), f"{mark}{number(float(curve.worst[k]), 3)}"
 
 
-def _motions(made: Compensation, curve: Curve) -> Any:
+def _motions(compensation: Compensation, curve: Curve) -> Table:
     """What the recommended scale does in each motion."""
     assert curve.best is not None  # noqa: S101 - it is recommended
-    length = shown(made.rig, "position")
+    length = compensation.rig.unit_shown("position")
     rows = []
-    for m, name in enumerate(made.motions):
+    for m, name in enumerate(compensation.motions):
         before, after, none = (
             float(unit(length).from_si(rms))
-            for rms in (curve.rms[0, 0, m], curve.rms[curve.best, 0, m], made.frictionless[m])
+            for rms in (
+                curve.rms[0, 0, m],
+                curve.rms[curve.best, 0, m],
+                compensation.frictionless[m],
+            )
         )
         ratios = curve.ratio[curve.best, :, m]
         worst = int(np.argmax(ratios))
         rows.append([
             name, number(before, 3), number(after, 3), number(none, 3), times(float(ratios[0])),
-            times(float(ratios[worst])), made.plants[worst],
+            times(float(ratios[worst])), compensation.plants[worst],
         ])  # fmt: skip
     heads = [
         "motion", f"without/{length}", f"with/{length}", "no friction", "less",
         "on the worst axis", "which is",
     ]  # fmt: skip
-    return grid(
-        f"RMS tracking error at scale {curve.scale:.4g}, {curve.mode}",
-        heads,
-        rows,
-    )
+    title = f"RMS tracking error at scale {curve.scale:.4g}, {curve.mode}"
+    return Table.of_texts(title, heads, rows)
 
 
 def times(ratio: float) -> str:
     """How many times less an error is."""
-    return f"{1 / ratio:.3g}×" if 0 < ratio < math.inf else "–"
+    return f"{1 / ratio:.3g}×" if 0 < ratio < math.inf else DASH
 
 
-def sentences(made: Compensation) -> list[str]:
+def sentences(compensation: Compensation) -> list[str]:
     """What the tables do not say."""
-    curve = made.curve
-    said = []
+    curve = compensation.curve
+    texts = []
     if curve is None:
-        said.append(
+        texts.append(
             "no scale is safe and improves the error of every axis that the card allows: "
             "do not compensate before its intervals are narrower (`stribeck plan` says how)"
         )
-        said += [
+        texts += [
             f"{c.mode}: at scale {c.harm.scale:.4g} already, the axis {c.harm.sign} "
             f"({c.harm.plant}, {c.harm.motion})"
-            for c in made.curves
+            for c in compensation.curves
             if c.harm is not None
         ]
     else:
         at = "measured velocity" if curve.mode == "feedback" else "reference's velocity"
-        said.append(
+        texts.append(
             f"recommended: scale {curve.scale:.4g}, the law asked at the {at}; of "
-            f"{len(made.plants)} axes that the card allows, the worst keeps "
+            f"{len(compensation.plants)} axes that the card allows, the worst keeps "
             f"{float(curve.worst[curve.best]):.0%} of its error"
         )
-    said += [_too_much(c, made.margin) for c in made.curves]
-    if made.compensator is not None:
-        c = asdict(made.compensator)
-        listed = ", ".join(f"{s.name} {_setting(made, s, float(c[s.name]))}" for s in SETTINGS)
-        said.append(f"settings: {listed}")
+    texts += [_too_much(c, compensation.margin) for c in compensation.curves]
+    if compensation.compensator is not None:
+        c = asdict(compensation.compensator)
+        listed = ", ".join(
+            f"{s.name} {_setting(compensation, s, float(c[s.name]))}" for s in SETTINGS
+        )
+        texts.append(f"settings: {listed}")
     sees = [
-        f"{word} {number(float(unit(shown(made.rig, 'position')).from_si(value)), 3)} "
-        f"{shown(made.rig, 'position')}"
-        for word, value in (("resolution", made.sensor.resolution), ("noise", made.sensor.noise))
+        f"{word} {number(float(unit(compensation.rig.unit_shown('position')).from_si(value)), 3)} "
+        f"{compensation.rig.unit_shown('position')}"
+        for word, value in (
+            ("resolution", compensation.sensor.resolution),
+            ("noise", compensation.sensor.noise),
+        )
         if value
     ]
-    said.append(
-        f"simulated at a period of {made.period * 1e3:g} ms, outputs held between samples, with "
+    texts.append(
+        f"simulated at a period of {compensation.period * 1e3:g} ms, outputs held between samples, "
+        "with "
         f"{'a sensor of ' + ' and '.join(sees) if sees else 'a sensor without steps or noise'}; "
         "what the model of the rig leaves out, such as play and compliance, is not in these figures"
     )
-    return [*said, *made.notes]
+    return [*texts, *compensation.notes]
 
 
 def _too_much(curve: Curve, margin: float) -> str:
@@ -145,43 +155,43 @@ def _too_much(curve: Curve, margin: float) -> str:
     )
 
 
-def _setting(made: Compensation, s: Any, value: float) -> str:
-    written_in = s.rotary if made.rig.rotary else s.unit
+def _setting(compensation: Compensation, s: Any, value: float) -> str:
+    written_in = s.rotary if compensation.rig.rotary else s.unit
     return f"{number(value, 4)} {written_in}".strip()
 
 
-def compensation_text(made: Compensation) -> str:
-    """The same as JSON; errors in SI."""
-    curve = made.curve
-    said: dict[str, Any] = {
+def compensation_text(compensation: Compensation) -> str:
+    """The same as JSON; errors in SI, null where an axis ran away."""
+    curve = compensation.curve
+    document: dict[str, Any] = {
         "schema": SCHEMA,
-        "law": made.law,
-        "rig": made.rig.name,
-        "period": made.period,
-        "sensor": asdict(made.sensor),
-        "motions": list(made.motions),
-        "axes": list(made.plants),
-        "frictionless": made.frictionless.tolist(),
-        "margin": made.margin,
+        "law": compensation.law,
+        "rig": compensation.rig.name,
+        "period": compensation.period,
+        "sensor": asdict(compensation.sensor),
+        "motions": list(compensation.motions),
+        "axes": list(compensation.plants),
+        "frictionless": compensation.frictionless.tolist(),
+        "margin": compensation.margin,
         "recommended": None
-        if curve is None or made.compensator is None
+        if curve is None or compensation.compensator is None
         else {
             "mode": curve.mode,
             "scale": curve.scale,
             "worst_ratio": float(curve.worst[curve.best]),
             "settings": {
                 s.name: {
-                    "value": float(getattr(made.compensator, s.name)),
-                    "unit": s.rotary if made.rig.rotary else s.unit,
+                    "value": float(getattr(compensation.compensator, s.name)),
+                    "unit": s.rotary if compensation.rig.rotary else s.unit,
                 }
                 for s in SETTINGS
             },
         },
-        "modes": {c.mode: _curve(c) for c in made.curves},
-        "notes": list(made.notes),
+        "modes": {c.mode: _curve(c) for c in compensation.curves},
+        "notes": list(compensation.notes),
         "software": {"stribeck": __version__},
     }
-    return json.dumps(said, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(document)
 
 
 def _curve(curve: Curve) -> dict[str, Any]:
@@ -191,8 +201,8 @@ def _curve(curve: Curve) -> dict[str, Any]:
         "harm": _sign(curve.harm),
         "scales": curve.scales.tolist(),
         "safe": [bool(s) for s in curve.safe],
-        "worst_ratio": _finite(curve.worst),
-        "rms": [[_finite(axis) for axis in at] for at in curve.rms],
+        "worst_ratio": curve.worst.tolist(),
+        "rms": curve.rms.tolist(),
     }
 
 
@@ -202,61 +212,58 @@ def _sign(onset: Onset | None) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def _finite(values: Array) -> list[float | None]:
-    """Numbers for JSON; null where an axis ran away."""
-    return [v if math.isfinite(v) else None for v in values.tolist()]
-
-
-def write_compensation(made: Compensation, folder: Path) -> None:
+def write_compensation(compensation: Compensation, folder: Path) -> None:
     """Write the JSON and the picture into a folder."""
     import matplotlib as mpl  # noqa: PLC0415 - comes late on purpose
 
     def write(place: Path) -> None:
-        (place / FILE).write_text(compensation_text(made), encoding="utf-8")
-        save(figure(made), place, FIGURE)
+        (place / FILE).write_text(compensation_text(compensation), encoding="utf-8")
+        save(figure(compensation), place, FIGURE)
 
     with mpl.rc_context(STYLE):
         write_files(folder, write)
 
 
-def figure(made: Compensation) -> Figure:
+def figure(compensation: Compensation) -> Figure:
     """Error over time without and with, and the ratio of errors over the scale."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - comes late on purpose
 
     drawn = Figure(figsize=(9.0, 7.2), layout="constrained")
     top, bottom = drawn.subplots(2, 1, height_ratios=[1.0, 1.1])
-    _error(top, made, made.traces[0])
-    _ratios(bottom, made, made.curves)
+    _error(top, compensation, compensation.traces[0])
+    _ratios(bottom, compensation, compensation.curves)
     legend_above(drawn, top)
     return drawn
 
 
-def _error(axes: Axes, made: Compensation, trace: Trace) -> None:
-    length = shown(made.rig, "position")
+def _error(axes: Axes, compensation: Compensation, trace: Trace) -> None:
+    length = compensation.rig.unit_shown("position")
     from_si = unit(length).from_si
     axes.plot(trace.t, from_si(trace.without), color=MEASURED, label="without compensation")
-    if made.curve is not None:
-        name = f"scale {made.curve.scale:.4g}, {made.curve.mode}"
-        axes.plot(trace.t, from_si(trace.compensated), color=_COLOURS[made.curve.mode], label=name)
+    if compensation.curve is not None:
+        name = f"scale {compensation.curve.scale:.4g}, {compensation.curve.mode}"
+        axes.plot(
+            trace.t, from_si(trace.compensated), color=_COLOURS[compensation.curve.mode], label=name
+        )
     axes.axhline(0.0, color=INK, linewidth=0.7)
     axes.set(
         title=f"Tracking error, {trace.motion}", xlabel="time / s",
-        ylabel=f"command − position / {written(length)}",
+        ylabel=f"command − position / {unit_label(length)}",
     )  # fmt: skip
     axes.margins(x=0.0)
 
 
-def _ratios(axes: Axes, made: Compensation, curves: Sequence[Curve]) -> None:
+def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[Curve]) -> None:
     for c in curves:
         colour = _COLOURS[c.mode]
-        there = np.isfinite(c.ratio[:, 0]).all(axis=1)
+        known = np.isfinite(c.ratio[:, 0]).all(axis=1)
         least, most = c.ratio.max(axis=2).min(axis=1), c.worst
         axes.fill_between(
             c.scales, least, np.where(np.isfinite(most), most, 10.0), color=colour, alpha=0.15,
             linewidth=0,
         )  # fmt: skip
         axes.plot(
-            c.scales[there], c.ratio[there, 0].max(axis=1), color=colour,
+            c.scales[known], c.ratio[known, 0].max(axis=1), color=colour,
             label=f"{c.mode}: as identified, all axes",
         )  # fmt: skip
         if c.onset is not None:
@@ -269,7 +276,7 @@ def _ratios(axes: Axes, made: Compensation, curves: Sequence[Curve]) -> None:
                 xycoords=("data", "axes fraction"), textcoords="offset points", rotation=90,
                 ha="right", va="top", color=colour, fontsize=9,
             )  # fmt: skip
-        if c.best is not None and c is made.curve:
+        if c.best is not None and c is compensation.curve:
             axes.plot(c.scales[c.best], most[c.best], "o", color=colour)
             axes.annotate(
                 f"recommended {c.scale:.4g}", (float(c.scales[c.best]), float(most[c.best])),

@@ -12,8 +12,6 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from ..identify.result import Fit
-
 
 def check_folder(folder: Path) -> None:
     """Say before the work starts that its results could not be written.
@@ -23,10 +21,10 @@ def check_folder(folder: Path) -> None:
     """
     try:
         place = folder if folder.exists() else folder.parent
-        there, usable = place.exists(), os.access(place, os.W_OK | os.X_OK)
+        present, usable = place.exists(), os.access(place, os.W_OK | os.X_OK)
     except OSError as error:  # a name too long, say
         raise InputError(f"{folder}: {error.strerror or error}: take another folder") from error
-    if not there:
+    if not present:
         raise InputError(f"{folder}: the folder {folder.parent} is not there: make it first")
     if not place.is_dir():
         raise InputError(f"{place}: is a file, not a folder: take another name")
@@ -80,7 +78,7 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
     Raises:
         InputError: the disk refuses.
     """
-    made = not folder.exists()
+    new = not folder.exists()
     try:
         folder.mkdir(exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=folder) as name:
@@ -88,17 +86,6 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
             for file in sorted(Path(name).iterdir()):
                 os.replace(file, folder / file.name)  # noqa: PTH105 - atomic, and says so
     except OSError as error:
-        if made and folder.is_dir() and not any(folder.iterdir()):
+        if new and folder.is_dir() and not any(folder.iterdir()):
             folder.rmdir()
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-
-
-def write_figures(fit: Fit, folder: Path) -> None:
-    """Draw a fit's figures into a folder, in place of those of an earlier fit."""
-    from .figures.fit_figures import DRAWN, draw  # noqa: PLC0415 - matplotlib comes late on purpose
-
-    drawn: list[str] = []
-    write_files(folder, lambda place: drawn.extend(file.name for file in draw(fit, place)))
-    for file in folder.iterdir():
-        if DRAWN.fullmatch(file.name) and file.name not in drawn:
-            file.unlink()

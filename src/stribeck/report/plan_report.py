@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
 from typing import TYPE_CHECKING, Any
 
-from .terminal import console, grid, number
+from .format import DASH, json_text, number
+from .table import Table
+from .terminal import console, show_table
 
 if TYPE_CHECKING:
     from ..identify.design.plan import Gain, Plan, Proposal
@@ -31,14 +31,8 @@ def show_plan(plan: Plan) -> None:
         ]
         for k, p in enumerate(plan.proposals, 1)
     ]
-    out.print(
-        grid(
-            f"{plan.law} on {plan.rig}: what to record next, by how much intervals shrink",
-            heads,
-            rows,
-            left=2,
-        )
-    )
+    title = f"{plan.law} on {plan.rig}: what to record next, by how much intervals shrink"
+    show_table(Table.of_texts(title, heads, rows, labels=(0, 1)))
     out.print()
     for k, p in enumerate(plan.proposals, 1):
         out.print(f"{k}. {p.experiment.name}: {p.experiment.words}")
@@ -57,7 +51,7 @@ def _head(plan: Plan, name: str) -> str:
 
 
 def _times(factor: float) -> str:
-    return f"{factor:.2g}×" if factor >= GAIN else "–"
+    return f"{factor:.2g}×" if factor >= GAIN else DASH
 
 
 def _gain(proposal: Proposal, name: str) -> Gain:
@@ -66,21 +60,21 @@ def _gain(proposal: Proposal, name: str) -> Gain:
 
 def _sentences(plan: Plan) -> list[str]:
     """What the table does not say."""
-    whom = "the doubtful ones, " if any(_doubted(plan, n) for n in plan.doubtful) else ""
-    about = f"score: geometric mean of the factors of {whom}{', '.join(plan.doubtful)}"
-    how = f"medians over {plan.draws} parameter sets that the data allow, seed {plan.seed}"
-    said = [f"{about}; {how}"]
+    doubt = "the doubtful ones, " if any(_doubted(plan, n) for n in plan.doubtful) else ""
+    score = f"score: geometric mean of the factors of {doubt}{', '.join(plan.doubtful)}"
+    medians = f"medians over {plan.draws} parameter sets that the data allow, seed {plan.seed}"
+    sentences = [f"{score}; {medians}"]
     if plan.proposals:
         best = plan.proposals[0]
-        said.append(f"after {best.experiment.name}, to be expected: {_expected(plan, best)}")
+        sentences.append(f"after {best.experiment.name}, to be expected: {_expected(plan, best)}")
     for p in plan.proposals:
         if p.kept is not None:
             pairs = zip(p.gains, p.kept.factors, strict=True)
-            told = ", ".join(
+            factors = ", ".join(
                 f"{g.name} {f:.2g}× (promised {g.factor:.2g}×)" for g, f in pairs if g.doubtful
             )
-            said.append(f"{p.experiment.name}, tried on {p.kept.twins} twins: {told}")
-    return [*said, *plan.said]
+            sentences.append(f"{p.experiment.name}, tried on {p.kept.twins} twins: {factors}")
+    return [*sentences, *plan.said]
 
 
 def _doubted(plan: Plan, name: str) -> bool:
@@ -107,7 +101,7 @@ def _end(value: float | None) -> str:
 
 def plan_text(plan: Plan) -> str:
     """The same as JSON."""
-    said: dict[str, Any] = {
+    return json_text({
         "schema": "stribeck-plan/1",
         "law": plan.law,
         "rig": plan.rig,
@@ -123,13 +117,12 @@ def plan_text(plan: Plan) -> str:
         "experiments": [_proposal(p) for p in plan.proposals],
         "left_out": [{"name": name, "why": why} for name, why in plan.left],
         "notes": list(plan.said),
-    }  # fmt: skip
-    return json.dumps(said, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    })  # fmt: skip
 
 
 def _proposal(p: Proposal) -> dict[str, Any]:
     e = p.experiment
-    found: dict[str, Any] = {
+    entry: dict[str, Any] = {
         "name": e.name,
         "kind": e.kind,
         "words": e.words,
@@ -142,8 +135,8 @@ def _proposal(p: Proposal) -> dict[str, Any]:
     }
     if p.kept is not None:
         factors = dict(zip((g.name for g in p.gains), p.kept.factors.tolist(), strict=True))
-        found["checked"] = {
+        entry["checked"] = {
             "twins": p.kept.twins,
-            "factors": {n: f if math.isfinite(f) else None for n, f in factors.items()},
+            "factors": factors,
         }
-    return found
+    return entry

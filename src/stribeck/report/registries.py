@@ -15,7 +15,8 @@ from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
 from ..rig import RIGS
 from ..rig.rig import shown_in
-from .terminal import console, grid
+from .table import Table
+from .terminal import console, show_table
 
 if TYPE_CHECKING:
     from ..rig import Rig
@@ -33,7 +34,7 @@ def show_laws(name: str | None) -> None:
     out = console()
     if name is None:
         rows = [[n, _kind(law), law.doc] for n, law in LAWS.items()]
-        out.print(grid("", ["law", "kind", "what it says"], rows, left=3))
+        show_table(Table.of_texts("", ["law", "kind", "what it says"], rows, labels=range(3)))
         out.print(
             f"\n{' and '.join(ELEMENTS)} take a number of elements: {next(iter(ELEMENTS))}:6"
             f"\nevery law takes terms: {', '.join(f'stribeck+{term}' for term in TERMS)}, or both"
@@ -62,7 +63,8 @@ def show_laws(name: str | None) -> None:
         ]
         for q in law.params
     ]
-    out.print(grid("", ["parameter", "meaning", "unit", "range"], rows, left=4))
+    heads = ["parameter", "meaning", "unit", "range"]
+    show_table(Table.of_texts("", heads, rows, labels=range(4)))
     out.print("\nunits and ranges of a linear axis; a rig has its own")
 
 
@@ -92,7 +94,7 @@ def show_methods(name: str | None) -> None:
     out = console()
     if name is None:
         rows = [[n, _head(kind)] for n, kind in METHODS.items()]
-        out.print(grid("", ["method", "what it does"], rows, left=2))
+        show_table(Table.of_texts("", ["method", "what it does"], rows, labels=range(2)))
         return
     if name not in METHODS:
         raise InputError(f"no method {name!r}: there are {', '.join(METHODS)}")
@@ -103,9 +105,8 @@ def show_methods(name: str | None) -> None:
         for f in fields(kind)
     ]
     out.print(f"{name}: {_head(kind)}\n")
-    out.print(
-        grid("settings (--setting NAME=VALUE)", ["setting", "default", "meaning"], rows, left=3)
-    )
+    title, heads = "settings (--setting NAME=VALUE)", ["setting", "default", "meaning"]
+    show_table(Table.of_texts(title, heads, rows, labels=range(3)))
 
 
 def show_rigs(rig: Rig | None) -> None:
@@ -113,7 +114,7 @@ def show_rigs(rig: Rig | None) -> None:
     out = console()
     if rig is None:
         rows = [[n, _APPROACHES[r.approach][0], r.doc] for n, r in RIGS.items()]
-        out.print(grid("", ["rig", "road", "what it is"], rows, left=3))
+        show_table(Table.of_texts("", ["rig", "road", "what it is"], rows, labels=range(3)))
         return
     out.print(f"{rig.name}: {rig.doc}")
     for line in (f"identified by {_APPROACHES[rig.approach][1]}", rig.cite):
@@ -121,22 +122,17 @@ def show_rigs(rig: Rig | None) -> None:
     out.print()
     if rig.constants:
         rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
-        out.print(
-            grid(
-                "constants (--set NAME=VALUE)",
-                ["name", "value", "unit", "meaning", "source"],
-                rows,
-                left=5,
-            )
-        )
+        title = "constants (--set NAME=VALUE)"
+        heads = ["name", "value", "unit", "meaning", "source"]
+        show_table(Table.of_texts(title, heads, rows, labels=range(5)))
     law = law_named(rig.laws[0])
     rows = [[rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)]
-    out.print(
-        grid(f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"], rows, left=4)
-    )
+    title, heads = f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"]
+    show_table(Table.of_texts(title, heads, rows, labels=range(4)))
     if rig.columns:
         rows = [[channel, _column(head)] for channel, head in rig.columns.items()]
-        out.print(grid("\ncolumns of its logs", ["channel", "column"], rows, left=2))
+        heads = ["channel", "column"]
+        show_table(Table.of_texts("\ncolumns of its logs", heads, rows, labels=range(2)))
 
 
 def _range(rig: Rig, param: Any) -> str:
@@ -151,14 +147,14 @@ def _head(kind: Any) -> str:
 
 def _meanings(kind: Any) -> dict[str, str]:
     """What the docstrings of a method and of those it is made of say of each setting."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for cls in kind.__mro__:
         _, _, args = (inspect.cleandoc(cls.__doc__ or "")).partition("Args:\n")
         for entry in re.split(r"\n(?=    \w)", "\n" + args.split("\n\n")[0]):
             name, colon, text = entry.strip().partition(":")
             if colon:
-                found.setdefault(name, " ".join(text.replace("`", "").split()))
-    return found
+                meanings.setdefault(name, " ".join(text.replace("`", "").split()))
+    return meanings
 
 
 def _column(head: Any) -> str:

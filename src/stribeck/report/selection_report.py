@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
-import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.status import Status
-from rich.table import Table
 from rich.text import Text
 
 from .._version import __version__
 from ..identify.card import kind_of
-from .terminal import PACE, Watch, console, grid, number
+from .folder import write_files
+from .format import DASH, json_text, number
+from .table import Table
+from .terminal import console, show_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +21,6 @@ if TYPE_CHECKING:
     from ..identify.selection.contender import Candidate
     from ..identify.selection.paired_test import Paired
     from ..identify.selection.select import Selection
-    from ..optimize import Search
 
 SCHEMA = "stribeck-selection/1"
 #: File names in a folder of results.
@@ -50,13 +45,10 @@ def show_selection(selection: Selection) -> None:
         for k, c in enumerate(s.candidates)
     ]
     title = f"laws on {s.rig.name}, held out: {s.splits.text}; → recommended"
-    table = grid(title, heads, rows, left=2)
-    table.columns[1].no_wrap = True
-    table.columns[-1].justify = "left"
-    table.rows[s.chosen].style = "bold"
-    out.print(table)
+    labels = (0, 1, len(heads) - 1)
+    show_table(Table.of_texts(title, heads, rows, labels, unbroken=(1,), chosen=s.chosen))
     out.print()
-    out.print(_diagnoses(s))
+    show_table(_diagnoses(s))
     out.print()
     for k, sentence in enumerate(s.said):
         out.print(Text(sentence, style="bold" if k == 0 else ""))
@@ -88,37 +80,35 @@ def _diagnoses(s: Selection) -> Table:
         ]
         for c in s.candidates
     ]
-    table = grid("", heads, rows)
-    table.columns[0].no_wrap = True
-    table.columns[-1].justify = "left"
-    return table
+    return Table.of_texts("", heads, rows, labels=(0, len(heads) - 1), unbroken=(0,))
 
 
 def _less(value: float, least: float) -> str:
     difference = value - least
-    return f"{difference:,.1f}" if math.isfinite(difference) else "–"
+    return f"{difference:,.1f}" if math.isfinite(difference) else DASH
 
 
-def against(found: Paired | None) -> str:
+def against(comparison: Paired | None) -> str:
     """A held-out error against the best's with its 90 % interval: in percent, or as a factor."""
-    if found is None:
+    if comparison is None:
         return ""
-    if not math.isfinite(found.change):
+    if not math.isfinite(comparison.change):
         return "cannot be run"
-    ends = [found.change, *(e for e in (found.low, found.high) if not math.isnan(e))]
+    c = comparison
+    ends = [c.change, *(e for e in (c.low, c.high) if not math.isnan(e))]
     if max(ends) > 1:
-        shown = [f"{1 + e:.3g}" for e in ends]
-        shown[0] += " times"
+        texts = [f"{1 + e:.3g}" for e in ends]
+        texts[0] += " times"
     else:
-        shown = [f"{100 * e:+.2g}" for e in ends]
-        shown[0] += " %"
-    return shown[0] if len(ends) == 1 else f"{shown[0]} ({shown[1]} to {shown[2]})"
+        texts = [f"{100 * e:+.2g}" for e in ends]
+        texts[0] += " %"
+    return texts[0] if len(ends) == 1 else f"{texts[0]} ({texts[1]} to {texts[2]})"
 
 
 def selection_text(selection: Selection) -> str:
     """The same as JSON; docs/selection.md says what each field means."""
     s = selection
-    said: dict[str, Any] = {
+    return json_text({
         "schema": SCHEMA,
         "rig": s.rig.name,
         "kind": kind_of(s.rig),
@@ -145,8 +135,7 @@ def selection_text(selection: Selection) -> str:
             for log in logs
         ],
         "software": {"stribeck": __version__},
-    }  # fmt: skip
-    return json.dumps(_plain(said), indent=2, ensure_ascii=False) + "\n"
+    })  # fmt: skip
 
 
 def _law(c: Candidate) -> dict[str, Any]:
@@ -168,14 +157,8 @@ def _law(c: Candidate) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _paired(found: Paired) -> dict[str, Any]:
-    return {
-        "change": found.change,
-        "low": found.low,
-        "high": found.high,
-        "p": found.p,
-        "blocks": found.blocks,
-    }
+def _paired(c: Paired) -> dict[str, Any]:
+    return {"change": c.change, "low": c.low, "high": c.high, "p": c.p, "blocks": c.blocks}
 
 
 def _logs(s: Selection) -> dict[str, list[Any]]:
@@ -188,21 +171,9 @@ def _logs(s: Selection) -> dict[str, list[Any]]:
     }
 
 
-def _plain(value: Any) -> Any:
-    """What is not finite as null."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_plain(v) for v in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
-
-
 def write_selection(selection: Selection, folder: Path) -> None:
     """Write the comparison and the card of the recommended law, both or neither."""
     from ..identify.card import card  # noqa: PLC0415 - only what is kept is made into a card
-    from .folder import write_files  # noqa: PLC0415
 
     texts = {FILE: selection_text(selection), CARD: card(selection.fit).text()}
 
@@ -217,8 +188,7 @@ def write_figure(selection: Selection, folder: Path) -> None:
     """Draw the comparison into a folder."""
     import matplotlib as mpl  # noqa: PLC0415 - comes late on purpose
 
-    from .figures.fit_figures import STYLE, save  # noqa: PLC0415
-    from .folder import write_files  # noqa: PLC0415
+    from .figures.style import STYLE, save  # noqa: PLC0415
 
     with mpl.rc_context(STYLE):
         write_files(folder, lambda place: save(figure(selection), place, FIGURE))
@@ -228,7 +198,7 @@ def figure(selection: Selection) -> Figure:
     """Training and held-out error of each law, and how it stands against the best."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - comes late on purpose
 
-    from .figures.fit_figures import ACCENT, INK, MEASURED, MODEL  # noqa: PLC0415
+    from .figures.style import ACCENT, INK, MEASURED, MODEL  # noqa: PLC0415
 
     s = selection
     n = len(s.candidates)
@@ -287,46 +257,3 @@ def figure(selection: Selection) -> Figure:
 
 def _called(s: Selection) -> str:
     return "Position error J" if s.seed is not None else "Relative force error"
-
-
-class Climb(Watch):
-    """Progress of a comparison: what is being fitted, and how far its search is.
-
-    It ends a search between two steps upon Ctrl-C, as `Watch` does.
-    """
-
-    def __init__(self, unit: str) -> None:
-        super().__init__(unit)
-        self._doing = ""
-        self._status: Status | None = None
-        self._last = -math.inf
-
-    def __exit__(self, *done: object) -> None:
-        super().__exit__(*done)
-        if self._status is not None:
-            self._status.stop()
-
-    def show(self, doing: str, searches: Sequence[Search]) -> None:
-        """Say what is being done.
-
-        Raises:
-            KeyboardInterrupt: Ctrl-C was pressed during the step.
-        """
-        if searches:
-            self._searching = not self._asked and any(s.ended is None for s in searches)
-            if self._asked:
-                raise KeyboardInterrupt
-        else:
-            self._searching = False
-        best = min((s.trace.cost for s in searches), default=math.inf)
-        far = sum(len(s.trace) for s in searches)
-        text = f"{doing}: {far:,} evaluations, best {number(best, 4)}" if searches else doing
-        if sys.stderr.isatty():
-            if self._status is None:
-                self._status = Status(text, console=Console(stderr=True))
-                self._status.start()
-            self._status.update(text)
-        elif doing != self._doing or time.monotonic() - self._last >= PACE:
-            self._last = time.monotonic()
-            print(text, file=sys.stderr, flush=True)  # noqa: T201
-        self._doing = doing

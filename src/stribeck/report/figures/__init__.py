@@ -1,1 +1,1 @@
-"""Figures of a fit as PNG and SVG."""
+"""Figures: what a fit's figures show, as data, and how those are drawn as PNG and SVG."""

@@ -3,182 +3,158 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
-import numpy as np
-from matplotlib.figure import Figure
 
-from ...identify.score import simulated
-from ...units import unit
-from ..curve_data import balance_points, implied, local_quadratics, reach
-from .curves import law_curve, law_figure
-from .motions import APART, Traces, alone, loops, many, named, slips, traces
-from .style import (
-    ACCENT,
-    COMMAND,
-    DPI,
-    INK,
-    MEASURED,
-    MODEL,
-    RASTER_DPI,
-    REPEATS,
-    STYLE,
-    force_unit,
-    legend_above,
-    one,
-    save,
-    shown,
-    written,
+from ..contents.decimation import PRINT
+from ..contents.frame import Frame
+from ..contents.gather import Contents
+from ..contents.schema import MotionRecord
+from ..folder import write_files
+from .drawing import draw, draw_row, draw_views
+from .law_plots import (
+    curve_plot,
+    levels_plot,
+    load_curves_plot,
+    loads_plot,
+    loops_plot,
+    near_rest,
 )
+from .motion_plots import APART, quantity_label, residual_unit
+from .printed_motions import applied_loops_plot, many_plot, motion_plot, slips_plot
+from .search_plots import convergence_plot
+from .style import STYLE, save
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
-    from ...identify.result import Fit
+    from matplotlib.figure import Figure
 
-__all__ = [
-    "ACCENT",
-    "COMMAND",
-    "DPI",
-    "DRAWN",
-    "INK",
-    "MEASURED",
-    "MODEL",
-    "RASTER_DPI",
-    "STYLE",
-    "draw",
-    "drawings",
-    "local_quadratics",
-    "reach",
-    "save",
-]
 
-#: Names of the files that `draw` makes.
+#: Names of the files that `draw_fit` writes.
 DRAWN = re.compile(
     r"(convergence|training(_\d+)?|holdout_.+|force(_\d+)?|friction|stribeck_curve|slips|loops)"
     r"\.(png|svg)"
 )
 
 
-def draw(fit: Fit, folder: Path) -> list[Path]:
+def write_figures(contents: Contents, folder: Path) -> None:
+    """Draw a fit's figures into a folder, in place of those of an earlier fit.
+
+    Raises:
+        InputError: the disk refuses.
+    """
+    names: list[str] = []
+    write_files(
+        folder,
+        lambda place: names.extend(file.name for file in draw_fit(contents, place)),
+    )
+    for file in folder.iterdir():
+        if DRAWN.fullmatch(file.name) and file.name not in names:
+            file.unlink()
+
+
+def draw_fit(contents: Contents, folder: Path) -> list[Path]:
     """Draw every figure that a fit has, as PNG and SVG, and return the files."""
     with mpl.rc_context(STYLE):
-        return [file for name, drawn in drawings(fit).items() for file in save(drawn, folder, name)]
+        figures = fit_figures(contents)
+        return [file for name, figure in figures.items() for file in save(figure, folder, name)]
 
 
-def drawings(fit: Fit) -> dict[str, Figure]:
+def fit_figures(contents: Contents) -> dict[str, Figure]:
     """Every figure that a fit has, by the name of its files."""
     with mpl.rc_context(STYLE):
-        figures = _simulation(fit) if fit.balance is None else _balance(fit)
-        figures["stribeck_curve"] = law_figure(fit)
+        balanced = contents.frame.road == "inverse"
+        figures = _balance(contents) if balanced else _simulation(contents)
+        figures["stribeck_curve"] = law_figure(contents)
         return figures
 
 
-def _simulation(fit: Fit) -> dict[str, Figure]:
-    motions = simulated(fit.parameters, fit.p, fit.train)
-    trained = traces(fit, fit.train, motions)
-    figures = {"convergence": convergence(fit)}
-    figures |= _motions(fit, trained, "training", "Training")
-    for held in fit.holdout:
-        text = (held.within.text if held.within else "all").replace(":", "_")
-        seen = traces(fit, held.segments, held.motions)
-        figures |= _motions(fit, seen, f"holdout_{text}", "Held out")
+def _simulation(contents: Contents) -> dict[str, Figure]:
+    fit, frame, figures = contents.fit, contents.frame, {}
+    runs, smooth = contents.runs(), fit.score.baselines().get("smooth")
+    convergence = convergence_plot(runs, fit.score.unit, smooth, printed=True)
+    if convergence is not None:
+        title = f"Convergence of {fit.method}"
+        polished = any(run.polishing for run in runs)
+        x = f"Evaluations of J; dot: {'after polishing' if polished else 'where it ended'}"
+        figures["convergence"] = draw(replace(convergence, title=title, x=x, height=400))
+    for part, traces in contents.motions:
+        records = [contents.printed_motion(part, r) for r in traces]
+        name, heading = "training", "Training"
+        if part != "training":
+            name, heading = f"holdout_{part.replace(':', '_')}", "Held out"
+        figures |= _motions(frame, records, name, heading)
+    (_, training), *_ = contents.motions
     if fit.rig.applied_force:
-        figures["loops"] = loops(fit.rig, trained)
-    elif (chosen := slips(fit.rig, trained)) is not None:
-        figures["slips"] = chosen
-    if (points := friction(fit)) is not None:
-        figures["friction"] = points
+        loops = applied_loops_plot(
+            frame, [contents.printed_motion("training", r) for r in training]
+        )
+        figures["loops"] = draw(loops) if len(loops.views) == 1 else draw_views(loops, 3)
+    elif (slips := slips_plot(frame, training)) is not None:
+        figures["slips"] = draw_views(slips, 3)
+    if contents.cloud is not None:
+        law = contents.law(PRINT)
+        figures["friction"] = draw(curve_plot(frame, law, "Friction against velocity"))
     return figures
 
 
-def _motions(fit: Fit, seen: Sequence[Traces], name: str, what: str) -> dict[str, Figure]:
+def _motions(
+    frame: Frame, records: list[MotionRecord], name: str, heading: str
+) -> dict[str, Figure]:
     """Few motions a figure each, many in one."""
-    if len(seen) > APART:
-        title = f"{what}: {len(seen)} motions"
-        return {name: many(seen, title, named(fit.rig), written(shown(fit.rig, "position")))}
+    if len(records) > APART:
+        return {name: _many(frame, records, f"{heading}: {len(records)} motions")}
     return {
-        name if len(seen) == 1 else f"{name}_{k}": alone(fit.rig, r, f"{what}: {r.label}")
-        for k, r in enumerate(seen, 1)
+        name if len(records) == 1 else f"{name}_{k}": draw(
+            motion_plot(frame, m, f"{heading}: {m.label}")
+        )
+        for k, m in enumerate(records, 1)
     }
 
 
-def convergence(fit: Fit) -> Figure:
-    """J against evaluations, a line a repeat, with the baselines (figures 5a and 6a)."""
-    figure, axes = one(6.4, 4.0)
-    for k, (run, done) in enumerate(zip(fit.runs, fit.polished, strict=True)):
-        best = run.trace.convergence()
-        colour = REPEATS[k % len(REPEATS)]
-        shown = np.isfinite(best)
-        axes.plot(np.arange(1, len(best) + 1)[shown], best[shown], color=colour,
-                  label=f"repeat {k + 1}: J = {done.cost:.3g} {fit.score.unit}")  # fmt: skip
-        axes.plot(run.evaluations + done.evaluations, done.cost, "o", color=colour, ms=4)
-    axes.axhline(fit.score.smooth, color=MEASURED, ls="--", lw=1)
-    axes.annotate("best smooth motion, no stick-slip", (1, fit.score.smooth), (0, 4), ha="right",
-                  xycoords=("axes fraction", "data"), textcoords="offset points",
-                  color=MEASURED, fontsize=9)  # fmt: skip
-    axes.set(xscale="log", yscale="log", title=f"Convergence of {fit.method}")
-    axes.set_ylabel(f"Best J / {fit.score.unit}")
-    polished = any(done.evaluations for done in fit.polished)
-    axes.set_xlabel(f"Evaluations of J; dot: {'after polishing' if polished else 'where it ended'}")
-    figure.legend(loc="outside upper right", ncols=min(3, len(fit.runs)), fontsize=9)
-    return figure
+def _many(frame: Frame, records: list[MotionRecord], title: str) -> Figure:
+    plot = many_plot(records, title, quantity_label(frame), residual_unit(frame))
+    return draw_views(plot, 4 if len(plot.views) > 6 else 3)  # noqa: PLR2004 - a matter of taste
 
 
-def friction(fit: Fit) -> Figure | None:
-    """Friction against velocity: the law and what the measured motion implies (figure 9).
-
-    None where the rig cannot say what a motion implies.
-    """
-    if (points := implied(fit)) is None:
-        return None
-    v, F = points
-    figure, axes = one(6.4, 4.4)
-    scale = unit(shown(fit.rig, "velocity")).factor
-    axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2.5, alpha=0.7,
-              label="what the measured motion implies")  # fmt: skip
-    law_curve(fit, axes, min(v.min(), 0.0), max(v.max(), 0.0))
-    legend_above(figure, axes)
-    axes.set(title="Friction against velocity")
-    return figure
-
-
-def _balance(fit: Fit) -> dict[str, Figure]:
+def _balance(contents: Contents) -> dict[str, Figure]:
     """The figures of a force balance: force and residual in time, and friction against speed."""
-    assert fit.balance is not None  # noqa: S101 - drawn for such fits only
-    figures = {}
-    force = force_unit(fit.rig)
-    signals = fit.balance.signals
-    if len(signals) > APART:
-        every = [
-            Traces(log.label, log, b.t, b.measured, b.predicted, np.ones(len(b.t), dtype=bool))
-            for log, b in zip(fit.recordings, signals, strict=True)
-        ]
-        title = (
-            f"Force balance: {len(every)} logs, relative error {fit.balance.relative_error:.4g} %"
-        )
-        figures["force"] = many(every, title, f"Force / {force}", force)
+    balance, frame = contents.fit.balance, contents.frame
+    assert balance is not None  # noqa: S101 - drawn for such fits only
+    error = f"elative error {balance.relative_error:.4g} %"
+    (_, training), *_ = contents.motions
+    records = [contents.printed_motion("training", r) for r in training]
+    if len(records) > APART:
+        title = f"Force balance: {len(records)} logs, r{error}"
+        figures = {"force": _many(frame, records, title)}
     else:
-        for k, (log, b) in enumerate(zip(fit.recordings, signals, strict=True), 1):
-            figure = Figure(figsize=(7.2, 5.2), layout="constrained")
-            top, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-            top.plot(b.t, b.measured, color=MEASURED, lw=1.4, label="measured")
-            top.plot(b.t, b.predicted, color=MODEL, lw=1.0, label="model")
-            top.set(ylabel=f"Force / {force}", title=f"Force balance: {log.label}")
-            legend_above(figure, top)
-            below.plot(b.t, b.measured - b.predicted, ".", color=MEASURED, rasterized=True, ms=2)
-            below.axhline(0, color=INK, lw=0.8)
-            below.set(xlabel="Time / s", ylabel=f"Residual / {force}")
-            below.set_title(f"Relative error {fit.balance.relative_error:.4g} %")
-            figures["force" if len(signals) == 1 else f"force_{k}"] = figure
-    points, axes = one(6.4, 4.4)
-    scale = unit(shown(fit.rig, "velocity")).factor
-    v, F = balance_points(fit.balance)
-    axes.plot(v / scale, F, ".", color=MEASURED, rasterized=True, ms=2, alpha=0.6,
-              label="measured force less inertia and offset")  # fmt: skip
-    law_curve(fit, axes, float(v.min()), float(v.max()))
-    axes.set(title="Friction against velocity")
-    legend_above(points, axes)
-    return {**figures, "friction": points}
+        figures = {
+            "force" if len(records) == 1 else f"force_{k}": draw(
+                motion_plot(frame, m, f"Force balance: {m.label}", f"R{error}")
+            )
+            for k, m in enumerate(records, 1)
+        }
+    law = contents.law(PRINT)
+    return {**figures, "friction": draw(curve_plot(frame, law, "Friction against velocity"))}
+
+
+def law_figure(contents: Contents) -> Figure:
+    """The figure that suits a law: with states, under load, or a curve with its levels."""
+    fit, frame = contents.fit, contents.frame
+    if fit.law.states:
+        law = contents.law(PRINT, (-contents.fast, contents.fast))
+        steady = curve_plot(frame, law, "Steady sliding", cloud=False)
+        loops = loops_plot(frame, law)
+        pace = f"{law.pace:.2g} {frame.units.position}/s"
+        plots = [steady, replace(loops, title=f"Slow strokes, {pace}")]
+        return draw_row(f"{fit.law.name}: the identified law", plots)
+    if any(load in ("drive", "external", "normal") for load in fit.law.loads):
+        law = contents.law(PRINT)
+        curves = load_curves_plot(fit, frame, contents.fast)
+        loads = replace(loads_plot(frame, law), title="Level against load")
+        return draw_row(f"{fit.law.name}: friction under load", [curves, loads], share_y=True)
+    far = near_rest(fit, contents.fast)
+    return draw(levels_plot(fit, frame, contents.law(PRINT, (-far, far))))

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...identify.card import HoldoutCard, ObjectiveCard, ParameterCard
 from ...identify.uncertainty.sensitivity import ENDS
 from ...units import unit
-from ..figures.style import written
-from ..terminal import number
-from .fit_plots import APART, part_of
-from .schema import LogRecord, Report
+from ..contents.schema import LogRecord, Report
+from ..figures.motion_plots import APART, part_name
+from ..format import DASH, number, unit_label
+from ..misfit import misfit_name
+from ..table import Table
 
 #: Slips listed of a log, and logs listed by their errors.
 LISTED = 200
@@ -24,28 +23,7 @@ _ENDED = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A table.
-
-    Args:
-        title: Its caption.
-        heads: Of the columns.
-        rows: The cells; the first one names its row.
-        text: Columns that hold text, by number; the others are numbers.
-        wide: Columns of sentences.
-        note: What stands below.
-    """
-
-    title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    text: frozenset[int] = frozenset({0})
-    wide: frozenset[int] = frozenset()
-    note: str = ""
-
-
-def parameters(report: Report) -> Sheet:
+def parameters(report: Report) -> Table:
     """Value, interval, why it ends, verdict and meaning of each parameter."""
     card = report.card
     errors = any(p.standard_error is not None for p in card.parameters.values())
@@ -56,15 +34,13 @@ def parameters(report: Report) -> Sheet:
     for name, p in card.parameters.items():
         free = p.verdict != "fixed"
         rows.append([
-            name, number(p.value), written(p.unit),
-            _known(p.low) if free else "–", _known(p.high) if free else "–", _ended(p),
+            name, number(p.value), unit_label(p.unit),
+            _known(p.low) if free else DASH, _known(p.high) if free else DASH, _ended(p),
             *([_known(p.standard_error, 3)] if errors else []),
             p.verdict, _ENDED.sub("", p.meaning) + _bound(p),
         ])  # fmt: skip
     last = len(heads) - 1
-    return Sheet(
-        "Parameters", heads, rows, frozenset({0, 2, 5, last - 1, last}), frozenset({5, last})
-    )
+    return Table.of_texts("Parameters", heads, rows, (0, 2, 5, last - 1, last), sentences=(5, last))
 
 
 def _known(value: float | None, digits: int = 4) -> str:
@@ -74,7 +50,7 @@ def _known(value: float | None, digits: int = 4) -> str:
 def _ended(p: ParameterCard) -> str:
     """Why each side of the interval ended."""
     if p.verdict == "fixed" or p.low_ended is None or p.high_ended is None:
-        return "–"
+        return DASH
     low, high = ENDS[p.low_ended], ENDS[p.high_ended]
     return low if low == high else f"below: {low}; above: {high}"
 
@@ -83,23 +59,23 @@ def _bound(p: ParameterCard) -> str:
     return f"; at the {p.at_bound} end of its search range" if p.at_bound else ""
 
 
-def resampled(report: Report) -> Sheet | None:
+def resampled(report: Report) -> Table | None:
     """The bootstrap's intervals beside those of the profiles."""
     draws = report.draws
-    seen = {n: p for n, p in report.card.parameters.items() if p.resampled}
-    if draws is None or not seen:
+    known = {n: p for n, p in report.card.parameters.items() if p.resampled}
+    if draws is None or not known:
         return None
     rows = [
-        [n, number(p.value), written(p.unit), _known(p.low), _known(p.high),
+        [n, number(p.value), unit_label(p.unit), _known(p.low), _known(p.high),
          *(number(end, 4) for end in p.resampled or ())]
-        for n, p in seen.items()
+        for n, p in known.items()
     ]  # fmt: skip
     failed = f", of which {draws.failed} could not be fitted" if draws.failed else ""
-    return Sheet(
+    return Table.of_texts(
         "Bootstrap intervals",
         ["parameter", "value", "unit", "profile from", "to", "bootstrap from", "to"],
         rows,
-        frozenset({0, 2}),
+        (0, 2),
         note=f"{draws.drawn} data sets with residuals drawn in blocks of {draws.block} rows"
         f"{failed}.",
     )
@@ -107,9 +83,7 @@ def resampled(report: Report) -> Sheet | None:
 
 def misfit(report: Report) -> str:
     """What the misfit is called."""
-    said = {"position_rmse": "J", "position_mae": "mean size of the error"}
-    name = report.card.objective.name
-    return said.get(name, "relative error of the force")
+    return misfit_name(report.card.objective.name, "relative error of the force")
 
 
 def scored(report: Report) -> list[tuple[str, ObjectiveCard | HoldoutCard]]:
@@ -126,42 +100,46 @@ def beside(report: Report) -> str:
     return "Baselines" if any(s.baselines for _, s in scored(report)) else "Misfit"
 
 
-def baselines(report: Report) -> Sheet:
+def baselines(report: Report) -> Table:
     """The misfits beside what could be had without a model."""
     scores = scored(report)
     unit_shown = report.card.objective.unit
     heads = [f"{misfit(report)} / {unit_shown}", "model"]
-    known = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
-    kept = {k: said for k, said in known.items() if any(k in s.baselines for _, s in scores)}
+    names = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
+    kept = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
     rows = [
         [name, number(s.value, 4), *(_known(s.baselines.get(k)) for k in kept), f"{s.samples:,}"]
         for name, s in scores
     ]
-    return Sheet("Misfit of the model and of none", [*heads, *kept.values(), "samples"], rows)
+    return Table.of_texts(
+        "Misfit of the model and of none", [*heads, *kept.values(), "samples"], rows
+    )
 
 
-def staircases(report: Report) -> Sheet | None:
+def staircases(report: Report) -> Table | None:
     """How often and how far the axis slipped, and how the model did."""
     shown = report.card.objective.unit
     rows = []
     for name, score in scored(report):
-        for key, who in (("measured", "axis"), ("modelled", "model")):
-            s = score.staircase.get("measured" if key == "measured" else "modelled")
+        for s, mover in (
+            (score.staircase.get("measured"), "axis"),
+            (score.staircase.get("modelled"), "model"),
+        ):
             if s is not None:
                 jump = float(unit(shown).from_si(s.jump))
-                rows.append([f"{name}: {who}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
+                rows.append([f"{name}: {mover}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
     heads = ["stick-slip", "slips", f"median jump / {shown}", "time at rest"]
-    return Sheet("Stick-slip of axis and model", heads, rows) if rows else None
+    return Table.of_texts("Stick-slip of axis and model", heads, rows) if rows else None
 
 
-def balance(report: Report) -> Sheet | None:
+def balance(report: Report) -> Table | None:
     """The figures of a force balance."""
-    found = report.card.balance
-    rows = [[n.replace("_", " "), number(v)] for n, v in found.items()]
-    return Sheet("Force balance", ["figure", "value"], rows) if rows else None
+    figures = report.card.balance
+    rows = [[n.replace("_", " "), number(v)] for n, v in figures.items()]
+    return Table.of_texts("Force balance", ["figure", "value"], rows) if rows else None
 
 
-def errors(report: Report) -> Sheet | None:
+def errors(report: Report) -> Table | None:
     """The misfit on each log, where there are several; the greatest of very many."""
     if not report.errors:
         return None
@@ -178,15 +156,15 @@ def errors(report: Report) -> Sheet | None:
         if e in kept
     ]
     title = "Each log" if len(kept) == len(every) else f"The {LISTED} worst of {len(every)} logs"
-    return Sheet(title, [*heads, *names[:width]], rows)
+    return Table.of_texts(title, [*heads, *names[:width]], rows)
 
 
-def repeats(report: Report) -> Sheet | None:
+def repeats(report: Report) -> Table | None:
     """What each of several searches came to."""
     if len(report.runs) <= 1:
         return None
     names = list(report.runs[0].parameters)
-    units = {n: written(p.unit) for n, p in report.card.parameters.items()}
+    units = {n: unit_label(p.unit) for n, p in report.card.parameters.items()}
     shown = report.card.objective.unit
     heads = ["repeat", f"misfit / {shown}", "evaluations", "ended by"]
     heads += [f"{n} / {units[n]}" if units.get(n) else n for n in names]
@@ -195,22 +173,22 @@ def repeats(report: Report) -> Sheet | None:
          *(number(r.parameters.get(n, np.nan), 4) for n in names)]
         for k, r in enumerate(report.runs, 1)
     ]  # fmt: skip
-    return Sheet("Repeats of the search, the best first", heads, rows, frozenset({0, 3}))
+    return Table.of_texts("Repeats of the search, the best first", heads, rows, (0, 3))
 
 
-def qualities(report: Report) -> Sheet | None:
+def qualities(report: Report) -> Table | None:
     """What is in each log, in short, where there are many."""
     if len(report.logs) <= APART:
         return None
     kept = ("samples", "position noise", "strokes", "stuck", "slips")
     rows = []
     for log in report.logs:
-        said = dict(log.lines)
-        rows.append([log.label, *(said.get(name, "–") for name in kept)])
-    return Sheet("Logs as measured", ["log", *kept], rows, frozenset(range(1 + len(kept))))
+        lines = dict(log.lines)
+        rows.append([log.label, *(lines.get(name, DASH) for name in kept)])
+    return Table.of_texts("Logs as measured", ["log", *kept], rows, range(1 + len(kept)))
 
 
-def slips(report: Report, log: LogRecord) -> Sheet | None:
+def slips(report: Report, log: LogRecord) -> Table | None:
     """The slips of a log: what hovering over them says."""
     if not log.slips:
         return None
@@ -222,10 +200,10 @@ def slips(report: Report, log: LogRecord) -> Sheet | None:
     ]  # fmt: skip
     more = f" (the first {LISTED} of {len(log.slips)})" if len(log.slips) > LISTED else ""
     heads = ["slip", "start / s", f"jump / {length}", "duration / s", f"greatest speed / {speed}"]
-    return Sheet(f"Slips of {log.label}{more}", heads, rows)
+    return Table.of_texts(f"Slips of {log.label}{more}", heads, rows)
 
 
-def strokes(report: Report, log: LogRecord) -> Sheet | None:
+def strokes(report: Report, log: LogRecord) -> Table | None:
     """The strokes of a log."""
     if not log.strokes:
         return None
@@ -236,18 +214,22 @@ def strokes(report: Report, log: LogRecord) -> Sheet | None:
         for k, s in enumerate(log.strokes[:LISTED], 1)
     ]  # fmt: skip
     heads = ["stroke", "way", "from / s", "to / s", f"travel / {length}", f"mean speed / {speed}"]
-    return Sheet(f"Strokes of {log.label}", heads, rows, frozenset({0, 1}))
+    return Table.of_texts(f"Strokes of {log.label}", heads, rows, (0, 1))
 
 
-def files(report: Report) -> Sheet:
+def files(report: Report) -> Table:
     """The logs by their bytes."""
-    rows = [[d.file or "recording", f"{d.rows:,}", f"{d.used:,}", d.sha256 or "–"]
+    rows = [[d.file or "recording", f"{d.rows:,}", f"{d.used:,}", d.sha256 or DASH]
             for d in report.card.data]  # fmt: skip
-    return Sheet("Logs", ["file", "rows", "used", "SHA-256"], rows, frozenset({0, 3}))
+    return Table.of_texts("Logs", ["file", "rows", "used", "SHA-256"], rows, (0, 3))
 
 
-def motions(report: Report) -> Sheet | None:
+def motions(report: Report) -> Table | None:
     """The error of each motion shown, where they share a plot."""
-    rows = [[f"{part_of(m)}: {m.label}", _known(m.rms, 3)] for m in report.motions]
+    rows = [[f"{part_name(m)}: {m.label}", _known(m.rms, 3)] for m in report.motions]
     shown = report.units.force if report.road == "inverse" else report.units.position
-    return Sheet("Motions shown", ["motion", f"RMS / {shown}"], rows) if len(rows) > 1 else None
+    return (
+        Table.of_texts("Motions shown", ["motion", f"RMS / {shown}"], rows)
+        if len(rows) > 1
+        else None
+    )

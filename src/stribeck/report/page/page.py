@@ -7,71 +7,44 @@ import gzip
 import hashlib
 import json
 import shlex
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from ...errors import InputError
-from ..figures.style import ACCENT, COMMAND, INK, MEASURED, MODEL, REPEATS
+from ..contents.schema import FILE, Report, read_report
+from ..figures.law_plots import friction_groups
+from ..figures.log_plots import log_group
+from ..figures.motion_plots import fit_groups
+from ..figures.plot import Group, every_plot
+from ..figures.residual_plots import residual_group
+from ..figures.search_plots import convergence_group, profile_groups
+from ..figures.style import COLOURS
 from ..folder import write_files
-from ..terminal import gathered, number
-from . import fit_plots, fit_tables
-from .plot import Group, every_plot
-from .schema import FILE, Report, read_report
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ...identify.result import Fit
+from ..format import number
+from ..terminal import gathered
+from . import fit_tables
 
 #: The page's name in its folder.
 PAGE = "report.html"
 #: How hard the drawing library is packed: harder takes twice the time for a hundredth of the size.
 _PACKED = 5
-#: What lines are drawn in, by role: on a light page and on a dark one.
-COLOURS: dict[str, tuple[str, str]] = {
-    "ink": (INK, "#e6eaee"),
-    "measured": (MEASURED, "#93a1af"),
-    "model": (MODEL, "#ff8a4c"),
-    "command": (COMMAND, "#64707c"),
-    "accent": (ACCENT, "#8ab4ff"),
-    **{
-        f"repeat{k}": pair
-        for k, pair in enumerate(
-            zip(
-                REPEATS,
-                ("#ff8a4c", "#8ab4ff", "#2dd4bf", "#b794ff", "#fbbf24", "#a3b1bf"),
-                strict=True,
-            )
-        )
-    },
-}
 
 
-def write_report(fit: Fit, folder: Path, command: Sequence[str] = ()) -> Report:
-    """Write `report.json` and `report.html` of a fit into a folder.
-
-    Args:
-        fit: What was found.
-        folder: Where.
-        command: What was typed, word by word, to be repeated.
-
-    Returns:
-        What was written.
+def write_report(report: Report, folder: Path) -> None:
+    """Write `report.json` and `report.html` into a folder.
 
     Raises:
-        InputError: the disk refuses, or the fit has no card.
+        InputError: the disk refuses.
     """
-    from .contents import account  # noqa: PLC0415 - a page that is made again needs no fit
-
-    report = account(fit, command)
     texts = {FILE: report.text(), PAGE: render(report)}
 
     def write(place: Path) -> None:
@@ -79,7 +52,6 @@ def write_report(fit: Fit, folder: Path, command: Sequence[str] = ()) -> Report:
             (place / name).write_text(text, encoding="utf-8")
 
     write_files(folder, write)
-    return report
 
 
 def write_page(folder: Path) -> Path:
@@ -110,15 +82,15 @@ def write_page(folder: Path) -> Path:
 def render(report: Report) -> str:
     """The page as text: HTML with all it needs inside."""
     groups: dict[str, list[Group]] = {
-        "log": _one(fit_plots.log_group(report)),
-        "fit": fit_plots.fit_groups(report),
-        "residual": _one(fit_plots.residual_group(report)),
-        "friction": fit_plots.friction_groups(report),
-        "profile": fit_plots.profile_groups(report),
-        "convergence": _one(fit_plots.convergence_group(report)),
+        "log": _listed(log_group(report)),
+        "fit": fit_groups(report),
+        "residual": _listed(residual_group(report)),
+        "friction": friction_groups(report),
+        "profile": profile_groups(report),
+        "convergence": _listed(convergence_group(report)),
     }
     script, library = _asset("page.js"), _library()
-    specs = {p.id: asdict(p) for own in groups.values() for p in every_plot(own)}
+    specs = {p.id: _spec(p) for plots in groups.values() for p in every_plot(plots)}
     return _environment().get_template("page.html.j2").render(
         report=report,
         card=report.card,
@@ -147,68 +119,73 @@ def render(report: Report) -> str:
 
 
 def answer(report: Report) -> str:
-    """What was found, in a line."""
+    """The result in a line."""
     card = report.card
-    own = card.objective
-    logs, what = len(card.data), fit_tables.misfit(report)
+    score = card.objective
+    logs, misfit = len(card.data), fit_tables.misfit(report)
     source = f"{logs} logs" if logs > 1 else card.data[0].file or "a recording"
-    said = f"From {source}: {what} {number(own.value, 3)} {own.unit} in training"
-    smooth = own.baselines.get("smooth")
+    text = f"From {source}: {misfit} {number(score.value, 3)} {score.unit} in training"
+    smooth = score.baselines.get("smooth")
     if smooth is not None:
-        said += f" (the best smooth motion without stick-slip: {number(smooth, 3)} {own.unit})"
+        text += f" (the best smooth motion without stick-slip: {number(smooth, 3)} {score.unit})"
     if card.holdout:
         held = ", ".join(f"{number(h.value, 3)} {h.unit} on {h.range}" for h in card.holdout)
-        said += f"; held out: {held}"
-    return f"{said}. {_verdicts(report)}."
+        text += f"; held out: {held}"
+    return f"{text}. {_verdicts(report)}."
 
 
 def _verdicts(report: Report) -> str:
     """How many parameters are known how well."""
-    seen = [p.verdict for p in report.card.parameters.values() if p.verdict != "fixed"]
-    if not seen:
+    verdicts = [p.verdict for p in report.card.parameters.values() if p.verdict != "fixed"]
+    if not verdicts:
         return "No parameter was free"
-    counts = {v: seen.count(v) for v in ("identified", "weak", "not identifiable")}
-    if counts["identified"] == len(seen):
-        return f"All {len(seen)} parameters are identified" if len(seen) > 1 else "It is identified"
-    said = [f"{n or 'none'} {v}" for v, n in counts.items() if n or v == "identified"]
-    return f"Of {len(seen)} parameters: {', '.join(said)}"
+    counts = {v: verdicts.count(v) for v in ("identified", "weak", "not identifiable")}
+    if counts["identified"] == len(verdicts):
+        return (
+            f"All {len(verdicts)} parameters are identified"
+            if len(verdicts) > 1
+            else "It is identified"
+        )
+    parts = [f"{n or 'none'} {v}" for v, n in counts.items() if n or v == "identified"]
+    return f"Of {len(verdicts)} parameters: {', '.join(parts)}"
 
 
 def tiles(report: Report) -> list[tuple[str, str]]:
     """The numbers that are looked for first."""
     card = report.card
-    own = card.objective
-    made = [(f"{fit_tables.misfit(report)}, training", f"{number(own.value, 3)} {own.unit}")]
-    made += [(f"held out {h.range}", f"{number(h.value, 3)} {h.unit}") for h in card.holdout[:3]]
+    score = card.objective
+    name = f"{fit_tables.misfit(report)}, training"
+    shown = [(name, f"{number(score.value, 3)} {score.unit}")]
+    shown += [(f"held out {h.range}", f"{number(h.value, 3)} {h.unit}") for h in card.holdout[:3]]
     free = [p for p in card.parameters.values() if p.verdict != "fixed"]
     if free:
-        good = sum(p.verdict == "identified" for p in free)
-        made.append(("parameters identified", f"{good} of {len(free)}"))
-    return made
+        identified = sum(p.verdict == "identified" for p in free)
+        shown.append(("parameters identified", f"{identified} of {len(free)}"))
+    return shown
 
 
 def facts(report: Report) -> list[tuple[str, str]]:
-    """What the numbers hang on."""
+    """What the numbers depend on."""
     card = report.card
     search = card.search
-    found = [("Law", f"{card.law}: {report.law.doc}"), ("Formula", report.law.formula)]
+    rows = [("Law", f"{card.law}: {report.law.doc}"), ("Formula", report.law.formula)]
     if report.law.cite:
-        found.append(("Source", report.law.cite))
-    found.append(("Rig", f"{card.rig}: {report.about}"))
+        rows.append(("Source", report.law.cite))
+    rows.append(("Rig", f"{card.rig}: {report.about}"))
     if card.constants:
-        said = ", ".join(
+        constants = ", ".join(
             f"{n} = {number(c.value)} {c.unit}".rstrip() for n, c in card.constants.items()
         )
-        found.append(("Constants set", said))
-    found.append(("Trained on", ", ".join(card.train) or "everything"))
+        rows.append(("Constants set", constants))
+    rows.append(("Trained on", ", ".join(card.train) or "everything"))
     if search.seed is None:
-        found.append(("Method", f"{search.method}, which leaves nothing to search"))
+        rows.append(("Method", f"{search.method}, which leaves nothing to search"))
     else:
         ended = search.ended.replace("_", " ")
         spent = f"{search.evaluations:,} evaluations in {search.seconds:.1f} s"
-        found.append(("Search", f"{search.method}, seed {search.seed}: {spent}, ended: {ended}"))
-    made = ", ".join(f"{name} {version}" for name, version in report.software.items())
-    return [*found, ("Made with", made)]
+        rows.append(("Search", f"{search.method}, seed {search.seed}: {spent}, ended: {ended}"))
+    software = ", ".join(f"{name} {version}" for name, version in report.software.items())
+    return [*rows, ("Made with", software)]
 
 
 def inert(value: Any) -> str:
@@ -217,8 +194,20 @@ def inert(value: Any) -> str:
     return text.replace("<", "\\u003c")
 
 
-def _one(group: Group | None) -> list[Group]:
+def _listed(group: Group | None) -> list[Group]:
     return [] if group is None else [group]
+
+
+def _spec(part: Any) -> Any:
+    """A plot as the page's script reads it; what a line does not say is left out."""
+    if is_dataclass(part):
+        values = ((f.name, getattr(part, f.name)) for f in fields(part))
+        return {name: _spec(v) for name, v in values if v is not None and v is not False}
+    if isinstance(part, Mapping):
+        return {str(name): _spec(v) for name, v in part.items()}
+    if isinstance(part, list | tuple):
+        return [_spec(v) for v in part] if part and not isinstance(part[0], float) else part
+    return part
 
 
 def _hash(text: str) -> str:

@@ -36,18 +36,19 @@
         made.push({ ...edge, y: view.columns[line.low], fill: "tonexty", fillcolor: faint(line.role, 0.22) });
       } else if (line.kind === "dots") {
         made.push({ ...base, mode: "markers", marker: { color: paint, size: 3.5, opacity: 0.55 } });
-      } else if (line.kind === "points") {
+      } else if (line.kind === "points" || line.kind === "rings") {
+        const hollow = line.kind === "rings";
         made.push({
           ...base, mode: "markers", text: line.hover && line.hover.map(plain),
           hovertemplate: line.hover ? "%{text}<extra></extra>" : undefined,
           marker: {
-            color: line.small ? colour("page") : paint, size: line.small ? 5 : 8, symbol: line.symbols || "circle",
-            line: { color: line.small ? paint : colour("page"), width: 1.2 },
+            color: hollow ? colour("page") : paint, size: hollow ? 5 : 8, symbol: line.symbols || "circle",
+            line: { color: hollow ? paint : colour("page"), width: 1.2 },
           },
         });
       } else {
         made.push({
-          ...base, mode: "lines",
+          ...base, mode: line.kind === "marks" ? "lines+markers" : "lines", marker: { size: 4 },
           line: { color: paint, width: line.wide ? 2.6 : 1.5, dash: dashes, shape: line.kind === "steps" ? "hv" : "linear" },
         });
       }
@@ -68,17 +69,35 @@
     }));
     for (const level of view.levels) {
       made.push({
-        type: "line", x0: 0, x1: 1, xref: "paper", y0: level.y, y1: level.y, yref: "y",
+        type: "line", x0: 0, x1: 1, xref: "paper", y0: level.at, y1: level.at, yref: axis(level.panel || 0),
         line: { color: colour(level.role), width: 1, dash: level.dash ? "dash" : "solid" },
         label: level.name ? { text: plain(level.name), textposition: "end", font: { size: 11, color: colour("soft") } } : undefined,
       });
     }
     for (const upright of view.verticals) {
       made.push({
-        type: "line", x0: upright.x, x1: upright.x, xref: "x", y0: 0, y1: 1, yref: "paper",
+        type: "line", x0: upright.at, x1: upright.at, xref: "x", y0: 0, y1: 1, yref: "paper",
         line: { color: colour(upright.role), width: 1, dash: upright.dash ? "dot" : "solid" },
       });
     }
+    return made;
+  }
+
+  // F_{S+} is F with S+ below.
+  const indexed = (text) => plain(text).replace(/([A-Za-z])_(?:\{([^}]*)\}|(\w))/g, (_, letter, long, short) => `${letter}<sub>${long || short}</sub>`);
+
+  // Words beside points, and what stands above the panels.
+  function notes(plot, view, tops) {
+    const base = { showarrow: false, font: { size: 11 } };
+    const made = view.notes.map((note) => ({
+      ...base, x: note.x, y: note.y, xref: "x", yref: "y", text: indexed(note.text), font: { size: 11, color: colour(note.role) },
+      xanchor: note.side === "left" ? "right" : "left", xshift: note.side === "left" ? -10 : 10,
+      yanchor: note.above ? "bottom" : "top", yshift: note.away * (note.y < 0 ? -1 : 1),
+    }));
+    plot.panels.forEach((panel, k) => {
+      if (panel.title) made.push({ ...base, x: 0, y: tops[k], xref: "paper", yref: "paper", text: `<b>${plain(panel.title)}</b>`, xanchor: "left", yanchor: "bottom" });
+    });
+    if (view.remark) made.push({ ...base, x: 1, y: 1, xref: "paper", yref: "paper", text: plain(view.remark), xanchor: "right", yanchor: "bottom" });
     return made;
   }
 
@@ -112,19 +131,22 @@
         anchor: axis(plot.panels.length - 1), nticks: box < 500 ? 5 : undefined, dtick: powers(plot, view, "x"),
       },
     };
-    const whole = plot.panels.reduce((sum, panel) => sum + panel[1], 0);
+    const whole = plot.panels.reduce((sum, panel) => sum + panel.share, 0);
     const gap = 0.06;
     let top = 1;
-    plot.panels.forEach(([name, share], k) => {
-      const high = (share / whole) * (1 - gap * (plot.panels.length - 1));
+    const tops = [];
+    plot.panels.forEach((panel, k) => {
+      tops.push(top);
+      const high = (panel.share / whole) * (1 - gap * (plot.panels.length - 1));
       const range = view.ranges[k];
       made[k ? `yaxis${k + 1}` : "yaxis"] = {
-        ...axes, title: { text: plain(name), standoff: 6 }, type: plot.log ? "log" : "linear", anchor: "x",
+        ...axes, title: { text: plain(panel.label), standoff: 6 }, type: plot.log ? "log" : "linear", anchor: "x",
         domain: [Math.max(0, top - high), top], range: range || undefined, autorange: range ? false : true,
         nticks: high * plot.height < 160 ? 4 : plot.log ? 5 : undefined, dtick: powers(plot, view, "y"),
       };
       top -= high + gap;
     });
+    made.annotations = notes(plot, view, tops);
     return made;
   }
 

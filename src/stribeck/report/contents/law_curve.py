@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..friction import LOADS
-from ..identify.score import simulated
-from ..rig.simulated import as_simulated
+from ...friction import LOADS
+from ...identify.score import simulated
+from ...rig.simulated import as_simulated
 
 if TYPE_CHECKING:
-    from ..friction import Law
-    from ..identify.balance.balance import Balance
-    from ..identify.result import Fit
-    from ..identify.segment import Segment
-    from ..space import Array
+    from ...friction import Law
+    from ...identify.balance.balance import Balance
+    from ...identify.result import Fit
+    from ...identify.segment import Segment
+    from ...space import Array
 
 #: A loop is walked in so many steps a stroke, as far as bristles slip, and this much further.
 _STEPS, _BEYOND = 200, 1.5
@@ -37,7 +37,7 @@ def sides(low: float, high: float, n: int = _SPEEDS) -> list[Array]:
     ]
 
 
-def own(fit: Fit) -> Array:
+def law_parameters(fit: Fit) -> Array:
     """The law's parameters."""
     return np.ascontiguousarray(fit.p[: len(fit.law.params)])
 
@@ -57,29 +57,29 @@ def implied(fit: Fit) -> tuple[Array, Array] | None:
     """
     if fit.balance is not None:
         return balance_points(fit.balance)
-    points = [seen for s in fit.train if (seen := _implied(fit, s)) is not None]
+    points = [both for s in fit.train if (both := _implied(fit, s)) is not None]
     if not points:
         return None
     return np.concatenate([v for v, _ in points]), np.concatenate([F for _, F in points])
 
 
-def balance_points(found: Balance) -> tuple[Array, Array]:
+def balance_points(balance: Balance) -> tuple[Array, Array]:
     """Velocity and what inertia and offset leave of the measured force, SI."""
     return (
-        np.concatenate([b.velocity for b in found.signals]),
-        np.concatenate([b.friction for b in found.signals]),
+        np.concatenate([b.velocity for b in balance.signals]),
+        np.concatenate([b.friction for b in balance.signals]),
     )
 
 
-def _implied(fit: Fit, stretch: Segment) -> tuple[Array, Array] | None:
+def _implied(fit: Fit, segment: Segment) -> tuple[Array, Array] | None:
     """Velocity and friction in slip as the measurement implies them.
 
     Velocity and acceleration by local quadratics over a tenth of a second or nine new samples,
-    whichever is longer. None if the rig cannot say or the stretch is too short.
+    whichever is longer. None if the rig cannot say or the segment is too short.
     """
-    rig, on = as_simulated(fit.rig), stretch.track
-    counts = on.score > 0
-    t, x = on.t[counts], on.measured[counts]
+    rig, track = as_simulated(fit.rig), segment.track
+    counts = track.score > 0
+    t, x = track.t[counts], track.measured[counts]
     dt = float(np.median(np.diff(t)))
     grid = np.arange(t[0], t[-1], dt)
     x = np.interp(grid, t, x)
@@ -88,7 +88,7 @@ def _implied(fit: Fit, stretch: Segment) -> tuple[Array, Array] | None:
         return None
     smooth, v, a = local_quadratics(x, width, dt)
     inner = slice(width // 2, len(grid) - width // 2)
-    e = np.interp(grid[inner], on.knots_t, on.knots_x) - smooth
+    e = np.interp(grid[inner], track.knots_t, track.knots_x) - smooth
     F = rig.friction(fit.law, fit.p, e, v, a)
     if F is None:
         return None
@@ -101,11 +101,11 @@ def _implied(fit: Fit, stretch: Segment) -> tuple[Array, Array] | None:
 def local_quadratics(x: Array, width: int, dt: float) -> tuple[Array, Array, Array]:
     """Value, slope and curvature at the middle of every window of `width` samples (odd).
 
-    The least-squares parabola of each window (Savitzky and Golay 1964, doi 10.1021/ac60214a047);
-    scipy.signal has it too, for half a second of start-up.
+    The least-squares parabola of each window (Savitzky and Golay 1964, doi 10.1021/ac60214a047).
+    scipy.signal has one for each of the three, for half a second of start-up.
     """
-    at = (np.arange(width) - width // 2) * dt
-    rows = np.linalg.pinv(np.vander(at, 3, increasing=True))
+    t = (np.arange(width) - width // 2) * dt
+    rows = np.linalg.pinv(np.vander(t, 3, increasing=True))
     value, slope, half = (np.convolve(x, row[::-1], mode="valid") for row in rows)
     return value, slope, 2.0 * half
 
@@ -117,10 +117,10 @@ def loop(law: Law, p: Array, way: float, pace: float) -> tuple[Array, Array]:
         [np.linspace(a, b, _STEPS, endpoint=False) for a, b in itertools.pairwise(turns)]
         + [turns[-1:]]
     )
-    return x, walked(law, p, x, pace)
+    return x, force_along(law, p, x, pace)
 
 
-def walked(law: Law, p: Array, x: Array, pace: float) -> Array:
+def force_along(law: Law, p: Array, x: Array, pace: float) -> Array:
     """Force of a law at positions that are passed one after the other at a pace, without load."""
     z, out, load = np.zeros(law.states), np.zeros(law.states), np.zeros(len(LOADS))
     F = np.zeros(len(x))
@@ -138,13 +138,13 @@ def stroke(fit: Fit) -> tuple[float, float]:
 
 def _way(fit: Fit, pace: float) -> float:
     """How far strokes go that show the loop: as far as was measured, or until bristles slip."""
-    p = own(fit)
+    p = law_parameters(fit)
     if fit.rig.applied_force:
         spans = [np.ptp(s.track.measured[s.track.score > 0]) for s in fit.train]
         return 0.5 * float(max(spans))
     steady = float(fit.law.slip(pace, p))
     for way in _WAYS:
-        if walked(fit.law, p, np.linspace(0.0, way, _STEPS), pace)[-1] >= _SLIPPING * steady:
+        if force_along(fit.law, p, np.linspace(0.0, way, _STEPS), pace)[-1] >= _SLIPPING * steady:
             return float(_BEYOND * way)
     return float(_WAYS[-1])
 
@@ -156,11 +156,11 @@ def _pace(fit: Fit) -> float:
 
 
 def loads(law: Law) -> dict[str, str]:
-    """The loads under which a law is shown: what `under` calls them, by their names."""
+    """The loads under which a law is shown: what `friction_under` calls them, by their names."""
     return {"normal load": "normal"} if "normal" in law.loads else dict(_WORK)
 
 
-def under(law: Law, p: Array, v: float, way: str, size: float) -> float:
+def friction_under(law: Law, p: Array, v: float, way: str, size: float) -> float:
     """The friction of a law at a speed (its level at +0) under a load of some size.
 
     Args:
@@ -179,8 +179,8 @@ def under(law: Law, p: Array, v: float, way: str, size: float) -> float:
 def greatest_load(fit: Fit) -> float:
     """The greatest load of the training data, in the law's unit."""
     if "normal" in fit.law.loads:
-        seen = [a for log in fit.recordings if (a := log.pressure) is not None]
-        return max((float(np.abs(a).max()) for a in seen), default=1.0)
+        pressures = [a for log in fit.recordings if (a := log.pressure) is not None]
+        return max((float(np.abs(a).max()) for a in pressures), default=1.0)
     if fit.balance is not None:
         return max(float(np.abs(b.measured).max()) for b in fit.balance.signals)
     motions = simulated(fit.parameters, fit.p, fit.train)

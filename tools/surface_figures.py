@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
 
-from ..report.figures.fit_figures import ACCENT, INK, MEASURED, MODEL, STYLE, save
-from .surfaces import SURFACES, Moved, Surface, surface
+from stribeck.bench.surfaces import SURFACES, Moved, Surface, surface
+from stribeck.report.figures.style import ACCENT, INK, MEASURED, MODEL, STYLE, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..space import Array
+    from stribeck.space import Array
 
 #: Low is dark; what is marked in MODEL's colour stands out on all of it.
 _DEPTH = LinearSegmentedColormap.from_list("depth", ["#0b1f4b", ACCENT, "#8fb4f0", "#f3f6fa"])

@@ -9,9 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..identify.result import Fit
-    from ..identify.uncertainty.uncertainty import Uncertainty
-    from ..space import Array
+    from ...identify.result import Fit
+    from ...identify.uncertainty.uncertainty import Uncertainty
+    from ...space import Array
 
 #: Parameter sets drawn, and the fewest that make a band.
 DRAWS, FEWEST = 300, 60
@@ -20,18 +20,18 @@ _SIGMAS, _TAILS = 1.96, (2.5, 97.5)
 #: A place of a profile belongs to the interval up to this rise, in thresholds.
 _INSIDE = 1.02
 
-Source = Literal["intervals", "bootstrap"]
+BandSource = Literal["intervals", "bootstrap"]
 
 
-def band(fit: Fit, sides: Sequence[Array]) -> tuple[Source, list[tuple[Array, Array]]] | None:
+def band(fit: Fit, sides: Sequence[Array]) -> tuple[BandSource, list[tuple[Array, Array]]] | None:
     """The least and greatest friction at each speed, 95 % in between, and where they come from.
 
     Parameter sets are those of the bootstrap if there was one. Else they are drawn from the
     covariance at the fit, widened to what intervals are as a rule; and as no covariance sees a
-    curved valley, the band holds the law at every place that the profiles met in their intervals.
+    curved valley, the band holds the law at every point of the profiles inside their intervals.
 
     Args:
-        fit: What was found.
+        fit: The fit.
         sides: Speeds, m/s (rad/s), (N,) each.
 
     Returns:
@@ -40,35 +40,36 @@ def band(fit: Fit, sides: Sequence[Array]) -> tuple[Source, list[tuple[Array, Ar
     """
     if fit.known is None:
         return None
-    made, n = fit.parameters, len(fit.parameters.free)
-    source: Source = "intervals"
+    parameters, n = fit.parameters, len(fit.parameters.free)
+    source: BandSource = "intervals"
     if fit.known.bootstrap is not None and len(fit.known.bootstrap.draws) >= FEWEST:
-        source, sets, met = "bootstrap", fit.known.bootstrap.draws[:, :n], np.empty((0, n))
+        source, sets, profiled = "bootstrap", fit.known.bootstrap.draws[:, :n], np.empty((0, n))
     else:
-        sets, met = _drawn(fit, fit.known), _met(fit.known)[:, :n]
-    own, beside = _laws(fit, made.full(sets)), _laws(fit, made.full(met))
-    if len(own) < FEWEST:
+        sets, profiled = _drawn(fit, fit.known), _profiled(fit.known)[:, :n]
+    drawn = _laws(fit, parameters.full(sets))
+    certain = _laws(fit, parameters.full(profiled))
+    if len(drawn) < FEWEST:
         return None
-    beside = np.vstack([fit.p[None, : len(fit.law.params)], beside])
-    found = []
+    certain = np.vstack([fit.p[None, : len(fit.law.params)], certain])
+    ends = []
     for v in sides:
-        low, high = np.percentile([fit.law.friction(v, p) for p in own], _TAILS, axis=0)
-        seen = np.array([fit.law.friction(v, p) for p in beside])
-        low, high = np.minimum(low, seen.min(axis=0)), np.maximum(high, seen.max(axis=0))
+        low, high = np.percentile([fit.law.friction(v, p) for p in drawn], _TAILS, axis=0)
+        held = np.array([fit.law.friction(v, p) for p in certain])
+        low, high = np.minimum(low, held.min(axis=0)), np.maximum(high, held.max(axis=0))
         if not np.isfinite(low + high).all():
             return None
-        found.append((low, high))
-    return source, found
+        ends.append((low, high))
+    return source, ends
 
 
 def _laws(fit: Fit, p: Array) -> Array:
     """The laws' part of complete parameter sets, where that is friction at all."""
-    own = np.ascontiguousarray(p[:, : len(fit.law.params)])
-    good: Array = own[np.asarray(fit.law.physical(own), dtype=bool)] if len(own) else own
-    return good
+    sets = np.ascontiguousarray(p[:, : len(fit.law.params)])
+    physical: Array = sets[np.asarray(fit.law.physical(sets), dtype=bool)] if len(sets) else sets
+    return physical
 
 
-def _met(known: Uncertainty) -> Array:
+def _profiled(known: Uncertainty) -> Array:
     """Free parameters, SI, (m, dim), at every place of a profile inside its interval."""
     return np.vstack([p.places[p.rises <= _INSIDE] for p in known.profiles.profiles])
 
@@ -77,10 +78,10 @@ def _drawn(fit: Fit, known: Uncertainty) -> Array:
     """Free parameters, SI, (DRAWS, n), from the covariance at the fit, within the search ranges."""
     free, n = fit.parameters.free, len(fit.parameters.free)
     ends = {q.name: e for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
-    seen = known.by_name()
+    profiles = known.by_name()
     value = np.array([ends[q.name].value for q in free])
     half = np.array([0.5 * (ends[q.name].high - ends[q.name].low) for q in free]) / _SIGMAS
-    profiled = [0.5 * (seen[q.name][0].high.end - seen[q.name][0].low.end) for q in free]
+    widths = [0.5 * (profiles[q.name][0].high.end - profiles[q.name][0].low.end) for q in free]
     errors = known.errors[:n]
     closed = np.array([
         ends[q.name].low_ended == ends[q.name].high_ended == "threshold" for q in free
@@ -88,7 +89,7 @@ def _drawn(fit: Fit, known: Uncertainty) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = (half / errors)[closed & (errors > 0)]
         # What was widened beyond its profile, for reasons that no covariance knows, stays wide.
-        wider = np.maximum(_SIGMAS * half / np.array(profiled), 1.0)
+        wider = np.maximum(_SIGMAS * half / np.array(widths), 1.0)
     scale = max(1.0, float(np.median(ratios))) if len(ratios) else 1.0
     spread = errors * scale * np.where(np.isfinite(wider), wider, 1.0)
     # What the data do not see at all may be anything in its interval.
@@ -101,9 +102,9 @@ def _drawn(fit: Fit, known: Uncertainty) -> Array:
 
 
 def _root(correlation: Array) -> Array:
-    """A square root of a correlation matrix, whatever rounding has made of it."""
-    good = np.where(np.isfinite(correlation), correlation, 0.0)
-    np.fill_diagonal(good, 1.0)
-    sizes, ways = np.linalg.eigh(0.5 * (good + good.T))
-    root: Array = ways * np.sqrt(np.maximum(sizes, 0.0))
+    """A square root of a correlation matrix, rounded as it may be."""
+    finite = np.where(np.isfinite(correlation), correlation, 0.0)
+    np.fill_diagonal(finite, 1.0)
+    sizes, vectors = np.linalg.eigh(0.5 * (finite + finite.T))
+    root: Array = vectors * np.sqrt(np.maximum(sizes, 0.0))
     return root

@@ -22,11 +22,11 @@ Series = Annotated[list[Number | None], Field(max_length=LONGEST)]
 Text = Annotated[str, Field(max_length=LETTERS)]
 
 
-class _Part(BaseModel):
+class _Entry(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class StrokeRecord(_Part):
+class StrokeRecord(_Entry):
     """A run in one direction: times in s, travel and mean speed as shown."""
 
     start: Number
@@ -36,7 +36,7 @@ class StrokeRecord(_Part):
     speed: Number
 
 
-class RestRecord(_Part):
+class RestRecord(_Entry):
     """A stay: times in s, the level as shown."""
 
     start: Number
@@ -44,7 +44,7 @@ class RestRecord(_Part):
     level: Number
 
 
-class SlipRecord(_Part):
+class SlipRecord(_Entry):
     """A jump from rest to rest: times in s, levels and greatest speed as shown."""
 
     start: Number
@@ -55,7 +55,7 @@ class SlipRecord(_Part):
     speed: Number
 
 
-class LogRecord(_Part):
+class LogRecord(_Entry):
     """A log as it was measured: what `check` says of it, and where it strokes, rests and slips."""
 
     label: Text
@@ -68,7 +68,7 @@ class LogRecord(_Part):
     slips: Annotated[list[SlipRecord], Field(max_length=MANY)] = []
 
 
-class MotionRecord(_Part):
+class MotionRecord(_Entry):
     """A stretch of a log beside the model; a motion, or the force of a force balance.
 
     `part` is "training", or the range that was held out. All of the first block have one length;
@@ -95,7 +95,7 @@ class MotionRecord(_Part):
     counted: int = 0
 
 
-class SideRecord(_Part):
+class SideRecord(_Entry):
     """A law's curve to one side of rest, and its 95 % band."""
 
     velocity: Series
@@ -104,7 +104,7 @@ class SideRecord(_Part):
     high: Series | None = None
 
 
-class CurveRecord(_Part):
+class CurveRecord(_Entry):
     """A named line."""
 
     name: Text
@@ -112,7 +112,7 @@ class CurveRecord(_Part):
     y: Series
 
 
-class LawRecord(_Part):
+class LawRecord(_Entry):
     """The identified law: its curve, what the data imply, loops of slow strokes, loads."""
 
     doc: Text
@@ -128,7 +128,7 @@ class LawRecord(_Part):
     load: Text = ""
 
 
-class ProfileRecord(_Part):
+class ProfileRecord(_Entry):
     """How the fit suffers as a parameter moves, the others refitted: in thresholds, as shown."""
 
     name: Text
@@ -140,7 +140,7 @@ class ProfileRecord(_Part):
     rises: Series
 
 
-class RunRecord(_Part):
+class RunRecord(_Entry):
     """One repeat of a search: its best misfit where that fell, and the parameters it ended at."""
 
     searched: Number | None
@@ -154,7 +154,7 @@ class RunRecord(_Part):
     best: Series
 
 
-class ErrorRecord(_Part):
+class ErrorRecord(_Entry):
     """The misfit on a log: in training, and on each range held out; null where it was not used."""
 
     log: Text
@@ -162,7 +162,7 @@ class ErrorRecord(_Part):
     errors: Annotated[list[Number | None], Field(max_length=MANY)]
 
 
-class DrawsRecord(_Part):
+class DrawsRecord(_Entry):
     """The bootstrap behind `resampled` of the card: data sets drawn, failed, length of a block."""
 
     drawn: int
@@ -170,7 +170,7 @@ class DrawsRecord(_Part):
     block: int
 
 
-class UnitsRecord(_Part):
+class UnitsRecord(_Entry):
     """In which units numbers are shown."""
 
     position: Text
@@ -178,7 +178,7 @@ class UnitsRecord(_Part):
     force: Text
 
 
-class Report(_Part):
+class Report(_Entry):
     """Everything that the page of a fit shows, version 1 of the schema.
 
     `unshown` and `hidden` count the logs and the motions that were left out.

@@ -1,0 +1,128 @@
+"""A fit on the terminal: its parameters, its misfit, how the axis stuck and slipped, each log."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..rig.rig import shown_in
+from ..units import unit
+from .format import DASH, number
+from .misfit import SEVERAL, log_errors, misfit_head, score_texts
+from .table import Table
+from .terminal import console, show_paragraph, show_table, show_warnings
+
+if TYPE_CHECKING:
+    from ..identify.result import Fit
+
+#: How many logs are listed one by one at most.
+LISTED = 20
+
+
+def _parameters(fit: Fit) -> Table:
+    """Each parameter with its interval and verdict; published errors where there are some."""
+    rows = []
+    for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
+        if e.verdict == "fixed" and q.fixed == e.value:
+            continue
+
+        def shown(x: float, q: Any = q) -> float:
+            return float(shown_in(fit.rig, q, x))
+
+        free = e.verdict != "fixed"
+        rows.append([
+            e.name, number(shown(e.value)), e.unit,
+            _end(shown(e.low), e.low_ended) if free else DASH,
+            _end(shown(e.high), e.high_ended) if free else DASH,
+            *([number(shown(e.standard_error) - shown(0.0), 3)] if fit.balance else []),
+            e.verdict,
+        ])  # fmt: skip
+    errors = ["std. error"] if fit.balance else []
+    heads = ["parameter", "value", "unit", "95 % from", "to", *errors, "verdict"]
+    labels = (0, 2, len(heads) - 1)
+    return Table.of_texts(f"{fit.law.name} on {fit.rig.name}", heads, rows, labels)
+
+
+def _end(value: float, ended: str | None) -> str:
+    """An end of an interval, and what stopped it if it was not the data."""
+    words = {"bound": "range", "flat": "range", "budget": "guessed", "unrunnable": "fails"}
+    reason = words.get(ended or "threshold", ended)
+    return number(value, 4) if ended in (None, "threshold") else f"{number(value, 4)} ({reason})"
+
+
+def show_fit(fit: Fit) -> None:
+    """Print parameters, the misfit beside its baselines, what was held out, and warnings."""
+    out = console()
+    show_table(_parameters(fit))
+    for e in fit.estimates:
+        if e.verdict in ("weak", "not identifiable") and e.meaning:
+            meaning = re.sub("^(Doubling|Halving)", lambda first: first[0].lower(), e.meaning)
+            show_paragraph(f"{e.name} is {e.verdict}: {meaning}", "  ")
+    for table in (_scores(fit), _staircases(fit), _logs(fit)):
+        if table is not None:
+            out.print()
+            show_table(table)
+    if fit.balance is not None:
+        rows = [[n.replace("_", " "), number(v)] for n, v in fit.balance.figures().items()]
+        out.print()
+        show_table(Table.of_texts("", ["force balance", ""], rows))
+    else:
+        out.print(
+            f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
+            f"repeat{'s' * (len(fit.runs) > 1)}, {fit.seconds:.1f} s, ended: {fit.ended}"
+        )
+    show_warnings(fit.warnings)
+
+
+def _scores(fit: Fit) -> Table:
+    s = fit.score
+    trained = ", ".join(r.text for r in fit.train_ranges) or "all"
+    rows = [[f"training {trained}", *score_texts(s)]]
+    rows += [[f"held out {_within(h)}", *score_texts(h.score)] for h in fit.holdout]
+    heads = [misfit_head(s), "model", "smooth, no stick-slip", "never moves", "samples"]
+    if not math.isfinite(s.smooth):
+        rows = [[row[0], row[1], row[-1]] for row in rows]
+        heads = [heads[0], heads[1], heads[-1]]
+    return Table.of_texts("", heads, rows)
+
+
+def _staircases(fit: Fit) -> Table | None:
+    """How often and how far the axis slipped, and how the model did."""
+    rows = []
+    every = [("training", fit.score), *((f"held out {_within(h)}", h.score) for h in fit.holdout)]
+    shown = fit.rig.unit_shown("position")
+    for name, score in every:
+        for mover, s in (("axis", score.measured), ("model", score.modelled)):
+            if s is not None:
+                jump = float(unit(shown).from_si(s.jump))
+                rows.append([f"{name}, {mover}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
+    heads = ["stick-slip", "slips", f"median jump / {shown}", "time at rest"]
+    return Table.of_texts("", heads, rows) if rows else None
+
+
+def _within(held: Any) -> str:
+    return held.within.text if held.within else "all"
+
+
+def _logs(fit: Fit) -> Table | None:
+    """The error on each log, where there are several; the greatest of very many."""
+    if len(fit.recordings) < SEVERAL:
+        return None
+    rows = log_errors(fit)
+    held = any(math.isfinite(error) for _, _, errors in rows for error in errors[1:])
+    order = sorted(range(len(rows)), key=lambda k: np.nan_to_num(-_worst(rows[k][2])))[:LISTED]
+    which = "each log" if len(rows) <= LISTED else f"the {LISTED} worst of {len(rows)} logs"
+    heads = [f"{which}, {misfit_head(fit.score)}", "training", "samples", "held out"]
+    cells = [
+        [log, number(errors[0], 4), f"{samples:,}", number(_worst(errors[1:]), 4)][: 3 + held]
+        for log, samples, errors in (rows[k] for k in sorted(order))
+    ]
+    return Table.of_texts("", heads[: 3 + held], cells)
+
+
+def _worst(errors: Sequence[float]) -> float:
+    return max((e for e in errors if math.isfinite(e)), default=math.nan)
