@@ -29,8 +29,8 @@ from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import term_places, terms_factor
-from ..rig.emps import Emps
-from ..rig.joint import JointRig
+from ..rig import RIGS
+from ..rig.controller import Controller
 from ..rig.motion import row_pool
 from ..rig.motion.implicit import (
     EACH,
@@ -44,10 +44,8 @@ from ..rig.motion.implicit import (
     passed,
     started,
 )
-from ..rig.motion.track import JOINT, SERVO, SLIDE, WIDTH, Track
+from ..rig.motion.track import JOINT
 from ..rig.rig import Motion, Rig
-from ..rig.servo_pendulum import ServoPendulum
-from ..rig.slide_bed import SlideBed, with_inputs
 from ..space import Array
 from .compensator import Compensator, compensator_output
 
@@ -59,13 +57,9 @@ _F2 = types.Array(float64, 2, "C", readonly=True)
 _W2 = float64[:, ::1]
 _I1 = int64[::1]
 
-#: Which of its inputs the compensator's output is added to, by kind of drive.
-_ADDED = {SLIDE: 3, SERVO: 4, JOINT: 4}
 #: An axis that is so many times its reference's travel away from its start has run away, where
 #: that is more than so many m or rad.
 _FAR, _NOT_FAR = 100.0, 10.0
-#: Way by which a step may be off where the rig has no constant for it, m.
-_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,34 +132,26 @@ class CompensatedMotion(Motion):
     seen: Array
 
 
-@dataclass(frozen=True, eq=False)
-class _Loop:
-    """A drive as `implicit` knows it, under a reference."""
-
-    kind: int
-    c: Array
-    on: Track
-    step: float
-    tolerance: float
-
-
-def controlled(rig: Rig) -> None:
-    """Say that a rig has no controller that a compensator could add to.
+def controlled(rig: Rig) -> Controller:
+    """The controller of a rig, which a compensator adds to.
 
     Raises:
         InputError: it has none.
     """
-    if not isinstance(rig, SlideBed | JointRig | ServoPendulum | Emps):
+    controller = rig.controller()
+    if controller is None:
+        *names, last = [name for name, shipped in RIGS.items() if shipped.controller() is not None]
         raise InputError(
-            f"rig {rig.name} has no controller to add a compensation to: slide-bed, joint, "
-            "servo-pendulum and emps have one"
+            f"rig {rig.name} has no controller to add a compensation to: {', '.join(names)} and "
+            f"{last} have one"
         )
+    return controller
 
 
 def drive_friction(rig: Rig) -> float:
     """Coulomb friction of a rig's drive that eats its command, N or N m; 0 where it has none."""
-    eaten = rig["F_fm"] if isinstance(rig, SlideBed) else 0.0
-    return eaten if np.isfinite(eaten) else 0.0
+    controller = rig.controller()
+    return 0.0 if controller is None else controller.friction
 
 
 def compensated(
@@ -194,7 +180,7 @@ def compensated(
         InputError: a rig without a controller, parameters that are not the law's and rig's, or so
             many steps that nobody would wait for them.
     """
-    controlled(rig)
+    controller = controlled(rig)
     plants = np.atleast_2d(np.asarray(plants, dtype=float))
     believed_law, believed = model[0], np.asarray(model[1], dtype=float)
     n, N = len(plants), len(reference.t)
@@ -203,29 +189,38 @@ def compensated(
     if believed.shape != (k := len(rig.parameters(believed_law)),):
         raise InputError(f"model {believed_law.name} on rig {rig.name} has {k} parameters, "
                          f"got {believed.shape}")  # fmt: skip
-    loop = _loop(rig, law, plants, reference)
+    if plants.shape[1] != len(rig.parameters(law)):
+        raise InputError(
+            f"rig {rig.name}, law {law.name}: parameters are "
+            f"{', '.join(q.name for q in rig.parameters(law))}; got {plants.shape[1]} columns"
+        )
+    track = controller.track(
+        Recording(t=reference.t, position=reference.x, command=reference.x, rotary=rig.rotary)
+    )
+    constants = controller.constants(law, plants, track)
     settings = np.array([made.c for made in compensators])
     settings = np.repeat(settings, n, axis=0) if len(settings) < n else settings
-    if not np.ceil(np.diff(reference.t) / loop.step - 1e-9).clip(1).sum() <= MOST_STEPS:
+    if not np.ceil(np.diff(reference.t) / controller.step - 1e-9).clip(1).sum() <= MOST_STEPS:
         raise InputError(
             f"reference {reference.name}: {reference.t[-1] - reference.t[0]:.4g} s in steps of "
-            f"{loop.step:.3g} s are more than {MOST_STEPS:,}: take a shorter one"
+            f"{controller.step:.3g} s are more than {MOST_STEPS:,}: take a shorter one"
         )
     t = np.ascontiguousarray(reference.t - reference.t[0])
-    parts = np.maximum(np.ceil(np.diff(t) / loop.step - 1e-9), 1).astype(np.int64)
+    parts = np.maximum(np.ceil(np.diff(t) / controller.step - 1e-9), 1).astype(np.int64)
     q, v, F, u, seen = np.full((5, n, N), np.nan)
     noise = sensor.noise * np.random.default_rng(sensor.seed).standard_normal(N)
     far = max(_FAR * float(np.ptp(reference.x)), _NOT_FAR)
-    start = np.column_stack([np.full(n, loop.on.x0), np.full(n, loop.on.v0)])
+    start = np.column_stack([np.full(n, track.x0), np.full(n, track.v0)])
     row_pool.hired().share(
         _loops, n,
         (
-            *_compiled(law), *_compiled(believed_law), loop.kind, _ADDED[loop.kind],
-            np.ascontiguousarray(plants[:, : len(law.params)]), term_places(law), loop.c,
+            *_compiled(law), *_compiled(believed_law), controller.drive, controller.entry,
+            np.ascontiguousarray(plants[:, : len(law.params)]), term_places(law), constants,
             np.ascontiguousarray(believed[: len(believed_law.params)]), term_places(believed_law),
-            settings, _per_force(rig, believed_law, believed), far, t,
-            np.ascontiguousarray(loop.on.inputs), loop.on.held.astype(np.int64), parts, start,
-            reference.v, noise, sensor.resolution, reference.h, loop.tolerance, q, v, F, u, seen,
+            settings, controller.command_per_force(believed_law, believed), far, t,
+            np.ascontiguousarray(track.inputs), track.held.astype(np.int64), parts, start,
+            reference.v, noise, sensor.resolution, reference.h, controller.tolerance, q, v, F,
+            u, seen,
         ),
         FEWEST,
     )  # fmt: skip
@@ -236,64 +231,6 @@ def _compiled(law: Law) -> tuple[Any, Any, bool, int]:
     general = law.rub is not None
     rub = addressed(law.rub if general else NO_RUB, RUB_SIGNATURE)
     return addressed(law.slip), rub, general, law.states
-
-
-def _per_force(rig: Rig, law: Law, p: Array) -> float:
-    """The command for a unit of force or torque at the axis, as the model has it."""
-    if not isinstance(rig, ServoPendulum):
-        return 1.0
-    k_t, R = p[len(law.params) : len(law.params) + 2]
-    return float(R / k_t)
-
-
-def _loop(rig: Rig, law: Law, p: Array, reference: Reference) -> _Loop:
-    log = Recording(
-        t=reference.t, position=reference.x, command=reference.x, rotary=rig.rotary,
-    )  # fmt: skip
-    every = slice(0, len(log))
-    ones = np.ones(len(log))
-    k = len(law.params)
-    if p.shape[1] != len(rig.parameters(law)):
-        raise InputError(
-            f"rig {rig.name}, law {law.name}: parameters are "
-            f"{', '.join(q.name for q in rig.parameters(law))}; got {p.shape[1]} columns"
-        )
-    if isinstance(rig, SlideBed):
-        made = with_inputs(rig.track(log, every, float(reference.x[0]), ones))
-        return _Loop(SLIDE, rig.split(law, p)[1], made, rig["step"], rig["tolerance"])
-    if isinstance(rig, JointRig | ServoPendulum):
-        on = rig.track(log, every, float(reference.x[0]), ones)._replace(v0=0.0)
-        return _Loop(
-            rig.kind, _wide(rig.candidates(law, p[:, k:], on.given)), on, rig["step"],
-            rig["tolerance"],
-        )  # fmt: skip
-    assert isinstance(rig, Emps)  # noqa: S101 - no other has a controller
-    return _emps(rig, law, p, reference)
-
-
-def _emps(rig: Emps, law: Law, p: Array, reference: Reference) -> _Loop:
-    """The cascade kv (kp (q_ref − q) − v) as position and velocity gains of a joint."""
-    N, n, k = len(reference.t), len(p), len(law.params)
-    per_speed = rig["gtau"] * rig["kv"]
-    c = np.zeros((n, WIDTH))
-    c[:, 0] = p[:, k]
-    c[:, 1], c[:, 2] = per_speed * rig["kp"], per_speed
-    c[:, 5] = 0.0 if law.directional else p[:, k + 1]
-    c[:, 6] = rig["gtau"] * rig["u_max"]
-    c[:, 7] = 2.0 if rig["delay"] > 0.5 * rig["T"] else 1.0
-    inputs = np.zeros((5, N))
-    inputs[2] = reference.x
-    on = Track(
-        reference.t, reference.x, reference.t, float(reference.x[0]), reference.x, np.ones(N),
-        np.zeros((3, N + 1)), inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
-    )  # fmt: skip
-    return _Loop(JOINT, c, on, rig["T"], _TOLERANCE)
-
-
-def _wide(c: Array) -> Array:
-    made = np.zeros((len(c), WIDTH))
-    made[:, : c.shape[1]] = c
-    return made
 
 
 @compiled(

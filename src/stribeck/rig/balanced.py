@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,6 +14,8 @@ from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
 from ..space import Array, Param
+from .equation import FIRST, Equation, Input
+from .motion.track import FORCE
 from .rig import Approach, Rig
 
 if TYPE_CHECKING:
@@ -74,6 +76,31 @@ class BalancedRig(Rig):
                 f"law {law.name} depends on {_CALLED.get(strange[0], strange[0])}, which rig "
                 f"{self.name} does not tell apart: choose another law or rig"
             )
+
+    def equation(self, law: Law) -> Equation | None:
+        """A mass under a force; None where the balance has parameters beside mass and offset."""
+        del law
+        if {q.name for q in self.params} - {"M", "offset"}:
+            return None
+        return self.under_force("M a = force − offset − F_f", coefficients)
+
+    def under_force(
+        self,
+        text: str,
+        coefficients: Callable[[Mapping[str, Any]], Sequence[Any]],
+        *more: Input,
+        constants: tuple[str, ...] = (),
+    ) -> Equation:
+        """The equation of a mass under a force, with what else acts on it.
+
+        Args:
+            text: It, in words and signs.
+            coefficients: M, offset, and what the normal load, sin q and cos q are multiplied by.
+            more: Inputs beside the force.
+            constants: Names of the rig's constants that it reads.
+        """
+        force = Input("force", self.si_unit("force"), "of the drive on the axis", FIRST)
+        return Equation(FORCE, text, (force, *more), constants, coefficients)
 
     def measured(self, recording: Recording) -> Array:
         """The force that the balance explains, N (N m), (N,): that of the drive in a log.
@@ -156,6 +183,11 @@ class BalancedRig(Rig):
             else rubs(law.rub, v, np.ascontiguousarray(loads), p)
         )
         return rub * _factor(law, p, loads) if law.terms else rub
+
+
+def coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
+    """Mass and constant force of an axis under a force, of its parameters by name."""
+    return values["M"], values.get("offset", 0.0)
 
 
 def as_balanced(rig: Rig) -> BalancedRig:

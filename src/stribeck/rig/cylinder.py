@@ -11,7 +11,8 @@ import numpy as np
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..space import Array, Param
-from .balanced import NORMAL, BalancedRig
+from .balanced import NORMAL, BalancedRig, coefficients
+from .equation import NORMAL_LOAD, Equation, Input
 from .forced import FORCED
 from .rig import constant
 
@@ -83,6 +84,17 @@ class Cylinder(BalancedRig):
         if not (len(out) and len(back)):
             raise InputError(f"{recording.label}: a friction range needs strokes both ways")
         return float(out.mean() - back.mean())
+
+    def equation(self, law: Law) -> Equation:
+        """The rod under its force and the pressure; F_f is friction."""
+        del law
+        pressure = Input("pressure", "Pa", "gauge pressure against the rod's force", NORMAL_LOAD)
+        return self.under_force(
+            "M a = force − (π bore²/4 + b) pressure − offset − F_f",
+            lambda values: (*coefficients(values), np.pi / 4 * values["bore"] ** 2 + values["b"]),
+            pressure,
+            constants=("bore",),
+        )
 
     def _pressure(self, recording: Recording) -> Array:
         if recording.pressure is None:

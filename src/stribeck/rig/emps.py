@@ -18,6 +18,9 @@ from ..errors import InputError
 from ..friction import SLIP_TYPE
 from ..space import Array, Param
 from .balanced import BalancedRig
+from .controller import Controller
+from .equation import FIRST, THIRD
+from .motion.track import JOINT, WIDTH, Track
 from .rig import Constant, Motion, constant
 
 if TYPE_CHECKING:
@@ -34,6 +37,9 @@ _REPORT = (
 STEPS = 2
 #: Refinements of the instant at which the axis stops; each gains a digit or more.
 _REFINEMENTS = 40
+
+#: Way by which a step of the implicit stepper may be off, m.
+_TOLERANCE = 1e-9
 
 #: What is added to the voltage in the cross-test log, by its name there; V whatever the name says.
 PULSES = "pulses_N"
@@ -118,6 +124,35 @@ class Emps(BalancedRig):
             np.array([np.interp(recording.t, clock, row) for row in part]) for part in (q, v, a, u)
         )
         return LoopMotion(recording.t, x, speed, self["gtau"] * voltage, acceleration)
+
+    def controller(self) -> Controller:
+        """The cascade kv (kp (q_ref − q) − v) as position and velocity gains of a joint.
+
+        Its velocity is the axis's own, not a difference.
+        """
+
+        def track(recording: Recording) -> Track:
+            t, x = recording.t, recording.position
+            inputs = np.zeros((5, len(t)))
+            inputs[FIRST] = x
+            return Track(
+                t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
+                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+            )  # fmt: skip
+
+        def constants(law: Law, p: Array, track: Track) -> Array:
+            del track
+            k = len(law.params)
+            per_speed = self["gtau"] * self["kv"]
+            c = np.zeros((len(p), WIDTH))
+            c[:, 0] = p[:, k]
+            c[:, 1], c[:, 2] = per_speed * self["kp"], per_speed
+            c[:, 5] = 0.0 if law.directional else p[:, k + 1]
+            c[:, 6] = self["gtau"] * self["u_max"]
+            c[:, 7] = 2.0 if self["delay"] > 0.5 * self["T"] else 1.0
+            return c
+
+        return Controller(JOINT, THIRD, self["T"], _TOLERANCE, track, constants)
 
     def relative_errors(self, motion: LoopMotion, recording: Recording) -> list[RelativeErrors]:
         """How far each simulated motion is from the log, as the report's validation counts it.

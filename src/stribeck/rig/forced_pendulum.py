@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..space import Array, Param
-from .balanced import POSITION, BalancedRig
+from .balanced import POSITION, BalancedRig, coefficients
+from .equation import Equation
 from .forced import FORCED_ROTARY
+
+if TYPE_CHECKING:
+    from ..friction import Law
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +29,14 @@ class ForcedPendulum(BalancedRig):
         """As for every axis, and gravity's two."""
         q = loads[:, POSITION]
         return {**super().columns_of(a, loads), "g_sin": np.sin(q), "g_cos": np.cos(q)}
+
+    def equation(self, law: Law) -> Equation:
+        """A pendulum under a torque; F_f is friction."""
+        del law
+        return self.under_force(
+            "M a = force − g_sin sin q − g_cos cos q − offset − F_f",
+            lambda values: (*coefficients(values), 0.0, values["g_sin"], values["g_cos"]),
+        )
 
 
 FORCED_PENDULUM = ForcedPendulum(

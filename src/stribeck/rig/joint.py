@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .motion.track import JOINT
 from .rig import constant
 from .stepped import SteppedRig
@@ -35,6 +37,7 @@ class JointRig(SteppedRig):
 
     kind: ClassVar[int] = JOINT
     held: ClassVar[tuple[bool, ...]] = (False, False, False)
+    entry: ClassVar[int | None] = THIRD
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """Command, its velocity, and the feed-forward torque."""
@@ -48,29 +51,50 @@ class JointRig(SteppedRig):
             rate = np.gradient(recording.command, recording.t)
         return recording.command, rate, recording.extra.get(_AHEAD, np.zeros(len(recording)))
 
-    def candidates(self, law: Law, own: Array, given: Array) -> Array:
-        """The loop of each candidate."""
-        del law, given
-        J, g_sin, g_cos, g_0 = own.T
-        n, gain = len(own), self["gain"]
-        if not self["limit"] > 0:
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse a limit of nothing, and ways to hold a torque that there are not."""
+        if not values["limit"] > 0:
             raise InputError(f"rig {self.name}: limit must be above zero")
-        if self["hold"] not in _HOLDS:
+        if values["hold"] not in _HOLDS:
             raise InputError(
-                f"rig {self.name}: hold = {self['hold']:g}: it is 0 for a torque that follows the "
-                "axis at all times, 1 for one held for a sample, 2 for one that acts a sample late"
+                f"rig {self.name}: hold = {values['hold']:g}: it is 0 for a torque that follows "
+                "the axis at all times, 1 for one held for a sample, 2 for one that acts a sample "
+                "late"
             )
-        return np.column_stack(
-            [
-                J,
-                np.full(n, gain * self["kp"]),
-                np.full(n, gain * self["kd"]),
-                g_sin,
-                g_cos,
-                g_0,
-                np.full(n, self["limit"]),
-                np.full(n, self["hold"]),
-            ]
+
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        """Inertia, the gains that act, gravity, the limit, and how the torque is held."""
+        return (
+            values["J"],
+            values["gain"] * values["kp"],
+            values["gain"] * values["kd"],
+            values["g_sin"],
+            values["g_cos"],
+            values["g_0"],
+            values["limit"],
+            values["hold"],
+        )
+
+    def equation(self, law: Law) -> Equation:
+        """The joint and its loop; F_f is friction."""
+        del law
+        return Equation(
+            self.kind,
+            "J a = clip(feed_forward + gain (kp (command − q) + kd (command_velocity − v)), "
+            "limit) − g_sin sin q − g_cos cos q − g_0 − F_f",
+            (
+                Input("command", self.si_unit("position"), "commanded angle", FIRST),
+                Input("command_velocity", self.si_unit("velocity"), "its velocity", SECOND),
+                Input(
+                    "feed_forward",
+                    self.si_unit("force"),
+                    "torque added to the controller's",
+                    THIRD,
+                ),
+            ),
+            ("kp", "kd", "gain", "limit", "hold"),
+            self.coefficients,
+            own_step=True,
         )
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..errors import InputError
 from ..space import Array, Param
+from .equation import FIRST, Equation, Input
 from .motion.track import FORCE
 from .rig import Constant, constant
 from .stepped import SteppedRig
@@ -42,10 +42,21 @@ class PreslidingRig(SteppedRig):
             )
         return (recording.force,)
 
-    def candidates(self, law: Law, own: Array, given: Array) -> Array:
-        """Mass and offset of each candidate."""
-        del law, given
-        return np.ascontiguousarray(own)
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        """Mass and offset."""
+        return values["M"], values["offset"]
+
+    def equation(self, law: Law) -> Equation:
+        """A mass under a force; F_f is friction."""
+        del law
+        return Equation(
+            self.kind,
+            "M a = force − offset − F_f",
+            (Input("force", self.si_unit("force"), "of the drive on the axis", FIRST),),
+            (),
+            self.coefficients,
+            own_step=True,
+        )
 
 
 _LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")

@@ -15,6 +15,8 @@ from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
+from .controller import Controller
+from .equation import Equation
 
 Approach = Literal["output_error", "force_balance"]
 
@@ -184,8 +186,7 @@ class Rig:
 
     def unit_shown(self, quantity: Literal["position", "velocity"]) -> str:
         """The unit in which people see a position or a velocity of its axis."""
-        si = "rad" if self.rotary else "m"
-        return self.shows.get(quantity, si if quantity == "position" else f"{si}/s")
+        return self.shows.get(quantity, self.si_unit(quantity))
 
     def label(self, name: str) -> str:
         """What people see a parameter called."""
@@ -205,6 +206,20 @@ class Rig:
         """Samples to each side that the filters of its logs mix with one, at an interval dt, s."""
         del dt
         return 0
+
+    def controller(self) -> Controller | None:
+        """The controller of its loop, as a compensator adds to it; None where it has none."""
+        return None
+
+    def equation(self, law: Law) -> Equation | None:
+        """Its equation of motion under a law, as a stepper takes it; None where it has none."""
+        del law
+        return None
+
+    def si_unit(self, quantity: Literal["position", "velocity", "force"]) -> str:
+        """The SI unit of a quantity of its axis."""
+        linear = {"position": "m", "velocity": "m/s", "force": "N"}[quantity]
+        return _ROTARY[linear] if self.rotary else linear
 
     def _ranged(self, param: Param) -> Param:
         own = (param.lower, param.upper)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .motion.track import SERVO
 from .rig import constant
 from .stepped import SteppedRig
@@ -34,6 +36,8 @@ class ServoPendulum(SteppedRig):
 
     kind: ClassVar[int] = SERVO
     held: ClassVar[tuple[bool, ...]] = (False, True, True)
+    entry: ClassVar[int | None] = THIRD
+    run_columns: ClassVar[Mapping[str, str]] = _OF_THE_RUN
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """Goal, whether the servo drives, and volts that are added to its own."""
@@ -45,34 +49,45 @@ class ServoPendulum(SteppedRig):
         n = len(recording)
         return recording.command, recording.extra.get(_ENABLED, np.ones(n)), np.zeros(n)
 
-    def given(self, recording: Recording) -> Array:
-        """Mass, length, gain and supply voltage of the run."""
-        return np.array(
-            [
-                recording.extra[column][0] if column in recording.extra else self[name]
-                for column, name in _OF_THE_RUN.items()
-            ]
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse a run without mass, length, gain or voltage."""
+        for name in _OF_THE_RUN.values():
+            if not 0 < values[name] < np.inf:
+                raise InputError(f"rig {self.name}: {name} = {values[name]} cannot be simulated")
+
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        """Inertia, torque per volt, back EMF, gravity, its angle, gain in volts, supply voltage."""
+        k_t, R = values["k_t"], values["R"]
+        return (
+            values["m"] * values["l"] ** 2 + values["armature"],
+            k_t / R,
+            k_t**2 / R,
+            values["m"] * values["g"] * values["l"],
+            values["q_offset"],
+            values["vin"] * values["kp"] * values["duty"],
+            values["vin"],
         )
 
-    def candidates(self, law: Law, own: Array, given: Array) -> Array:
-        """The pendulum of a run with each candidate's motor."""
+    def command_per_force(self, law: Law, p: Array) -> float:
+        """Volts for a newton metre, R / k_t."""
+        k_t, R = p[len(law.params) : len(law.params) + 2]
+        return float(R / k_t)
+
+    def equation(self, law: Law) -> Equation:
+        """The pendulum and its servo; F_f is friction."""
         del law
-        m, length, kp, vin = given
-        for name, value in zip(("m", "l", "kp", "vin"), given, strict=True):
-            if not 0 < value < np.inf:
-                raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
-        k_t, R, armature, offset = own.T
-        n = len(own)
-        return np.column_stack(
-            [
-                m * length**2 + armature,
-                k_t / R,
-                k_t**2 / R,
-                np.full(n, m * self["g"] * length),
-                offset,
-                np.full(n, vin * kp * self["duty"]),
-                np.full(n, vin),
-            ]
+        return Equation(
+            self.kind,
+            "(m l² + armature) a = torque_on (k_t V/R − k_t² v/R) − m g l sin(q + q_offset) "
+            "− F_f, V = clip(vin duty kp (goal − q) + added_voltage, vin)",
+            (
+                Input("goal", "rad", "goal of the servo", FIRST),
+                Input("torque_on", "", "above 0.5: the servo drives", SECOND, 1.0, held=True),
+                Input("added_voltage", "V", "added to the servo's voltage", THIRD, held=True),
+            ),
+            ("m", "l", "kp", "vin", "duty", "g"),
+            self.coefficients,
+            own_step=True,
         )
 
 

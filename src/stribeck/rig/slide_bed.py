@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .controller import Controller
+from .equation import FIRST, SECOND, Equation, Input
 from .motion import reference
 from .motion.command import Drive
 from .motion.event_driven import misfits, trajectories
@@ -155,6 +157,44 @@ class SlideBed(SimulatedRig):
         """F_motor = k_hat e, the force that the motor current shows, at stretches e (m)."""
         return np.where(e > 0, self["k_hat+"], self["k_hat-"]) * e
 
+    def controller(self) -> Controller:
+        """The P controller of the motor: a compensator adds to F_motor, before its friction."""
+        eaten = self["F_fm"]
+
+        def track(recording: Recording) -> Track:
+            x, n = recording.position, len(recording)
+            return with_inputs(self.track(recording, slice(0, n), float(x[0]), np.ones(n)))
+
+        def constants(law: Law, p: Array, track: Track) -> Array:
+            del track
+            return self.split(law, p)[1]
+
+        return Controller(
+            SLIDE, SECOND, self["step"], self["tolerance"], track, constants,
+            friction=eaten if np.isfinite(eaten) else 0.0,
+        )  # fmt: skip
+
+    def equation(self, law: Law) -> Equation:
+        """The slide behind its drive line; F_f is friction.
+
+        Raises:
+            InputError: a constant that cannot be simulated.
+        """
+        _ = self._kernel_constants
+        names = ("m", "k_hat+", "k_hat-", "F_fm", "J_m", "D_m", "K_kt", "F_m_max")
+        return Equation(
+            SLIDE,
+            "m a = k_spring e + dead zone(k_hat e + added_force, F_fm) − F_m − F_f, "
+            "e = command − position, F_m = clip(K_kt (J_m a + D_m v), F_m_max)",
+            (
+                Input("command", "m", "commanded position x_i", FIRST),
+                Input("added_force", "N", "added to the motor's force", SECOND, held=True),
+            ),
+            (*names, "dv") if _jumps(law) else names,  # dv: how such a slide stops and starts
+            _coefficients,
+            "what the drive does to the axis, F_m apart",  # its inertia and damping are not in it
+        )
+
     def move(
         self, law: Law, p: Array, on: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
     ) -> Motion:
@@ -203,6 +243,17 @@ class SlideBed(SimulatedRig):
             self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
         )
         return drive - motor - self["m"] * a
+
+
+def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
+    """The kernel's constants but for dv; a clamp at 0 N leaves no motor, which the kernel sees."""
+    both = [values["k_spring"]] * 2 if "k_spring" in values else [
+        values["k_spring+"], values["k_spring-"]
+    ]  # fmt: skip
+    return (
+        values["m"], values["k_hat+"], values["k_hat-"], *both, values["F_fm"],
+        values["K_kt"] * values["J_m"], values["K_kt"] * values["D_m"], values["F_m_max"],
+    )  # fmt: skip
 
 
 def _jumps(law: Law) -> bool:

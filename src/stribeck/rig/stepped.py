@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ..data.segmentation import noise, rests, step
 from ..errors import InputError
 from ..space import Array
+from .controller import Controller, per_newton
 from .motion.command import Drive
 from .motion.track import WIDTH, Track
 from .rig import Motion
@@ -39,6 +41,10 @@ class SteppedRig(SimulatedRig):
     kind: ClassVar[int]
     #: Which inputs keep their value until the next sample, after normal load and temperature.
     held: ClassVar[tuple[bool, ...]]
+    #: Which input a compensator's output is added to; None where there is no controller.
+    entry: ClassVar[int | None] = None
+    #: Columns in which a log may state constants of its own run, and the constants' names.
+    run_columns: ClassVar[Mapping[str, str]] = {}
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """What drives the axis, each (N,), in the order in which its kind reads it.
@@ -49,15 +55,75 @@ class SteppedRig(SimulatedRig):
         del recording
         raise InputError(f"rig {self.name} does not say what drives it")
 
-    def given(self, recording: Recording) -> Array:
-        """What a log says of its own axis, beside the rig's constants."""
-        del recording
-        return np.empty(0)
+    def run_constants(self, recording: Recording) -> Array:
+        """The constants that `run_columns` names, as a log states them, else the rig's."""
+        return np.array(
+            [
+                recording.extra[column][0] if column in recording.extra else self[name]
+                for column, name in self.run_columns.items()
+            ]
+        )
 
-    def candidates(self, law: Law, own: Array, given: Array) -> Array:
-        """The constants of the drive, (n, up to WIDTH), from the rig's own parameters (n, k)."""
-        del law, own, given
-        raise InputError(f"rig {self.name} does not say its constants")
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        """The constants of its drive, in the order in which its kind reads them.
+
+        Args:
+            values: The rig's constants, those that a log states in their place, and its own
+                parameters, by name: floats, arrays (n,), or symbols of another language. Plain
+                arithmetic serves for all.
+        """
+        del values
+        raise InputError(f"rig {self.name} does not say the constants of its drive")
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse constants with which nothing can be simulated.
+
+        Raises:
+            InputError: one of them.
+        """
+
+    def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
+        """The constants of the drive, (n, WIDTH).
+
+        Args:
+            law: The law.
+            own: The rig's own parameters, (n, k).
+            run: What the log states of its run, as `run_constants` gives it.
+        """
+        known = {c.name: c.value for c in self.constants}
+        known |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
+        self.check(known)
+        parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
+        constants = np.zeros((len(own), WIDTH))
+        for k, column in enumerate(self.coefficients({**known, **parameters})):
+            constants[:, k] = column
+        return constants
+
+    def controller(self) -> Controller | None:
+        """Its own loop, if it says which input a compensator's output is added to."""
+        if self.entry is None:
+            return None
+
+        def track(recording: Recording) -> Track:
+            x, n = recording.position, len(recording)
+            return self.track(recording, slice(0, n), float(x[0]), np.ones(n))._replace(v0=0.0)
+
+        def constants(law: Law, p: Array, track: Track) -> Array:
+            return self.constants_of_drive(law, p[:, len(law.params) :], track.given)
+
+        return Controller(
+            self.kind,
+            self.entry,
+            self["step"],
+            self["tolerance"],
+            track,
+            constants,
+            self.command_per_force,
+        )
+
+    def command_per_force(self, law: Law, p: Array) -> float:
+        """What its controller commands for a unit of force or torque at the axis."""
+        return per_newton(law, p)
 
     def normal(self, recording: Recording) -> Array | None:
         """The normal load on the sliding surfaces, (N,), where the log has it."""
@@ -86,7 +152,7 @@ class SteppedRig(SimulatedRig):
                 v0=0.0 if self.history else _velocity(recording, rows.start),
                 inputs=np.array([a[rows] for a in every]),
                 held=held,
-                given=self.given(recording),
+                given=self.run_constants(recording),
             )
         )
 
@@ -115,9 +181,7 @@ class SteppedRig(SimulatedRig):
         if not (0 < step < np.inf and tolerance > 0):
             raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "
                              "both must be above zero")  # fmt: skip
-        c = np.zeros((len(p), WIDTH))
-        made = self.candidates(law, p[:, k:], on.given)
-        c[:, : made.shape[1]] = made
+        c = self.constants_of_drive(law, p[:, k:], on.given)
         from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
         q, v, F = motions(law, self.kind, p[:, :k], c, on, step, tolerance)

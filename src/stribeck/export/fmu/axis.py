@@ -11,33 +11,23 @@ from typing import Literal
 import numpy as np
 
 from ...errors import InputError
-from ...rig.balanced import BalancedRig
-from ...rig.cylinder import Cylinder
-from ...rig.joint import JointRig
-from ...rig.presliding import PreslidingRig
-from ...rig.rig import Rig
-from ...rig.servo_pendulum import ServoPendulum
-from ...rig.slide_bed import SlideBed
-from ...rig.stepped import SteppedRig
+from ...rig.equation import NORMAL_LOAD, TEMPERATURE, Equation
+from ...rig.motion.track import FORCE, JOINT, SERVO, SLIDE
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
+from .symbol import Symbol, c_text
 
 Drive = Literal["AXIS_SLIDE", "AXIS_SERVO", "AXIS_JOINT", "AXIS_FORCE"]
 
-#: Places among a drive's inputs, as its step reads them: two loads, then three of its own.
-_NORMAL, _TEMPERATURE, _FIRST, _SECOND, _THIRD = range(5)
+#: What the C calls each kind of drive.
+_DRIVES: dict[int, Drive] = {
+    SLIDE: "AXIS_SLIDE", SERVO: "AXIS_SERVO", JOINT: "AXIS_JOINT", FORCE: "AXIS_FORCE",
+}  # fmt: skip
 #: Longest step, s, and way by which a step may be off, m or rad, where a rig has none of its own.
 _STEP, _TOLERANCE = 1e-3, 1e-7
 #: Speeds between which a law may fall, m/s or rad/s, and a step that is short enough for any, s.
 _SPEEDS, _SHORTEST = (1e-6, 10.0), 1e-6
-#: The constants that each drive reads.
-_CONSTANTS: dict[Drive, tuple[str, ...]] = {
-    "AXIS_SLIDE": ("m", "k_hat+", "k_hat-", "F_fm", "J_m", "D_m", "K_kt", "F_m_max"),
-    "AXIS_SERVO": ("m", "l", "kp", "vin", "duty", "g"),
-    "AXIS_JOINT": ("kp", "kd", "gain", "limit", "hold"),
-    "AXIS_FORCE": ("bore",),
-}
 #: SI units of those in which constants are shown.
 _SCALED = {"mm": "m", "um": "m", "ms": "s", "us": "s", "mrad": "rad", "deg": "rad"}
 
@@ -56,7 +46,7 @@ class Value:
         high: Greatest.
         fixed: Whether it stays as it is at the start; held between steps, for an input.
         place: Of an input among the drive's.
-        symbols: What the C calls it.
+        symbol: What the C calls it; "" where nothing there is made of it by name.
     """
 
     name: str
@@ -68,7 +58,7 @@ class Value:
     high: float | None = None
     fixed: bool = False
     place: int = 0
-    symbols: tuple[str, ...] = ()
+    symbol: str = ""
 
 
 @dataclass(frozen=True)
@@ -78,12 +68,14 @@ class Axis:
     Args:
         drive: What moves it.
         motion: Its equation of motion, in words and signs.
+        constants: The drive's constants in C, in their order.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
     """
 
     drive: Drive
     motion: str
+    constants: tuple[str, ...]
     values: tuple[Value, ...]
 
     def of(self, *roles: str) -> list[Value]:
@@ -101,12 +93,14 @@ def axis(model: Model) -> Axis:
     Raises:
         InputError: its rig has no equation of motion that could be stepped.
     """
-    if isinstance(model.rig, SlideBed):
-        model.rig.split(model.law, model.values)  # refuses what cannot be simulated
-    drive, motion = _drive(model.rig)
+    equation = model.rig.equation(model.law)
+    if equation is None:
+        raise InputError(
+            f"fmu: rig {model.rig.name} has no equation of motion that could be stepped"
+        )
     values = [
-        *_outputs(model), *_inputs(model, drive), *_settings(model),
-        *_identified(model), *_constants(model, drive),
+        *_outputs(model, equation), *_inputs(model, equation), *_settings(model, equation),
+        *_identified(model), *_constants(model, equation),
     ]  # fmt: skip
     taken: set[str] = set()
     unique = []
@@ -116,81 +110,46 @@ def axis(model: Model) -> Axis:
             name += "_"
         taken.add(name)
         unique.append(replace(v, name=name))
-    return Axis(drive, motion, tuple(unique))
+    return Axis(
+        _DRIVES[equation.drive], equation.text, _coefficients(model, equation), tuple(unique)
+    )
 
 
-def _drive(rig: Rig) -> tuple[Drive, str]:
-    """What moves a rig, and how; F_f is friction."""
-    match rig:
-        case SlideBed():
-            return "AXIS_SLIDE", (
-                "m a = k_spring e + dead zone(k_hat e + added_force, F_fm) − F_m − F_f, "
-                "e = command − position, F_m = clip(K_kt (J_m a + D_m v), F_m_max)"
-            )
-        case ServoPendulum():
-            return "AXIS_SERVO", (
-                "(m l² + armature) a = torque_on (k_t V/R − k_t² v/R) − m g l sin(q + q_offset) "
-                "− F_f, V = clip(vin duty kp (goal − q) + added_voltage, vin)"
-            )
-        case JointRig():
-            return "AXIS_JOINT", (
-                "J a = clip(feed_forward + gain (kp (command − q) + kd (command_velocity − v)), "
-                "limit) − g_sin sin q − g_cos cos q − g_0 − F_f"
-            )
-        case Cylinder():
-            return "AXIS_FORCE", "M a = force − (π bore²/4 + b) pressure − offset − F_f"
-        case BalancedRig() | PreslidingRig():
-            turned = "g_sin" in {q.name for q in rig.params}
-            weight = " − g_sin sin q − g_cos cos q" if turned else ""
-            return "AXIS_FORCE", f"M a = force{weight} − offset − F_f"
-    raise InputError(f"fmu: rig {rig.name} has no equation of motion that could be stepped")
+def _coefficients(model: Model, equation: Equation) -> tuple[str, ...]:
+    """What the drive is made of, in C, of the values of the unit."""
+    own = model.parameters.every[len(model.law.params) :]
+    names = [*(q.name for q in own), *equation.constants]
+    symbols = {name: Symbol(f"r[R_{identifier(name)}]") for name in names}
+    return tuple(c_text(c) for c in equation.coefficients(symbols))
 
 
-def _outputs(model: Model) -> Iterator[Value]:
+def _outputs(model: Model, equation: Equation) -> Iterator[Value]:
     way = "rad" if model.rig.rotary else "m"
     yield Value("position", "output", way, "position")
     yield Value("velocity", "output", model.speed_unit, "velocity")
-    drives = "what the drive does to the axis"
-    if isinstance(model.rig, SlideBed):
-        drives += ", F_m apart"  # the motor's inertia and damping are not in it
-    yield Value("drive", "output", model.force_unit, drives)
+    yield Value("drive", "output", model.force_unit, equation.drive_doc)
     rubs = "friction, with the sign of the velocity; at rest, of the pull that it balances"
     yield Value("friction", "output", model.force_unit, rubs)
 
 
-def _inputs(model: Model, drive: Drive) -> Iterator[Value]:
-    way, force = "rad" if model.rig.rotary else "m", model.force_unit
-
-    def made(name: str, written: str, doc: str, place: int, start: float = 0.0, *,
-             held: bool = False) -> Value:  # fmt: skip
-        return Value(name, "input", written, doc, start, fixed=held, place=place)
-
-    if drive == "AXIS_SLIDE":
-        yield made("command", way, "commanded position x_i", _FIRST)
-        yield made("added_force", force, "added to the motor's force", _SECOND, held=True)
-    elif drive == "AXIS_SERVO":
-        yield made("goal", way, "goal of the servo", _FIRST)
-        yield made("torque_on", "", "above 0.5: the servo drives", _SECOND, 1.0, held=True)
-        yield made("added_voltage", "V", "added to the servo's voltage", _THIRD, held=True)
-    elif drive == "AXIS_JOINT":
-        yield made("command", way, "commanded angle", _FIRST)
-        yield made("command_velocity", model.speed_unit, "its velocity", _SECOND)
-        yield made("feed_forward", force, "torque added to the controller's", _THIRD)
-    else:
-        yield made("force", force, "of the drive on the axis", _FIRST)
-    if isinstance(model.rig, Cylinder):
-        yield made("pressure", "Pa", "gauge pressure against the rod's force", _NORMAL)
-    elif "normal" in model.law.loads:
-        yield made("normal_load", "", "normal load, as the law counts it", _NORMAL)
-    if "temperature" in model.law.terms:
-        yield made("temperature", "K", "temperature that friction depends on", _TEMPERATURE, 293.15)
+def _inputs(model: Model, equation: Equation) -> Iterator[Value]:
+    """What drives the axis, and what else its law reads."""
+    for i in equation.inputs:
+        yield Value(i.name, "input", i.unit, i.doc, i.start, fixed=i.held, place=i.place)
+    places = {i.place for i in equation.inputs}
+    if "normal" in model.law.loads and NORMAL_LOAD not in places:
+        words = "normal load, as the law counts it"
+        yield Value("normal_load", "input", "", words, 0.0, place=NORMAL_LOAD)
+    if "temperature" in model.law.terms and TEMPERATURE not in places:
+        words = "temperature that friction depends on"
+        yield Value("temperature", "input", "K", words, 293.15, place=TEMPERATURE)
 
 
-def _settings(model: Model) -> Iterator[Value]:
+def _settings(model: Model, equation: Equation) -> Iterator[Value]:
     """Where it starts, and how it is stepped: fixed when the simulation begins."""
     way = "rad" if model.rig.rotary else "m"
     rig_has = {c.name: c.value for c in model.rig.constants}
-    step = longest(model, rig_has.get("step", _STEP))
+    step = _longest(model, equation, rig_has.get("step", _STEP))
     for name, written, doc, start in (
         ("position_start", way, "position at the start", 0.0),
         ("velocity_start", model.speed_unit, "velocity at the start", 0.0),
@@ -201,7 +160,7 @@ def _settings(model: Model) -> Iterator[Value]:
         yield Value(name, "setting", written, doc, start, fixed=True)
 
 
-def longest(model: Model, step: float) -> float:
+def _longest(model: Model, equation: Equation, step: float) -> float:
     """The longest step, s, at which an axis breaks away when its law says so.
 
     A friction that falls with speed by more than mass over step hides from an implicit step that
@@ -209,12 +168,12 @@ def longest(model: Model, step: float) -> float:
     states, which does not jump.
     """
     law, p = model.law, model.p
-    if law.states or isinstance(model.rig, SteppedRig) or not (law.static and law.sticks):
+    if law.states or equation.own_step or not (law.static and law.sticks):
         return step
-    by = model.parameters.every[len(law.params) :]
-    own = zip(by, model.values[len(law.params) :].tolist(), strict=True)
-    masses = [value for q, value in own if q.name == "M"]
-    mass = masses[0] if masses else model.rig["m"]
+    own = (q.name for q in model.parameters.every[len(law.params) :])
+    values = dict(zip(own, model.values[len(law.params) :].tolist(), strict=True))
+    known = {c.name: c.value for c in model.rig.constants} | values
+    mass = float(equation.coefficients(known)[0])
     v = np.geomspace(*_SPEEDS, 400)
     fall = max(float(np.max(-np.diff(s * law.friction(s * v, p)) / np.diff(v))) for s in (1, -1))
     return max(min(step, 0.5 * mass / fall), _SHORTEST) if fall > 0.0 and mass > 0.0 else step
@@ -226,7 +185,6 @@ def _identified(model: Model) -> Iterator[Value]:
     labels = [*named, *(identifier(model.rig.label(q.name)) for q in every[k:])]
     for i, (name, q, value) in enumerate(zip(labels, every, model.values.tolist(), strict=True)):
         symbol = identifier(q.name)
-        both = [f"{symbol}_pos", f"{symbol}_neg"] if q.name == "k_spring" else []
         inside = q.lower <= value <= q.upper
         yield Value(
             name,
@@ -236,7 +194,7 @@ def _identified(model: Model) -> Iterator[Value]:
             value,
             q.lower if inside else None,
             q.upper if inside else None,
-            symbols=() if i < k else (symbol, *both),
+            symbol="" if i < k else symbol,
         )
 
 
@@ -252,16 +210,13 @@ def known(model: Model, q: Param) -> str:
     return f"{said}; {given.verdict}"
 
 
-def _constants(model: Model, drive: Drive) -> Iterator[Value]:
-    wanted = _CONSTANTS[drive]
-    if drive == "AXIS_SLIDE" and model.law.static and model.law.sticks:
-        wanted = (*wanted, "dv")  # how such a slide stops and starts
+def _constants(model: Model, equation: Equation) -> Iterator[Value]:
     for c in model.rig.constants:
-        if c.name in wanted and not math.isnan(c.value):
+        if c.name in equation.constants and not math.isnan(c.value):
             name = identifier(c.name)
             yield Value(
                 name, "parameter", si(c.unit), f"{c.doc}; a constant of the rig", c.value,
-                symbols=(name,),
+                symbol=name,
             )  # fmt: skip
 
 

@@ -109,8 +109,9 @@ def _values(model: Model, made: Axis) -> str:
         "AXIS_TOLERANCE": setting + 3,
         "AXIS_LAW": law,
     }
-    for i, value in enumerate(made.values):
-        defined |= {f"R_{symbol}": i for symbol in value.symbols}
+    defined |= {f"R_{value.symbol}": i for i, value in enumerate(made.values) if value.symbol}
+    constants = " ".join(f"c[{i}] = {text};" for i, text in enumerate(made.constants))
+    defined["AXIS_CONSTANTS_FROM(r)"] = constants
     starts = ", ".join(_number(v.start) for v in made.values)
     return "\n".join(
         [

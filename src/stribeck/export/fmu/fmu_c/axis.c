@@ -538,47 +538,10 @@ void axis_set(axis *a)
     double *c = a->c;
     memcpy(a->law.p, r + AXIS_LAW, sizeof a->law.p);
     memset(c, 0, sizeof a->c);
-#if AXIS_DRIVE == AXIS_SERVO
-    c[0] = r[R_m] * (r[R_l] * r[R_l]) + r[R_armature];
-    c[1] = r[R_k_t] / r[R_R];
-    c[2] = r[R_k_t] * r[R_k_t] / r[R_R];
-    c[3] = r[R_m] * r[R_g] * r[R_l];
-    c[4] = r[R_q_offset];
-    c[5] = r[R_vin] * r[R_kp] * r[R_duty];
-    c[6] = r[R_vin];
-#elif AXIS_DRIVE == AXIS_JOINT
-    c[0] = r[R_J];
-    c[1] = r[R_gain] * r[R_kp];
-    c[2] = r[R_gain] * r[R_kd];
-    c[3] = r[R_g_sin];
-    c[4] = r[R_g_cos];
-    c[5] = r[R_g_0];
-    c[6] = r[R_limit];
-    c[7] = r[R_hold];
-#elif AXIS_DRIVE == AXIS_FORCE
-    c[0] = r[R_M];
-#ifdef R_offset
-    c[1] = r[R_offset];
-#endif
-#ifdef R_bore
-    c[2] = 0.78539816339744830962 * (r[R_bore] * r[R_bore]) + r[R_b];
-#endif
-#ifdef R_g_sin
-    c[3] = r[R_g_sin];
-    c[4] = r[R_g_cos];
-#endif
-#else
-    {
-        double K_kt = r[R_F_m_max] > 0.0 ? r[R_K_kt] : 0.0; /* a clamp at 0 leaves no motor */
-        c[0] = r[R_m];
-        c[1] = r[R_k_hat_pos];
-        c[2] = r[R_k_hat_neg];
-        c[3] = r[R_k_spring_pos];
-        c[4] = r[R_k_spring_neg];
-        c[5] = r[R_F_fm];
-        c[6] = K_kt * r[R_J_m];
-        c[7] = K_kt * r[R_D_m];
-        c[8] = r[R_F_m_max];
+    AXIS_CONSTANTS_FROM(r)
+#if AXIS_DRIVE == AXIS_SLIDE
+    if (!(c[8] > 0.0)) { /* a clamp at 0 leaves no motor */
+        c[6] = c[7] = 0.0;
     }
 #endif
 }
