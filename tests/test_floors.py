@@ -26,7 +26,7 @@ FLOORS = {
 #: The rooms of a package from the lowest up: a room imports from the rooms before it only.
 ROOMS = {
     "data": ("readers",),
-    "rig": ("motion",),
+    "rig": ("experiments", "motion"),
     "identify": ("uncertainty", "balance", "selection", "design"),
     "export": ("code", "robot", "fmu"),
     "report": ("contents", "figures", "page"),

@@ -216,13 +216,13 @@ def test_a_direction_that_was_never_driven_comes_first() -> None:
 def test_every_experiment_stays_within_the_travel_and_the_force(bed: Card) -> None:
     now = present(bed, [RIGHT])
     assert RIGHT.command is not None
-    assert now.axis.low == pytest.approx(0.05)
-    assert now.axis.high == pytest.approx(0.35)
+    assert now.axis.shown.low == pytest.approx(0.05)
+    assert now.axis.shown.high == pytest.approx(0.35)
     for p in plan(bed, RIGHT).proposals:
         if p.experiment.kind == "motion" and p.experiment.name != "the same again":
             shown = p.experiment.predict(now.axis.x[None])
-            assert shown.min() > now.axis.low - 1e-3
-            assert shown.max() < now.axis.high + 1e-3
+            assert shown.min() > now.axis.shown.low - 1e-3
+            assert shown.max() < now.axis.shown.high + 1e-3
             assert p.experiment.seconds <= 37.5
 
 
@@ -299,10 +299,10 @@ def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
     log = pushed([0.05, 0.2], TRUTH)
     made = card(identify(log, rig="forced", law="coulomb-viscous"))
     now = present(made, [log])
-    assert now.loads is not None
-    assert now.axis.fastest == pytest.approx(0.2, rel=0.02)
-    assert now.loads.acceleration == pytest.approx(5.0, rel=0.1)
-    limit = 1.2 * now.axis.force
+    assert now.axis.shown.exposure is not None
+    assert now.axis.shown.fastest == pytest.approx(0.2, rel=0.02)
+    assert now.axis.shown.exposure.acceleration == pytest.approx(5.0, rel=0.1)
+    limit = 1.2 * now.axis.shown.force
     for p in plan(made, log).proposals:
         if p.experiment.kind == "motion":
             assert np.abs(p.experiment.predict(now.axis.x[None])).max() <= limit

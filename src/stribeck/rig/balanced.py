@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -15,6 +15,8 @@ from ..errors import InputError
 from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
 from ..space import Array, Param
 from .equation import FIRST, Equation, Input
+from .experiments.imposed_motions import strokes
+from .experiments.offer import Offer, OperatingRange
 from .motion.track import FORCE
 from .rig import Approach, Rig
 
@@ -83,6 +85,10 @@ class BalancedRig(Rig):
         if {q.name for q in self.params} - {"M", "offset"}:
             return None
         return self.under_force("M a = force − offset − F_f", coefficients)
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Strokes that the axis is taken to follow."""
+        return strokes(axis, seconds)
 
     def under_force(
         self,

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
 from .equation import FIRST, Equation, Input
+from .experiments.offer import Course, Offer, OperatingRange
+from .experiments.pushes import pushes
 from .motion.track import FORCE
 from .rig import Constant, constant
 from .stepped import SteppedRig
@@ -29,6 +33,7 @@ class PreslidingRig(SteppedRig):
     applied_force: bool = True
     history: bool = True
     floating: bool = True
+    overtravel: float = 20.0
 
     kind: ClassVar[int] = FORCE
     held: ClassVar[tuple[bool, ...]] = (False,)
@@ -45,6 +50,16 @@ class PreslidingRig(SteppedRig):
     def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
         """Mass and offset."""
         return values["M"], values["offset"]
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Sines of force below breakaway, and triangles just beyond it."""
+
+        def travel(course: Course) -> float:
+            track = self.course_track(course, axis.temperature)
+            motion = self.move(axis.law, axis.p[None], track)
+            return float(np.abs(motion.position - track.x0).max())
+
+        return pushes(axis, travel, seconds)
 
     def equation(self, law: Law) -> Equation:
         """A mass under a force; F_f is friction."""

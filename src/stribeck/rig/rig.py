@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, Literal, Self
@@ -17,6 +17,7 @@ from ..space import Array, Param, Rng
 from ..units import convertible, unit
 from .controller import Controller
 from .equation import Equation
+from .experiments.offer import Offer, OperatingRange
 
 Approach = Literal["output_error", "force_balance"]
 
@@ -116,6 +117,8 @@ class Rig:
         rotary: Whether the axis turns: forces are then torques, masses moments of inertia.
         loads: Which loads a law may read here, of `friction.LOADS`.
         applied_force: Whether a force is applied and measured instead of a motion commanded.
+        hand_gauge: Whether its breakaway force can be measured with a force gauge by hand.
+        known_scale: Whether known gains and a known mass alone set the scale of its forces.
     """
 
     #: How its laws are identified: by simulating the motion, or by a balance of measured forces.
@@ -134,6 +137,8 @@ class Rig:
     rotary: bool = False
     loads: tuple[str, ...] = ()
     applied_force: bool = False
+    hand_gauge: bool = False
+    known_scale: bool = False
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -215,6 +220,15 @@ class Rig:
         """Its equation of motion under a law, as a stepper takes it; None where it has none."""
         del law
         return None
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Experiments that would tell more of the axis, each of some seconds.
+
+        Raises:
+            InputError: it knows of none.
+        """
+        del axis, seconds
+        raise InputError(f"rig {self.name}: there are no experiments to choose from for it")
 
     def si_unit(self, quantity: Literal["position", "velocity", "force"]) -> str:
         """The SI unit of a quantity of its axis."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,6 +11,8 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array, Param
 from .equation import FIRST, SECOND, THIRD, Equation, Input
+from .experiments.offer import Offer, OperatingRange
+from .experiments.servo_goals import servo_goals
 from .motion.track import SERVO
 from .rig import constant
 from .stepped import SteppedRig
@@ -67,6 +69,11 @@ class ServoPendulum(SteppedRig):
             values["vin"] * values["kp"] * values["duty"],
             values["vin"],
         )
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Sines, a chirp, other gains, a dropped and a heavier pendulum."""
+        run = self.run_constants(axis.logs[0]).tolist()
+        return servo_goals(axis, dict(zip(self.run_columns, run, strict=True)), self["g"], seconds)
 
     def command_per_force(self, law: Law, p: Array) -> float:
         """Volts for a newton metre, R / k_t."""

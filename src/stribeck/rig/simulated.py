@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,6 +13,8 @@ from ..data.segmentation import rests
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array
+from .experiments.commanded_strokes import commanded_strokes
+from .experiments.offer import Course, Offer, OperatingRange
 from .motion.command import Drive
 from .motion.track import Track, track
 from .rig import Approach, Motion, Rig
@@ -32,6 +35,8 @@ class SimulatedRig(Rig):
             the log.
         floating: Whether positions are known only up to a constant, which is left open.
         holds: Whether the position sensor may be slower than the log, so that it repeats itself.
+        overtravel: How far beyond the travel of the logs an experiment may take the axis, in
+            multiples of that travel.
         scale: What sets the scale of all forces, so that no motion can tell it from them: the
             gain of a loop, a torque constant. Empty where a known mass or weight sets it.
     """
@@ -44,6 +49,7 @@ class SimulatedRig(Rig):
     history: bool = False
     floating: bool = False
     holds: bool = True
+    overtravel: float = 0.25
     scale: str = ""
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
@@ -66,6 +72,32 @@ class SimulatedRig(Rig):
     def drive(self, recording: Recording) -> Drive:
         """What a recording's command asks of the axis."""
         return Drive.of(recording)
+
+    def course_track(self, course: Course, temperature: float | None = None) -> Track:
+        """A course of an experiment made ready to be simulated, from rest at its start."""
+        x0 = float(course.command[0]) if course.start is None else course.start
+        n = len(course.t)
+        log = Recording(
+            t=course.t,
+            position=np.full(n, x0),
+            command=None if course.force else course.command,
+            force=course.command if course.force else None,
+            temperature=None if temperature is None else np.full(n, temperature),
+            extra={k: np.broadcast_to(v, (n,)) for k, v in course.extra.items()},
+            rotary=self.rotary,
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):  # it starts at rest, whatever speed
+            return self.track(log, slice(0, n), x0, np.ones(n))._replace(v0=0.0)
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Strokes, where its position is commanded."""
+        if all(log.command is None for log in axis.logs):
+            return super().experiments(axis, seconds)
+        return commanded_strokes(axis, seconds)
+
+    def drive_force(self, recording: Recording) -> Array | None:
+        """The force of the drive that a log shows, (N,); None where it shows none."""
+        return recording.force
 
     def misfits(self, law: Law, p: Array, on: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -14,6 +14,8 @@ from ..errors import InputError
 from ..space import Array, Param
 from .controller import Controller
 from .equation import FIRST, SECOND, Equation, Input
+from .experiments.offer import Offer, OperatingRange
+from .experiments.ramps import ramps
 from .motion import reference
 from .motion.command import Drive
 from .motion.event_driven import misfits, trajectories
@@ -83,6 +85,9 @@ class SlideBed(SimulatedRig):
     """
 
     free_start: bool = True
+    overtravel: float = 1.0
+    hand_gauge: bool = True
+    known_scale: bool = True
 
     def set(self, **values: float) -> Self:
         """The same rig with other constants, in the units it shows.
@@ -152,6 +157,16 @@ class SlideBed(SimulatedRig):
         filled = with_inputs(made)
         filled.inputs[1] = recording.temperature[rows]
         return filled
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Ramps, rests and reversals."""
+        return ramps(axis, seconds)
+
+    def drive_force(self, recording: Recording) -> Array | None:
+        """As recorded, else as the motor's current would show it."""
+        if recording.force is None and recording.command is not None:
+            return self.motor_force(recording.command - recording.position)
+        return recording.force
 
     def motor_force(self, e: Array) -> Array:
         """F_motor = k_hat e, the force that the motor current shows, at stretches e (m)."""

@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...friction import LOADS
 from ...rig.balanced import BalancedRig, as_balanced
-from ...rig.joint import JointRig
-from ...rig.presliding import PreslidingRig
+from ...rig.experiments.offer import Exposure
 from ...rig.rig import in_si
-from ...rig.servo_pendulum import ServoPendulum
 from ...rig.simulated import SimulatedRig, as_simulated
-from ...rig.slide_bed import SlideBed
 from ...space import Array, Param
 from ...units import unit
 from ..balance.balanced_fit import counting
@@ -35,16 +32,13 @@ from ..uncertainty.covariance import quick_look
 from ..uncertainty.residuals import physical as meaningful
 from ..uncertainty.sensor_noise import rest_noise
 from .experiment import Box, Experiment, decades, slopes
-from .operating_range import Axis, counted, speeds
-from .strokes import Loads
+from .identified_axis import IdentifiedAxis, counted, operating_range, speeds
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ...rig import Rig
     from ..card import Card, ParameterCard
 
-#: Rigs for which there are experiments.
-_KNOWN = (SlideBed, ServoPendulum, JointRig, PreslidingRig, BalancedRig)
 #: Beside the data, a parameter is known to so many half-widths of its interval.
 WIDE = 3.0
 #: The odd sample that a greatest acceleration leaves out.
@@ -61,19 +55,15 @@ class Present:
         half: Half-widths of the intervals on the card, in the parameters' scales, (dim,).
         labels: What people call the free parameters.
         cards: What the card says of them.
-        ways: Directions in which the axis was driven.
-        loads: What an axis with a measured force was exposed to.
         explained: The misfit as a share of that of a smooth motion, or of the force itself.
         said: What is odd about the logs, a sentence each.
     """
 
-    axis: Axis
+    axis: IdentifiedAxis
     data: Experiment
     half: Array
     labels: tuple[str, ...]
     cards: tuple[ParameterCard, ...]
-    ways: tuple[int, ...]
-    loads: Loads | None
     explained: float
     said: tuple[str, ...]
 
@@ -99,16 +89,14 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
     """A card with the logs that it was identified on.
 
     Raises:
-        InputError: a card or logs that do not fit, or a rig for which there are no experiments.
+        InputError: a card or logs that do not fit.
     """
     shipped, p = card.model()
-    if not isinstance(shipped.rig, _KNOWN):
-        raise InputError(f"rig {shipped.rig.name}: there are no experiments to choose from for it")
     parameters = _freed(card, shipped)
     values = dict(zip((q.name for q in parameters.every), p, strict=True))
     x = np.array([values[q.name] for q in parameters.free])
     about = _balanced if parameters.rig.approach == "force_balance" else _moved
-    axis, data, ways, loads = about(card, parameters, x, logs)
+    axis, data = about(card, parameters, x, logs)
     labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
     by_log = axis.box.log.tolist()
@@ -121,8 +109,6 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
         half,
         labels,
         tuple(cards),
-        ways,
-        loads,
         _explained(card),
         _strangers(card, logs),
     )
@@ -221,11 +207,11 @@ def _strangers(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
     )
 
 
-_Seen = tuple[Axis, Experiment, tuple[int, ...], Loads | None]
+_Seen = tuple[IdentifiedAxis, Experiment]
 
 
 def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
-    """Axis and data of the simulation road."""
+    """Axis and data of a rig that is simulated."""
     rig = as_simulated(parameters.rig)
     train = [s for r in ranges_or_all(card.train or None, rig) for s in segments(logs, rig, r)]
     plain = MotionProblem(parameters, train)
@@ -252,25 +238,21 @@ def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recordin
     lead = [log.position if log.command is None else log.command for log in logs]
     both = [speeds(log.t, u) for log, u in zip(logs, lead, strict=True)]
     travel = np.concatenate([np.array([u.min(), u.max()]) for u in lead])
-    forces = [float(np.abs(_force(log, rig)).max()) for log in logs]
-    axis = Axis(
-        parameters, x, tuple(logs), box, noise, rest_noise(logs), inflation, seconds / n, seconds,
-        float(travel.min()), float(travel.max()), float(np.mean([v for v, _ in both])),
-        max(v for _, v in both), max(_lag(log) for log in logs), max(forces),
-    )  # fmt: skip
     ways = tuple(sorted({s.direction for s in train}, reverse=True))
-    if parameters.law.directional:
-        ways = (1, -1)
-    return axis, replace(at_starts, noise=noise, inflation=inflation, seconds=seconds), ways, None
+    shown = operating_range(
+        parameters, x, logs, (1, -1) if parameters.law.directional else ways,
+        interval=seconds / n, low=float(travel.min()), high=float(travel.max()),
+        pace=float(np.mean([v for v, _ in both])), fastest=max(v for _, v in both),
+        lag=max(_lag(log) for log in logs), force=max(_greatest_force(rig, log) for log in logs),
+    )  # fmt: skip
+    axis = IdentifiedAxis(parameters, x, box, noise, rest_noise(logs), inflation, seconds, shown)
+    return axis, replace(at_starts, noise=noise, inflation=inflation, seconds=seconds)
 
 
-def _force(log: Recording, rig: SimulatedRig) -> Array:
-    """The force of the drive that a log shows; inf where it shows none."""
-    if log.force is not None:
-        return log.force
-    if isinstance(rig, SlideBed) and log.command is not None:
-        return rig.motor_force(log.command - log.position)
-    return np.array([np.inf])
+def _greatest_force(rig: SimulatedRig, log: Recording) -> float:
+    """The greatest force of the drive that a log shows; inf where nothing limits it."""
+    force = None if rig.applied_force else rig.drive_force(log)
+    return np.inf if force is None else float(np.abs(force).max())
 
 
 def _lag(log: Recording) -> float:
@@ -322,7 +304,7 @@ def _around(data: Experiment, at: Array, dim: int) -> Experiment:
 
 
 def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recording]) -> _Seen:
-    """Axis and data of the inverse road."""
+    """Axis and data of a rig whose forces are balanced."""
     rig = as_balanced(parameters.rig)
     chosen, rows = counting(logs, range_list(card.train or None, parameters.rig))
     fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
@@ -349,20 +331,20 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     q = loads[:, LOADS.index("position")]
     force = max(float(np.abs(log.force).max()) for log in ready)
     top = float(np.abs(v).max())
-    axis = Axis(
-        parameters, x, tuple(chosen), box, noise, float("nan"), look.ratio, interval, n * interval,
-        float(q.min()), float(q.max()), float(np.abs(v).mean()), top, 0.0, force,
-    )  # fmt: skip
-    exposed = _loads(a, loads, rig)
     ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
-    seen = replace(data, noise=noise, inflation=look.ratio, seconds=n * interval)
-    return axis, seen, ways, exposed
+    shown = operating_range(
+        parameters, x, chosen, ways, _exposure(a, loads, rig), interval=interval,
+        low=float(q.min()), high=float(q.max()), pace=float(np.abs(v).mean()), fastest=top,
+        lag=0.0, force=force,
+    )  # fmt: skip
+    axis = IdentifiedAxis(parameters, x, box, noise, float("nan"), look.ratio, n * interval, shown)
+    return axis, replace(data, noise=noise, inflation=look.ratio, seconds=n * interval)
 
 
-def _loads(a: Array, loads: Array, rig: BalancedRig) -> Loads:
+def _exposure(a: Array, loads: Array, rig: BalancedRig) -> Exposure:
     normal = loads[:, LOADS.index("normal")]
     warm = loads[:, LOADS.index("temperature")]
-    return Loads(
+    return Exposure(
         float(np.quantile(np.abs(a), _ODD)),
         (float(normal.min()), float(normal.max())) if "normal" in rig.loads else None,
         float(warm.mean()),

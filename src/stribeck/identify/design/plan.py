@@ -14,20 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from ...rig.joint import JointRig
-from ...rig.presliding import PreslidingRig
-from ...rig.servo_pendulum import ServoPendulum
-from ...rig.slide_bed import SlideBed
 from ...space import Array
 from ..lookup import recording_list
 from ..uncertainty.verdict import IDENTIFIED
-from .commands import joint, presliding, servo_pendulum
 from .current_model import Present, present
 from .expected_information import Kept, promise
 from .experiment import Experiment, covariance, draws, factors, told
-from .proposals import Left
-from .ramps import slide_bed
-from .strokes import strokes
+from .proposals import Refusals, proposals
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -153,8 +146,8 @@ def plan(
     length = min(axis.trained, LONGEST) if seconds is None else seconds
     if not 0 < length < np.inf:
         raise InputError(f"seconds must be a number above 0, got {seconds}")
-    left: Left = []
-    offered = _candidates(now, length, left)
+    refusals: Refusals = []
+    offered = _candidates(now, length, refusals)
     rng = np.random.default_rng(seed)
     at, known = _draws(now, count, rng)
     same = length / axis.trained
@@ -166,13 +159,13 @@ def plan(
         if np.isfinite(shrunk).all():
             found.append((_score(shrunk, chosen), e, shrunk))
         else:
-            left.append((e.name, "the model cannot be simulated there"))
+            refusals.append((e.name, "the model cannot be simulated there"))
     found.sort(key=lambda one: -one[0])
-    proposals = [Proposal(e, score, _gains(now, shrunk)) for score, e, shrunk in found]
+    ranked = [Proposal(e, score, _gains(now, shrunk)) for score, e, shrunk in found]
     if check:
-        proposals[:CHECKED] = [
+        ranked[:CHECKED] = [
             replace(p, kept=_kept(now, p, at, same, offered[0], check, seed))
-            for p in proposals[:CHECKED]
+            for p in ranked[:CHECKED]
         ]
     motions = [F for e, F in zip(offered, more, strict=True) if e.kind == "motion"]
     return Plan(
@@ -180,9 +173,9 @@ def plan(
         card.rig,
         tuple(now.labels[i] for i in chosen),
         dict(zip(now.labels, now.cards, strict=True)),
-        tuple(proposals),
-        tuple(left),
-        (*now.said, *_incurable(now, known, motions, proposals)),
+        tuple(ranked),
+        tuple(refusals),
+        (*now.said, *_incurable(now, known, motions, ranked)),
         length,
         count,
         seed,
@@ -222,9 +215,9 @@ def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, A
     return at[good], known[good]
 
 
-def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
+def _candidates(now: Present, seconds: float, refusals: Refusals) -> list[Experiment]:
     """More of the same first, then what the rig can do, then better sensors."""
-    axis, rig = now.axis, now.axis.parameters.rig
+    axis = now.axis
     same = replace(
         now.data,
         name="the same again",
@@ -233,18 +226,8 @@ def _candidates(now: Present, seconds: float, left: Left) -> list[Experiment]:
         else f"what was recorded, {seconds:.3g} s of it once more",
         seconds=seconds,
     )
-    if isinstance(rig, SlideBed):
-        found = slide_bed(axis, now.ways, seconds, left)
-    elif isinstance(rig, ServoPendulum):
-        found = servo_pendulum(axis, seconds, left)
-    elif isinstance(rig, JointRig):
-        found = joint(axis, seconds, left)
-    elif isinstance(rig, PreslidingRig):
-        found = presliding(replace(axis, force=np.inf), seconds, left)
-    else:
-        assert now.loads is not None  # noqa: S101 - `present` has refused the others
-        found = strokes(axis, now.loads, seconds, left)
-    return [same, *found, *_sensors(now, same), *_gauges(now)]
+    offered = proposals(axis, seconds, refusals)
+    return [same, *offered, *_sensors(now, same), *_gauges(now)]
 
 
 def _sensors(now: Present, same: Experiment) -> list[Experiment]:
@@ -256,15 +239,15 @@ def _sensors(now: Present, same: Experiment) -> list[Experiment]:
         noise = np.sqrt(rest + (min(axis.sensor, axis.noise) / FINER) ** 2)
         words = (
             "the same again with a position sensor of a third of the noise, "
-            f"{axis.place(axis.sensor / FINER)}"
+            f"{axis.shown.place(axis.sensor / FINER)}"
         )
         found.append(
             replace(same, name="finer sensor", words=words, noise=float(noise), kind="sensor")
         )
-    faster = axis.repeated(axis.interval / FASTER)
+    faster = axis.repeated(axis.shown.interval / FASTER)
     words = (
         f"the same again with a position sensor that measures {FASTER:g} times as often, at "
-        f"{FASTER / axis.interval:.3g} Hz"
+        f"{FASTER / axis.shown.interval:.3g} Hz"
     )
     if now.simulated:
         inflation = faster / FASTER  # of the samples that there are
@@ -277,7 +260,7 @@ def _sensors(now: Present, same: Experiment) -> list[Experiment]:
 def _gauges(now: Present) -> list[Experiment]:
     """A breakaway force measured by hand."""
     axis = now.axis
-    if not isinstance(axis.parameters.rig, SlideBed):
+    if not axis.parameters.rig.hand_gauge:
         return []
     names = [q.name for q in axis.parameters.free]
     at = [i for i, n in enumerate(names) if n.rstrip("+-") == "F_S"]
@@ -352,7 +335,7 @@ def _scale(now: Present, known: Array) -> str | None:
     """Whether all forces and stiffnesses share a scale that the data hardly know."""
     parameters, x = now.axis.parameters, now.axis.x
     at = [i for i, q in enumerate(parameters.free) if q.unit.startswith("N")]
-    if not isinstance(parameters.rig, SlideBed) or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
+    if not parameters.rig.known_scale or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
         return None
     along = np.zeros(len(x))
     along[at] = SURE / (len(at) * x[at])

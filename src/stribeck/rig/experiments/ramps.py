@@ -1,19 +1,15 @@
-"""What a slide bed can do next: ramps of other speeds, rests, reversals; and better sensors."""
+"""Ramps of a slide that a slow command pulls: other speeds, rests, reversals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .proposals import HOLD, Course, Left, course, ramp, simulated, thinned, within
+from .offer import HOLD, Course, Offer, OperatingRange, course
 
 if TYPE_CHECKING:
-    from .experiment import Experiment
-    from .operating_range import Axis
-
-Offer = tuple["Experiment", Sequence[Course]]
+    from collections.abc import Iterator, Sequence
 
 #: Why an axis is not reversed that was driven one way.
 ONE_WAY = (
@@ -30,22 +26,16 @@ CREEP, PAUSE, RUN = 0.1, 2.0, 10.0
 MOVE = 1.5
 
 
-def slide_bed(axis: Axis, ways: Sequence[int], seconds: float, left: Left) -> list[Experiment]:
-    """Candidates of a slide bed.
+def ramps(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
+    """Ramps, rests and reversals in the directions in which the model holds.
 
     Args:
         axis: The axis.
-        ways: Directions in which the model holds, +1 or -1 or both.
         seconds: How long each may take.
-        left: Takes what was left out, and why.
     """
-    axis = thinned(axis, seconds)
+    ways = axis.ways
     if len(ways) == 1:
-        left.append(("reversal", ONE_WAY))
-    return list(within(axis, _offers(axis, ways, seconds), left))
-
-
-def _offers(axis: Axis, ways: Sequence[int], seconds: float) -> Iterator[Offer]:
+        yield Offer("reversal", "", refusal=ONE_WAY)
     for times in SPEEDS:
         name, speed = f"ramp × {_share(times)}", times * axis.pace
         yield (_slow if times < 1 else _ramps)(axis, ways, speed, seconds, name)
@@ -56,29 +46,31 @@ def _offers(axis: Axis, ways: Sequence[int], seconds: float) -> Iterator[Offer]:
     yield _stairs(axis, ways, seconds)
 
 
-def _run_in(axis: Axis) -> float:
+def _run_in(axis: OperatingRange) -> float:
     """Way at the pace of the log that winds the drive up, before a slow motion."""
     return axis.lag if axis.lag < 0.4 * (axis.high - axis.low) else 0.0
 
 
-def _slow(axis: Axis, ways: Sequence[int], speed: float, seconds: float, name: str) -> Offer:
+def _slow(
+    axis: OperatingRange, ways: Sequence[int], speed: float, seconds: float, name: str
+) -> Offer:
     words = f"a ramp at {axis.rate(speed)}"
     return _knots(axis, ways, seconds, name, words, [(1.0, speed)])
 
 
-def _creep(axis: Axis) -> tuple[str, list[tuple[float, float]]]:
+def _creep(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
     v = CREEP * axis.pace
     words = f"{axis.rate(v)} for {RUN:g} s and a pause of {PAUSE:g} s, again and again"
     return words, [(RUN, v), (PAUSE, 0.0)]
 
 
-def _rests(axis: Axis) -> tuple[str, list[tuple[float, float]]]:
+def _rests(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
     words = f"{axis.rate(axis.pace)} for {MOVE:g} s and a rest of {PAUSE:g} s, again and again"
     return words, [(MOVE, axis.pace), (PAUSE, 0.0)]
 
 
 def _knots(
-    axis: Axis,
+    axis: OperatingRange,
     ways: Sequence[int],
     seconds: float,
     name: str,
@@ -110,14 +102,14 @@ def _knots(
         if lead
         else ""
     )
-    return simulated(axis, name, begin + first + words, courses), courses
+    return Offer(name, begin + first + words, courses)
 
 
 def _share(times: float) -> str:
     return f"{times:g}" if times >= 1 else f"1/{1 / times:g}"
 
 
-def _ends(axis: Axis, way: int, length: float) -> tuple[float, float]:
+def _ends(axis: OperatingRange, way: int, length: float) -> tuple[float, float]:
     """Where a stroke of some length begins and ends."""
     length = min(length, axis.high - axis.low)
     return (axis.low, axis.low + length) if way > 0 else (axis.high, axis.high - length)
@@ -130,13 +122,15 @@ def _each(ways: Sequence[int]) -> str:
     return "in the direction of growing position" if ways[0] > 0 else "in the other direction"
 
 
-def _ramps(axis: Axis, ways: Sequence[int], speed: float, seconds: float, name: str) -> Offer:
+def _ramps(
+    axis: OperatingRange, ways: Sequence[int], speed: float, seconds: float, name: str
+) -> Offer:
     share = seconds / len(ways)
     travel = axis.high - axis.low
     length = min(travel, speed * (share - HOLD))
     cycle = HOLD + length / speed
     many = max(1, int((share + length / speed) // (cycle + length / speed)))
-    courses = [ramp(axis, *_ends(axis, way, length), speed) for way in ways for _ in range(many)]
+    courses = [_ramp(axis, *_ends(axis, way, length), speed) for way in ways for _ in range(many)]
     first, last = _ends(axis, ways[0], length)
     count = "one ramp" if many == 1 else f"{many} ramps"
     both = " each way" if len(ways) > 1 else ""
@@ -149,10 +143,16 @@ def _ramps(axis: Axis, ways: Sequence[int], speed: float, seconds: float, name: 
         "from rest"
     )
     took = len(ways) * (many * cycle + (many - 1) * length / speed)
-    return simulated(axis, name, words, courses, seconds=took), courses
+    return Offer(name, words, courses, seconds=took)
 
 
-def _reversal(axis: Axis, way: int, seconds: float) -> Offer:
+def _ramp(axis: OperatingRange, low: float, high: float, speed: float) -> Course:
+    """From rest, one stroke at one speed, from `low` to `high` or back if they are swapped."""
+    end = HOLD + abs(high - low) / speed
+    return course(axis, [0.0, HOLD, end], [low, low, high])
+
+
+def _reversal(axis: OperatingRange, way: int, seconds: float) -> Offer:
     half = (seconds - HOLD) / 2
     a, b = _ends(axis, way, axis.pace * half)
     turn = abs(b - a) / axis.pace
@@ -161,10 +161,10 @@ def _reversal(axis: Axis, way: int, seconds: float) -> Offer:
         f"a ramp from {axis.place(a)} to {axis.place(b)} at {axis.rate(axis.pace)} and back at "
         "once, recorded both ways"
     )
-    return simulated(axis, "reversal", words, courses), courses
+    return Offer("reversal", words, courses)
 
 
-def _stairs(axis: Axis, ways: Sequence[int], seconds: float) -> Offer:
+def _stairs(axis: OperatingRange, ways: Sequence[int], seconds: float) -> Offer:
     lead, pace = _run_in(axis), axis.pace * np.array(STAIRS)
     share = seconds / len(ways) - HOLD - lead / axis.pace
     room = axis.high - axis.low - lead

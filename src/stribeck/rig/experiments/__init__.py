@@ -1,0 +1,1 @@
+"""Experiments that rigs can do: descriptions that a plan ranks."""
