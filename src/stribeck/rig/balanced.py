@@ -29,8 +29,8 @@ _F2 = types.Array(float64, 2, "C", readonly=True)
 
 #: Where the normal load, the position and the temperature stand among the five loads.
 NORMAL, POSITION, TEMPERATURE = (LOADS.index(n) for n in ("normal", "position", "temperature"))
-#: What a law's load is called in a refusal.
-_CALLED = {
+#: A law's loads in words.
+_LOAD_WORDS = {
     "drive": "the force of the drive",
     "external": "the force on the axis",
     "normal": "the normal load",
@@ -73,9 +73,9 @@ class BalancedRig(Rig):
                 f"law {law.name} has inner states, which a force balance cannot follow: identify "
                 "it by simulation, as on rig presliding"
             )
-        if strange := [n for n in law.loads if n not in self.loads]:
+        if unknown := [n for n in law.loads if n not in self.loads]:
             raise InputError(
-                f"law {law.name} depends on {_CALLED.get(strange[0], strange[0])}, which rig "
+                f"law {law.name} depends on {_LOAD_WORDS.get(unknown[0], unknown[0])}, which rig "
                 f"{self.name} does not tell apart: choose another law or rig"
             )
 

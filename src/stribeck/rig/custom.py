@@ -1,4 +1,4 @@
-"""A rig of the user's own: a small TOML file over a shipped kind."""
+"""Rigs of the user's: a small TOML file over a shipped kind."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .rig import Rig, in_si, stem
 if TYPE_CHECKING:
     from pathlib import Path
 
-#: What a person is told instead of the checker's own words.
+#: Refusals in words that fit a rig file, in place of the checker's own.
 _WORDS = {
     "extra_forbidden": "a rig file has no such word: it has kind, name, doc, law, constants, "
     "ranges and columns",
@@ -36,7 +36,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
 
 class _RigFile(BaseModel):
-    """What a rig file may say; numbers are in the units that the kind shows."""
+    """The schema of a rig file; numbers are in the units that the kind shows."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -70,8 +70,8 @@ def rig_file(path: Path) -> Rig:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {error}") from error
     try:
-        said = _RigFile.model_validate(data)
-        return _made(said, path.stem if said.name is None else said.name)
+        content = _RigFile.model_validate(data)
+        return _rig(content, path.stem if content.name is None else content.name)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
@@ -82,26 +82,26 @@ def rig_file(path: Path) -> Rig:
         raise InputError(f"{path}: {error}") from error
 
 
-def _made(said: _RigFile, name: str) -> Rig:
-    if said.kind not in RIGS:
-        raise InputError(f"no kind {said.kind!r}: there are {', '.join(RIGS)}")
-    kind = RIGS[said.kind]
-    if name in RIGS and name != said.kind:
+def _rig(content: _RigFile, name: str) -> Rig:
+    if content.kind not in RIGS:
+        raise InputError(f"no kind {content.kind!r}: there are {', '.join(RIGS)}")
+    kind = RIGS[content.kind]
+    if name in RIGS and name != content.kind:
         raise InputError(f"name {name!r} is that of a shipped rig: choose another")
     if not name.strip() or not name.isprintable():
         raise InputError(f"name {name!r}: give a name of printable characters")
-    mapping(said.columns)  # says which channels there are
+    mapping(content.columns)  # says which channels there are
     laws = kind.laws
-    if said.law is not None:
-        law_named(said.law)  # says which laws there are
-        laws = (said.law, *(law for law in kind.laws if law != said.law))
-    rig = kind.set(**said.constants)
+    if content.law is not None:
+        law_named(content.law)  # says which laws there are
+        laws = (content.law, *(law for law in kind.laws if law != content.law))
+    rig = kind.set(**content.constants)
     every = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
     by_label = {rig.label(q): q for q in every}
     ranges = {}
     # A range may be given at once for both directions, or for all elements of a law.
     stems = {stem(q.name): q for q in every.values()}
-    for label, (low, high) in said.ranges.items():
+    for label, (low, high) in content.ranges.items():
         key = by_label.get(label, label)
         param = every.get(key) or stems.get(key)
         if param is None:
@@ -112,8 +112,8 @@ def _made(said: _RigFile, name: str) -> Rig:
     return replace(
         rig,
         name=name,
-        doc=said.doc or rig.doc,
+        doc=content.doc or rig.doc,
         laws=laws,
         ranges={**rig.ranges, **ranges},
-        columns={**rig.columns, **said.columns},
+        columns={**rig.columns, **content.columns},
     )

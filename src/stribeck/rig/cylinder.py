@@ -106,8 +106,8 @@ class Cylinder(BalancedRig):
 
     def _ranged(self, param: Param) -> Param:
         """Friction per unit of pressure is an area."""
-        made = super()._ranged(param)
-        return replace(made, unit="m**2") if param.name == "mu" else made
+        ranged = super()._ranged(param)
+        return replace(ranged, unit="m**2") if param.name == "mu" else ranged
 
 
 #: 1 N/bar, m^2.

@@ -202,10 +202,10 @@ class Emps(BalancedRig):
         t, x = recording.t, recording.position
         # A hundredth of a tick more, because logs stamp their last sample with some jitter.
         clock = t[0] + self["T"] * np.arange(np.ceil((t[-1] - t[0]) / self["T"] - 0.01) + 1)
-        added = recording.extra.get(PULSES, np.zeros(len(t)))
-        voltage = 0.0 if recording.voltage is None else recording.voltage[0] - added[0]
+        pulses = recording.extra.get(PULSES, np.zeros(len(t)))
+        voltage = 0.0 if recording.voltage is None else recording.voltage[0] - pulses[0]
         start = np.array([x[0], (x[1] - x[0]) / (t[1] - t[0]), voltage])
-        return clock, np.interp(clock, t, recording.command), np.interp(clock, t, added), start
+        return clock, np.interp(clock, t, recording.command), np.interp(clock, t, pulses), start
 
 
 @compiled()

@@ -1,4 +1,4 @@
-"""What moves: a rig is its constants, its own free parameters, and how it answers a drive."""
+"""A rig: its constants, its own free parameters, and its answers to what every command asks."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Constant:
         """The value in the unit people see."""
         return float(unit(self.unit).from_si(self.value))
 
-    def given(self, shown: float) -> Self:
+    def with_value(self, shown: float) -> Self:
         """The same quantity with a value of the user's, in the unit people see."""
         value = float(unit(self.unit).to_si(shown))
         return self if value == self.value else replace(self, value=value, source="given")
@@ -63,8 +63,8 @@ _ROTARY = {
 }
 
 
-#: A name of one direction or of one element.
-_ONE = re.compile(r"(?<=^[A-Za-z])_\d+$|[+-]$")
+#: The end of a name of one direction or of one element.
+_SUFFIX = re.compile(r"(?<=^[A-Za-z])_\d+$|[+-]$")
 
 
 def stem(name: str) -> str:
@@ -72,7 +72,7 @@ def stem(name: str) -> str:
 
     `F_S+` is one of F_S, `W_3` one of W.
     """
-    return _ONE.sub("", name)
+    return _SUFFIX.sub("", name)
 
 
 def constant(name: str, shown: float, written: str, doc: str, source: str) -> Constant:
@@ -99,7 +99,9 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A kind of axis with its constants. Subclasses say how it moves.
+    """A kind of axis with its constants.
+
+    What a subclass does not answer stays as here: None, or a refusal in one line.
 
     Args:
         name: The name it is listed under.
@@ -158,14 +160,14 @@ class Rig:
     def set(self, **values: float) -> Self:
         """The same rig with other constants, given in the units it shows.
 
-        A value that differs from the one before has no source but whoever gave it.
+        The source of a value that differs from the one before is "given".
         """
         for name in values:
             self[name]
         return replace(
             self,
             constants=tuple(
-                c.given(values[c.name]) if c.name in values else c for c in self.constants
+                c.with_value(values[c.name]) if c.name in values else c for c in self.constants
             ),
         )
 

@@ -16,7 +16,8 @@ from ..space import Array
 from .experiments.commanded_strokes import commanded_strokes
 from .experiments.offer import Course, Offer, OperatingRange
 from .motion.command import Drive
-from .motion.track import Track, track
+from .motion.track import Track
+from .motion.track import track as prepared
 from .rig import Approach, Motion, Rig
 
 
@@ -62,11 +63,11 @@ class SimulatedRig(Rig):
             score: 1 for a sample that counts, 0 for one that does not.
         """
         x = recording.position
-        return track(self.drive(recording), recording.t[rows], x0, x[rows], score)
+        return prepared(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
-    def move(self, law: Law, p: Array, on: Track) -> Motion:
+    def move(self, law: Law, p: Array, track: Track) -> Motion:
         """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
-        del law, p, on
+        del law, p, track
         raise InputError(f"rig {self.name} does not say how it moves")
 
     def drive(self, recording: Recording) -> Drive:
@@ -99,10 +100,10 @@ class SimulatedRig(Rig):
         """The force of the drive that a log shows, (N,); None where it shows none."""
         return recording.force
 
-    def misfits(self, law: Law, p: Array, on: Track) -> Array:
+    def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
-        miss = on.measured - self.move(law, p, on).position
-        total: Array = (on.score * miss * miss).sum(axis=1)
+        error = track.measured - self.move(law, p, track).position
+        total: Array = (track.score * error * error).sum(axis=1)
         return total
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array | None:

@@ -66,7 +66,7 @@ def _constants() -> tuple[Constant, ...]:
     )  # fmt: skip
 
 
-#: The constants that follow from others: name, what it is made of, how.
+#: The constants that follow from others: name, those that it follows from, formula.
 _GEAR: tuple[tuple[str, tuple[str, ...], Callable[..., float]], ...] = (
     ("K_n", ("a", "l"), lambda a, lead: 2 * math.pi * a / lead if lead > 0 else math.nan),
     ("K_v", ("K_n", "eta_b", "eta_c"), lambda K_n, eta_b, eta_c: K_n * eta_b * eta_c),
@@ -92,12 +92,12 @@ class SlideBed(SimulatedRig):
     def set(self, **values: float) -> Self:
         """The same rig with other constants, in the units it shows.
 
-        K_n, K_v and K_kt follow what they are made of (nomenclature) unless given themselves.
+        K_n, K_v and K_kt follow from others (nomenclature) unless set themselves.
         """
         rig = super().set(**values)
-        for name, parts, of in _GEAR:
+        for name, parts, formula in _GEAR:
             if name not in values and not values.keys().isdisjoint(parts):
-                values[name] = of(*(rig[part] for part in parts))  # SI, as these three are shown
+                values[name] = formula(*(rig[part] for part in parts))  # shown in SI
                 rig = replace(rig, constants=tuple(
                     replace(c, value=values[name]) if c.name == name else c for c in rig.constants
                 ))  # fmt: skip
@@ -151,12 +151,11 @@ class SlideBed(SimulatedRig):
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """As `SimulatedRig.track`, with the temperature where the log has it."""
-        made = super().track(recording, rows, x0, score)
-        if recording.temperature is None:
-            return made
-        filled = with_inputs(made)
-        filled.inputs[1] = recording.temperature[rows]
-        return filled
+        track = super().track(recording, rows, x0, score)
+        if recording.temperature is not None:
+            track = with_inputs(track)
+            track.inputs[1] = recording.temperature[rows]
+        return track
 
     def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
         """Ramps, rests and reversals."""
@@ -174,7 +173,7 @@ class SlideBed(SimulatedRig):
 
     def controller(self) -> Controller:
         """The P controller of the motor: a compensator adds to F_motor, before its friction."""
-        eaten = self["F_fm"]
+        friction = self["F_fm"]
 
         def track(recording: Recording) -> Track:
             x, n = recording.position, len(recording)
@@ -186,7 +185,7 @@ class SlideBed(SimulatedRig):
 
         return Controller(
             SLIDE, SECOND, self["step"], self["tolerance"], track, constants,
-            friction=eaten if np.isfinite(eaten) else 0.0,
+            friction=friction if np.isfinite(friction) else 0.0,
         )  # fmt: skip
 
     def equation(self, law: Law) -> Equation:
@@ -211,41 +210,44 @@ class SlideBed(SimulatedRig):
         )
 
     def move(
-        self, law: Law, p: Array, on: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
+        self, law: Law, p: Array, track: Track, *, scheme: Scheme = "fast", dt: float = 1e-5
     ) -> Motion:
         """Motion over a prepared track, from rest at its start.
 
         Args:
             law: Any friction law.
             p: (n, k) parameter sets: the law's parameters, then the rig's own.
-            on: Command and sample times.
+            track: Command and sample times.
             scheme: `fast`, `reference` (plain fixed steps) or `paper` (the printed procedure).
             dt: Step of the last two, s.
         """
         laws, c = self.split(law, p)
         if scheme == "fast" and _jumps(law):
-            x, v = trajectories(law, laws, c, on)
+            x, v = trajectories(law, laws, c, track)
         elif scheme == "fast":
             from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
-            x, v, _ = motions(law, SLIDE, laws, c, with_inputs(on), self["step"], self["tolerance"])
+            x, v, _ = motions(
+                law, SLIDE, laws, c, with_inputs(track), self["step"], self["tolerance"]
+            )
         elif not law.static:
             raise InputError(f"scheme {scheme} takes laws without states, loads and terms")
         elif scheme in ("reference", "paper"):
             inner = "implicit" if scheme == "reference" else "paper"
             pairs = [
-                reference.trajectory(law, a, b, on, dt, inner) for a, b in zip(laws, c, strict=True)
+                reference.trajectory(law, a, b, track, dt, inner)
+                for a, b in zip(laws, c, strict=True)
             ]
             x, v = (np.array(part) for part in zip(*pairs, strict=True))
         else:
             raise InputError(f"scheme {scheme!r} is not one of fast, reference, paper")
-        command = np.interp(on.t, on.knots_t, on.knots_x)
-        return Motion(on.t, x, v, self.motor_force(command - x))
+        command = np.interp(track.t, track.knots_t, track.knots_x)
+        return Motion(track.t, x, v, self.motor_force(command - x))
 
-    def misfits(self, law: Law, p: Array, on: Track) -> Array:
+    def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
         laws, c = self.split(law, p)
-        return misfits(law, laws, c, on) if _jumps(law) else super().misfits(law, p, on)
+        return misfits(law, laws, c, track) if _jumps(law) else super().misfits(law, p, track)
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
         """Measured friction: what is left of the drive force at stretches e, speeds v, and a.
@@ -280,16 +282,16 @@ def _jumps(law: Law) -> bool:
     return law.static and law.sticks
 
 
-def with_inputs(on: Track) -> Track:
-    """A track whose command also stands at its samples, as laws with states are stepped.
+def with_inputs(track: Track) -> Track:
+    """A track with its command at the samples, too, as the implicit stepper reads it.
 
     The last input is what is added to the motor's force, held for a sample.
     """
-    if on.inputs.size:
-        return on
-    inputs = np.zeros((4, len(on.t)))
-    inputs[2] = np.interp(on.t, on.knots_t, on.knots_x)
-    return on._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
+    if track.inputs.size:
+        return track
+    inputs = np.zeros((4, len(track.t)))
+    inputs[2] = np.interp(track.t, track.knots_t, track.knots_x)
+    return track._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 SLIDE_BED = SlideBed(

@@ -27,12 +27,11 @@ _FEW = 8
 
 @dataclass(frozen=True, eq=False)
 class SteppedRig(SimulatedRig):
-    """A rig whose drive `implicit` knows. A new one says its inputs and its constants.
+    """A rig with one of the drives of `motion.implicit`: a subclass states inputs and coefficients.
 
     Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
-    or rad. A law with states starts where the axis would be
-    had it been pushed, from relaxed bristles, by the force of the first sample. A rig whose
-    motions start with the log takes the axis to rest there.
+    or rad. The states of a law start where the force of the first sample pushes an axis with
+    relaxed bristles. A rig with `history` starts at rest.
     """
 
     from_rest: bool = False
@@ -142,15 +141,15 @@ class SteppedRig(SimulatedRig):
         self._fits(recording)
         law_loads = (self.normal(recording), recording.temperature)
         nothing = np.zeros(len(recording))
-        every = [nothing if a is None else a for a in law_loads]
-        every += self.inputs(recording)
+        inputs = [nothing if a is None else a for a in law_loads]
+        inputs += self.inputs(recording)
         held = np.array([False, False, *self.held], dtype=float)
         return (
             super()
             .track(recording, rows, x0, score)
             ._replace(
                 v0=0.0 if self.history else _velocity(recording, rows.start),
-                inputs=np.array([a[rows] for a in every]),
+                inputs=np.array([a[rows] for a in inputs]),
                 held=held,
                 given=self.run_constants(recording),
             )
@@ -164,7 +163,7 @@ class SteppedRig(SimulatedRig):
                 "use the rig that fits the axis"
             )
 
-    def move(self, law: Law, p: Array, on: Track) -> Motion:
+    def move(self, law: Law, p: Array, track: Track) -> Motion:
         """Motion over a prepared track from its measured start; see `SimulatedRig.move`.
 
         Raises:
@@ -181,17 +180,17 @@ class SteppedRig(SimulatedRig):
         if not (0 < step < np.inf and tolerance > 0):
             raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "
                              "both must be above zero")  # fmt: skip
-        c = self.constants_of_drive(law, p[:, k:], on.given)
+        c = self.constants_of_drive(law, p[:, k:], track.given)
         from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
-        q, v, F = motions(law, self.kind, p[:, :k], c, on, step, tolerance)
-        return Motion(on.t, q, v, F)
+        q, v, F = motions(law, self.kind, p[:, :k], c, track, step, tolerance)
+        return Motion(track.t, q, v, F)
 
     def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
         """The motion under a recording's inputs, from its first sample."""
-        everything = slice(0, len(recording))
+        rows = slice(0, len(recording))
         x0 = float(recording.position[0])
-        return self.move(law, p, self.track(recording, everything, x0, np.ones(len(recording))))
+        return self.move(law, p, self.track(recording, rows, x0, np.ones(len(recording))))
 
 
 def _velocity(recording: Recording, row: int) -> float:
@@ -200,7 +199,7 @@ def _velocity(recording: Recording, row: int) -> float:
         return 0.0
     if recording.velocity is not None:
         return float(recording.velocity[row])
-    few = slice(row, row + _FEW)
-    t, x = recording.t[few], recording.position[few]
-    seen = 2.5 * step(recording.position) + 6.0 * noise(recording)  # what a sensor can tell
-    return float(np.polyfit(t - t[0], x, 2)[-2]) if np.ptp(x) > seen else 0.0
+    rows = slice(row, row + _FEW)
+    t, x = recording.t[rows], recording.position[rows]
+    resolution = 2.5 * step(recording.position) + 6.0 * noise(recording)
+    return float(np.polyfit(t - t[0], x, 2)[-2]) if np.ptp(x) > resolution else 0.0

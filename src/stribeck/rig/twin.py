@@ -113,18 +113,18 @@ class TestBed:
         t = np.arange(0.0, drive.t[-1] + 0.5 / self.rate, 1.0 / self.rate)
         motion = self.rig.move(law, p[None], track(drive, t, x0))
         echo, amperes = (np.random.default_rng(s) for s in SeedSequence(seed).spawn(2))
-        seen = self._transducer(t, motion.position[0], echo)
+        echoed = self._transducer(t, motion.position[0], echo)
         current = motion.force[0] / (self.rig["K_t"] * self.rig["K_v"])
         current = current + self.current_noise * amperes.standard_normal(len(t))
-        read = self._convert(current, CURRENT_SPAN)
+        amperes_read = self._convert(current, CURRENT_SPAN)
         return Twin(
             Recording(
                 t=t,
-                position=self._convert(seen, POSITION_SPAN),
+                position=self._convert(echoed, POSITION_SPAN),
                 command=drive(t),
-                velocity=self._convert(self._differentiate(seen), VELOCITY_SPAN),
-                current=read,
-                force=read * self.rig["K_t"] * self.rig["K_v"],
+                velocity=self._convert(self._differentiate(echoed), VELOCITY_SPAN),
+                current=amperes_read,
+                force=amperes_read * self.rig["K_t"] * self.rig["K_v"],
             ),
             motion,
             law,
@@ -134,11 +134,11 @@ class TestBed:
         )
 
     def _transducer(self, t: Array, x: Array, rng: np.random.Generator) -> Array:
-        """The distance as the last echo said: noisy, and held until the next."""
+        """The distance of the last echo: noisy, and held until the next."""
         echo = np.floor(t * self.echo_rate + 1e-9).astype(int)
         noise = self.echo_noise * rng.standard_normal(echo[-1] + 1)
-        seen: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
-        return seen
+        distance: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
+        return distance
 
     def _differentiate(self, x: Array) -> Array:
         """The analogue differentiator s w^2 / (s^2 + sqrt(2) w s + w^2), sampled (bilinear)."""
@@ -147,7 +147,7 @@ class TestBed:
         return np.asarray(lfilter(b, a, x - x[0]), dtype=float)
 
     def _convert(self, values: Array, span: tuple[float, float]) -> Array:
-        """What the analogue-to-digital converter makes of a signal over its span."""
+        """A signal as the analogue-to-digital converter reads it over its span."""
         low, high = span
         levels = 2**self.bits
         code = np.clip(np.floor((values - low) / (high - low) * levels), 0, levels - 1)

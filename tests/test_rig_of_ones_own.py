@@ -1,0 +1,171 @@
+"""A new rig is one class and one entry in RIGS: all commands take it, or name what it lacks."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from command import Said, caller
+from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
+from stribeck.rig.equation import FIRST, THIRD, Equation, Input
+from stribeck.rig.motion.track import JOINT, Track
+from stribeck.rig.rig import Motion, constant
+from stribeck.rig.simulated import SimulatedRig
+from stribeck.rig.stepped import SteppedRig
+from stribeck.space import Array
+
+
+@dataclass(frozen=True, eq=False)
+class BeltAxis(SteppedRig):
+    """M dv/dt = clip(k_f kv (kp (x_c − x) − v), k_f i_max) − offset − F_f: a cascade of its own."""
+
+    kind: ClassVar[int] = JOINT
+    held: ClassVar[tuple[bool, ...]] = (False, False, False)
+    entry: ClassVar[int | None] = THIRD
+
+    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+        if recording.command is None:
+            raise InputError(f"{recording.label}: rig {self.name} needs a command")
+        nothing = np.zeros(len(recording))
+        return recording.command, nothing, nothing
+
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        per_speed = values["k_f"] * values["kv"]
+        most = values["k_f"] * values["i_max"]
+        return values["mass"], per_speed * values["kp"], per_speed, 0, 0, values["pull"], most
+
+    def equation(self, law: Law) -> Equation:
+        del law
+        return Equation(
+            self.kind,
+            "mass a = clip(k_f kv (kp (command − x) − v) + added_force, k_f i_max) − pull − F_f",
+            (
+                Input("command", "m", "commanded position", FIRST),
+                Input("added_force", "N", "added to the drive's force", THIRD),
+            ),
+            ("kp", "kv", "k_f", "i_max"),
+            self.coefficients,
+            own_step=True,
+        )
+
+
+BELT = BeltAxis(
+    name="belt",
+    doc="a belt axis under a cascade of proportional loops",
+    cite="this test",
+    constants=(
+        constant("kp", 20.0, "1/s", "gain of the position loop", "the drive"),
+        constant("kv", 0.8, "A s/m", "gain of the velocity loop", "the drive"),
+        constant("k_f", 60.0, "N/A", "force constant", "the data sheet"),
+        constant("i_max", 8.0, "A", "largest current", "the data sheet"),
+        constant("step", 5.0, "ms", "longest step", "a choice"),
+        constant("tolerance", 1e-3, "mm", "way by which a step may be off", "a choice"),
+    ),
+    params=(
+        Param("mass", 0.5, 10.0, "kg", "m", True, doc="moving mass"),
+        Param("pull", -5.0, 5.0, "N", "F_0", doc="constant force"),
+    ),
+    laws=("coulomb-viscous", "stribeck"),
+    ranges={"F_C": (0.0, 20.0), "F_V": (0.0, 20.0)},
+    shows={"position": "mm", "velocity": "mm/s"},
+)
+#: F_C, F_V, mass, pull.
+TRUTH = np.array([6.0, 4.0, 2.5, 0.5])
+
+
+@dataclass(frozen=True, eq=False)
+class Carried(SimulatedRig):
+    """An axis that goes where it is told: it says how it moves, and no more."""
+
+    def move(self, law: Law, p: Array, on: Track) -> Motion:
+        del law
+        x = np.tile(np.interp(on.t, on.knots_t, on.knots_x), (len(p), 1)) + p[:, :1] * 1e-4
+        return Motion(on.t, x, np.gradient(x, on.t, axis=1), 0 * x)
+
+
+CARRIED = Carried(
+    name="carried", doc="an axis that goes where it is told", cite="this test",
+    laws=("coulomb-viscous",),
+)  # fmt: skip
+
+
+def command(t: Array) -> Array:
+    """Strokes of 50 mm at 50 mm/s with rests, m."""
+    return np.interp(t % 4.0, [0.0, 0.5, 1.5, 2.0, 2.5, 3.5, 4.0], [0, 0, 0.05, 0.05, 0.05, 0, 0])
+
+
+@pytest.fixture
+def stribeck(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Said]:
+    for rig in (BELT, CARRIED):
+        monkeypatch.setitem(RIGS, rig.name, rig)
+    return caller(monkeypatch, capsys)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    t = np.arange(0.0, 8.0, 0.01)
+    goal = command(t)
+    still = Recording(t=t, position=np.full(len(t), goal[0]), command=goal)
+    motion = BELT.simulate(LAWS["coulomb-viscous"], TRUTH[None], still)
+    x = motion.position[0] + 2e-6 * np.random.default_rng(0).standard_normal(len(t))
+    path = tmp_path / "belt.csv"
+    rows = np.column_stack([t, x, goal])
+    np.savetxt(path, rows, delimiter=",", header="time [s],position [m],command [m]", comments="")
+    return path
+
+
+def succeeded(said: Said) -> str:
+    assert said.status == 0, said.err
+    return said.out
+
+
+def test_every_command_takes_it(stribeck: Callable[..., Said], log: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    told = succeeded(stribeck(
+        "identify", str(log), "--rig", "belt", "--set", "pull=0.5", "--budget", "400",
+        "--repeats", "1", "--out", str(out),
+    ))  # fmt: skip
+    assert "F_C" in told
+    card = str(out / "card.json")
+    (out / "report.html").unlink()
+    succeeded(stribeck("report", str(out)))
+    assert "a belt axis under a cascade" in (out / "report.html").read_text(encoding="utf-8")
+    told = succeeded(stribeck("compensate", card, "--scale", "0.8", "--mode", "reference"))
+    assert "coulomb-viscous on belt: RMS" in told
+    assert "strokes × 2" in succeeded(stribeck("plan", card, "--seconds", "4"))
+    unit = tmp_path / "belt.fmu"
+    succeeded(stribeck("export", card, "--to", "fmu", "--out", str(unit)))
+    with zipfile.ZipFile(unit) as archive:
+        header = archive.read("sources/axis_model.h").decode()
+    assert "c[1] = ((r[R_k_f] * r[R_kv]) * r[R_kp]);" in header
+    for target, name in (
+        ("c", "c"), ("matlab", "matlab"), ("st", "friction.st"), ("plcopen", "friction.xml"),
+        ("modelica", "Friction.mo"), ("table", "friction.csv"),
+    ):  # fmt: skip
+        succeeded(stribeck("export", card, "--to", target, "--out", str(tmp_path / name)))
+
+
+def test_what_it_does_not_answer_is_named(
+    stribeck: Callable[..., Said], log: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    succeeded(stribeck(
+        "identify", str(log), "--rig", "carried", "--method", "random", "--budget", "20",
+        "--repeats", "1", "--out", str(out),
+    ))  # fmt: skip
+    card = str(out / "card.json")
+    said = stribeck("compensate", card)
+    assert said.status == 2
+    assert "rig carried has no controller to add a compensation to: " in said.err
+    assert said.err.rstrip().endswith("joint and belt have one")
+    said = stribeck("export", card, "--to", "fmu", "--out", str(tmp_path / "carried.fmu"))
+    assert said.status == 2
+    assert "rig carried has no equation of motion that could be stepped" in said.err
