@@ -24,8 +24,8 @@ from numba import config
 from numba.core.caching import IndexDataCacheFile
 from numba.misc.appdirs import AppDirs
 
-#: What all files take at most, bytes; everything there is to compile takes 3 MB.
-MOST_BYTES = 64 << 20
+#: What all files take at most, bytes; everything there is to compile takes 10 MB.
+MOST_BYTES = 128 << 20
 #: So old may the mark of a file's last use be, s.
 _DAY = 86_400.0
 #: What a folder that is read may not allow: to be written by its group or by others.
