@@ -48,7 +48,7 @@ BLANKED = (
 )
 #: Lines of standard error that come by the clock, or where something is compiled.
 PROGRESS = re.compile(
-    r"^[\d,]+/[\d,]+ (?:evaluations|runs), |: [\d,]+ evaluations, best |compil|% of the work, "
+    r"^[\d,]+/[\d,]+ (?:evaluations, |runs)|: [\d,]+ evaluations, best |compil|% of the work, "
 )
 #: Fields of JSON that are about the run and not its result.
 IGNORED = frozenset({"seconds", "software"})
