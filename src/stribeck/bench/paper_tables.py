@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..report.format import DASH
-from ..report.table import Cell, Table
+from ..report import DASH, Cell, Table
 from ..space import Array
 from .record import Record
 from .statistics import cells

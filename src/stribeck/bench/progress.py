@@ -17,7 +17,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from ..report.format import duration
+from ..report import duration
 from .record import Failure, Job, Record
 
 #: Redraws a second on a terminal.

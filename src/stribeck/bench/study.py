@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..report import FORMS, Cell, Table
 from ..report.folder import write_files, write_text
-from ..report.table import FORMS, Cell, Table
 from . import paper_tables
 from .problems import problem
 from .record import Failure, Job, Record

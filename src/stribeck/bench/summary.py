@@ -19,9 +19,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from PIL import Image
 
 from .._version import __version__
+from ..report import FORMS, Table, as_entered, duration
 from ..report.folder import write_text
-from ..report.format import as_entered, duration
-from ..report.table import FORMS, Table
 from .campaign import parsed, shipped
 from .record import Failure, Job, Record
 

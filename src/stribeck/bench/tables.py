@@ -12,8 +12,7 @@ from statistics import median_low
 import numpy as np
 
 from ..errors import InputError
-from ..report.format import DASH, grouped
-from ..report.table import Cell, Table
+from ..report import DASH, Cell, Table, grouped
 from ..space import Array
 from .comparison import Comparison, compare, compare_over_problems, holm
 from .record import Job, Record

@@ -1,1 +1,1 @@
-"""A fit as one page that needs no network, and the file it is made from."""
+"""A fit as one page that needs no network: its tables, and the script that draws its plots."""
