@@ -13,6 +13,7 @@ import pytest
 from stribeck import InputError, Recording, cli, identify, read, read_card, validate
 from stribeck.friction import LAWS, law_named
 from stribeck.identify.balance.balance import balance
+from stribeck.identify.parameters import Parameters
 from stribeck.rig import RIGS
 from stribeck.rig.balanced import rubs
 from stribeck.rig.custom import rig_file
@@ -149,7 +150,7 @@ def test_laws_that_a_force_balance_cannot_follow(law: str, rig: str, words: str)
     made = replace(log(1), rotary=RIGS[rig].rotary)
     one: Any = RIGS[rig]
     with pytest.raises(InputError, match=words) as told:
-        balance(made, LAWS[law], one)
+        balance(made, Parameters.declared(one, LAWS[law]))
     assert "\n" not in str(told.value)
 
 
@@ -157,7 +158,7 @@ def test_a_cylinder_needs_a_pressure_and_a_temperature_term_a_temperature() -> N
     with pytest.raises(InputError, match="needs the pressure in the cylinder"):
         identify(replace(log(1), pressure=None), rig="cylinder")
     with pytest.raises(InputError, match="needs a temperature"):
-        balance(log(1), law_named("coulomb-viscous+temperature"), FORCED)
+        balance(log(1), Parameters.declared(FORCED, law_named("coulomb-viscous+temperature")))
 
 
 def test_a_temperature_term_multiplies_all_friction() -> None:
@@ -166,7 +167,9 @@ def test_a_temperature_term_multiplies_all_friction() -> None:
     x, v, a = 0.04 * np.sin(w * T), 0.04 * w * np.cos(w * T), -0.04 * w * w * np.sin(w * T)
     warm = 293.15 + T
     force = 5 * a + (8 * np.sign(v) + 200 * v) * (1 - 0.01 * (warm - 293.15))
-    found = balance(Recording(T, x, force=force, temperature=warm), law, FORCED)
+    found = balance(
+        Recording(T, x, force=force, temperature=warm), Parameters.declared(FORCED, law)
+    )
     assert found["temp_slope"] == pytest.approx(-0.01, rel=0.02)
     assert found["F_C"] == pytest.approx(8.0, rel=0.02)
 

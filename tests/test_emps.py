@@ -14,6 +14,7 @@ from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS
 from stribeck.identify.balance.balance import Balance, balance, validate
+from stribeck.identify.parameters import Parameters
 from stribeck.rig import emps
 from stribeck.rig.balanced import slips
 from stribeck.rig.emps import EMPS
@@ -48,7 +49,7 @@ def pulses() -> Recording:
 
 @pytest.fixture(scope="module")
 def found(log: Recording) -> Balance:
-    return balance(log, SYMMETRIC, EMPS)
+    return balance(log, Parameters.declared(EMPS, SYMMETRIC))
 
 
 def printed(value: float, decimals: int = 4) -> float:
@@ -85,7 +86,7 @@ def test_its_condition_number_and_errors_are_the_published_ones(found: Balance) 
 
 @real
 def test_direction_dependent_model_is_the_published_one(log: Recording) -> None:
-    found = balance(log, DIRECTIONAL, EMPS)
+    found = balance(log, Parameters.declared(EMPS, DIRECTIONAL))
     assert {n: printed(found[n]) for n in found.names} == {
         "F_C+": 20.1440,
         "F_V+": 166.7061,
@@ -98,7 +99,10 @@ def test_direction_dependent_model_is_the_published_one(log: Recording) -> None:
 
 @real
 def test_cross_test_on_the_pulses_is_the_published_one(found: Balance, pulses: Recording) -> None:
-    assert printed(validate(pulses, SYMMETRIC, EMPS, found.values).relative_error) == 5.9824
+    assert (
+        printed(validate(pulses, Parameters.declared(EMPS, SYMMETRIC), found.values).relative_error)
+        == 5.9824
+    )
 
 
 @real
@@ -106,7 +110,7 @@ def test_force_follows_from_the_voltage_where_a_log_has_no_force(
     log: Recording, found: Balance
 ) -> None:
     alone = Recording(t=log.t, position=log.position, voltage=log.voltage)
-    again = balance(alone, SYMMETRIC, EMPS)
+    again = balance(alone, Parameters.declared(EMPS, SYMMETRIC))
     np.testing.assert_allclose(again.values, found.values, rtol=1e-9)
 
 
@@ -148,7 +152,7 @@ def test_the_logged_voltage_is_the_controller_s(log: Recording) -> None:
 def test_no_confident_stribeck_parameters_from_data_that_has_none(
     log: Recording, found: Balance, name: str
 ) -> None:
-    seen = balance(log, LAWS[name], EMPS)
+    seen = balance(log, Parameters.declared(EMPS, LAWS[name]))
     assert seen.relative_error <= found.relative_error + 1e-9  # it holds the Coulomb law
     for n in seen.names:
         if n.startswith(("F_S", "v_SS")):
@@ -166,11 +170,15 @@ def test_no_confident_stribeck_parameters_from_data_that_has_none(
 def test_rows_can_be_held_out(log: Recording, found: Balance) -> None:
     half = np.zeros(len(log), dtype=bool)
     half[: len(log) // 2] = True
-    first, second = (balance(log, SYMMETRIC, EMPS, rows=[m]) for m in (half, ~half))
+    first, second = (
+        balance(log, Parameters.declared(EMPS, SYMMETRIC), rows=[m]) for m in (half, ~half)
+    )
     assert first.rows + second.rows == found.rows
     assert first["M"] != second["M"]
     assert first["M"] == pytest.approx(second["M"], rel=0.02)
-    both = balance([log, log], SYMMETRIC, EMPS, rows=[half, slice(len(log) // 2, None)])
+    both = balance(
+        [log, log], Parameters.declared(EMPS, SYMMETRIC), rows=[half, slice(len(log) // 2, None)]
+    )
     np.testing.assert_allclose(both.values, found.values, rtol=1e-10)
 
 

@@ -19,6 +19,7 @@ from stribeck.friction import LAWS
 from stribeck.friction.orders import orders
 from stribeck.identify.balance import variable_projection
 from stribeck.identify.balance.balance import Balance, balance, validate
+from stribeck.identify.parameters import Parameters
 from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.emps import EMPS
 from stribeck.rig.forced import FORCED, FORCED_ROTARY
@@ -74,7 +75,7 @@ def noisy(recording: Recording, sd: float, rng: np.random.Generator) -> Recordin
 
 @pytest.mark.parametrize("law", list(TRUTH))
 def test_exact_motion_gives_the_parameters_back(law: str) -> None:
-    found = balance(log(law), LAWS[law], FORCED)
+    found = balance(log(law), Parameters.declared(FORCED, LAWS[law]))
     # Central differences of the fastest tone are off by (w T)^2 / 3 = 1e-6, weighted by its share.
     np.testing.assert_allclose(
         found.values, truth(law), rtol=5e-6 if LAWS[law].directional else 1e-6
@@ -86,7 +87,7 @@ def test_exact_motion_gives_the_parameters_back(law: str) -> None:
 def test_the_error_of_recovery_is_that_of_the_differences_and_falls_with_their_square() -> None:
     def off(rate: float) -> float:
         fine = Filtering(cutoff_hz=rate / 10, edge=(490 / rate, 490 / rate), decimation=1)
-        found = balance(log(rate=rate), COULOMB, FORCED, filtering=fine)
+        found = balance(log(rate=rate), Parameters.declared(FORCED, COULOMB), filtering=fine)
         return abs(found["M"] / 95.0 - 1)
 
     assert off(250.0) / off(1000.0) == pytest.approx(16.0, rel=0.15)
@@ -96,14 +97,14 @@ def test_a_free_exponent_is_found_too() -> None:
     p = truth("stribeck")
     p[4] = 2.0
     params = [replace(q, fixed=None) for q in FORCED.parameters(STRIBECK)]
-    found = balance(log("stribeck", p=p), STRIBECK, FORCED, params=params)
+    found = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK, params))
     np.testing.assert_allclose(found.values, p, rtol=1e-3)
     assert np.isfinite(found.standard_errors).all()
 
 
 def test_rotary_axis() -> None:
     p = np.array([0.3, 0.05, 0.02, 0.1])
-    found = balance(log(p=p, rig=FORCED_ROTARY), COULOMB, FORCED_ROTARY)
+    found = balance(log(p=p, rig=FORCED_ROTARY), Parameters.declared(FORCED_ROTARY, COULOMB))
     np.testing.assert_allclose(found.values, p, rtol=1e-5)
     assert [q.unit for q in FORCED_ROTARY.parameters(COULOMB)] == [
         "N m", "N m s/rad", "kg m**2", "N m",
@@ -116,11 +117,13 @@ def test_rotary_axis() -> None:
 def spreads(filtering: Filtering, runs: int, seed: int) -> tuple[Array, tuple[str, ...]]:
     """Squared errors over claimed variances, summed over runs: chi-square if errors are right."""
     clean = log(rate=100.0, seconds=20.0)
-    exact = balance(clean, COULOMB, FORCED, filtering=filtering)
+    exact = balance(clean, Parameters.declared(FORCED, COULOMB), filtering=filtering)
     rng = np.random.default_rng(seed)
     total = np.zeros(4)
     for _ in range(runs):
-        found = balance(noisy(clean, 2.0, rng), COULOMB, FORCED, filtering=filtering)
+        found = balance(
+            noisy(clean, 2.0, rng), Parameters.declared(FORCED, COULOMB), filtering=filtering
+        )
         total += ((found.values - exact.values) / found.standard_errors) ** 2
     return total, exact.names
 
@@ -152,13 +155,17 @@ def test_robust_errors_hold_where_noise_is_correlated() -> None:
     # small by up to a third in variance at this length (Andrews 1991), hence the factor.
     runs, rho, clean = 200, 0.9, log(rate=100.0, seconds=60.0)
     raw = Filtering(decimation=1)
-    exact = balance(clean, COULOMB, FORCED, filtering=raw).values
+    exact = balance(clean, Parameters.declared(FORCED, COULOMB), filtering=raw).values
     rng = np.random.default_rng(20190412)
     claimed, robust = np.zeros((2, 4))
     for _ in range(runs):
         noise = lfilter([1.0], [1.0, -rho], rng.standard_normal(len(clean)))
         assert clean.force is not None
-        found = balance(replace(clean, force=clean.force + noise), COULOMB, FORCED, filtering=raw)
+        found = balance(
+            replace(clean, force=clean.force + noise),
+            Parameters.declared(FORCED, COULOMB),
+            filtering=raw,
+        )
         claimed += ((found.values - exact) / found.standard_errors) ** 2
         robust += ((found.values - exact) / found.robust_errors) ** 2
     low, high = (float(chi2.ppf(q, runs)) for q in (1e-4, 1 - 1e-4))
@@ -169,7 +176,7 @@ def test_robust_errors_hold_where_noise_is_correlated() -> None:
 
 def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(16))
-    found = balance(data, COULOMB, FORCED, filtering=Filtering(decimation=1))
+    found = balance(data, Parameters.declared(FORCED, COULOMB), filtering=Filtering(decimation=1))
     ratio = found.robust_errors / found.standard_errors
     assert (ratio >= 1.0).all()
     assert (ratio < 1.2).all(), ratio
@@ -196,7 +203,7 @@ def test_a_log_that_is_shorter_than_what_residuals_remember_adds_what_it_has() -
 
 def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
     rng = np.random.default_rng(7)
-    found = balance(noisy(log(), 2.0, rng), STRIBECK, FORCED)
+    found = balance(noisy(log(), 2.0, rng), Parameters.declared(FORCED, STRIBECK))
     assert found.standard_error("v_SS") > 0.5 * found["v_SS"]
     own = found.standard_error("F_S")  # the level at rest, in truth F_C
     assert abs(found["F_S"] - 20.0) < 5 * own
@@ -230,7 +237,7 @@ def with_(law: str, **changes: dict[str, float]) -> list[Param]:
 
 def test_a_fixed_parameter_stays_and_the_others_make_do() -> None:
     params = with_("coulomb-viscous", M={"fixed": 95.0}, offset={"fixed": -3.0})
-    found = balance(log(), COULOMB, FORCED, params=params)
+    found = balance(log(), Parameters.declared(FORCED, COULOMB, params))
     assert found.free == ("F_C", "F_V")
     assert (found["M"], found["offset"]) == (95.0, -3.0)
     assert np.isnan(found.standard_error("M"))
@@ -239,7 +246,9 @@ def test_a_fixed_parameter_stays_and_the_others_make_do() -> None:
 
 
 def test_a_bound_holds_and_is_said() -> None:
-    found = balance(log(), COULOMB, FORCED, params=with_("coulomb-viscous", F_V={"upper": 150.0}))
+    found = balance(
+        log(), Parameters.declared(FORCED, COULOMB, with_("coulomb-viscous", F_V={"upper": 150.0}))
+    )
     assert found["F_V"] == 150.0
     assert found.at_bound == {"F_V": "upper"}
     assert found.standard_error("F_V") == np.inf
@@ -249,7 +258,7 @@ def test_a_bound_holds_and_is_said() -> None:
 def test_friction_never_pushes() -> None:
     p = truth("coulomb-viscous")
     p[1] = -50.0  # a log that no friction explains
-    found = balance(log(p=p), COULOMB, FORCED)
+    found = balance(log(p=p), Parameters.declared(FORCED, COULOMB))
     assert found["F_V"] == 0.0
     assert found.at_bound == {"F_V": "lower"}
 
@@ -257,7 +266,7 @@ def test_friction_never_pushes() -> None:
 def test_static_friction_may_not_fall_below_coulomb_s() -> None:
     p = truth("stribeck")
     p[0] = 10.0  # the reverse of a Stribeck curve
-    found = balance(log("stribeck", p=p), STRIBECK, FORCED)
+    found = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK))
     assert found["F_S"] == found["F_C"]
     assert found.at_bound["F_S"] == "F_C"
 
@@ -282,8 +291,10 @@ def test_both_directions_tied_are_the_symmetric_law() -> None:
     rng = np.random.default_rng(3)
     data = noisy(log(p=p), 2.0, rng)
     tied = {"F_C-": "F_C+", "F_V-": "F_V+"}
-    two = balance(data, DIRECTIONAL, FORCED, tied=tied)
-    one = balance(data, COULOMB, FORCED, params=with_("coulomb-viscous", offset={"fixed": 0.0}))
+    two = balance(data, Parameters.declared(FORCED, DIRECTIONAL, tied=tied))
+    one = balance(
+        data, Parameters.declared(FORCED, COULOMB, with_("coulomb-viscous", offset={"fixed": 0.0}))
+    )
     np.testing.assert_allclose(two.values[[0, 1, 4]], one.values[:3], rtol=1e-9)
     assert two["F_C-"] == two["F_C+"]
     assert two.relative_error == pytest.approx(one.relative_error, rel=1e-9)
@@ -293,7 +304,7 @@ def test_both_directions_tied_are_the_symmetric_law() -> None:
 def test_equal_directions_are_found_equal() -> None:
     p = truth("coulomb-viscous")
     p[3] = 0.0
-    found = balance(log(p=p), DIRECTIONAL, FORCED)
+    found = balance(log(p=p), Parameters.declared(FORCED, DIRECTIONAL))
     np.testing.assert_allclose(found.values, p[[0, 1, 0, 1, 2]], rtol=1e-5)
 
 
@@ -354,11 +365,11 @@ def test_triangle_keeps_every_length_and_angle(
 @pytest.mark.parametrize(("force", "length"), [(1000.0, 1.0), (1.0, 1e-3), (0.2, 30.0)])
 def test_other_units_give_the_same_physics(force: float, length: float) -> None:
     data = noisy(log(), 2.0, np.random.default_rng(11))
-    one = balance(data, COULOMB, FORCED)
+    one = balance(data, Parameters.declared(FORCED, COULOMB))
     assert data.force is not None
     scaled = replace(data, force=force * data.force, position=length * data.position)
     wide = [replace(q, lower=-1e9, upper=1e9) for q in FORCED.parameters(COULOMB)]
-    two = balance(scaled, COULOMB, FORCED, params=wide)
+    two = balance(scaled, Parameters.declared(FORCED, COULOMB, wide))
     factors = np.array([force, force / length, force / length, force])
     np.testing.assert_allclose(two.values, factors * one.values, rtol=1e-8)
     np.testing.assert_allclose(two.standard_errors, factors * one.standard_errors, rtol=1e-8)
@@ -368,7 +379,10 @@ def test_other_units_give_the_same_physics(force: float, length: float) -> None:
 
 def test_a_log_twice_is_the_same_answer_with_smaller_errors() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(12))
-    one, two = balance(data, COULOMB, FORCED), balance([data, data], COULOMB, FORCED)
+    one, two = (
+        balance(data, Parameters.declared(FORCED, COULOMB)),
+        balance([data, data], Parameters.declared(FORCED, COULOMB)),
+    )
     np.testing.assert_allclose(two.values, one.values, rtol=1e-9)
     np.testing.assert_allclose(two.standard_errors, one.standard_errors / np.sqrt(2), rtol=1e-3)
     assert two.rows == 2 * one.rows
@@ -376,13 +390,13 @@ def test_a_log_twice_is_the_same_answer_with_smaller_errors() -> None:
 
 
 def test_logs_of_different_rates_stack() -> None:
-    found = balance([log(), log(rate=250.0)], COULOMB, FORCED)
+    found = balance([log(), log(rate=250.0)], Parameters.declared(FORCED, COULOMB))
     np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
 
 
 def test_signals_are_the_forces_themselves() -> None:
     data = log()
-    (s,) = balance(data, COULOMB, FORCED).signals
+    (s,) = balance(data, Parameters.declared(FORCED, COULOMB)).signals
     _, v, a = motion(s.t)
     inner = slice(20, -20)  # the decimation filter lacks neighbours outside
     assert data.force is not None
@@ -405,16 +419,21 @@ def test_rows_left_out_do_not_matter() -> None:
     bad = replace(data, force=spoilt)
     keep = np.ones(len(data), dtype=bool)
     keep[11_500:13_500] = False  # and what the decimation filter spreads around them
-    found = balance(bad, COULOMB, FORCED, rows=[keep])
+    found = balance(bad, Parameters.declared(FORCED, COULOMB), rows=[keep])
     np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
-    assert validate(bad, COULOMB, FORCED, found.values, rows=[keep]).relative_error < 0.01
-    assert validate(bad, COULOMB, FORCED, found.values).relative_error > 10
+    assert (
+        validate(
+            bad, Parameters.declared(FORCED, COULOMB), found.values, rows=[keep]
+        ).relative_error
+        < 0.01
+    )
+    assert validate(bad, Parameters.declared(FORCED, COULOMB), found.values).relative_error > 10
 
 
 def test_validation_of_the_same_log_repeats_the_fit_s_numbers() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(13))
-    found = balance(data, COULOMB, FORCED)
-    seen = validate(data, COULOMB, FORCED, found.values)
+    found = balance(data, Parameters.declared(FORCED, COULOMB))
+    seen = validate(data, Parameters.declared(FORCED, COULOMB), found.values)
     assert seen.relative_error == pytest.approx(found.relative_error, rel=1e-12)
     assert seen.residual_sd == pytest.approx(found.residual_sd, rel=1e-12)
     # White noise of 2 N keeps 0.8 of a tenth of its power.
@@ -473,7 +492,7 @@ def test_filtering_follows_the_rate() -> None:
 def test_irregular_sampling_is_resampled_and_said() -> None:
     rng = np.random.default_rng(15)
     t = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 30_000))
-    found = balance(log(t=t), COULOMB, FORCED)
+    found = balance(log(t=t), Parameters.declared(FORCED, COULOMB))
     np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-3)
     assert any("sampled irregularly, resampled" in note for note in found.notes)
 
@@ -487,8 +506,10 @@ def test_what_lies_in_a_gap_is_not_used() -> None:
     missing = (e.t > 8.9995) & (e.t < 11.9995)
     assert not e.known[missing].any()
     assert e.known[~missing].all()
-    found = balance(data, COULOMB, FORCED)
-    assert found.rows == pytest.approx(0.9 * balance(whole, COULOMB, FORCED).rows, abs=2)
+    found = balance(data, Parameters.declared(FORCED, COULOMB))
+    assert found.rows == pytest.approx(
+        0.9 * balance(whole, Parameters.declared(FORCED, COULOMB)).rows, abs=2
+    )
     np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=2e-3)
 
 
@@ -502,10 +523,10 @@ def test_rest_is_noticed_and_can_be_left_out() -> None:
     force = FORCED.force(COULOMB, truth("coulomb-viscous"), v, a)
     force = np.where(moving, force, 15.0)  # held below breakaway
     data = Recording(t=t, position=x, force=force)
-    found = balance(data, COULOMB, FORCED)
+    found = balance(data, Parameters.declared(FORCED, COULOMB))
     assert any("at or near rest" in note for note in found.notes)
     assert abs(found["offset"] + 3.0) > 1.0  # rest pulls it away
-    better = balance(data, COULOMB, FORCED, filtering=Filtering(slowest=0.02))
+    better = balance(data, Parameters.declared(FORCED, COULOMB), filtering=Filtering(slowest=0.02))
     np.testing.assert_allclose(better.values, truth("coulomb-viscous"), rtol=0.01)
     assert not any("at or near rest" in note for note in better.notes)
 
@@ -519,19 +540,46 @@ T2 = np.arange(3000) / 1000.0
     ("call", "says"),
     [
         (
-            lambda: balance(Recording(t=T2, position=T2), COULOMB, FORCED),
+            lambda: balance(Recording(t=T2, position=T2), Parameters.declared(FORCED, COULOMB)),
             "needs the measured force",
         ),
-        (lambda: balance(Recording(t=T2, position=T2), COULOMB, EMPS), "needs the measured force"),
-        (lambda: balance(log(), COULOMB, FORCED_ROTARY), "position is a length"),
-        (lambda: balance(log(rig=FORCED_ROTARY), COULOMB, FORCED), "position is an angle"),
-        (lambda: balance(log(seconds=0.1), COULOMB, FORCED), "too few to filter"),
-        (lambda: balance([], COULOMB, FORCED), "no recording"),
-        (lambda: balance(log(), COULOMB, FORCED, rows=[None, None]), "2 of 1 recordings"),
-        (lambda: balance(log(), COULOMB, FORCED, rows=[slice(0, 0)]), "no rows are left"),
-        (lambda: balance(log(), COULOMB, FORCED, rows=[slice(0, 80)]), "rows cannot tell"),
-        (lambda: balance(log(), COULOMB, FORCED, params=fixed_all()), "no parameter is left"),
-        (lambda: balance(log(), COULOMB, FORCED, tied={"F_C": "F_Q"}), "cannot be tied"),
+        (
+            lambda: balance(Recording(t=T2, position=T2), Parameters.declared(EMPS, COULOMB)),
+            "needs the measured force",
+        ),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED_ROTARY, COULOMB)),
+            "position is a length",
+        ),
+        (
+            lambda: balance(log(rig=FORCED_ROTARY), Parameters.declared(FORCED, COULOMB)),
+            "position is an angle",
+        ),
+        (
+            lambda: balance(log(seconds=0.1), Parameters.declared(FORCED, COULOMB)),
+            "too few to filter",
+        ),
+        (lambda: balance([], Parameters.declared(FORCED, COULOMB)), "no recording"),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED, COULOMB), rows=[None, None]),
+            "2 of 1 recordings",
+        ),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 0)]),
+            "no rows are left",
+        ),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 80)]),
+            "rows cannot tell",
+        ),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED, COULOMB, fixed_all())),
+            "no parameter is left",
+        ),
+        (
+            lambda: balance(log(), Parameters.declared(FORCED, COULOMB, tied={"F_C": "F_Q"})),
+            "cannot be tied",
+        ),
         (lambda: Filtering(order=0), "order 0"),
         (lambda: Filtering(cutoff_hz=0.0), "cutoff_hz"),
         (lambda: Filtering(edge=(-1.0, 0.0)), "edge"),
@@ -550,11 +598,13 @@ def fixed_all() -> list[Param]:
 
 
 def test_force_that_motion_does_not_explain_is_said() -> None:
-    found = balance(noisy(log(), 200.0, np.random.default_rng(18)), COULOMB, FORCED)
+    found = balance(
+        noisy(log(), 200.0, np.random.default_rng(18)), Parameters.declared(FORCED, COULOMB)
+    )
     assert found.relative_error > 25
     assert any("is not explained by this model" in note for note in found.notes)
 
 
 def test_few_rows_are_said() -> None:
-    found: Balance = balance(log(), COULOMB, FORCED, rows=[slice(0, 300)])
+    found: Balance = balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 300)])
     assert any("standard errors are too small" in note for note in found.notes)

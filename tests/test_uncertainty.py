@@ -9,8 +9,9 @@ import pytest
 from stribeck import InputError, Recording, identify, problem
 from stribeck.friction import LAWS
 from stribeck.identify.balance.force_residuals import BalanceResiduals
-from stribeck.identify.balance.regression import System, Wanted
-from stribeck.identify.balance.rows import logs_of
+from stribeck.identify.balance.regression import System
+from stribeck.identify.balance.rows import filtered_logs
+from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.blind_directions import directions, percent
 from stribeck.identify.uncertainty.covariance import correlation_time
 from stribeck.identify.uncertainty.posterior import posterior
@@ -22,7 +23,6 @@ from stribeck.identify.uncertainty.sensor_noise import rest_noise
 from stribeck.identify.uncertainty.uncertainty import uncertainty
 from stribeck.identify.uncertainty.verdict import verdict
 from stribeck.rig import RIGS
-from stribeck.rig.balanced import BalancedRig
 from stribeck.rig.slide_bed import PUBLISHED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Param, Space, box
@@ -179,10 +179,9 @@ def test_a_force_balance_shows_its_residuals() -> None:
     force = 5.0 * np.sign(np.gradient(x, t)) + 0.2 * np.random.default_rng(2).standard_normal(
         len(t)
     )
-    rig, law = RIGS["forced"], LAWS["stribeck"]
-    assert isinstance(rig, BalancedRig)
-    logs = logs_of([Recording(t=t, position=x, force=force)], law, rig, None, None)
-    system = System(Wanted(law, rig, rig.parameters(law), {}), logs)
+    parameters = Parameters.declared(RIGS["forced"], LAWS["stribeck"])
+    logs = filtered_logs([Recording(t=t, position=x, force=force)], parameters, None, None)
+    system = System(parameters, logs)
     on = BalanceResiduals(system)
     at = on.space.decode(on.space.sample(np.random.default_rng(3), 12))
     F_S, F_C, v_SS = (on.space.names.index(n) for n in ("F_S", "F_C", "v_SS"))
@@ -192,7 +191,7 @@ def test_a_force_balance_shows_its_residuals() -> None:
     found = on.residuals(at)
     assert on.logs == (len(system.y),)
     assert np.isnan(found[11]).all()
-    whole = system.wanted.full(at[:11], system.wanted.free)
+    whole = system.parameters.full(at[:11])
     one = [system.y - system.predicted(p[None])[:, 0] for p in whole]
     np.testing.assert_allclose(found[:11], one, rtol=1e-9, atol=1e-9 * np.abs(system.y).max())
 

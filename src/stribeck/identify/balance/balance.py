@@ -17,15 +17,14 @@ import numpy as np
 
 from ...data.filtering import DECIMATION_GAIN, Filtering
 from ...errors import InputError
-from ...rig.balanced import BalancedRig
-from ...space import Array, Param
+from ...space import Array
 from . import variable_projection
-from .regression import System, Wanted
-from .rows import Log, Rows, logs_of
+from .regression import System
+from .rows import Log, Rows, filtered_logs
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
-    from ...friction import Law
+    from ..parameters import Parameters
 
 __all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
 
@@ -143,12 +142,9 @@ class Balance(Prediction):
 
 def balance(
     recordings: Recording | Sequence[Recording],
-    law: Law,
-    rig: BalancedRig,
+    parameters: Parameters,
     *,
     filtering: Filtering | None = None,
-    params: Sequence[Param] | None = None,
-    tied: Mapping[str, str] | None = None,
     rows: Sequence[Rows | None] | None = None,
     near: Array | None = None,
 ) -> Balance:
@@ -156,47 +152,43 @@ def balance(
 
     Args:
         recordings: One or several logs of the axis; they are stacked.
-        law: Any friction law.
-        rig: The axis.
-        filtering: How the logs are made ready; by default the rig's.
-        params: Ranges and fixed values, in the order of `rig.parameters(law)`, which is the
-            default. All ranges hold, and so does the law's `physical` order.
-        tied: `{"F_V-": "F_V+"}` makes the first equal the second.
+        parameters: Of a law without inner states on a rig with a measured force. All ranges
+            hold, and so does the law's `physical` order.
+        filtering: How the logs are filtered; by default the rig's way.
         rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
             after filtering, so that filters see no edges.
-        near: (k,) a set, SI, near which the parameters that shape the curve are looked for; from
-            a grid over their ranges by default.
+        near: (k,) a set, SI, from which the parameters that shape the curve are searched; from a
+            grid over their ranges by default.
 
     Raises:
         InputError: no measured force, too few rows, or nothing left to find.
     """
-    wanted = Wanted(law, rig, tuple(params or rig.parameters(law)), dict(tied or {}))
-    logs = logs_of(recordings, law, rig, filtering, rows)
-    system = System(wanted, logs)
-    if len(system.y) <= len(wanted.free):
+    system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
+    free, names = system.free, parameters.names
+    if len(system.y) <= len(free):
         raise InputError(
-            f"{len(system.y)} rows cannot tell {len(wanted.free)} parameters: "
+            f"{len(system.y)} rows cannot tell {len(free)} parameters: "
             "give more data, or decimate less"
         )
     p, at_bound = system.solved(near)
     W = system.jacobian(p)
     seen = _judged(system, p)
-    stopped = [i for i, at in enumerate(wanted.free) if wanted.names[at] in at_bound]
+    stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
     covariance = variable_projection.covariance(W, seen.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
-    robust = variable_projection.sandwich(W, residuals, [len(log.t) for log in logs])
+    robust = variable_projection.sandwich(W, residuals, [len(log.t) for log in system.logs])
     errors, wide = np.full((2, len(p)), np.nan)
-    errors[wanted.free] = np.sqrt(np.diag(covariance))
-    wide[wanted.free] = np.fmax(errors[wanted.free], np.sqrt(np.diag(robust)))
+    errors[free] = np.sqrt(np.diag(covariance))
+    wide[free] = np.fmax(errors[free], np.sqrt(np.diag(robust)))
     return Balance(
         relative_error=seen.relative_error,
         residual_sd=seen.residual_sd,
         rows=seen.rows,
         signals=seen.signals,
-        notes=(*seen.notes, *_doubts(wanted, W, covariance, at_bound, seen.relative_error)),
-        names=wanted.names,
+        notes=(*seen.notes, *_doubts(system, W, covariance, at_bound, seen.relative_error)),
+        names=names,
         values=p,
-        free=tuple(wanted.names[i] for i in wanted.free),
+        free=tuple(q.name for q in parameters.free),
         standard_errors=errors,
         robust_errors=wide,
         covariance=covariance,
@@ -211,8 +203,7 @@ def balance(
 
 def validate(
     recordings: Recording | Sequence[Recording],
-    law: Law,
-    rig: BalancedRig,
+    parameters: Parameters,
     p: Array,
     *,
     filtering: Filtering | None = None,
@@ -222,14 +213,12 @@ def validate(
 
     Args:
         recordings: One or several logs.
-        law: The friction law.
-        rig: The axis.
+        parameters: Rig and law; which of them are free is of no account.
         p: (k,) the law's parameters, then the rig's own, SI.
         filtering: As for `balance`.
         rows: As for `balance`.
     """
-    wanted = Wanted(law, rig, rig.parameters(law), {})
-    system = System(wanted, logs_of(recordings, law, rig, filtering, rows))
+    system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
     return _judged(system, np.asarray(p, dtype=float))
 
 
@@ -241,13 +230,13 @@ def _judged(system: System, p: Array) -> Prediction:
         relative_error=100 * float(np.linalg.norm(left)) / size if size > 0 else float("inf"),
         residual_sd=float(np.std(left, ddof=1)),
         rows=len(system.y),
-        signals=tuple(_signals(system.wanted, log, p) for log in system.logs),
+        signals=tuple(_signals(system, log, p) for log in system.logs),
         notes=tuple(note for log in system.logs for note in log.notes),
     )
 
 
-def _signals(wanted: Wanted, log: Log, p: Array) -> Signals:
-    rig, law = wanted.rig, wanted.law
+def _signals(system: System, log: Log, p: Array) -> Signals:
+    rig, law = system.rig, system.law
     model = rig.force(law, p, log.v, log.a, log.loads)
     rub = rig.friction(law, p, log.v, log.loads)
     gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
@@ -263,15 +252,15 @@ def _signals(wanted: Wanted, log: Log, p: Array) -> Signals:
 
 
 def _doubts(
-    wanted: Wanted, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
+    system: System, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
 ) -> list[str]:
     """What a reader must know about the estimates, a sentence each."""
-    label = wanted.rig.label
-    names = [label(wanted.names[i]) for i in wanted.free]
+    label, free = system.rig.label, system.parameters.free
+    names = [label(q.name) for q in free]
     doubts = [
         f"{name} cannot be identified from this data"
-        for at, name, variance in zip(wanted.free, names, np.diag(covariance), strict=True)
-        if not np.isfinite(variance) and wanted.names[at] not in at_bound
+        for q, name, variance in zip(free, names, np.diag(covariance), strict=True)
+        if not np.isfinite(variance) and q.name not in at_bound
     ]
     for name, stop in at_bound.items():
         where = f"the {stop} end of its range" if stop in ("lower", "upper") else label(stop)

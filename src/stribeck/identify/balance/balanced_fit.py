@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from ...data.ranges import Range, windows
 from ...data.recording import Recording
 from ...data.segmentation import segment
 from ...errors import InputError
-from ...rig.balanced import as_balanced
 from ...space import Array
 from ..lookup import recording_list
 from ..parameters import Parameters
@@ -22,8 +20,6 @@ from ..uncertainty.uncertainty import uncertainty
 from . import balance
 from .checks import doubts
 from .force_residuals import BalanceResiduals
-from .regression import System, Wanted
-from .rows import logs_of
 
 
 def balanced(
@@ -46,18 +42,13 @@ def balanced(
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-    rig = as_balanced(parameters.rig)
     chosen, rows = counting(logs, train)
     _check_used(logs, chosen, [*train, *holdout])
-    fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
-    found = balance.balance(
-        chosen, parameters.law, rig, params=fixed, tied=parameters.tied, rows=rows
-    )
+    found = balance.balance(chosen, parameters, rows=rows)
     free = [found.names.index(q.name) for q in parameters.free]
     ends = {n: at for n, at in found.at_bound.items() if at in ("lower", "upper")}
     correlation = _correlation(found.covariance)
-    wanted = Wanted(parameters.law, rig, fixed, dict(parameters.tied))
-    system = BalanceResiduals(System(wanted, logs_of(chosen, parameters.law, rig, None, rows)))
+    system = BalanceResiduals(found.system)
     known = uncertainty(system, found.values[free], keep=True, draws=draws)
     seen = estimates(
         parameters,
@@ -126,7 +117,7 @@ def _held_out(
     parameters: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
 ) -> HeldOut:
     chosen, rows = counting(logs, [] if within is None else [within])
-    seen = balance.validate(chosen, parameters.law, as_balanced(parameters.rig), p, rows=rows)
+    seen = balance.validate(chosen, parameters, p, rows=rows)
     return HeldOut(within, _score(seen), (), ())
 
 

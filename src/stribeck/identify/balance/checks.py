@@ -135,9 +135,9 @@ def cutoffs(
 
     A model that holds gives the same parameters whatever band they are read from.
     """
-    wanted, errors = system.wanted, found.robust_errors.copy()
+    errors = found.robust_errors.copy()
     rate = max(1.0 / log.dt for log in recordings)
-    own = wanted.rig.filtering
+    own = system.rig.filtering
     used = own.cutoff(rate)
     furthest = found.values.copy()
     tried = []
@@ -148,9 +148,8 @@ def cutoffs(
         )
         try:
             again = balance.balance(
-                recordings, wanted.law, wanted.rig, filtering=lower,
-                params=wanted.params, tied=wanted.tied, rows=rows, near=found.values,
-            )  # fmt: skip
+                recordings, system.parameters, filtering=lower, rows=rows, near=found.values
+            )
         except InputError:  # too few rows are left to tell
             break
         tried.append(share * used)
@@ -158,7 +157,7 @@ def cutoffs(
         off = np.abs(again.values - found.values) > _excess(found, again)
         further = np.abs(again.values - found.values) > np.abs(furthest - found.values)
         furthest = np.where(off & further, again.values, furthest)
-    moved = [i for i in wanted.free if furthest[i] != found.values[i]]
+    moved = [i for i in system.free if furthest[i] != found.values[i]]
     for i in moved:
         errors[i] = max(errors[i], abs(furthest[i] - found.values[i]) / 1.96)
     if not moved:
@@ -178,7 +177,7 @@ def _excess(found: balance.Balance, again: balance.Balance) -> Array:
 
 
 def _moved(system: System, found: balance.Balance, furthest: Array, i: int) -> str:
-    rig, q = system.wanted.rig, system.wanted.params[i]
+    rig, q = system.rig, system.parameters.every[i]
     shown = unit(rig.unit_of(q))
     one, other = (float(shown.from_si(x)) for x in (found.values[i], furthest[i]))
     return f"{rig.label(q.name)} goes from {other:.3g} to {one:.3g} {rig.unit_of(q)}"
@@ -186,7 +185,7 @@ def _moved(system: System, found: balance.Balance, furthest: Array, i: int) -> s
 
 def delay(system: System, found: balance.Balance) -> str:
     """A force that is ahead of the motion or behind it, if that explains the logs better."""
-    rig = system.wanted.rig
+    rig = system.rig
     W = _basis(found)
     base = _unmoved(found)
     reach = _REACH / rig.filtering.cutoff(min(_rate(log) for log in system.logs))
@@ -220,10 +219,10 @@ def _basis(found: balance.Balance) -> Array:
 
 def _unmoved(found: balance.Balance) -> Array:
     """What fixed and stopped parameters and the curve's shape make of the force, (rows,)."""
-    wanted, variances = found.system.wanted, np.diag(found.covariance)
+    system, variances = found.system, np.diag(found.covariance)
     p = found.values.copy()
-    for k, i in enumerate(wanted.free):
-        if i in wanted.linear and np.isfinite(variances[k]):
+    for k, i in enumerate(system.free):
+        if i in system.linear and np.isfinite(variances[k]):
             p[i] = 0.0
     return found.system.predicted(p[None])[:, 0]
 
@@ -236,7 +235,7 @@ def _left(W: Array, y: Array) -> float:
 
 def spikes(system: System, found: balance.Balance) -> str:
     """Single samples of the force far from both of their neighbours: least squares follows them."""
-    rig, law = system.wanted.rig, system.wanted.law
+    rig, law = system.rig, system.law
     share = single_samples([log.raw for log in system.logs])
     if not share:
         return ""
@@ -253,7 +252,7 @@ def spikes(system: System, found: balance.Balance) -> str:
 
 def gravity(system: System, found: balance.Balance) -> str:
     """Torque that goes with the sine of the angle, on a rig that has no parameter for it."""
-    rig = system.wanted.rig
+    rig = system.rig
     if not rig.rotary or "g_sin" in found.names:
         return ""
     W, r = _basis(found), found.residuals
@@ -272,7 +271,7 @@ def gravity(system: System, found: balance.Balance) -> str:
 
 def hidden_load(recording: Recording, system: System) -> str:
     """A recorded pressure that the rig leaves in the force."""
-    rig = system.wanted.rig
+    rig = system.rig
     if recording.pressure is None or "normal" in rig.loads:
         return ""
     return (
@@ -322,7 +321,7 @@ def speeds(system: System, found: balance.Balance) -> list[str]:
     said = []
     narrow = bool(ways) and all(np.quantile(w, 0.9) < ONE_SPEED * np.quantile(w, 0.1) for w in ways)
     if narrow and {"F_C", "F_V"} <= free:
-        shown = unit(system.wanted.rig.shows.get("velocity", "m/s"))
+        shown = unit(system.rig.shows.get("velocity", "m/s"))
         low, high = (float(shown.from_si(np.quantile(np.abs(v), q))) for q in (0.1, 0.9))
         said.append(
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
@@ -339,7 +338,7 @@ def speeds(system: System, found: balance.Balance) -> list[str]:
 def _curved(system: System) -> bool:
     """Whether a parameter that shapes the law's curve over speed is to be found."""
     of_terms = {q.name for parameters in TERMS.values() for q in parameters}
-    return any(system.wanted.names[i] not in of_terms for i in system.wanted.shape)
+    return any(system.parameters.every[i].name not in of_terms for i in system.shape)
 
 
 def _distinct(speed: Array) -> int:

@@ -56,7 +56,7 @@ def block_errors(found: Balance) -> tuple[str, Array]:
     if len(found.system.logs) < 2:  # noqa: PLR2004 - one log is no sample of logs
         return "", errors
     blocks = _blocks(found)
-    free = np.array(found.system.wanted.free)
+    free = np.array(found.system.free)
     seen = np.isfinite(np.diag(found.covariance))
     errors[free[seen]] = np.fmax(errors[free[seen]], _clustered(found, blocks, seen))
     levels = _levels(_strokes(found, blocks))
@@ -70,7 +70,7 @@ def block_errors(found: Balance) -> tuple[str, Array]:
             continue
         statistic, between, chance, wide = lack
         errors[free] = np.fmax(errors[free], wide)
-        names = [found.system.wanted.rig.label(found.names[i])
+        names = [found.system.rig.label(found.names[i])
                  for i, e in zip(free, wide, strict=True) if e > 0]  # fmt: skip
         said.append(
             f"the {what} of the logs does not follow one law (lack of fit F({between}, "
@@ -163,7 +163,7 @@ def _lack(found: Balance, levels: Levels, half: int) -> tuple[float, int, float,
     the levels do not show. None where there are no more logs than such parameters.
     """
     r = levels.residual[half]
-    size = np.abs(found.values[found.system.wanted.free])
+    size = np.abs(found.values[found.system.free])
     here, elsewhere = (levels.jacobian[i] * size for i in (half, 1 - half))
     at_home = np.linalg.norm(here, axis=0) > np.linalg.norm(elsewhere, axis=0)
     if not at_home.any():

@@ -1,4 +1,4 @@
-"""Logs made ready for the force balance: filtered, decimated, and only the rows that count."""
+"""Rows of the force balance: logs filtered and decimated, and only the samples that count."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from ...data.filtering import Filtering, decimate, even, kept, smooth
 from ...errors import InputError
-from ...rig.balanced import BalancedRig
+from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ...friction import Law
+    from ..parameters import Parameters
 
 #: Samples of a log that count: a mask over them or a slice of them.
 Rows = slice | NDArray[np.bool_]
@@ -29,7 +30,7 @@ _REST_SPEED, _REST_SHARE = 0.005, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A log made ready: its clock to its raw force at full rate, t and force at rows that count."""
+    """A filtered log: its clock to its raw force at full rate, t and force at rows that count."""
 
     clock: Array
     v: Array
@@ -55,29 +56,31 @@ class Log:
         return picked
 
 
-def logs_of(
+def filtered_logs(
     recordings: Recording | Sequence[Recording],
-    law: Law,
-    rig: BalancedRig,
+    parameters: Parameters,
     filtering: Filtering | None,
     rows: Sequence[Rows | None] | None,
 ) -> list[Log]:
-    """Each recording made ready, see `balance` for the arguments.
+    """Each recording filtered and decimated; see `balance` for the arguments.
 
     Raises:
-        InputError: nothing given, no measured force, or too few samples or rows.
+        InputError: a law that a force balance cannot follow, no recording, no measured force, or
+            too few samples or rows.
     """
     logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
     if not logs:
         raise InputError("no recording was given")
+    rig, law = as_balanced(parameters.rig), parameters.law
+    rig.check_law(law)
     rows = [None] * len(logs) if rows is None else rows
     if len(rows) != len(logs):
         raise InputError(f"rows are given for {len(rows)} of {len(logs)} recordings")
     filtering = filtering or rig.filtering
-    made = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
-    if sum(len(log.t) for log in made) < 2:  # noqa: PLR2004 - a spread needs two
+    filtered = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
+    if sum(len(log.t) for log in filtered) < 2:  # noqa: PLR2004 - a spread needs two
         raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
-    return made
+    return filtered
 
 
 def _log(
@@ -94,10 +97,10 @@ def _log(
         )
     q, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
     loads = rig.load_rows(law, recording, log.t[inner], q)
-    wanted = np.zeros(len(recording), dtype=bool)
-    wanted[slice(None) if rows is None else rows] = True
+    chosen = np.zeros(len(recording), dtype=bool)
+    chosen[slice(None) if rows is None else rows] = True
     thin = kept(len(v), factor)
-    counts = (wanted[log.nearest] & log.known)[inner][thin]
+    counts = (chosen[log.nearest] & log.known)[inner][thin]
     counts &= np.abs(v[thin]) >= filtering.slowest
     t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))

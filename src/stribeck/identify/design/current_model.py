@@ -21,8 +21,8 @@ from ...space import Array, Param
 from ...units import unit
 from ..balance.balanced_fit import counting
 from ..balance.force_residuals import BalanceResiduals
-from ..balance.regression import System, Wanted
-from ..balance.rows import logs_of as made_ready
+from ..balance.regression import System
+from ..balance.rows import filtered_logs
 from ..initial_state import FreeStartProblem, free_starts
 from ..lookup import range_list, ranges_or_all
 from ..parameters import Parameters, partition
@@ -307,14 +307,11 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     """Axis and data of a rig whose forces are balanced."""
     rig = as_balanced(parameters.rig)
     chosen, rows = counting(logs, range_list(card.train or None, parameters.rig))
-    fixed = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
-    ready = made_ready(chosen, parameters.law, rig, None, rows)
-    problem = BalanceResiduals(
-        System(Wanted(parameters.law, rig, fixed, dict(parameters.tied)), ready)
-    )
+    filtered = filtered_logs(chosen, parameters, None, rows)
+    problem = BalanceResiduals(System(parameters, filtered))
     box = _box(card, parameters)
 
-    thin = [(log.thin(log.v), log.thin(log.a), log.thin(log.loads)) for log in ready]
+    thin = [(log.thin(log.v), log.thin(log.a), log.thin(log.loads)) for log in filtered]
     v, a, loads = (np.ascontiguousarray(np.concatenate(part)) for part in zip(*thin, strict=True))
 
     def predict(at: Array) -> Array:
@@ -326,10 +323,10 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
         raise InputError("the model of the card cannot be run on these logs: check the card")
     look = quick_look(slopes(data, x, box), residuals, problem.logs)
     noise = float(np.sqrt(look.variance))
-    n = sum(len(log.t) for log in ready)
-    interval = float(np.median(np.concatenate([np.diff(log.t) for log in ready])))
+    n = sum(len(log.t) for log in filtered)
+    interval = float(np.median(np.concatenate([np.diff(log.t) for log in filtered])))
     q = loads[:, LOADS.index("position")]
-    force = max(float(np.abs(log.force).max()) for log in ready)
+    force = max(float(np.abs(log.force).max()) for log in filtered)
     top = float(np.abs(v).max())
     ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
     shown = operating_range(

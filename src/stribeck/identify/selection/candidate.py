@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -206,12 +206,9 @@ def _solved(
     parameters: Parameters, on: Sequence[LogRange], below: Sequence[Rung], began: float
 ) -> Rung:
     rig, (logs, masks) = as_balanced(parameters.rig), _masks(on)
-    params = tuple(replace(q, fixed=parameters.fixed.get(q.name)) for q in parameters.every)
 
     def solved(near: Array | None = None) -> balance.Balance:
-        return balance.balance(
-            logs, parameters.law, rig, params=params, tied=parameters.tied, rows=masks, near=near
-        )
+        return balance.balance(logs, parameters, rows=masks, near=near)
 
     found = solved()
     linear = {q.name for q in rig.own(parameters.law)} | set(parameters.law.linear)
@@ -292,7 +289,7 @@ def held(rung: Rung, on: Sequence[LogRange]) -> Held:
         found = parts(problem.residuals(x)[0], problem.logs)
         return Held(tuple(r for r in found if len(r)), 0.0, relative=False)
     logs, masks = _masks(on)
-    seen = balance.validate(logs, parameters.law, as_balanced(parameters.rig), rung.p, rows=masks)
+    seen = balance.validate(logs, parameters, rung.p, rows=masks)
     pieces = tuple(s.measured - s.predicted for s in seen.signals if len(s.t))
     size = sum(float(s.measured @ s.measured) for s in seen.signals)
     return Held(pieces, size, relative=True)
