@@ -143,8 +143,8 @@ def predicted(
     fit = _fitted(joint, train, model, restart=restart)
     return {
         "train": fit.score.value,
-        "evaluations": fit.evaluations,
-        "seconds": fit.seconds,
+        "evaluations": fit.search.evaluations,
+        "seconds": fit.search.seconds,
         "estimates": {e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates},
         **held_against(fit.parameters, fit.p, test),
     }

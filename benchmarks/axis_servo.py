@@ -21,8 +21,8 @@ from stribeck.identify.loss import Loss, Objective
 from stribeck.identify.parameters import Parameters, partition
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem
-from stribeck.identify.selection.candidate import BUDGET, Plan, Rung, climb
 from stribeck.identify.selection.folds import LogRange
+from stribeck.identify.selection.trained_law import BUDGET, TrainedLaw, TrainingSettings, train_law
 from stribeck.space import Array
 
 LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
@@ -85,13 +85,13 @@ def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
     began, used = time.perf_counter(), time.process_time()
     fit = identify(logs, rig=RIG, law=LAWS[name], loss="absolute")
     wall, cpu = time.perf_counter() - began, time.process_time() - used
-    best = fit.runs[0].cost
+    best = fit.search.runs[0].cost
     return {
         "mae": _mae(fit, logs),
-        "repeats": [run.cost for run in fit.runs],
-        "agreeing": sum(run.cost <= 1.01 * best for run in fit.runs),
-        "evaluations": fit.evaluations,
-        "search_seconds": fit.seconds,
+        "repeats": [run.cost for run in fit.search.runs],
+        "agreeing": sum(run.cost <= 1.01 * best for run in fit.search.runs),
+        "evaluations": fit.search.evaluations,
+        "search_seconds": fit.search.seconds,
         "seconds": wall,
         "processor_seconds": cpu,
         "estimates": {
@@ -124,31 +124,32 @@ def _climbed(
     """Each law fitted to the gains that are not left out, tested on the first that is."""
     train = [log for log in logs if _gain(log) not in out]
     test = [log for log in logs if out and _gain(log) == out[0]]
-    below: list[Rung] = []
+    simpler: list[TrainedLaw] = []
     found: dict[str, Any] = {}
     for name in names:
         parameters = partition(RIG, law_named(LAWS[name]), objective=Objective(loss))
-        rung = climb(parameters, [LogRange(log, None) for log in train], below, Plan(0, BUDGET))
-        below.append(rung)
-        p, more = _last(rung)
+        settings = TrainingSettings(0, BUDGET)
+        law = train_law(parameters, [LogRange(log, None) for log in train], simpler, settings)
+        simpler.append(law)
+        p, more = _last(law)
         model = _Model(parameters, p)
         found[name] = {
             "train": _mae(model, train),
             "test": _mae(model, test) if test else None,
-            "evaluations": rung.evaluations + more,
+            "evaluations": law.evaluations + more,
             "p": parameters.values(p),
         }
     return found
 
 
-def _last(rung: Rung) -> tuple[Array, int]:
+def _last(law: TrainedLaw) -> tuple[Array, int]:
     """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
-    on, parameters = rung.problem, rung.parameters
+    on, parameters = law.problem, law.parameters
     assert isinstance(on, MotionProblem)  # noqa: S101 - no start is free here
     if parameters.objective.loss != "absolute":
-        return rung.p, 0
+        return law.p, 0
     fine = on.finer()
-    done = polish(fine, rung.x, float(fine(rung.x[None])[0]), _LAST * len(rung.x))
+    done = polish(fine, law.x, float(fine(law.x[None])[0]), _LAST * len(law.x))
     return parameters.full(done.x[None])[0], done.evaluations + 1
 
 

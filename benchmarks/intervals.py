@@ -187,11 +187,8 @@ def one(study: str, k: int) -> Row:
 
 def _parameters(fit: Fit, truth: dict[str, float]) -> dict[str, Row]:
     """What was found of each, with its place in the search range."""
-    errors: dict[str, float] = {}
-    if fit.known is not None:
-        errors |= zip(
-            (q.name for q in fit.parameters.free), fit.known.errors.tolist(), strict=False
-        )
+    names = (q.name for q in fit.parameters.free)
+    errors = dict(zip(names, fit.uncertainty.errors.tolist(), strict=False))
     found = {}
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
         if e.verdict != "fixed":

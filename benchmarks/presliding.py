@@ -52,7 +52,7 @@ def _fit(law: str, logs: dict[int, Recording], train: int) -> dict[str, Any]:
         "errors": errors,
         "free": len(verdicts),
         "identified": verdicts.count("identified"),
-        "evaluations": fit.evaluations,
+        "evaluations": fit.search.evaluations,
         "seconds": time.perf_counter() - began,
     }
 

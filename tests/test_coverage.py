@@ -89,10 +89,9 @@ def test_the_bootstrap_of_a_bed_spreads_as_its_standard_errors_say() -> None:
     """Along a curved valley refits need many steps; those that end early huddle about the fit."""
     known = bed(7)
     fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=intervals.DRAWS)
-    assert fit.known is not None
-    drawn = fit.known.bootstrap
+    drawn = fit.uncertainty.bootstrap
     assert drawn is not None
-    share = drawn.draws[:, :5].std(axis=0) / fit.known.errors[:5]
+    share = drawn.draws[:, :5].std(axis=0) / fit.uncertainty.errors[:5]
     assert share.min() > 0.75  # of 60 draws the standard deviation is known to 9 %
     assert share.max() < 1.35
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from stribeck import InputError, Recording, identify, problem
-from stribeck.identify.fit import PAPER_TARGET, PROFILES
+from stribeck.identify.fit import PAPER_TARGET
+from stribeck.identify.output_error import PROFILES
 from stribeck.identify.polish import elite, polish
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.uncertainty.covariance import correlation_time
@@ -141,7 +142,7 @@ def test_fit_is_near_the_noise_and_holds_where_it_was_not_trained(log: Recording
     assert fit.score.smooth > 10 * fit.score.value
     assert fit.score.still > 100 * fit.score.value
     assert [h.score.value < 0.4 for h in fit.holdout] == [True, True]
-    assert fit.evaluations <= 2 * 4000
+    assert fit.search.evaluations <= 2 * 4000
     v_SS = next(e for e in fit.estimates if e.name == "v_SS")
     assert v_SS.verdict != "identified"  # position alone does not know it
     assert any("hardly tell apart" in w for w in fit.warnings)
@@ -173,10 +174,10 @@ def test_budget_is_never_exceeded(
     monkeypatch.setattr(MotionProblem, "__call__", counted)
     monkeypatch.setattr(MotionProblem, "residuals", counted_too)
     fit = identify(log, train="112:295", budget=budget, repeats=1)
-    assert fit.evaluations <= budget
-    assert fit.known is not None  # the look back at the answer has a budget of its own
-    assert fit.known.profiles.rows <= PROFILES
-    assert asked <= budget + fit.known.rows
+    assert fit.search.evaluations <= budget
+    # the look back at the answer has a budget of its own
+    assert fit.uncertainty.profiles.rows <= PROFILES
+    assert asked <= budget + fit.uncertainty.rows
 
 
 def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
@@ -250,9 +251,9 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
             raise KeyboardInterrupt
 
     fit = identify(log, train="112:295", progress=stop)
-    assert fit.ended == "interrupted"
+    assert fit.search.ended == "interrupted"
     assert np.isfinite(fit.score.value)
-    assert fit.score.value == pytest.approx(min(r.cost for r in fit.runs))
+    assert fit.score.value == pytest.approx(min(r.cost for r in fit.search.runs))
     assert "interrupted" in fit.warnings[0]
 
 

@@ -277,8 +277,7 @@ def test_the_band_of_a_straight_law_is_that_of_its_covariance(forced: Fit) -> No
     half = {n: (e[n].high - e[n].low) / 2 for n in ("F_C", "F_V")}
     names = [q.name for q in forced.parameters.free]
     i, j = names.index("F_C"), names.index("F_V")
-    assert forced.known is not None
-    shared = forced.known.correlation[i, j] * half["F_C"] * half["F_V"]
+    shared = forced.uncertainty.correlation[i, j] * half["F_C"] * half["F_V"]
     wanted = np.sqrt(half["F_C"] ** 2 + 2 * v * shared + (v * half["F_V"]) ** 2)
     np.testing.assert_allclose((high - low) / 2, wanted, rtol=0.2)  # 300 draws
     best = forced.values["F_C"] + forced.values["F_V"] * v

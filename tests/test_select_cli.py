@@ -11,7 +11,7 @@ import pytest
 
 from command import caller
 from stribeck import read_card
-from stribeck.identify.selection.candidate import climb
+from stribeck.identify.selection.trained_law import train_law
 from test_select_truth import log
 
 
@@ -96,9 +96,9 @@ def test_ctrl_c_keeps_the_laws_that_are_done(
     def interrupted(made: Any, *rest: Any, **more: Any) -> Any:
         if made.law.name == "stribeck":
             raise KeyboardInterrupt
-        return climb(made, *rest, **more)
+        return train_law(made, *rest, **more)
 
-    monkeypatch.setattr("stribeck.identify.selection.select.climb", interrupted)
+    monkeypatch.setattr("stribeck.identify.selection.select.train_law", interrupted)
     said = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "--out", "d")
     assert said.status == 130
     last = "stribeck: interrupted: the partial result is in d, without stribeck"
@@ -116,7 +116,7 @@ def test_ctrl_c_before_a_law_is_done_writes_nothing(
     def interrupted(*_: Any, **__: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("stribeck.identify.selection.select.climb", interrupted)
+    monkeypatch.setattr("stribeck.identify.selection.select.train_law", interrupted)
     said = stribeck_("select", "a.csv", *ASK, "--out", "d")
     assert said.status == 130
     assert said.err.splitlines()[-1] == (

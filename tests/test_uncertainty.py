@@ -211,8 +211,7 @@ def test_intervals_of_a_twin_hold_the_truth_and_say_why_they_end(log: Recording)
     named = {e.name: e for e in fit.estimates}
     assert named["F_S"].verdict == "identified"
     assert named["v_SS"].verdict != "identified"
-    assert fit.known is not None
-    assert fit.known.rows < 3_000
+    assert fit.uncertainty.rows < 3_000
 
 
 def _range(fit: object, name: str) -> tuple[float, float]:

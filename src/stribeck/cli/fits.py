@@ -108,7 +108,7 @@ def identify(
             progress=progress,
             **options,
         )
-    clock.lap("search", fit.seconds)
+    clock.lap("search", fit.search.seconds)
     clock.lap("uncertainty")
     _tell(fit, out, json, clock)
 
@@ -151,7 +151,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
         if out is not None:
             typer.echo(f"\ncard, figures and report.html in {out}")
         show_time(clock)
-    if fit.ended == "interrupted":
+    if fit.search.ended == "interrupted":
         place = f"in {out / 'card.json'}" if out is not None else "printed above"
         fail(f"interrupted: the partial result is {place}", 130)
 

@@ -289,12 +289,12 @@ def card(fit: Fit) -> Card:
             for h in fit.holdout
         ],
         search=SearchCard(
-            method=fit.method,
-            seed=fit.seed,
-            evaluations=fit.evaluations,
-            seconds=round(fit.seconds, 3),
-            ended=fit.ended,
-            repeats=[d.cost for d in fit.polished],
+            method=fit.search.method,
+            seed=fit.search.seed,
+            evaluations=fit.search.evaluations,
+            seconds=round(fit.search.seconds, 3),
+            ended=fit.search.ended,
+            repeats=[d.cost for d in fit.search.polished],
         ),
         balance=_balance(fit),
         data=[

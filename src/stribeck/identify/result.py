@@ -1,9 +1,9 @@
-"""What an identification found, whichever road it took."""
+"""The result of an identification, by output error or by force balance, and its one builder."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from ..friction import Law
 from ..optimize import Run
@@ -20,34 +20,53 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
     from .balance.balance import Balance
+    from .data_split import DataSplit
     from .uncertainty.residuals import Residuals
+
+
+@dataclass(frozen=True, eq=False)
+class SearchRecord:
+    """How the parameters were searched for.
+
+    Args:
+        method: Name of the search method.
+        seed: Seed of the searches; None where nothing is drawn.
+        runs: The searches, the best first.
+        polished: Where least squares ended from each run.
+        evaluations: Of the cost, in all.
+        seconds: Wall-clock time of searching and polishing.
+        ended: Why the best search ended; "interrupted" if Ctrl-C ended it.
+    """
+
+    method: str
+    seed: int | None
+    runs: tuple[Run, ...]
+    polished: tuple[Polished, ...]
+    evaluations: int
+    seconds: float
+    ended: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit:
-    """What an identification found, and what it rests on.
+    """An identified model, with what it rests on.
 
     Args:
         parameters: Which parameters were free, fixed and tied.
-        p: The complete parameter set found, SI.
+        p: The complete parameter set, SI, (k,).
         estimates: The parameters one by one.
         correlation: Of the free parameters' estimates, (dim, dim).
         score: Misfit on the training data beside its baselines.
         holdout: The same for each range held out.
-        runs: The searches, the best first.
-        polished: What polishing made of each run.
-        method: Name of the search method.
-        seed: Seed of the searches.
-        evaluations: Of the cost, in all.
-        seconds: Wall-clock time of searching and polishing.
-        ended: Why the best search ended; "interrupted" if somebody stopped it.
-        train: The segments it was trained on; none on the inverse road.
-        train_ranges: The ranges that were asked for; none means everything.
+        search: How the parameters were searched for.
+        train: The segments trained on; none for a force balance.
+        train_ranges: The ranges trained on; none means everything.
         recordings: The logs.
         warnings: What a reader must know, a sentence each.
-        balance: The force balance of a rig on the inverse road, else None.
-        known: How well the parameters are known: profiles, weights, blind directions.
-        residuals: What was asked for that: `posterior(fit.residuals, fit.known.x)` asks more.
+        uncertainty: Profiles, sensitivities and blind directions of the free parameters.
+        residuals: The problem whose residuals these come from: `posterior(fit.residuals,
+            fit.uncertainty.x)` draws from it.
+        balance: The force balance; None for output error.
     """
 
     parameters: Parameters
@@ -56,20 +75,14 @@ class Fit:
     correlation: Array
     score: Score
     holdout: tuple[HeldOut, ...]
-    runs: tuple[Run, ...]
-    polished: tuple[Polished, ...]
-    method: str
-    seed: int | None
-    evaluations: int
-    seconds: float
-    ended: str
+    search: SearchRecord
     train: tuple[Segment, ...]
     train_ranges: tuple[Range, ...]
     recordings: tuple[Recording, ...]
     warnings: tuple[str, ...]
+    uncertainty: Uncertainty = field(repr=False)
+    residuals: Residuals = field(repr=False)
     balance: Balance | None = field(default=None, repr=False)
-    known: Uncertainty | None = field(default=None, repr=False)
-    residuals: Residuals | None = field(default=None, repr=False)
 
     @property
     def rig(self) -> Rig:
@@ -90,25 +103,107 @@ class Fit:
     def speeds(self) -> tuple[float, float]:
         """Least and greatest velocity of the training data, m/s or rad/s.
 
-        Of the model's own motion where the law was found by simulation: a velocity that is taken
-        from noisy positions reaches farther than the axis ever did.
+        Of the model's own motion under output error: a velocity that is taken from noisy
+        positions reaches farther than the axis ever did.
         """
         if self.balance is not None:
-            seen = [b.velocity for b in self.balance.signals]
+            velocities = [b.velocity for b in self.balance.signals]
         else:
-            seen = [m.velocity for m in simulated(self.parameters, self.p, self.train)]
-        return min(float(v.min()) for v in seen), max(float(v.max()) for v in seen)
+            velocities = [m.velocity for m in simulated(self.parameters, self.p, self.train)]
+        return min(float(v.min()) for v in velocities), max(float(v.max()) for v in velocities)
 
     def model(self) -> tuple[Parameters, Array]:
         """Rig and law, and the complete parameter set, SI: what `validate` takes."""
         return self.parameters, self.p
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{n} = {v:.5g}" for n, v in self.values.items())
+        values = ", ".join(f"{n} = {v:.5g}" for n, v in self.values.items())
         score = f"{self.score.name} = {self.score.value:.4g} {self.score.unit}"
-        return f"<Fit of {self.law.name} on {self.rig.name}: {found} (SI); {score}>"
+        return f"<Fit of {self.law.name} on {self.rig.name}: {values} (SI); {score}>"
 
     @property
     def values(self) -> dict[str, float]:
         """The complete parameter set by name, SI."""
         return self.parameters.values(self.p)
+
+
+class Solution(Protocol):
+    """Where an approach ended: a parameter set, and how that approach judges it.
+
+    `OutputErrorSolution` and `BalanceSolution` are the two.
+    """
+
+    @property
+    def parameters(self) -> Parameters:
+        """Which parameters were free."""
+
+    @property
+    def p(self) -> Array:
+        """The complete parameter set, SI, (k,)."""
+
+    @property
+    def correlation(self) -> Array:
+        """Of the free parameters' estimates, (dim, dim)."""
+
+    @property
+    def search(self) -> SearchRecord:
+        """How it was searched for."""
+
+    @property
+    def train(self) -> tuple[Segment, ...]:
+        """The segments trained on."""
+
+    @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """The logs trained on."""
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        """How well the free parameters are known."""
+
+    @property
+    def residuals(self) -> Residuals:
+        """The problem it solves."""
+
+    @property
+    def balance(self) -> Balance | None:
+        """The force balance, if it is one."""
+
+    def score(self) -> Score:
+        """Misfit on the training data."""
+
+    def estimates(self, score: Score) -> tuple[Estimate, ...]:
+        """The parameters one by one."""
+
+    def holdout(self) -> tuple[HeldOut, ...]:
+        """Misfit on each range held out."""
+
+    def warnings(self, estimates: tuple[Estimate, ...], score: Score) -> tuple[str, ...]:
+        """What a reader must know, a sentence each."""
+
+
+def build_fit(solution: Solution, data: DataSplit) -> Fit:
+    """The fit of a solution: scored, validated and judged.
+
+    Args:
+        solution: Where output error or the force balance ended.
+        data: What it was trained on and what was held out.
+    """
+    score = solution.score()
+    estimates = solution.estimates(score)
+    return Fit(
+        parameters=solution.parameters,
+        p=solution.p,
+        estimates=estimates,
+        correlation=solution.correlation,
+        score=score,
+        holdout=solution.holdout(),
+        search=solution.search,
+        train=solution.train,
+        train_ranges=data.train,
+        recordings=solution.recordings,
+        warnings=solution.warnings(estimates, score),
+        uncertainty=solution.uncertainty,
+        residuals=solution.residuals,
+        balance=solution.balance,
+    )

@@ -80,6 +80,11 @@ def segments(
     return found
 
 
+def recordings_of(segments: Sequence[Segment]) -> list[Recording]:
+    """The recordings that segments come from, each once."""
+    return list({id(s.recording): s.recording for s in segments}.values())
+
+
 def _segments(
     recording: Recording, rig: SimulatedRig, within: Range | None, restart: bool
 ) -> list[Segment]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..rig.simulated import as_simulated
 from ..space import Array
-from .balance.balanced_fit import balance_scores
+from .balance.balance_solution import balance_scores
 from .lookup import ranges_or_all, recording_list
 from .parameters import Parameters
 from .score import Score, scores

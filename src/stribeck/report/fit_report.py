@@ -71,9 +71,10 @@ def show_fit(fit: Fit) -> None:
         out.print()
         show_table(Table.of_texts("", ["force balance", ""], rows))
     else:
+        search, repeats = fit.search, len(fit.search.runs)
         out.print(
-            f"\n{fit.method}, seed {fit.seed}: {fit.evaluations:,} evaluations in {len(fit.runs)} "
-            f"repeat{'s' * (len(fit.runs) > 1)}, {fit.seconds:.1f} s, ended: {fit.ended}"
+            f"\n{search.method}, seed {search.seed}: {search.evaluations:,} evaluations in "
+            f"{repeats} repeat{'s' * (repeats > 1)}, {search.seconds:.1f} s, ended: {search.ended}"
         )
     show_warnings(fit.warnings)
 

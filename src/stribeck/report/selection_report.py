@@ -18,7 +18,7 @@ from .terminal import console, show_table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..identify.selection.contender import Candidate
+    from ..identify.selection.candidate import Candidate
     from ..identify.selection.paired_test import Paired
     from ..identify.selection.select import Selection
 

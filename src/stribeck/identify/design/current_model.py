@@ -19,7 +19,7 @@ from ...rig.rig import in_si
 from ...rig.simulated import SimulatedRig, as_simulated
 from ...space import Array, Param
 from ...units import unit
-from ..balance.balanced_fit import counting
+from ..balance.balance_solution import counting
 from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System
 from ..balance.rows import filtered_logs

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .contender import Candidate
+from .candidate import Candidate
 from .nesting import INGREDIENTS, step
 from .paired_test import COARSE, FEWEST, MARGIN, Paired
 

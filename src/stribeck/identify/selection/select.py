@@ -1,10 +1,10 @@
-"""Which law the data support: a ladder of laws, fitted alike and compared on what none has seen.
+"""Which law the data support: laws from the simplest up, trained alike and compared on new data.
 
 A richer law trains at least as well as one that it contains; that says nothing. So each is held
 against data that it was not trained on, and the simplest is taken whose error there is not worse
 than the best's: by a paired test over blocks (`paired`), and by more than 1 %, so that a
 difference too small to matter decides nothing. The laws are tested in their order, the simplest
-first, up to the first that passes: so a long ladder errs no more often than one test, nominally
+first, up to the first that passes: so many laws err no more often than one test, nominally
 (Westfall and Krishen 2001, doi 10.1016/S0378-3758(01)00077-5).
 """
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 from numbers import Integral
 from typing import TYPE_CHECKING
 
@@ -22,16 +22,24 @@ from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
+from ..data_split import DataSplit
 from ..lookup import range_list, recording_list, rig_and_law
 from ..parameters import Parameters, partition
 from ..result import Fit
-from .candidate import BUDGET, Held, Plan, Rung, climb, held
-from .candidate_fit import fitted, unseen
-from .contender import Candidate
+from .candidate import Candidate
+from .candidate_fit import candidate_fit, unidentified
 from .findings import Finding, findings, sentences
 from .folds import Splits, splits
 from .nesting import ingredients
-from .paired_test import criteria, paired, whiteness
+from .paired_test import Paired, criteria, paired, whiteness
+from .trained_law import (
+    BUDGET,
+    HeldOutErrors,
+    TrainedLaw,
+    TrainingSettings,
+    held_out_errors,
+    train_law,
+)
 
 if TYPE_CHECKING:
     from ...data.ranges import Range
@@ -45,7 +53,7 @@ Progress = Callable[[str, Sequence[Search]], None]
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """A ladder of laws, compared.
+    """Laws compared on what was held out.
 
     Args:
         rig: The axis.
@@ -94,11 +102,11 @@ class Selection:
         """A candidate by its law's name.
 
         Raises:
-            KeyError: it is not on the ladder.
+            KeyError: it is not among them.
         """
-        for one in self.candidates:
-            if one.name == name:
-                return one
+        for candidate in self.candidates:
+            if candidate.name == name:
+                return candidate
         raise KeyError(name)
 
     def __repr__(self) -> str:
@@ -121,7 +129,7 @@ def select(
     folds: int | None = None,
     progress: Progress | None = None,
 ) -> Selection:
-    """Fit a ladder of laws and recommend the simplest that the data support.
+    """Fit several laws and recommend the simplest that the data support.
 
     Each law starts from the simpler ones' answers as well as from a search of its own. Where
     nothing is given to be held out, logs are held out in turn, or whole strokes or parts of them
@@ -144,35 +152,38 @@ def select(
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    made = _ladder(rig, laws, dict(fixed or {}), dict(bounds or {}))
-    axis = made[0].rig
+    every = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}))
+    axis = every[0].rig
     logs, tests = recording_list(recordings), [] if test is None else recording_list(test)
     simulated = axis.approach == "output_error"
-    given = {"seed": seed, "budget": budget}
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
         if value is not None and (not isinstance(value, Integral) or value < least):
             raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
-    if idle := [] if simulated else [n for n, v in given.items() if v is not None]:
+    if (
+        idle := []
+        if simulated
+        else [n for n, v in {"seed": seed, "budget": budget}.items() if v is not None]
+    ):
         raise InputError(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    trained, out = range_list(train, axis), range_list(holdout, axis)
-    if folds is not None and (out or tests):
+    data = DataSplit(tuple(logs), tuple(range_list(train, axis)), tuple(range_list(holdout, axis)))
+    if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
-    rounds = splits(logs, axis, trained, out, tests, FOLDS if folds is None else folds)
-    plan = _Ladder(rounds, 0 if seed is None else seed, budget or BUDGET, progress)
-    for one in made:
+    rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
+    training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
+    for parameters in every:
         try:
-            plan.climb(one, trained, out, logs)
+            training.add(parameters)
         except KeyboardInterrupt:
-            if not plan.done:
+            if not training.laws:
                 raise
             break
-    return _compared(axis, plan, [m.law.name for m in made], plan.seed if simulated else None)
+    return _compared(axis, training, [p.law.name for p in every], simulated=simulated)
 
 
-def _ladder(
+def _parameters(
     rig: str | Rig,
     laws: Sequence[str | Law] | None,
     fixed: dict[str, float],
@@ -184,18 +195,18 @@ def _ladder(
         InputError: an unknown law, one that is given twice, or a name that no law knows.
     """
     axis, _ = rig_and_law(rig, None)
-    found = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
-    names = [law.name for law in found]
+    chosen = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
+    names = [law.name for law in chosen]
     if twice := [n for n in names if names.count(n) > 1]:
         raise InputError(f"law {twice[0]} is given twice: give it once")
-    if not found:
+    if not chosen:
         raise InputError("no law was given")
     known: set[str] = set()
-    made = []
-    for law in found:
+    every = []
+    for law in chosen:
         own = {n for q in axis.parameters(law) for n in (q.name, axis.label(q.name))}
         known |= own
-        made.append(
+        every.append(
             partition(
                 axis,
                 law,
@@ -208,113 +219,140 @@ def _ladder(
             f"no law here has a parameter {strange[0]!r} on rig {axis.name}: there are "
             f"{', '.join(sorted(known))}"
         )
-    return sorted(made, key=lambda m: len(m.free))
+    return sorted(every, key=lambda p: len(p.free))
 
 
-class _Ladder:
-    """The laws that are done, with what is needed to compare them."""
+@dataclass(frozen=True, eq=False)
+class _Trained:
+    """A law trained on everything, with its errors on what was held out in all rounds."""
 
-    def __init__(self, rounds: Splits, seed: int, budget: int, progress: Progress | None) -> None:
-        self.rounds, self.seed, self.budget, self._progress = rounds, seed, budget, progress
-        self.done: list[tuple[Rung, Held, tuple[str, ...], Callable[[], Fit], float, int]] = []
-        self._below: list[list[Rung]] = [[] for _ in (rounds.whole, *rounds.rounds)]
+    main: TrainedLaw
+    errors: HeldOutErrors
+    unidentified: tuple[str, ...]
+    conclude: Callable[[], Fit]
+    seconds: float
+    evaluations: int
 
-    def climb(
+
+class _Training:
+    """The laws that are trained, in everything and in every round."""
+
+    def __init__(
         self,
-        parameters: Parameters,
-        trained: Sequence[Range],
-        out: Sequence[Range],
-        logs: Sequence[Recording],
+        rounds: Splits,
+        data: DataSplit,
+        seed: int,
+        budget: int,
+        progress: Progress | None,
     ) -> None:
-        """Fit a law to everything and in every round, and hold it against what is left."""
-        name, found = parameters.law.name, []
-        rounds = self.rounds.rounds
-        main = climb(parameters, self.rounds.whole, self._below[0], self._plan(name))
-        found.append(main)
-        seen: Held | None = None
+        self.rounds, self.data, self.seed = rounds, data, seed
+        self._budget, self._progress = budget, progress
+        self.laws: list[_Trained] = []
+        self._simpler: list[list[TrainedLaw]] = [[] for _ in (rounds.whole, *rounds.rounds)]
+
+    def add(self, parameters: Parameters) -> None:
+        """Train a law on everything and in every round, and measure its held-out errors."""
+        name, rounds = parameters.law.name, self.rounds.rounds
+        main = train_law(parameters, self.rounds.whole, self._simpler[0], self._settings(name))
+        trained = [main]
+        errors: list[HeldOutErrors] = []
         for k, split in enumerate(rounds, 1):
-            rung = main
+            law = main
             if self.rounds.kind != "hold-out":
-                plan = self._plan(f"{name}, round {k} of {len(rounds)}")
-                rung = climb(parameters, split.train, [*self._below[k], main], plan, k)
-                found.append(rung)
-            part = held(rung, split.held)
-            seen = part if seen is None else seen.joined(part)
-        assert seen is not None  # noqa: S101 - there is at least one round
+                settings = self._settings(f"{name}, round {k} of {len(rounds)}")
+                law = train_law(parameters, split.train, [*self._simpler[k], main], settings, k)
+                trained.append(law)
+            errors.append(held_out_errors(law, split.held))
         if self._progress is not None:
             self._progress(f"{name}, intervals", [])
-        conclude = partial(fitted, main, trained, out, logs, self.seed)
+        conclude = partial(candidate_fit, main, self.data, self.seed)
         if main.problem is None:  # the rest takes as long as the fit, and may wait
-            blind = unseen(main)
+            missed = unidentified(main)
         else:
             fit = conclude()
-            blind = tuple(e.name for e in fit.estimates if e.verdict == "not identifiable")
-            conclude = partial(_kept, fit)
-        seconds, spent = sum(r.seconds for r in found), sum(r.evaluations for r in found)
-        self.done.append((main, seen, blind, conclude, seconds, spent))
-        for below, rung in zip(self._below, found, strict=False):
-            below.append(rung)
+            missed = tuple(e.name for e in fit.estimates if e.verdict == "not identifiable")
+            conclude = partial(_same, fit)
+        seconds, spent = sum(r.seconds for r in trained), sum(r.evaluations for r in trained)
+        joined = reduce(HeldOutErrors.joined, errors)
+        self.laws.append(_Trained(main, joined, missed, conclude, seconds, spent))
+        for simpler, law in zip(self._simpler, trained, strict=False):
+            simpler.append(law)
 
-    def _plan(self, doing: str) -> Plan:
+    def _settings(self, doing: str) -> TrainingSettings:
         progress = self._progress
         if progress is None:
-            return Plan(self.seed, self.budget)
+            return TrainingSettings(self.seed, self._budget)
         progress(doing, [])
-        return Plan(self.seed, self.budget, lambda searches: progress(doing, searches))
+        return TrainingSettings(self.seed, self._budget, lambda searches: progress(doing, searches))
 
 
-def _kept(fit: Fit) -> Fit:
+def _same(fit: Fit) -> Fit:
     return fit
 
 
-def _compared(axis: Rig, plan: _Ladder, names: Sequence[str], seed: int | None) -> Selection:
-    rungs = [rung for rung, *_ in plan.done]
-    seen = [part for _, part, *_ in plan.done]
-    errors = [part.error for part in seen]
+def _compared(
+    axis: Rig, training: _Training, names: Sequence[str], *, simulated: bool
+) -> Selection:
+    laws = [t.main for t in training.laws]
+    errors = [t.errors.error for t in training.laws]
     if not np.isfinite(min(errors)):
         raise InputError("no law here can be simulated on what was held out")
     best = int(np.argmin(errors))
-    pieces = [part.residuals for part in seen]
-    against = [paired(one, pieces[best]) for one in pieces]
-    others = [i for i in range(len(rungs)) if i != best]
-    worse = [i != best and against[i].worse for i in range(len(rungs))]
-    ruler = min(rungs, key=lambda r: float(np.mean(r.residuals**2)))
+    residuals = [t.errors.residuals for t in training.laws]
+    against = [paired(r, residuals[best]) for r in residuals]
+    others = [i for i in range(len(laws)) if i != best]
+    worse = [i != best and against[i].worse for i in range(len(laws))]
+    ruler = min(laws, key=lambda r: float(np.mean(r.residuals**2)))
     effective = len(ruler.residuals) / whiteness(ruler.residuals, ruler.logs).time
-    made = []
-    for i, (rung, part, blind, conclude, seconds, spent) in enumerate(plan.done):
-        r, free = rung.residuals, len(rung.parameters.free)
-        made.append(
-            Candidate(
-                parameters=rung.parameters,
-                error=rung.error,
-                held=part.error,
-                criteria=criteria(float(np.mean(r**2)), free, effective),
-                white=whiteness(r, rung.logs),
-                unseen=blind,
-                against=None if i == best else against[i],
-                worse=worse[i],
-                ingredients=ingredients(
-                    rung.parameters.law, [q.name for q in rung.parameters.free]
-                ),
-                evaluations=spent,
-                seconds=seconds,
-                conclude=conclude,
-            )
-        )
-    able = [i for i in range(len(made)) if not worse[i]]
-    taken = min(able, key=lambda i: (made[i].free, len(made[i].unseen), made[i].held))
-    has = [c.ingredients for c in made]
-    found = findings(
-        [(c.name, c.free) for c in made],
-        has,
-        taken,
-        lambda simple, rich: paired(pieces[simple], pieces[rich]),
-        [c.error for c in made],
+    candidates = [
+        _candidate(t, effective, None if i == best else against[i], worse=worse[i])
+        for i, t in enumerate(training.laws)
+    ]
+    able = [i for i in range(len(candidates)) if not worse[i]]
+    chosen = min(
+        able, key=lambda i: (candidates[i].free, len(candidates[i].unseen), candidates[i].held)
     )
-    left = tuple(names[len(made) :])
+    warranted = findings(
+        [(c.name, c.free) for c in candidates],
+        [c.ingredients for c in candidates],
+        chosen,
+        lambda simple, rich: paired(residuals[simple], residuals[rich]),
+        [c.error for c in candidates],
+    )
+    left = tuple(names[len(candidates) :])
     count = min((against[i].blocks for i in others), default=0)
-    said = sentences(made, taken, best, found, count, left)
     return Selection(
-        axis, tuple(made), taken, best, plan.rounds, count, effective, found, said,
-        rungs[0].unit, seed, left,
-    )  # fmt: skip
+        rig=axis,
+        candidates=tuple(candidates),
+        chosen=chosen,
+        best=best,
+        splits=training.rounds,
+        blocks=count,
+        effective=effective,
+        findings=warranted,
+        said=sentences(candidates, chosen, best, warranted, count, left),
+        unit=laws[0].unit,
+        seed=training.seed if simulated else None,
+        left=left,
+    )
+
+
+def _candidate(
+    trained: _Trained, effective: float, against: Paired | None, *, worse: bool
+) -> Candidate:
+    law = trained.main
+    free = law.parameters.free
+    return Candidate(
+        parameters=law.parameters,
+        error=law.error,
+        held=trained.errors.error,
+        criteria=criteria(float(np.mean(law.residuals**2)), len(free), effective),
+        white=whiteness(law.residuals, law.logs),
+        unseen=trained.unidentified,
+        against=against,
+        worse=worse,
+        ingredients=ingredients(law.parameters.law, [q.name for q in free]),
+        evaluations=trained.evaluations,
+        seconds=trained.seconds,
+        conclude=trained.conclude,
+    )

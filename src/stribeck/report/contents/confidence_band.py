@@ -38,14 +38,16 @@ def band(fit: Fit, sides: Sequence[Array]) -> tuple[BandSource, list[tuple[Array
         The source, and (low, high) in N (N m) for each of `sides`; None where too few sets can be
         drawn that are friction at all.
     """
-    if fit.known is None:
-        return None
     parameters, n = fit.parameters, len(fit.parameters.free)
     source: BandSource = "intervals"
-    if fit.known.bootstrap is not None and len(fit.known.bootstrap.draws) >= FEWEST:
-        source, sets, profiled = "bootstrap", fit.known.bootstrap.draws[:, :n], np.empty((0, n))
+    if fit.uncertainty.bootstrap is not None and len(fit.uncertainty.bootstrap.draws) >= FEWEST:
+        source, sets, profiled = (
+            "bootstrap",
+            fit.uncertainty.bootstrap.draws[:, :n],
+            np.empty((0, n)),
+        )
     else:
-        sets, profiled = _drawn(fit, fit.known), _profiled(fit.known)[:, :n]
+        sets, profiled = _drawn(fit, fit.uncertainty), _profiled(fit.uncertainty)[:, :n]
     drawn = _laws(fit, parameters.full(sets))
     certain = _laws(fit, parameters.full(profiled))
     if len(drawn) < FEWEST:

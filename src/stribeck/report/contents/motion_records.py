@@ -56,7 +56,7 @@ def balanced_traces(fit: Fit) -> Iterator[tuple[str, list[MotionTraces]]]:
             logs, rows = counting(fit.recordings, [held.within])
         except InputError:  # the range lies in logs that were not trained on
             continue
-        validated = balance.validate(logs, fit.law, rig, fit.p, rows=rows)
+        validated = balance.validate(logs, fit.parameters, fit.p, rows=rows)
         both = zip(logs, validated.signals, strict=True)
         yield held.within.text, [balance_traces(rig, log, b) for log, b in both]
 

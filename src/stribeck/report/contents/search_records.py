@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 def profile_records(fit: Fit) -> Iterator[ProfileRecord]:
     """The profile of each free parameter."""
-    if fit.known is None:
-        return
-    profiles = fit.known.by_name()
+    profiles = fit.uncertainty.by_name()
     ends = {q.name: e for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
     for q in fit.parameters.free:
         e, (profile, _) = ends[q.name], profiles[q.name]
@@ -44,8 +42,8 @@ def profile_records(fit: Fit) -> Iterator[ProfileRecord]:
 
 def run_records(fit: Fit) -> Iterator[RunRecord]:
     """The repeats, the best first; convergence by the places where the best cost fell."""
-    done = fit.polished or (None,) * len(fit.runs)
-    for run, polished in zip(fit.runs[:MANY], done, strict=False):
+    done = fit.search.polished or (None,) * len(fit.search.runs)
+    for run, polished in zip(fit.search.runs[:MANY], done, strict=False):
         x = run.x if polished is None else polished.x
         cost = run.cost if polished is None else polished.cost
         best = run.trace.convergence()
@@ -66,7 +64,7 @@ def run_records(fit: Fit) -> Iterator[RunRecord]:
 
 def draws_record(fit: Fit) -> DrawsRecord | None:
     """The bootstrap, where there was one."""
-    drawn = fit.known.bootstrap if fit.known is not None else None
+    drawn = fit.uncertainty.bootstrap
     if drawn is None:
         return None
     return DrawsRecord(

@@ -77,7 +77,7 @@ def _simulation(contents: Contents) -> dict[str, Figure]:
     runs, smooth = contents.runs(), fit.score.baselines().get("smooth")
     convergence = convergence_plot(runs, fit.score.unit, smooth, printed=True)
     if convergence is not None:
-        title = f"Convergence of {fit.method}"
+        title = f"Convergence of {fit.search.method}"
         polished = any(run.polishing for run in runs)
         x = f"Evaluations of J; dot: {'after polishing' if polished else 'where it ended'}"
         figures["convergence"] = draw(replace(convergence, title=title, x=x, height=400))

@@ -1,0 +1,119 @@
+"""Warnings about a fit by output error: what a reader must know before believing it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..data.recording import Recording
+from ..data.segmentation import noise, step
+from ..friction import LAWS
+from ..rig import Rig
+from ..rig.simulated import as_simulated
+from ..units import unit
+from .data_split import SegmentSplit
+from .parameters import Parameters
+from .score import Score
+from .segment import Segment, recordings_of
+from .sliding_check import never_slid
+from .uncertainty.sensor_noise import rest_noise
+
+#: A repeat of the search confirms an answer if its misfit is within this factor of the best.
+RIVAL = 1.1
+#: A misfit above this share of the best smooth motion's explains little.
+LITTLE = 0.5
+#: A misfit above this many times the sensor's own noise leaves something unexplained.
+NOISY = 1.5
+
+
+def _resting(score: Score, floor: float) -> list[str]:
+    if score.still > NOISY * floor:
+        return []
+    fault = "the axis hardly moves in what was trained on: that supports nothing"
+    return [f"{fault}, train on a range in which it moves"]
+
+
+def explains_little(parameters: Parameters, score: Score) -> bool:
+    """Whether a smooth motion, or none where each segment is a slip, does nearly as well."""
+    beside = score.still if parameters.objective.restart else score.smooth
+    return score.value >= LITTLE * beside
+
+
+def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
+    """What the sensors alone leave of J: noise and quantisation, in the unit of J.
+
+    Rests show it as it is; elsewhere it is taken from the third differences of the motion.
+    """
+    floors = [np.hypot(noise(log), step(log.position) / np.sqrt(12)) for log in logs]
+    floors += [sd for log in logs if np.isfinite(sd := rest_noise([log]))]
+    return float(unit(rig.shows.get("position", "m")).from_si(max(floors)))
+
+
+def output_error_warnings(
+    parameters: Parameters,
+    score: Score,
+    segments: SegmentSplit,
+    recordings: Sequence[Recording],
+    rivals: int,
+    repeats: int,
+) -> list[str]:
+    """What a reader must know about a fit by output error, a sentence each.
+
+    Args:
+        parameters: Rig and law.
+        score: Its misfit.
+        segments: What was trained on and held out.
+        recordings: The logs.
+        rivals: Repeats of the search that explain the data as well as the best.
+        repeats: All of them.
+    """
+    train, tests = segments.train, segments.holdout
+    warnings = never_slid(parameters, recordings_of(train))
+    floor = _noise_floor(parameters.rig, recordings)
+    warnings += _resting(score, floor)
+    if explains_little(parameters, score):
+        warnings.append(
+            f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
+            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
+            "widen the ranges, or check the rig's constants and the units of the log"
+        )
+    elif score.value > NOISY * floor:
+        warnings.append(
+            f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
+            f"{score.unit}): the search has not found the best fit, or the rig leaves something out"
+        )
+    if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
+        warnings.append(
+            f"only 1 of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the answer is "
+            "not confirmed; raise --repeats"
+        )
+    trained = {s.direction for s in train}
+    rig = as_simulated(parameters.rig)
+    one_way = rig.from_rest and not parameters.law.directional
+    for within, held in tests:
+        if any(_overlap(a, b) for a in held for b in train):
+            warnings.append(
+                f"hold-out {within.text} overlaps the training data: there its error says "
+                "nothing about new data"
+            )
+        if one_way and {s.direction for s in held} - trained:
+            warnings.append(f"hold-out {within.text} runs in a direction that was not trained on")
+    if one_way and len(trained) > 1 and f"{parameters.law.name}-directional" in LAWS:
+        warnings.append(
+            "both directions share one parameter set: use the law "
+            f"{parameters.law.name}-directional, or train on one direction"
+        )
+    if rig.scale:
+        warnings.append(
+            f"forces, masses and stiffnesses are in proportion to {rig.scale}: if those are "
+            "10 % off, so are all of these, and no motion would show it"
+        )
+    warnings += [f"{log.label}: {note}" for log in recordings for note in log.notes]
+    return warnings
+
+
+def _overlap(a: Segment, b: Segment) -> bool:
+    """Whether two segments share samples."""
+    shared = min(a.rows.stop, b.rows.stop) - max(a.rows.start, b.rows.start)
+    return a.recording is b.recording and shared > 0

@@ -1,0 +1,291 @@
+"""A law trained on ranges of logs, and its errors on others."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from zlib import crc32
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ...errors import InputError
+from ...optimize import MemeticTabuSearch, Run, Search, configure
+from ...rig.simulated import as_simulated
+from ...space import Array
+from ..balance import balance
+from ..initial_state import FreeStartProblem, free_starts, started_at_each
+from ..multistart import Progress, run_searches, with_free_starts
+from ..parameters import Parameters
+from ..polish import Polished, polish
+from ..problem import MotionProblem
+from ..segment import Segment, segments
+from ..uncertainty.residuals import parts
+from .folds import LogRange
+from .nesting import embedded
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from .folds import Mask
+
+#: Evaluations that a search may spend on one fit, and after how many for each parameter without
+#: anything better it has settled: more in stick-slip, where there are many basins. The simpler
+#: laws' answers are candidates as well.
+BUDGET, SETTLE, SETTLE_STICK_SLIP = 4_000, 60, 200
+#: How many answers of simpler laws are refined, and what that may take for each parameter.
+STARTS, REFINED = 2, 25
+
+
+@dataclass(frozen=True)
+class TrainingSettings:
+    """How each law is searched for under output error.
+
+    Args:
+        seed: Of all searches.
+        budget: Evaluations of one training.
+        progress: Called with the searches after every step.
+    """
+
+    seed: int
+    budget: int
+    progress: Progress | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TrainedLaw:
+    """A law trained on ranges of logs.
+
+    Args:
+        parameters: Its parameters.
+        p: Its complete parameter set, SI, (k,).
+        error: Misfit on its training data in the unit shown: J or percent.
+        unit: Of the misfit.
+        residuals: Of the training, (rows,).
+        logs: Rows of each log or segment.
+        evaluations: Of the cost.
+        seconds: Wall-clock time.
+        problem: The problem searched; None for a force balance.
+        x: Free parameters, and the starts where they are unknowns too, SI.
+        run: The search; None for a force balance.
+        balance: The solved force balance; None for output error.
+    """
+
+    parameters: Parameters
+    p: Array
+    error: float
+    unit: str
+    residuals: Array
+    logs: tuple[int, ...]
+    evaluations: int
+    seconds: float
+    problem: MotionProblem | FreeStartProblem | None
+    x: Array
+    run: Run | None
+    balance: balance.Balance | None
+
+    @property
+    def train(self) -> tuple[Segment, ...]:
+        """The segments trained on, from the starts estimated; none for a force balance."""
+        if isinstance(self.problem, FreeStartProblem):
+            return started_at_each(self.problem.problem.train, self.x[len(self.parameters.free) :])
+        return () if self.problem is None else self.problem.train
+
+
+def train_law(
+    parameters: Parameters,
+    train: Sequence[LogRange],
+    simpler: Sequence[TrainedLaw],
+    settings: TrainingSettings,
+    key: int = 0,
+) -> TrainedLaw:
+    """Train a law, starting from other answers too: no worse than any law that it contains.
+
+    Args:
+        parameters: Its parameters.
+        train: Ranges to train on.
+        simpler: Simpler laws trained on the same, and the law itself trained on more: where to
+            start decides only which of several minima is reached.
+        settings: How to search.
+        key: Number of the round, so that rounds draw different numbers.
+
+    Raises:
+        InputError: these ranges cannot be simulated, or have too few rows.
+    """
+    start_time = time.perf_counter()
+    if parameters.rig.approach == "output_error":
+        return _searched(parameters, train, simpler, settings, key, start_time)
+    return _solved(parameters, train, simpler, start_time)
+
+
+def _searched(
+    parameters: Parameters,
+    train: Sequence[LogRange],
+    simpler: Sequence[TrainedLaw],
+    settings: TrainingSettings,
+    key: int,
+    start_time: float,
+) -> TrainedLaw:
+    problem = MotionProblem(parameters, _segments(parameters, train))
+    seed = SeedSequence(settings.seed, spawn_key=(crc32(parameters.law.name.encode()), key))
+    settle = SETTLE_STICK_SLIP if free_starts(problem) else SETTLE
+    method = configure(MemeticTabuSearch.name, settle=settle)
+    search = Search(problem.space, method, budget=settings.budget, seed=seed)
+    (run,), interrupted = run_searches(problem, [search], settings.progress)
+    if interrupted:
+        raise KeyboardInterrupt
+    whole = with_free_starts(problem)
+    starts = whole.nominal if isinstance(whole, FreeStartProblem) else np.empty(0)
+    x = [np.concatenate([run.x, starts])]
+    x += [_carried(trained, parameters, whole) for trained in simpler]
+    costs = whole(np.array(x))
+    spent = run.evaluations + len(x)
+    # The end of the search is a minimum already, unless the starts have come free since.
+    promising = [k for k in np.argsort(costs, kind="stable")[: STARTS + 1] if np.isfinite(costs[k])]
+    polished = [Polished(x[k], float(costs[k]), 0) for k in range(len(x)) if np.isfinite(costs[k])]
+    polished += [
+        polish(whole, x[k], float(costs[k]), REFINED * whole.space.dim)
+        for k in promising
+        if k or whole is not problem
+    ]
+    best = min(polished, key=lambda d: d.cost)
+    return TrainedLaw(
+        parameters,
+        parameters.full(best.x[None, : len(parameters.free)])[0],
+        best.cost,
+        problem.unit,
+        whole.residuals(best.x[None])[0],
+        whole.logs,
+        spent + sum(d.evaluations for d in polished),
+        time.perf_counter() - start_time,
+        whole,
+        best.x,
+        run,
+        None,
+    )
+
+
+def _carried(
+    trained: TrainedLaw, parameters: Parameters, whole: MotionProblem | FreeStartProblem
+) -> Array:
+    """A simpler law's answer as a point of a richer law's problem, its starts with it."""
+    x = embedded(trained.parameters, trained.p, parameters)
+    if not isinstance(whole, FreeStartProblem):
+        return x
+    starts, nominal = trained.x[len(trained.parameters.free) :], whole.nominal
+    return np.concatenate([x, starts if len(starts) == len(nominal) else nominal])
+
+
+def _segments(parameters: Parameters, ranges: Sequence[LogRange]) -> list[Segment]:
+    """The segments of all ranges; one in which the axis never rests counts for nothing.
+
+    Raises:
+        InputError: nothing is left.
+    """
+    rig = as_simulated(parameters.rig)
+    every: list[Segment] = []
+    refused: InputError | None = None
+    for log in ranges:
+        try:
+            every += segments([log.recording], rig, log.within)
+        except InputError as error:
+            refused = refused or error
+    if refused is not None and not every:
+        raise refused
+    return every
+
+
+def _solved(
+    parameters: Parameters,
+    train: Sequence[LogRange],
+    simpler: Sequence[TrainedLaw],
+    start_time: float,
+) -> TrainedLaw:
+    logs, masks = _masks(train)
+
+    def solved(near: Array | None = None) -> balance.Balance:
+        return balance.balance(logs, parameters, rows=masks, near=near)
+
+    best = solved()
+    if best.system.shape:
+        for law in (r for r in simpler if r.error < best.relative_error):
+            near = parameters.full(embedded(law.parameters, law.p, parameters)[None])[0]
+            other = solved(near)
+            if other.relative_error < best.relative_error:
+                best = other
+    rows = tuple(len(s.t) for s in best.signals)
+    return TrainedLaw(
+        parameters,
+        best.values,
+        best.relative_error,
+        "%",
+        best.residuals,
+        rows,
+        0,
+        time.perf_counter() - start_time,
+        None,
+        best.values[parameters.free_places],
+        None,
+        best,
+    )
+
+
+def _masks(ranges: Sequence[LogRange]) -> tuple[list[Recording], list[Mask]]:
+    """Each log once, with all that counts of it."""
+    masks: dict[int, tuple[Recording, Mask]] = {}
+    for part in ranges:
+        log = part.recording
+        known = masks.get(id(log), (log, np.zeros(len(log), dtype=bool)))
+        masks[id(log)] = (log, known[1] | part.mask())
+    return [log for log, _ in masks.values()], [mask for _, mask in masks.values()]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutErrors:
+    """A model's residuals on data that was held out.
+
+    Args:
+        residuals: An array a segment or log; nan where the model cannot be run.
+        size: Sum of squares of what was measured, for an error relative to that.
+        relative: Whether the error is.
+    """
+
+    residuals: tuple[Array, ...]
+    size: float
+    relative: bool
+
+    @property
+    def error(self) -> float:
+        """J, or the relative error in percent."""
+        squares = sum(float(r @ r) for r in self.residuals)
+        if not np.isfinite(squares):
+            return float("inf")
+        if self.relative:
+            return 100 * float(np.sqrt(squares / self.size)) if self.size > 0 else float("inf")
+        return float(np.sqrt(squares / sum(len(r) for r in self.residuals)))
+
+    def joined(self, other: HeldOutErrors) -> HeldOutErrors:
+        """Both together."""
+        return HeldOutErrors(
+            self.residuals + other.residuals, self.size + other.size, self.relative
+        )
+
+
+def held_out_errors(trained: TrainedLaw, ranges: Sequence[LogRange]) -> HeldOutErrors:
+    """The errors of a trained law on ranges held out, from where the sensor saw the axis start.
+
+    Raises:
+        InputError: these ranges cannot be simulated, or have too few rows.
+    """
+    parameters = trained.parameters
+    if parameters.rig.approach == "output_error":
+        problem = MotionProblem(parameters, _segments(parameters, ranges))
+        x = trained.p[None, parameters.free_places]
+        residuals = parts(problem.residuals(x)[0], problem.logs)
+        return HeldOutErrors(tuple(r for r in residuals if len(r)), 0.0, relative=False)
+    logs, masks = _masks(ranges)
+    signals = balance.validate(logs, parameters, trained.p, rows=masks).signals
+    residuals = [s.measured - s.predicted for s in signals if len(s.t)]
+    size = sum(float(s.measured @ s.measured) for s in signals)
+    return HeldOutErrors(tuple(residuals), size, relative=True)
