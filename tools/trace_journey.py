@@ -22,6 +22,7 @@ import sys
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
+from inspect import CO_OPTIMIZED
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -63,7 +64,8 @@ class Journey:
             return
         if event == "call":
             self._depth += 1
-            if code not in self._entered and not code.co_name.startswith("<"):
+            function = code.co_flags & CO_OPTIMIZED and not code.co_name.startswith("<")
+            if function and code not in self._entered:
                 self._entered.add(code)
                 file = code.co_filename.removeprefix(self._root)
                 self.entries.append(Entry(file, code.co_name, self._depth))
