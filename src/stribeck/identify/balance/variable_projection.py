@@ -16,6 +16,7 @@ from numba import float64
 from ...compile_cache import compiled
 from ...friction.orders import Order
 from ...space import Array
+from ..uncertainty.covariance import first_below_zero
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
 _LEVELS, _MORE, _POLISHED = {1: 16, 2: 6}, 3, 3
@@ -165,7 +166,7 @@ def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
     bread = covariance(W, 1.0)
     seen = np.isfinite(np.diag(bread))
     scores = W[:, seen] * residuals[:, None]
-    reach = 2 * _first_below_zero(residuals, lengths)
+    reach = 2 * first_below_zero(residuals, lengths)
     meat = np.zeros((scores.shape[1], scores.shape[1]))
     for part in np.split(scores, np.cumsum(lengths)[:-1]):
         for lag in range(min(reach, len(part))):
@@ -175,16 +176,6 @@ def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
     inner = bread[np.ix_(seen, seen)]
     found[np.ix_(seen, seen)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
     return found
-
-
-def _first_below_zero(residuals: Array, lengths: Sequence[int]) -> int:
-    """The first lag at which residuals no longer resemble themselves, at most a tenth of them."""
-    parts = [r - r.mean() for r in np.split(residuals, np.cumsum(lengths)[:-1]) if len(r)]
-    most = max(2, len(residuals) // 10)
-    for lag in range(1, most):
-        if sum(float(np.sum(r[lag:] * r[:-lag])) for r in parts if len(r) > lag) <= 0:
-            return lag
-    return most
 
 
 def condition(W: Array) -> float:
