@@ -295,6 +295,16 @@ def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
     assert f"{report.draws.drawn} data sets" in page.text
 
 
+def test_a_posterior_stands_beside_the_profiles(forced: Fit) -> None:
+    pytest.importorskip("emcee")
+    again = identify(forced.recordings, rig="forced", law="coulomb-viscous", samples=500)
+    report = Contents(again).report()
+    assert report.card.posterior is not None
+    page = Page(render(report))
+    assert "posterior from" in page.text
+    assert "500 samples" in page.text
+
+
 @pytest.fixture(scope="module")
 def several(forced: Fit) -> Fit:
     """Of four logs: three parts of one, and the whole."""

@@ -11,11 +11,12 @@ from stribeck.friction import LAWS
 from stribeck.identify.balance.force_residuals import BalanceResiduals
 from stribeck.identify.balance.regression import System
 from stribeck.identify.balance.rows import filtered_logs
+from stribeck.identify.card import Card, card
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.blind_directions import directions, percent
 from stribeck.identify.uncertainty.covariance import correlation_time
 from stribeck.identify.uncertainty.posterior import posterior
-from stribeck.identify.uncertainty.profile import Profile, Side, profiles
+from stribeck.identify.uncertainty.profile import IntervalEnd, Profile, profiles
 from stribeck.identify.uncertainty.profile_walk import Ended
 from stribeck.identify.uncertainty.residuals import orders_of
 from stribeck.identify.uncertainty.sensitivity import sensitivities
@@ -47,7 +48,7 @@ def told(
     value: float = 1.0,
 ) -> Profile:  # fmt: skip
     none = np.empty(0)
-    sides = Side(low, low_ended, 1.0), Side(high, high_ended, 1.0)
+    sides = IntervalEnd(low, low_ended, 1.0), IntervalEnd(high, high_ended, 1.0)
     return Profile("p", value, *sides, none, none, none, 1.0)
 
 
@@ -225,17 +226,21 @@ def test_a_linear_posterior_is_the_normal_one() -> None:
     y = W @ [1.0, 2.0] + 0.3 * NOISE
     model = Model(box([(-50, 50)] * 2), y, lambda x: W @ x)
     best = np.asarray(np.linalg.lstsq(W, y, rcond=None)[0], dtype=float)
-    found = posterior(model, best, walkers=24, steps=1500, seed=1)
+    found = posterior(model, best, walkers=24, samples=25_200, seed=1)
     left = y - W @ best
     C = np.linalg.inv(W.T @ W) * (left @ left) / 398 * correlation_time(left)
     sd = np.sqrt(np.diag(C))
     assert found.samples.mean(axis=0) == pytest.approx(best, abs=0.06 * sd.max())
     assert np.cov(found.samples.T) == pytest.approx(C, rel=0.1)
     np.testing.assert_allclose((found.high - found.low) / (2 * 1.96 * sd), 1.0, atol=0.06)
+    for share, z in ((5, -1.6449), (25, -0.6745), (50, 0.0), (75, 0.6745), (95, 1.6449)):
+        quantile = np.percentile(found.samples, share, axis=0)
+        np.testing.assert_allclose((quantile - best) / sd, z, atol=0.08)
+    np.testing.assert_array_equal(found.median, np.percentile(found.samples, 50, axis=0))
     assert found.settled
-    again = posterior(model, best, walkers=24, steps=50, seed=1)
+    again = posterior(model, best, walkers=24, samples=840, seed=1)
     assert np.array_equal(
-        again.samples, posterior(model, best, walkers=24, steps=50, seed=1).samples
+        again.samples, posterior(model, best, walkers=24, samples=840, seed=1).samples
     )
 
 
@@ -249,5 +254,37 @@ def test_without_emcee_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) 
 def test_walkers_too_few_are_refused() -> None:
     pytest.importorskip("emcee")
     model = Model(box([(0.0, 10.0)]), 3 * T, lambda x: x[0] * T)
-    with pytest.raises(InputError, match="give at least 2 and 10"):
+    with pytest.raises(InputError, match="give at least 2 and 1"):
         posterior(model, np.array([3.0]), walkers=1)
+
+
+def test_posterior_and_profile_of_a_twin_agree(log: Recording) -> None:
+    """Two roads to one interval: ends within a third of its width, and the truth in both.
+
+    An end of the range cuts the prior, and the posterior is narrower than the profile beside it.
+    """
+    pytest.importorskip("emcee")
+    fit = identify(log, train="112:295", fixed={"exponent": 1.0}, samples=4_000)
+    truth = dict(zip(("F_S", "F_C", "F_V", "v_SS", "k_spring"), PUBLISHED["right"][[0, 1, 2, 3, 5]],
+                     strict=True))  # fmt: skip
+    drawn = fit.posterior
+    assert drawn is not None
+    assert drawn.samples.shape == (4_000, len(drawn.names))
+    names = [q.name for q in fit.parameters.free]
+    assert list(drawn.names[:5]) == names == list(truth)  # starts of motions come after them
+    known = {e.name: e for e in fit.estimates}
+    for k, name in enumerate(names):
+        low, high = known[name].low, known[name].high
+        width = high - low
+        assert low < drawn.median[k] < high
+        assert drawn.low[k] <= truth[name] <= drawn.high[k]
+        assert low - 0.35 * width < drawn.low[k] < drawn.high[k] < high + 0.35 * width
+        if known[name].low_ended == known[name].high_ended == "threshold":
+            assert drawn.low[k] == pytest.approx(low, abs=0.35 * width)
+            assert drawn.high[k] == pytest.approx(high, abs=0.35 * width)
+    written = card(fit)
+    assert written.posterior is not None
+    assert list(written.posterior.parameters) == names
+    assert written.posterior.parameters["F_S"].low == pytest.approx(drawn.low[0])
+    assert Card.model_validate_json(written.text()) == written
+    assert '"posterior":' not in written.model_copy(update={"posterior": None}).text()

@@ -54,6 +54,7 @@ def identify(
     loss: Annotated[str, typer.Option(metavar="squares|absolute", help="What of the errors counts.")] = "squares",
     restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
     bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
+    posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say).")] = 0,
     columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json, figures and report.html there.")] = None,
     json: Json = False,
@@ -79,6 +80,8 @@ def identify(
         above_zero("--target", target)
     if bootstrap < 0:
         raise InputError(f"--bootstrap: give a whole number of refits, got {bootstrap}")
+    if posterior < 0:
+        raise InputError(f"--posterior: give a whole number of samples, got {posterior}")
     options: dict[str, Any] = {
         "method": method,
         "target": target,
@@ -105,6 +108,7 @@ def identify(
             loss=cast("Any", loss),
             restart=restart,
             draws=bootstrap,
+            samples=posterior,
             progress=progress,
             **options,
         )

@@ -66,6 +66,23 @@ class ParameterCard(_Part):
     meaning: str = ""
 
 
+class SampledCard(_Part):
+    """Median and central 95 % interval of one parameter's samples, in the unit of its parameter."""
+
+    median: Finite
+    low: Finite
+    high: Finite
+
+
+class PosteriorCard(_Part):
+    """Samples of the posterior: how many, the share of steps taken, whether walkers settled."""
+
+    samples: int
+    accepted: Finite
+    settled: bool
+    parameters: dict[str, SampledCard]
+
+
 class StaircaseCard(_Part):
     """How the axis, or the model, stuck and slipped: slips, their median in m or rad, a share."""
 
@@ -148,13 +165,16 @@ class Card(_Part):
     holdout: list[HoldoutCard] = []
     search: SearchCard
     balance: dict[str, Finite] = {}
+    posterior: PosteriorCard | None = None
     data: list[DataCard]
     warnings: list[str] = []
     software: dict[str, str]
 
     def text(self) -> str:
         """The card as JSON, as it stands in a file."""
-        return json.dumps(self.model_dump(by_alias=True), indent=2, ensure_ascii=False) + "\n"
+        absent = {"posterior"} if self.posterior is None else None
+        data = self.model_dump(by_alias=True, exclude=absent)
+        return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
     def model(self) -> tuple[Parameters, np.ndarray]:
         """The rig, law and parameter set of the card, ready to be simulated.
@@ -297,6 +317,7 @@ def card(fit: Fit) -> Card:
             repeats=[d.cost for d in fit.search.polished],
         ),
         balance=_balance(fit),
+        posterior=_posterior(fit),
         data=[
             DataCard(
                 file=log.source.file,
@@ -329,6 +350,26 @@ def _staircase(score: Score) -> dict[Literal["measured", "modelled"], StaircaseC
 def _balance(fit: Fit) -> dict[str, float]:
     figures = {} if fit.balance is None else fit.balance.figures()
     return {n: v for n, v in figures.items() if math.isfinite(v)}
+
+
+def _posterior(fit: Fit) -> PosteriorCard | None:
+    drawn = fit.posterior
+    if drawn is None:
+        return None
+    free = [(drawn.names.index(q.name), q) for q in fit.parameters.free]
+    return PosteriorCard(
+        samples=len(drawn.samples),
+        accepted=drawn.accepted,
+        settled=drawn.settled,
+        parameters={
+            fit.rig.label(q.name): SampledCard(
+                median=float(shown_in(fit.rig, q, drawn.median[i])),
+                low=float(shown_in(fit.rig, q, drawn.low[i])),
+                high=float(shown_in(fit.rig, q, drawn.high[i])),
+            )
+            for i, q in free
+        },
+    )
 
 
 def kind_of(rig: Rig) -> str:

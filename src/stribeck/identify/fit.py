@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from .multistart import Progress, SearchSettings
 from .output_error import solve_output_error
 from .parameters import partition
 from .result import Fit, Solution, build_fit
+from .uncertainty.posterior import posterior, sampler
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -46,6 +48,7 @@ def identify(
     loss: Loss = "squares",
     restart: bool = False,
     draws: int = 0,
+    samples: int = 0,
     progress: Progress | None = None,
 ) -> Fit:
     """Identify the friction of an axis.
@@ -78,6 +81,8 @@ def identify(
         restart: Whether the simulation starts anew at every rest; see `Objective`.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
+        samples: Of the posterior, which then stands beside them; none by default, 20,000 are
+            usual. It needs the extra `posterior`.
         progress: Called with the searches after every step.
 
     Raises:
@@ -89,6 +94,8 @@ def identify(
         tuple(range_list(train, rig)),
         tuple(range_list(holdout, rig)),
     )
+    if samples:
+        sampler()  # says at once if it is not there
     objective = Objective(loss, restart)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
     if not isinstance(draws, Integral) or draws < 0:
@@ -111,7 +118,22 @@ def identify(
         solution = solve_output_error(
             parameters, data, SearchSettings(**search), draws=draws, progress=progress
         )
-    return build_fit(solution, data)
+    return _sampled(build_fit(solution, data), samples, 0 if seed is None else seed)
+
+
+def _sampled(fit: Fit, samples: int, seed: int) -> Fit:
+    """The fit with the posterior about it, if samples are wanted and nobody has interrupted."""
+    if not samples or fit.search.ended == "interrupted":
+        return fit
+    try:
+        drawn = posterior(fit.residuals, fit.uncertainty.x, samples=samples, seed=seed)
+    except KeyboardInterrupt:
+        note = "interrupted: the posterior was not sampled"
+        search = replace(fit.search, ended="interrupted")
+        return replace(fit, search=search, warnings=(note, *fit.warnings))
+    unsettled = "the posterior's walkers have not settled: ask for more samples"
+    warnings = fit.warnings if drawn.settled else (*fit.warnings, unsettled)
+    return replace(fit, posterior=drawn, warnings=warnings)
 
 
 def _refuse(rig: Rig, names: Sequence[str]) -> None:

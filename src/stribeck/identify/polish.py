@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..optimize.box import Box
-from ..optimize.lockstep import Counted, Task, lockstep
+from ..optimize.lockstep import AskTell, Counted, lockstep
 from ..optimize.trust_region import least_squares
 from ..space import Array
 
 if TYPE_CHECKING:
     from ..optimize import Run, Trace
-    from ..optimize.lockstep import Residuals
+    from ..optimize.lockstep import ShowsResiduals
     from .problem import MotionProblem
 
 #: Places of a search that are polished at most, and rounds each must be able to afford.
@@ -65,7 +65,7 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     return Polished(best.x, best.cost, sum(d.evaluations for d in done))
 
 
-def polish(problem: Residuals, x: Array, start: float, allowance: int) -> Polished:
+def polish(problem: ShowsResiduals, x: Array, start: float, allowance: int) -> Polished:
     """Improve a point by trust-region least squares inside the search box.
 
     Args:
@@ -79,6 +79,6 @@ def polish(problem: Residuals, x: Array, start: float, allowance: int) -> Polish
         return Polished(x, start, 0)
     counted = Counted(problem, allowance)
     descent = least_squares(space.encode(x[None])[0], Box(space))
-    lockstep(counted, [Task("polishing", space, descent)])
+    lockstep(counted, [AskTell("polishing", space, descent)])
     best, cost = counted.best()
     return Polished(best, cost, counted.rows) if cost < start else Polished(x, start, counted.rows)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from .balance.balance import Balance
     from .data_split import DataSplit
+    from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
 
 
@@ -67,6 +68,7 @@ class Fit:
         residuals: The problem whose residuals these come from: `posterior(fit.residuals,
             fit.uncertainty.x)` draws from it.
         balance: The force balance; None for output error.
+        posterior: Samples of the posterior, if they were asked for.
     """
 
     parameters: Parameters
@@ -83,6 +85,7 @@ class Fit:
     uncertainty: Uncertainty = field(repr=False)
     residuals: Residuals = field(repr=False)
     balance: Balance | None = field(default=None, repr=False)
+    posterior: Posterior | None = field(default=None, repr=False)
 
     @property
     def rig(self) -> Rig:

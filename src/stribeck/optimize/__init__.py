@@ -4,11 +4,11 @@ from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging
 from .genetic import GeneticAlgorithm
 from .lockstep import (
+    AskTell,
     Counted,
     LeastSquares,
     Problem,
     SearchError,
-    Task,
     lockstep,
     rms,
     steps,
@@ -28,6 +28,7 @@ __all__ = [
     "AdaptiveTabuSearch",
     "Algorithm",
     "Answer",
+    "AskTell",
     "BacterialForaging",
     "Counted",
     "Detailed",
@@ -45,7 +46,6 @@ __all__ = [
     "Stop",
     "TabuSearch",
     "Target",
-    "Task",
     "Trace",
     "configure",
     "lockstep",

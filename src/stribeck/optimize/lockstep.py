@@ -1,7 +1,7 @@
 """The one loop: whatever asks for points is advanced together, all points in one call a step.
 
 Searches, descents, refits of a profile and of a bootstrap are all generators of points (`Moves`).
-A `Task` drives one by ask and tell; `steps` drives many.
+A `AskTell` drives one by ask and tell; `steps` drives many.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Problem(Protocol):
         """(n, dim) physical values to (n,) costs; inf or nan where a point cannot be run."""
 
 
-class Residuals(Protocol):
+class ShowsResiduals(Protocol):
     """A space and residuals over it."""
 
     @property
@@ -46,7 +46,7 @@ class Residuals(Protocol):
 
 
 @runtime_checkable
-class LeastSquares(Problem, Residuals, Protocol):
+class LeastSquares(Problem, ShowsResiduals, Protocol):
     """A problem whose cost is the root mean square of residuals that it can show."""
 
 
@@ -55,7 +55,7 @@ class SearchError(RuntimeError):
 
 
 class Driven(Protocol[T_co]):
-    """What `steps` advances: a `Task` or a `Search`."""
+    """What `steps` advances: a `AskTell` or a `Search`."""
 
     ended: str | None
     detailed: bool
@@ -74,7 +74,7 @@ class Driven(Protocol[T_co]):
         """The result so far."""
 
 
-class Task(Generic[T]):
+class AskTell(Generic[T]):
     """A generator of points of the unit cube, driven by ask and tell.
 
     Args:
@@ -179,7 +179,7 @@ class Counted:
 
     name = "counted"
 
-    def __init__(self, problem: Residuals, budget: int) -> None:
+    def __init__(self, problem: ShowsResiduals, budget: int) -> None:
         self.problem, self.budget, self.rows = problem, budget, 0
         self.space = problem.space
         self.visited: list[tuple[Array, float]] = []

@@ -12,7 +12,7 @@ from numpy.random import SeedSequence
 
 from ..errors import InputError
 from ..space import Array, Rng, Space
-from .lockstep import SearchError, Task
+from .lockstep import AskTell, SearchError
 from .moves import Detailed, Moves, Note
 from .trace import Trace
 
@@ -59,7 +59,7 @@ class Run:
     trace: Trace = field(repr=False)
 
 
-class Search(Task[Any]):
+class Search(AskTell[Any]):
     """Ask for the next points, tell their costs, until `ended` says why it is over.
 
     Args:

@@ -63,31 +63,33 @@ class TabuSearch:
     def moves(self, space: Space, rng: Rng, note: Note) -> Moves[str | None]:
         """Yield a random start, then a neighbourhood a round."""
         width = widths(space, self.coordinates)
-        here, best = yield from random_start(space, rng)
-        tabu = here[None]
+        current, best = yield from random_start(space, rng)
+        tabu = current[None]
         count = 0
         while count != self.count_max:
             count += 1
             note(round=count)
-            near = neighbourhood(rng, here, self.R / width, self.N, self.walls)
-            costs = yield near
-            here = near[admitted(near * width, costs, tabu * width, self.r_tabu, best)]
-            tabu = np.concatenate([tabu, here[None]])[-self.tenure :]
+            candidates = neighbourhood(rng, current, self.R / width, self.N, self.walls)
+            costs = yield candidates
+            current = candidates[
+                admitted(candidates * width, costs, tabu * width, self.r_tabu, best)
+            ]
+            tabu = np.concatenate([tabu, current[None]])[-self.tenure :]
             best = min(best, float(costs.min()))
         return "count_max"
 
 
-def admitted(near: Array, costs: Array, tabu: Array, r_tabu: float, best: float) -> int:
+def admitted(candidates: Array, costs: Array, tabu: Array, r_tabu: float, best: float) -> int:
     """Index of the cheapest candidate that the tabu list or aspiration admits.
 
     Args:
-        near: Candidates, shape (n, dim).
+        candidates: Candidates, shape (n, dim).
         costs: Their costs, shape (n,).
         tabu: Points still tabu, oldest first, shape (k, dim).
         r_tabu: Radius of the ball each bans.
         best: The best cost before this round.
     """
-    gap = gaps(near, tabu)
+    gap = gaps(candidates, tabu)
     banned = np.einsum("nkd,nkd->nk", gap, gap) <= r_tabu**2
     rounds_left = (banned * np.arange(1, len(tabu) + 1)).max(axis=1)  # 0: free
     free = (rounds_left == 0) | (costs < best)
@@ -176,12 +178,12 @@ class AdaptiveTabuSearch:
             note(stage="tabu", round=count, radius=R)
 
             # Step 8: N solutions around S0 within the search radius.
-            near = neighbourhood(rng, S0, R / width, self.N, self.walls)
+            candidates = neighbourhood(rng, S0, R / width, self.N, self.walls)
 
             # Step 9: best_neighbor1 and its cost.
-            costs = yield near
+            costs = yield candidates
             best_neighbor1 = int(costs.argmin())
-            S1, J1 = near[best_neighbor1].copy(), float(costs[best_neighbor1])
+            S1, J1 = candidates[best_neighbor1].copy(), float(costs[best_neighbor1])
 
             # Step 10: the better of S0 and S1 stays, the other goes on the tabu list.
             if J1 < J0:

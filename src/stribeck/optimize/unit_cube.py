@@ -59,9 +59,9 @@ def gaps(a: Array, b: Array) -> Array:
 def squares(a: Array, b: Array) -> Array:
     """Squared distances from each of a (n, dim) to each of b (k, dim), (n, k), to 1e-15."""
     # One product of matrices: nothing of shape (n, k, dim) is ever made.
-    of_a, of_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
-    found: Array = a @ b.T
-    found *= -2.0
-    found += of_a[:, None]
-    found += of_b
-    return found
+    norms_a, norms_b = np.einsum("nd,nd->n", a, a), np.einsum("kd,kd->k", b, b)
+    gram: Array = a @ b.T
+    gram *= -2.0
+    gram += norms_a[:, None]
+    gram += norms_b
+    return gram

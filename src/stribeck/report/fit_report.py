@@ -18,6 +18,7 @@ from .terminal import console, show_paragraph, show_table, show_warnings
 
 if TYPE_CHECKING:
     from ..identify.result import Fit
+    from ..identify.uncertainty.posterior import Posterior
 
 #: How many logs are listed one by one at most.
 LISTED = 20
@@ -76,7 +77,23 @@ def show_fit(fit: Fit) -> None:
             f"\n{search.method}, seed {search.seed}: {search.evaluations:,} evaluations in "
             f"{repeats} repeat{'s' * (repeats > 1)}, {search.seconds:.1f} s, ended: {search.ended}"
         )
+    if fit.posterior is not None:
+        out.print()
+        show_table(_posterior(fit, fit.posterior))
     show_warnings(fit.warnings)
+
+
+def _posterior(fit: Fit, drawn: Posterior) -> Table:
+    """Medians and central intervals of the posterior's samples."""
+    rows = []
+    for q in fit.parameters.free:
+        i = drawn.names.index(q.name)
+        ends = (drawn.median[i], drawn.low[i], drawn.high[i])
+        cells = [number(float(shown_in(fit.rig, q, x)), 4) for x in ends]
+        rows.append([fit.rig.label(q.name), cells[0], fit.rig.unit_of(q), *cells[1:]])
+    title = f"posterior, {len(drawn.samples):,} samples"
+    heads = ["parameter", "median", "unit", "95 % from", "to"]
+    return Table.of_texts(title, heads, rows, (0, 2))
 
 
 def _scores(fit: Fit) -> Table:

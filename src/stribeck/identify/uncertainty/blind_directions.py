@@ -1,8 +1,8 @@
 """Blind directions: combinations of parameters that the data hardly see, in words.
 
-Which parameter leads one is asked of the slopes: the eigenvectors of their curvature, for relative
-changes, that noise hides. What is told is read off its profile, where the others were refitted: a
-valley of the misfit is curved, and a straight way leaves it soon.
+Which parameter leads one is read off the slopes: the eigenvectors of their curvature, for relative
+changes, that noise hides. What is reported is read off its profile, where the others were
+refitted: a valley of the misfit is curved, and a straight way leaves it soon.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from ...space import Array, Space
 from .profile import Profile, Profiles
 
-#: The move that is told is the least of at least this, relative, that a profile has visited.
+#: The move that is reported is the least of at least this, relative, that a profile has visited.
 MOVE = 0.1
 #: Greatest relative rise of the misfit that people would not notice.
 UNSEEN = 0.01
-#: Components below this share of the largest one are not told.
+#: Components below this share of the largest one are not reported.
 SMALL = 0.1
 #: A value smaller than this share of its range is moved by shares of the range.
 NOUGHT = 1e-3
@@ -62,72 +62,72 @@ def percent(share: float) -> str:
     return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
 
 
-def directions(space: Space, found: Profiles) -> tuple[Direction, ...]:
+def directions(space: Space, known: Profiles) -> tuple[Direction, ...]:
     """The joint moves of the parameters profiled that the data do not notice, weakest first.
 
     Args:
         space: Of the problem.
-        found: Its profiles.
+        known: Its profiles.
     """
-    x, width = found.x, space.upper - space.lower
+    x, width = known.x, space.upper - space.lower
     scale = np.where(np.abs(x) < NOUGHT * width, width, np.abs(x))
-    asked = [space.names.index(p.name) for p in found.profiles]
-    values, vectors = _curvature(space, found, scale, asked)
-    told: list[Direction] = []
+    rows = [space.names.index(p.name) for p in known.profiles]
+    values, vectors = _curvature(space, known, scale, rows)
+    hidden_moves: list[Direction] = []
     led: set[int] = set()
     for value, way in zip(values, vectors.T, strict=True):
         leader = int(np.argmax(np.abs(way)))
-        hidden = value * (MOVE / abs(way[leader])) ** 2 < found.profiles[leader].threshold
+        hidden = value * (MOVE / abs(way[leader])) ** 2 < known.profiles[leader].threshold
         if not hidden or leader in led:
             continue
         led.add(leader)
-        move = _move(found.profiles[leader], x, scale, asked, leader)
-        if move is not None and move[1] <= ((1 + UNSEEN) ** 2 - 1) * found.squares:
+        move = _move(known.profiles[leader], x, scale, rows, leader)
+        if move is not None and move[1] <= ((1 + UNSEEN) ** 2 - 1) * known.squares:
             changes, rise = move
             order = [leader, *(int(i) for i in np.argsort(-np.abs(changes), kind="stable"))]
             least = SMALL * abs(changes[leader])
             keep = [i for i in dict.fromkeys(order) if i == leader or abs(changes[i]) >= least]
-            worse = rise / found.squares if found.squares > 0 else 0.0
-            told.append(
+            worse = rise / known.squares if known.squares > 0 else 0.0
+            hidden_moves.append(
                 Direction(
-                    tuple(space.names[asked[i]] for i in keep),
+                    tuple(space.names[rows[i]] for i in keep),
                     tuple(float(changes[i]) for i in keep),
                     float(np.sqrt(1 + worse) - 1),
                 )
             )
-    return tuple(told)
+    return tuple(hidden_moves)
 
 
 def _curvature(
-    space: Space, found: Profiles, scale: Array, asked: Sequence[int]
+    space: Space, known: Profiles, scale: Array, rows: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of the curvature for relative changes of the parameters asked about.
+    """Eigenvalues and vectors of the curvature for relative changes of the parameters profiled.
 
     The others follow at their best: the Schur complement takes them out.
     """
-    beside = space.encode(found.x[None] + np.diag(1e-7 * (space.upper - space.lower)))
-    back = space.encode(found.x[None] - np.diag(1e-7 * (space.upper - space.lower)))
+    beside = space.encode(known.x[None] + np.diag(1e-7 * (space.upper - space.lower)))
+    back = space.encode(known.x[None] - np.diag(1e-7 * (space.upper - space.lower)))
     step = space.decode(beside) - space.decode(back)
     dudx = np.diag(beside - back) / np.diag(step)
-    J = found.J * (dudx * scale)[:, None]
+    J = known.J * (dudx * scale)[:, None]
     A = np.einsum("im,jm->ij", J, J)
-    rest = [i for i in range(space.dim) if i not in asked]
-    inner = A[np.ix_(asked, asked)]
+    rest = [i for i in range(space.dim) if i not in rows]
+    inner = A[np.ix_(rows, rows)]
     if rest:
-        across = A[np.ix_(rest, asked)]
+        across = A[np.ix_(rest, rows)]
         inner = inner - across.T @ np.linalg.pinv(A[np.ix_(rest, rest)], rcond=1e-12) @ across
     values, vectors = np.linalg.eigh(inner)
     return np.maximum(values, 0.0), vectors
 
 
 def _move(
-    profile: Profile, x: Array, scale: Array, asked: Sequence[int], leader: int
+    profile: Profile, x: Array, scale: Array, rows: Sequence[int], leader: int
 ) -> tuple[Array, float] | None:
     """Relative changes at a place of the leader's profile that noise explains, and the rise there.
 
     The place with the least move of at least MOVE; None if there is none.
     """
-    changes = ((profile.places - x) / scale)[:, asked]
+    changes = ((profile.places - x) / scale)[:, rows]
     moves = np.abs(changes[:, leader])
     hidden = np.flatnonzero((profile.rises <= 1.1) & (moves >= MOVE))  # noqa: PLR2004 - ends
     if not len(hidden):

@@ -24,7 +24,7 @@ from numpy.random import SeedSequence
 
 from ...errors import InputError
 from ...optimize.box import Box
-from ...optimize.lockstep import Counted, Task, lockstep, rms
+from ...optimize.lockstep import AskTell, Counted, lockstep, rms
 from ...optimize.moves import Answer, Moves
 from ...optimize.trust_region import Iterate, minimise
 from ...space import Array, Rng
@@ -111,7 +111,7 @@ def bootstrap(
     at_once = max(int(MEMORY / (8 * best.J.size)), 1)
     for first in range(0, n, at_once):
         tasks = [
-            Task("refit", box.space, _refit(best, box, gain, rows, added))
+            AskTell("refit", box.space, _refit(best, box, gain, rows, added))
             for added in (
                 scale * blocks(best.r, logs, length, rng) - best.r
                 for rng in rngs[first : first + at_once]

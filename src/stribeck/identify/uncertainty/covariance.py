@@ -64,10 +64,10 @@ def quick_look(J: Array, r: Array, logs: Sequence[int]) -> QuickLook:
     lengths[lengths == 0] = 1.0
     scaled = J / lengths[:, None]
     values, vectors = np.linalg.eigh(np.einsum("im,jm->ij", scaled, scaled))
-    seen = values > BLIND * max(float(values[-1]), np.finfo(float).tiny)
-    part = vectors[:, seen] / np.sqrt(values[seen])
+    visible = values > BLIND * max(float(values[-1]), np.finfo(float).tiny)
+    part = vectors[:, visible] / np.sqrt(values[visible])
     C = part @ part.T / np.outer(lengths, lengths)
-    blind = (np.abs(vectors[:, ~seen]) > np.sqrt(BLIND) ** 0.5).any(axis=1)
+    blind = (np.abs(vectors[:, ~visible]) > np.sqrt(BLIND) ** 0.5).any(axis=1)
     dof = max(rows - dim, 1)
     variance = float(r @ r) / dof
     ratio = inflation(C, J, r, logs)
@@ -156,8 +156,8 @@ def autocovariance(series: Array, lags: int) -> Array:
     """Sums of products a lag apart, (..., N) to (..., min(lags, N))."""
     n = series.shape[-1]
     spectrum = np.abs(np.fft.rfft(series, 2 * n)) ** 2
-    found: Array = np.fft.irfft(spectrum, 2 * n)[..., : min(lags, n)]
-    return found
+    products: Array = np.fft.irfft(spectrum, 2 * n)[..., : min(lags, n)]
+    return products
 
 
 def first_below_zero(r: Array, logs: Sequence[int]) -> int:

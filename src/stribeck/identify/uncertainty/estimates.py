@@ -44,7 +44,7 @@ class Estimate:
             if it rests on another parameter that it may not pass. `weak` otherwise, and at best
             where the model as a whole explains little.
         unit: In which people see it.
-        low_ended: Why the interval ends there, see `Side`; None for a fixed parameter.
+        low_ended: Why the interval ends there, see `IntervalEnd`; None for a fixed parameter.
         high_ended: The same for the upper end.
         meaning: What the parameter does to the fit and what ends its interval, a sentence.
         resampled: The bootstrap's 95 % interval, if it was asked for.

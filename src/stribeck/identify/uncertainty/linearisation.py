@@ -6,7 +6,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...optimize.box import Box
-from ...optimize.lockstep import Counted, Task, lockstep
+from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.trust_region import Iterate, with_slopes
 from ...space import Array
 from .residuals import Residuals, orders_of
@@ -32,7 +32,7 @@ def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
     if counted.left < 2 * box.dim:
         raise InputError(f"a budget of {counted.budget} rows is too small to take slopes: raise it")
     iterate = Iterate.at(u, r)
-    (done,) = lockstep(counted, [Task("slopes", box.space, with_slopes(iterate))])
+    (done,) = lockstep(counted, [AskTell("slopes", box.space, with_slopes(iterate))])
     return done or iterate
 
 

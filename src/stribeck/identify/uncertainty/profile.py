@@ -21,7 +21,7 @@ from scipy.special import fdtri
 
 from ...errors import InputError
 from ...optimize.box import Box
-from ...optimize.lockstep import Counted, Task, lockstep
+from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.trust_region import Iterate, minimise
 from ...space import Array
 from .covariance import QuickLook, quick_look
@@ -44,7 +44,7 @@ MEMORY = 4e8
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class IntervalEnd:
     """One end of an interval.
 
     Args:
@@ -83,8 +83,8 @@ class Profile:
 
     name: str
     value: float
-    low: Side
-    high: Side
+    low: IntervalEnd
+    high: IntervalEnd
     values: Array = field(repr=False)
     rises: Array = field(repr=False)
     places: Array = field(repr=False)
@@ -169,7 +169,7 @@ def profiles(
         improved += 1
         best = linearised(counted, box, met)
     sides = list(zip(rays, walked, strict=True))
-    found = tuple(
+    every = tuple(
         _profile(box, low, high) for low, high in zip(sides[::2], sides[1::2], strict=True)
     )
     return Profiles(
@@ -177,13 +177,13 @@ def profiles(
         best.squares,
         before,
         improved,
-        found,
+        every,
         look,
         best.J,
         best.r,
         logs,
         counted.rows,
-        all(s.ended != "budget" for p in found for s in (p.low, p.high)),
+        all(s.ended != "budget" for p in every for s in (p.low, p.high)),
     )
 
 
@@ -198,7 +198,7 @@ def _refined(best: Iterate, counted: Counted, box: Box, gain: float) -> Iterate:
     """The best fit refitted, as far as the budget goes."""
     rows = min(ROWS * (box.dim + 1), counted.left)
     moves = minimise(best, box, gain=gain, rows=rows)
-    (done,) = lockstep(counted, [Task("refit", box.space, moves)])
+    (done,) = lockstep(counted, [AskTell("refit", box.space, moves)])
     return best if done is None else done[0]
 
 
@@ -236,7 +236,7 @@ def _walked(
         for first in range(0, len(todo), at_once):
             part = todo[first : first + at_once]
             moves = [walk(rays[i], place, walked[i]) for i, place in part]
-            tasks = [Task("walk", counted.space, m) for m in moves]
+            tasks = [AskTell("walk", counted.space, m) for m in moves]
             for (i, _), done in zip(part, lockstep(counted, tasks, met), strict=True):
                 walked[i] = walked[i] if done is None else done
             if met():
@@ -265,8 +265,8 @@ def _profile(box: Box, low: tuple[Ray, Walked], high: tuple[Ray, Walked]) -> Pro
     return Profile(
         box.space.names[k],
         x(0.0),
-        Side(x(-down.t), down.ended, down.z**2),
-        Side(x(up.t), up.ended, up.z**2),
+        IntervalEnd(x(-down.t), down.ended, down.z**2),
+        IntervalEnd(x(up.t), up.ended, up.z**2),
         np.array([x(t) for t, _, _ in places]),
         np.array([z * z for _, z, _ in places]),
         box.space.decode(np.array([u for _, _, u in places])),

@@ -56,7 +56,7 @@ class Walked(NamedTuple):
     Args:
         t: Distance of its end.
         z: Height there.
-        ended: Why it ends there, see `profile.Side`; `budget` while it is only a guess.
+        ended: Why it ends there, see `profile.IntervalEnd`; `budget` while it is only a guess.
         visited: The places refitted at, the best fit first, in order.
     """
 

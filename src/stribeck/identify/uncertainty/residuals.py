@@ -1,4 +1,4 @@
-"""What every question about uncertainty is asked of: residuals over a box of parameters.
+"""Residuals over a box of parameters: what every question about uncertainty needs.
 
 The same for every law, both roads and any search method.
 """
@@ -56,9 +56,9 @@ def parts(series: Array, logs: Sequence[int]) -> list[Array]:
 
 def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
     """Pairs (i, j) of free parameters for which x_i >= x_j must hold, asked of the law if any."""
-    given: Sequence[tuple[int, int]] | None = getattr(problem, "orders", None)
-    if given is not None:
-        return tuple(given)
+    pairs_given: Sequence[tuple[int, int]] | None = getattr(problem, "orders", None)
+    if pairs_given is not None:
+        return tuple(pairs_given)
     parameters: Any = getattr(problem, "parameters", None)
     if parameters is None or not hasattr(parameters, "law"):
         return ()
@@ -70,9 +70,9 @@ def orders_of(problem: Residuals) -> tuple[tuple[int, int], ...]:
 
 def physical(problem: Residuals, x: Array) -> NDArray[np.bool_]:
     """Which points (n, dim), SI, mean something; all of them where nobody says."""
-    asked: Any = getattr(problem, "physical", None)
-    if asked is not None:
-        return np.asarray(asked(x), dtype=bool)
+    allowed: Any = getattr(problem, "physical", None)
+    if allowed is not None:
+        return np.asarray(allowed(x), dtype=bool)
     parameters: Any = getattr(problem, "parameters", None)
     if parameters is None or not hasattr(parameters, "law"):
         return np.ones(len(x), dtype=bool)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...optimize.box import Box
-from ...optimize.lockstep import Counted, Task, lockstep
+from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.moves import Answer, Detailed, Moves
 from ...optimize.trust_region import Iterate, minimise
 from .blind_directions import percent
@@ -64,14 +64,14 @@ def sensitivities(problem: Residuals, known: Profiles) -> tuple[tuple[Sensitivit
     targets = [_target(box, p, names.index(p.name)) for p in known.profiles]
     rises = [_within(p, value) for p, (_, value) in zip(known.profiles, targets, strict=True)]
     best = replace(Iterate.at(box.u(known.x), known.residuals), J=known.J, age=0)
-    tasks: dict[int, Task[Iterate]] = {}
+    tasks: dict[int, AskTell[Iterate]] = {}
     for i, (p, (_, value)) in enumerate(zip(known.profiles, targets, strict=True)):
         if np.isnan(rises[i]):
             k = names.index(p.name)
             x = known.x.copy()
             x[k] = value
             moves = _elsewhere(best, box, k, float(box.u(x)[k] - best.u[k]))
-            tasks[i] = Task("refit", box.space, moves)
+            tasks[i] = AskTell("refit", box.space, moves)
     counted = Counted(problem, len(tasks) * (ROWS * box.dim + 2 * box.dim + 2))
     refits = dict(zip(tasks, lockstep(counted, tasks.values()), strict=True))
     squares = [

@@ -59,6 +59,28 @@ def _bound(p: ParameterCard) -> str:
     return f"; at the {p.at_bound} end of its search range" if p.at_bound else ""
 
 
+def sampled(report: Report) -> Table | None:
+    """The posterior's intervals beside those of the profiles."""
+    drawn = report.card.posterior
+    if drawn is None:
+        return None
+    cards = report.card.parameters
+    rows = [
+        [n, number(s.median, 4), unit_label(cards[n].unit), _known(cards[n].low),
+         _known(cards[n].high), number(s.low, 4), number(s.high, 4)]
+        for n, s in drawn.parameters.items()
+        if n in cards
+    ]  # fmt: skip
+    settled = "" if drawn.settled else " The walkers have not settled: ask for more samples."
+    return Table.of_texts(
+        "Posterior",
+        ["parameter", "median", "unit", "profile from", "to", "posterior from", "to"],
+        rows,
+        (0, 2),
+        note=f"{drawn.samples:,} samples; {drawn.accepted:.0%} of the steps were taken.{settled}",
+    )
+
+
 def resampled(report: Report) -> Table | None:
     """The bootstrap's intervals beside those of the profiles."""
     draws = report.draws
