@@ -16,7 +16,7 @@ import numpy as np
 from stribeck.data.recording import Recording
 from stribeck.export.model import Model, as_model
 from stribeck.export.robot.mjcf import mjcf
-from stribeck.export.robot.spring_pull import pulled
+from stribeck.export.robot.spring_pull import spring_pull
 from stribeck.friction import law_named
 from stribeck.identify.card import Card
 from stribeck.rig import RIGS
@@ -115,7 +115,7 @@ def _model(axis: Axis, law: str) -> Model:
 
 def _ours(axis: Axis, model: Model) -> dict[str, float]:
     """The card's law, by our own integrators."""
-    pull = pulled(model.law, model.p, axis.inertia, axis.spring, axis.pull, PULL)
+    pull = spring_pull(model.law, model.p, axis.inertia, axis.spring, axis.pull, PULL)
     coast, _ = _free(axis, model, axis.coast, 0.0, FREE)
     _, speed = _free(axis, model, 0.1 * axis.coast, axis.push, FREE)
     creep, _ = _free(axis, model, 0.0, 0.5 * model.law.levels(model.p)[1], HOLD)

@@ -66,9 +66,9 @@ def test_settings_reach_the_compensator(run: Run) -> None:
     given = ("--set", "scale=0.75", "--set", "feedback=1", "--set", "dead_band=0.5")
     assert run("export", "card.json", "--to", "c", "--out", "made", *given).status == 0
     source = Path("made/friction.c").read_text(encoding="utf-8")
-    assert "of->c[FRICTION_SCALE] = 0.75;" in source
-    assert "of->c[FRICTION_FEEDBACK] = 1.0;" in source
-    assert "of->c[FRICTION_DEAD_BAND] = 0.0005;" in source  # 0.5 mm/s
+    assert "compensator->c[FRICTION_SCALE] = 0.75;" in source
+    assert "compensator->c[FRICTION_FEEDBACK] = 1.0;" in source
+    assert "compensator->c[FRICTION_DEAD_BAND] = 0.0005;" in source  # 0.5 mm/s
 
 
 def test_a_text_goes_to_the_terminal_or_to_a_file_and_is_the_same(run: Run) -> None:

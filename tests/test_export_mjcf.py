@@ -18,7 +18,7 @@ from stribeck.export.model import as_model
 from stribeck.export.robot.joint_file import JointFile
 from stribeck.export.robot.mjcf import creep, mjcf
 from stribeck.export.robot.reduction import coulomb_viscous
-from stribeck.export.robot.spring_pull import pulled
+from stribeck.export.robot.spring_pull import spring_pull
 from stribeck.friction import LAWS
 from stribeck.rig.slide_bed import SLIDE_BED
 
@@ -440,10 +440,10 @@ def test_speeds_that_nobody_said_are_said_to_be_assumed() -> None:
 def test_what_a_pull_tells_is_the_closed_form() -> None:
     # Friction that falls from F_S to F_C at once: a jump of 2 (F_S - F_C) / k, inertia or not.
     law, p = LAWS["karnopp"], np.array([20.0, 12.0, 0.0, 1e-4])
-    pull = pulled(law, p, mass=1.0, stiffness=1e3, speed=1e-3, span=60.0)
+    pull = spring_pull(law, p, mass=1.0, stiffness=1e3, speed=1e-3, span=60.0)
     assert pull.breakaway == pytest.approx(20.0, rel=2e-3)
     assert pull.jump == pytest.approx(2 * 8.0 / 1e3, rel=0.02)
-    even = pulled(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 60.0)
+    even = spring_pull(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 60.0)
     assert even.breakaway == pytest.approx(12.0, rel=1e-2)
     assert even.jump < 1e-4
 
@@ -451,7 +451,7 @@ def test_what_a_pull_tells_is_the_closed_form() -> None:
 def test_a_rest_of_the_slide_bed_s_own_is_not_touched() -> None:
     # A pull leaves the shipped rig as it was.
     before = {c.name: c.value for c in SLIDE_BED.constants}
-    pulled(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 1.0)
+    spring_pull(LAWS["coulomb-viscous"], np.array([12.0, 3.0]), 1.0, 1e3, 1e-3, 1.0)
     assert {c.name: c.value for c in SLIDE_BED.constants} == before
 
 

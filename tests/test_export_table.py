@@ -8,10 +8,10 @@ from scipy.optimize import minimize
 
 from exported import model_of
 from stribeck.errors import InputError
-from stribeck.export.drive_table import Side, table, text
+from stribeck.export.drive_table import DirectionTable, table, text
 
 
-def off(side: Side, v: np.ndarray, want: np.ndarray) -> float:
+def off(side: DirectionTable, v: np.ndarray, want: np.ndarray) -> float:
     """The greatest error of interpolation as a drive would make it."""
     return float(np.abs(np.interp(v, side.speeds, side.levels) - want).max())
 

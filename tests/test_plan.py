@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from stribeck import RIGS, Card, InputError, card, identify, read_card
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
-from stribeck.identify.design.current_model import logs_beside, present
+from stribeck.identify.card_logs import logs_beside
+from stribeck.identify.design.current_model import present
 from stribeck.identify.design.expected_information import promise
 from stribeck.identify.design.experiment import (
     Box,

@@ -60,14 +60,19 @@ def plan(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Rank experiments by how much they would tell of what is badly known."""
-    from ..identify.design.current_model import logs_beside
-    from ..identify.design.plan import plan as planned
-    from ..report.plan_report import plan_text, show_plan
+    from ..identify.card import read_card
+    from ..identify.card_logs import logs_beside
 
     if seconds is not None:
         above_zero("--seconds", seconds)
+    logs = logs or logs_beside(read_card(card), card)
     written, parameters, _ = card_model(card)
-    recordings = read_logs(logs or logs_beside(written, card), parameters.rig, columns)
+    recordings = read_logs(logs, parameters.rig, columns)
+
+    # Compiled code is loaded once the logs are known to be there.
+    from ..identify.design.plan import plan as planned
+    from ..report.plan_report import plan_text, show_plan
+
     result = planned(written, recordings, seconds=seconds, check=check, seed=seed)
     if json:
         typer.echo(plan_text(result), nl=False)
@@ -90,15 +95,8 @@ def compensate(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Say how much of a friction may be compensated, and what that gains."""
-    from ..compensate.closed_loop import Sensor, controlled
-    from ..compensate.compensation import compensation
-    from ..compensate.reference_motions import followed
-    from ..identify.design.current_model import logs_beside
-    from ..report.compensation_report import (
-        compensation_text,
-        show_compensation,
-        write_compensation,
-    )
+    from ..identify.card import read_card
+    from ..identify.card_logs import logs_beside
     from ..report.folder import check_folder
     from ..units import unit
 
@@ -109,17 +107,28 @@ def compensate(
         raise InputError(f"--mode {mode!r} is not one of reference, feedback")
     if speed is not None and reference is not None:
         raise InputError("--speed and --reference both say what to follow: give one")
-    written, parameters, _ = card_model(card)
-    rig_used = parameters.rig if rig is None else rig_named(rig)
-    controlled(rig_used)
     logs = [] if reference is None else [reference]
     if speed is None and reference is None:
         try:
-            logs = logs_beside(written, card)
+            logs = logs_beside(read_card(card), card)
         except InputError as error:
             raise InputError(
                 f"{card}: its logs are not beside it: give --speed or --reference"
             ) from error
+    written, parameters, _ = card_model(card)
+    rig_used = parameters.rig if rig is None else rig_named(rig)
+
+    # Compiled code is loaded once the files are known to be there.
+    from ..compensate.closed_loop import Sensor, controlled
+    from ..compensate.compensation import compensation
+    from ..compensate.reference_motions import followed
+    from ..report.compensation_report import (
+        compensation_text,
+        show_compensation,
+        write_compensation,
+    )
+
+    controlled(rig_used)
     recordings = read_logs(logs, rig_used, columns)
     follow = None if reference is None else followed(recordings[0], period * 1e-3)
     to_si = unit(rig_used.unit_shown("position")).to_si
@@ -181,7 +190,7 @@ def export(
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
     from ..compensate.settings import read_settings
-    from ..export import TARGETS, Source, exported, read_model
+    from ..export import TARGETS, SourceFile, exported, read_model
     from ..report.folder import check_file, check_folder, write_all, write_data
 
     target = TARGETS.get(to)
@@ -203,7 +212,7 @@ def export(
         compensation=None if compensation is None else read_settings(compensation),
         points=points,
         fastest=speed,
-        source=None if into is None else Source(str(into), file_bytes(into)),
+        source=None if into is None else SourceFile(str(into), file_bytes(into)),
         joint=joint,
     )
     if target.folder:

@@ -1,1 +1,5 @@
-"""Friction compensation in a closed loop: compensator, simulation, the scale it may have."""
+"""Friction compensation in a closed loop.
+
+`compensator` defines what a controller adds to its command, `closed_loop` simulates it, and
+`compensation` recommends its settings.
+"""

@@ -1,6 +1,20 @@
-"""Out of the house: a model for a controller, a drive, a simulator. One file a target."""
+"""Exports: an identified model as a file for a controller, a drive or a simulator.
+
+`TARGETS` lists them, `exported` makes one. A target is one entry there and one function of a
+`Model`; `code/` has programming languages, `robot/` robot descriptions, `fmu/` the co-simulation
+unit.
+"""
 
 from .model import Model, as_model, read_model
-from .targets import TARGETS, Exported, Source, Target, exported
+from .targets import TARGETS, Exported, ExportTarget, SourceFile, exported
 
-__all__ = ["TARGETS", "Exported", "Model", "Source", "Target", "as_model", "exported", "read_model"]
+__all__ = [
+    "TARGETS",
+    "ExportTarget",
+    "Exported",
+    "Model",
+    "SourceFile",
+    "as_model",
+    "exported",
+    "read_model",
+]

@@ -30,7 +30,7 @@ _SLOWEST = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class DirectionTable:
     """The table of one direction.
 
     Args:
@@ -47,7 +47,7 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class DriveTable:
     """Both directions of a table; one and the same for a law that is symmetric.
 
     Args:
@@ -56,8 +56,8 @@ class Table:
         largest: The largest friction of the curve itself, N or N m.
     """
 
-    plus: Side
-    minus: Side
+    plus: DirectionTable
+    minus: DirectionTable
     largest: float
 
     @property
@@ -66,7 +66,7 @@ class Table:
         return self.plus is self.minus
 
 
-def table(model: Model, points: int = POINTS, fastest: float | None = None) -> Table:
+def table(model: Model, points: int = POINTS, fastest: float | None = None) -> DriveTable:
     """The best table of a model's steady sliding, without load.
 
     Args:
@@ -88,15 +88,15 @@ def table(model: Model, points: int = POINTS, fastest: float | None = None) -> T
     minus = plus if same else _side(lambda v: -law.friction(-v, p), points, fast[0])
     largest = max(float(np.abs(law.friction(s * _grid(f), p)).max()) for s, f in
                   ((1.0, fast[1]), (-1.0, fast[0])))  # fmt: skip
-    return Table(plus, minus, largest)
+    return DriveTable(plus, minus, largest)
 
 
-def _fastest(model: Model, given: float | None) -> tuple[float, float]:
+def _fastest(model: Model, speed: float | None) -> tuple[float, float]:
     """The last speed leftward and rightward."""
-    if given is not None:
-        if not (np.isfinite(given) and given > 0):
-            raise InputError(f"the last speed of a table must be above 0, got {given:g}")
-        return given, given
+    if speed is not None:
+        if not (np.isfinite(speed) and speed > 0):
+            raise InputError(f"the last speed of a table must be above 0, got {speed:g}")
+        return speed, speed
     if model.speeds is None:
         raise InputError("the card does not say how fast the axis was: give the last speed")
     low, high = model.speeds
@@ -115,36 +115,37 @@ def _grid(fast: float) -> Array:
     ]))  # fmt: skip
 
 
-def _side(curve: Callable[[Array], Array], points: int, fast: float) -> Side:
+def _side(curve: Callable[[Array], Array], points: int, fast: float) -> DirectionTable:
     """One direction."""
     v = _grid(fast)
     fine = np.unique(
         np.concatenate([v[:-1] + s * np.diff(v) for s in np.arange(_BETWEEN) / _BETWEEN] + [v[-1:]])
     )
-    F, want = np.asarray(curve(v), float), np.asarray(curve(fine), float)
-    knots = v[_placed(v, F, fine, want, min(points, len(v)))]
-    levels = _levelled(knots, fine, want, np.interp(knots, v, F))
+    F, curve_levels = np.asarray(curve(v), float), np.asarray(curve(fine), float)
+    knots = v[_placed(v, F, fine, curve_levels, min(points, len(v)))]
+    levels = _levelled(knots, fine, curve_levels, np.interp(knots, v, F))
     # The levels were moved to where the error is least at `fine`: it is a little more between.
-    look = np.interp(np.arange(_STATED * (len(fine) - 1) + 1) / _STATED, np.arange(len(fine)), fine)
-    off = np.interp(look, knots, levels) - np.asarray(curve(look), float)
-    weight = np.gradient(look)
+    shares = np.arange(_STATED * (len(fine) - 1) + 1) / _STATED
+    between = np.interp(shares, np.arange(len(fine)), fine)
+    off = np.interp(between, knots, levels) - np.asarray(curve(between), float)
+    weight = np.gradient(between)
     rms = float(np.sqrt(np.sum(weight * off**2) / np.sum(weight)))
-    return Side(knots, levels, float(np.abs(off).max()), rms)
+    return DirectionTable(knots, levels, float(np.abs(off).max()), rms)
 
 
-def _placed(v: Array, F: Array, fine: Array, want: Array, points: int) -> Array:
+def _placed(v: Array, F: Array, fine: Array, levels: Array, points: int) -> Array:
     """Which grid points a table of the least greatest error has, by dynamic programming."""
     n = len(v)
     cost = np.full((n, n), np.inf)  # the greatest error of a chord from i to j
-    at = np.searchsorted(fine, v)
+    places = np.searchsorted(fine, v)
     for i in range(n - 1):
-        inner = slice(at[i], None)
-        rise = (want[inner] - F[i])[None]
-        way = (fine[inner] - v[i])[None]
+        inner = slice(places[i], None)
+        rise = (levels[inner] - F[i])[None]
+        distance = (fine[inner] - v[i])[None]
         slope = (F[i + 1 :] - F[i]) / (v[i + 1 :] - v[i])
-        error = np.abs(rise - slope[:, None] * way)
+        error = np.abs(rise - slope[:, None] * distance)
         reached = np.maximum.accumulate(error, axis=1)
-        cost[i, i + 1 :] = reached[np.arange(n - 1 - i), at[i + 1 :] - at[i]]
+        cost[i, i + 1 :] = reached[np.arange(n - 1 - i), places[i + 1 :] - places[i]]
     best = np.full((points, n), np.inf)
     came = np.zeros((points, n), dtype=int)
     best[0, 0] = 0.0
@@ -160,7 +161,7 @@ def _placed(v: Array, F: Array, fine: Array, want: Array, points: int) -> Array:
     return np.array(chosen[::-1])
 
 
-def _levelled(knots: Array, fine: Array, want: Array, on: Array) -> Array:
+def _levelled(knots: Array, fine: Array, levels: Array, curve_levels: Array) -> Array:
     """The levels at given speeds that have the least greatest error."""
     from scipy.optimize import linprog  # noqa: PLC0415 - slow to import
     from scipy.sparse import csr_matrix, hstack, vstack  # noqa: PLC0415 - the same
@@ -171,44 +172,44 @@ def _levelled(knots: Array, fine: Array, want: Array, on: Array) -> Array:
     rows = np.repeat(np.arange(m), 2)
     columns = np.column_stack([right - 1, right]).ravel()
     A = csr_matrix((np.column_stack([1 - share, share]).ravel(), (rows, columns)), shape=(m, n))
-    one = csr_matrix(np.ones((m, 1)))
-    size = max(float(np.abs(want).max()), 1e-300)
-    off: Any = vstack([hstack([A, -one]), hstack([-A, -one])])
-    found = linprog(
+    ones = csr_matrix(np.ones((m, 1)))
+    size = max(float(np.abs(levels).max()), 1e-300)
+    off: Any = vstack([hstack([A, -ones]), hstack([-A, -ones])])
+    solution = linprog(
         np.append(np.zeros(n), 1.0),
         A_ub=off,
-        b_ub=np.concatenate([want, -want]) / size,
+        b_ub=np.concatenate([levels, -levels]) / size,
         bounds=[(None, None)] * n + [(0.0, None)],
         method="highs",
     )
-    return on if found.x is None else size * found.x[:n]
+    return curve_levels if solution.x is None else size * solution.x[:n]
 
 
-def text(model: Model, made: Table) -> str:
+def text(model: Model, drive_table: DriveTable) -> str:
     """The table as CSV, in the units in which the rig shows speeds; its errors in its head."""
     written = model.rig.shows.get("velocity", model.speed_unit)
     from_si = unit(written).from_si
-    force, other = model.force_unit, "" if written == model.speed_unit else written
-    lines = [*(f"# {line}".rstrip() for line in model.head(other)), "#"]
-    for name, side in (("v > 0", made.plus), ("v < 0", made.minus)):
-        which = "both directions" if made.symmetric else name
+    force, table_speeds = model.force_unit, "" if written == model.speed_unit else written
+    lines = [*(f"# {line}".rstrip() for line in model.head(table_speeds)), "#"]
+    for name, side in (("v > 0", drive_table.plus), ("v < 0", drive_table.minus)):
+        which = "both directions" if drive_table.symmetric else name
         lines.append(
             f"# {which}: {len(side.speeds)} points, greatest error {side.worst:.3g} {force} "
-            f"({100 * side.worst / made.largest:.2g} % of the largest friction), RMS "
+            f"({100 * side.worst / drive_table.largest:.2g} % of the largest friction), RMS "
             f"{side.rms:.3g} {force}"
         )
-        if made.symmetric:
+        if drive_table.symmetric:
             break
-    lines += _lost(model)
-    if made.symmetric:
+    lines += _not_held(model)
+    if drive_table.symmetric:
         lines.append(f"speed / ({written}),friction / ({force})")
-        rows = [(made.plus.speeds, made.plus.levels)]
+        rows = [(drive_table.plus.speeds, drive_table.plus.levels)]
     else:
         lines.append(
             f"speed + / ({written}),friction + / ({force}),speed - / ({written}),"
             f"friction - / ({force})"
         )
-        rows = [(s.speeds, s.levels) for s in (made.plus, made.minus)]
+        rows = [(s.speeds, s.levels) for s in (drive_table.plus, drive_table.minus)]
     for k in range(max(len(s) for s, _ in rows)):
         cells = []
         for speeds, levels in rows:
@@ -221,7 +222,7 @@ def text(model: Model, made: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _lost(model: Model) -> list[str]:
+def _not_held(model: Model) -> list[str]:
     """What a table does not hold."""
     law, said = model.law, []
     if law.states:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from typing import Any, NamedTuple
 
-from ..compensate.closed_loop import drive_friction
 from ..compensate.compensator import SETTINGS, Compensator
 from ..errors import InputError
 from ..units import unit
@@ -27,7 +27,7 @@ class Exported(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Target:
+class ExportTarget:
     """One way out of the house.
 
     Args:
@@ -78,15 +78,15 @@ def exported(model: Model, to: str, **options: Any) -> Exported:
     target = TARGETS.get(to)
     if target is None:
         raise InputError(f"no target {to!r}: there are {', '.join(TARGETS)}")
-    given = {name: value for name, value in options.items() if value is not None}
-    for name in given:
+    known = {name: value for name, value in options.items() if value is not None}
+    for name in known:
         if name not in target.options:
             takes = ", ".join(OPTIONS[o] for o in target.options) or "no options"
             raise InputError(f"{OPTIONS[name]} means nothing to {to}: it takes {takes}")
     for name in target.needed:
-        if name not in given:
+        if name not in known:
             raise InputError(f"{to}: give {OPTIONS[name]}: {target.doc}")
-    return target.make(model, **given)
+    return target.make(model, **known)
 
 
 def compensator(
@@ -105,7 +105,7 @@ def compensator(
         InputError: no such setting, or a value that it cannot have.
     """
     known = {s.name: s for s in SETTINGS}
-    made: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in (settings or {}).items():
         if name not in known:
             raise InputError(f"no setting {name!r}: there are {', '.join(known)}")
@@ -113,39 +113,35 @@ def compensator(
             raise InputError(f"feedback is 0 or 1, got {value:g}")
         speed = known[name].unit == "m/s"
         shown = model.rig.shows.get("velocity", model.speed_unit) if speed else ""
-        made[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
-    start = base or Compensator(feedback=False, drive=drive_friction(model.rig))
-    return replace(start, **made)
+        values[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
+    if base is None:
+        from ..compensate.closed_loop import drive_friction  # noqa: PLC0415 - slow to import
+
+        base = Compensator(feedback=False, drive=drive_friction(model.rig))
+    return replace(base, **values)
 
 
-def _c(model: Model, name: str = "friction", **given: Any) -> Exported:
-    from .code.c import c  # noqa: PLC0415 - a target is loaded when it is asked for
+def _language(
+    language: str, name: str, doc: str, *, folder: bool = False, suffix: str = ""
+) -> ExportTarget:
+    """A programming language: the function of its name in the file `code/` has of it.
 
-    return Exported(c(model, name, _compensator(model, **given)))
+    Args:
+        language: The target, the file and its function, which makes files of a model, a name and
+            a compensator.
+        name: Of what is exported, unless another is given.
+        doc: As of ExportTarget; `folder` and `suffix` likewise.
+        folder: Whether several files come out.
+        suffix: Of a single file.
+    """
 
+    def make(model: Model, name: str = name, **given: Any) -> Exported:
+        files = getattr(import_module(f"{__package__}.code.{language}"), language)
+        return Exported(files(model, name, _compensator(model, **given)))
 
-def _st(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .code.st import st  # noqa: PLC0415 - a target is loaded when it is asked for
-
-    return Exported(st(model, name, _compensator(model, **given)))
-
-
-def _plcopen(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .code.plcopen import plcopen  # noqa: PLC0415 - a target is loaded when it is asked for
-
-    return Exported(plcopen(model, name, _compensator(model, **given)))
-
-
-def _matlab(model: Model, name: str = "friction", **given: Any) -> Exported:
-    from .code.matlab import matlab  # noqa: PLC0415 - a target is loaded when it is asked for
-
-    return Exported(matlab(model, name, _compensator(model, **given)))
-
-
-def _modelica(model: Model, name: str = "Friction", **given: Any) -> Exported:
-    from .code.modelica import modelica  # noqa: PLC0415 - a target is loaded when it is asked for
-
-    return Exported(modelica(model, name, _compensator(model, **given)))
+    return ExportTarget(
+        language, doc, make, ("name", "settings", "compensation"), folder=folder, suffix=suffix
+    )
 
 
 def _compensator(
@@ -161,20 +157,20 @@ def _table(model: Model, points: int | None = None, fastest: float | None = None
 
     shown = model.rig.shows.get("velocity", model.speed_unit)
     far = None if fastest is None else float(unit(shown).to_si(fastest))
-    made = table(model, POINTS if points is None else points, far)
-    worst = max(made.plus.worst, made.minus.worst)
+    drive_table = table(model, POINTS if points is None else points, far)
+    worst = max(drive_table.plus.worst, drive_table.minus.worst)
     note = (
         f"the table is off by at most {worst:.3g} {model.force_unit}, "
-        f"{100 * worst / made.largest:.2g} % of the largest friction"
+        f"{100 * worst / drive_table.largest:.2g} % of the largest friction"
     )
-    return Exported({"friction.csv": text(model, made).encode()}, (note,))
+    return Exported({"friction.csv": text(model, drive_table).encode()}, (note,))
 
 
 #: What may be asked of an MJCF file beside a level and a damping.
 _MJCF = ("lugre", "firm", "armature")
 
 
-class Source(NamedTuple):
+class SourceFile(NamedTuple):
     """A file of the user's that is to be patched.
 
     Args:
@@ -187,7 +183,7 @@ class Source(NamedTuple):
 
 
 def _mjcf(
-    model: Model, source: Source, joint: str, settings: Mapping[str, float] | None = None
+    model: Model, source: SourceFile, joint: str, settings: Mapping[str, float] | None = None
 ) -> Exported:
     from .robot.mjcf import mjcf  # noqa: PLC0415 - the same
 
@@ -201,7 +197,7 @@ def _mjcf(
     return _patched(partial(mjcf, **chosen), model, source, joint)
 
 
-def _urdf(model: Model, source: Source, joint: str) -> Exported:
+def _urdf(model: Model, source: SourceFile, joint: str) -> Exported:
     from .robot.urdf import urdf  # noqa: PLC0415 - the same
 
     return _patched(urdf, model, source, joint)
@@ -210,14 +206,14 @@ def _urdf(model: Model, source: Source, joint: str) -> Exported:
 def _patched(
     patch: Callable[[Model, bytes, str], tuple[bytes, list[str]]],
     model: Model,
-    source: Source,
+    source: SourceFile,
     joint: str,
 ) -> Exported:
     try:
-        made, notes = patch(model, source.data, joint)
+        patched, notes = patch(model, source.data, joint)
     except InputError as error:
         raise InputError(f"{source.name}: {error}") from error
-    return Exported({source.name: made}, tuple(notes))
+    return Exported({source.name: patched}, tuple(notes))
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:
@@ -230,26 +226,40 @@ def _json(model: Model) -> Exported:
     return Exported({"card.json": model.card.text().encode()})
 
 
-_CODE, _PATCH = ("name", "settings", "compensation"), ("source", "joint")
-TARGETS: Mapping[str, Target] = {
-    t.name: t
-    for t in (
-        Target("c", "C99: a header, a source with a compensator, and a self-test", _c, _CODE,
-               folder=True),
-        Target("st", "IEC 61131-3 Structured Text: function blocks of law and compensator", _st,
-               _CODE, suffix=".st"),
-        Target("plcopen", "the same blocks as PLCopen TC6 XML", _plcopen, _CODE, suffix=".xml"),
-        Target("table", "a look-up table for a drive, its points placed for the least error",
-               _table, ("points", "fastest"), suffix=".csv"),
-        Target("mjcf", "your MuJoCo model, one joint of it patched", _mjcf,
-               (*_PATCH, "settings"), _PATCH, suffix=".xml"),
-        Target("urdf", "your robot description, one joint of it patched", _urdf, _PATCH, _PATCH,
-               suffix=".urdf"),
-        Target("fmu", "a co-simulation unit of axis and friction, compiled for this platform",
-               _fmu, ("name",), text=False, suffix=".fmu"),
-        Target("modelica", "a Modelica package", _modelica, _CODE, suffix=".mo"),
-        Target("matlab", "MATLAB (and Octave) functions of law and compensator", _matlab, _CODE,
-               folder=True),
-        Target("json", "the card, checked and written anew", _json, suffix=".json"),
+_PATCH = ("source", "joint")
+TARGETS: Mapping[str, ExportTarget] = {
+    target.name: target
+    for target in (
+        _language(
+            "c", "friction", "C99: a header, a source with a compensator, and a self-test",
+            folder=True,
+        ),
+        _language(
+            "st", "Friction", "IEC 61131-3 Structured Text: function blocks of law and compensator",
+            suffix=".st",
+        ),
+        _language("plcopen", "Friction", "the same blocks as PLCopen TC6 XML", suffix=".xml"),
+        ExportTarget(
+            "table", "a look-up table for a drive, its points placed for the least error", _table,
+            ("points", "fastest"), suffix=".csv",
+        ),
+        ExportTarget(
+            "mjcf", "your MuJoCo model, one joint of it patched", _mjcf, (*_PATCH, "settings"),
+            _PATCH, suffix=".xml",
+        ),
+        ExportTarget(
+            "urdf", "your robot description, one joint of it patched", _urdf, _PATCH, _PATCH,
+            suffix=".urdf",
+        ),
+        ExportTarget(
+            "fmu", "a co-simulation unit of axis and friction, compiled for this platform", _fmu,
+            ("name",), text=False, suffix=".fmu",
+        ),
+        _language("modelica", "Friction", "a Modelica package", suffix=".mo"),
+        _language(
+            "matlab", "friction", "MATLAB (and Octave) functions of law and compensator",
+            folder=True,
+        ),
+        ExportTarget("json", "the card, checked and written anew", _json, suffix=".json"),
     )
 }  # fmt: skip

@@ -1,1 +1,6 @@
-"""The law as source code of a controller: its program, and one file a language."""
+"""Law and compensator as source code: one translation from Python, one file a language.
+
+`law_program` has the functions that every language prints; a language is a `Dialect` (how
+expressions and statements are written) and a function of a model that makes its files, listed in
+`export/targets.py`.
+"""

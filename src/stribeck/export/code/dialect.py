@@ -150,10 +150,10 @@ class Dialect(ABC):
                 return self._if(statement, depth)
             case CountLoop(name=name, end=end, body=body):
                 head, tail = self.count_loop(name, end)
-                return [pad + head, *self.block(body, depth + 1), pad + tail]
+                return [pad + head, *self.block(body, depth + 1), *([pad + tail] if tail else [])]
             case WhileLoop(test=test, body=body):
                 head, tail = self.while_loop(test)
-                return [pad + head, *self.block(body, depth + 1), pad + tail]
+                return [pad + head, *self.block(body, depth + 1), *([pad + tail] if tail else [])]
 
     def _if(self, statement: If, depth: int) -> list[str]:
         pad = self.indent * depth
@@ -169,7 +169,7 @@ class Dialect(ABC):
             rest = rest[0].otherwise
         if rest:
             lines += [pad + otherwise, *self.block(rest, depth + 1)]
-        return [*lines, pad + finish]
+        return [*lines, pad + finish] if finish else lines
 
     def assigned_targets(self, target: Name | Item, written: Sequence[str]) -> str:
         """The left side of an assignment of a call that writes into arrays, or of any other."""
@@ -186,7 +186,7 @@ class Dialect(ABC):
 
     @abstractmethod
     def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
-        """The first and the last line of a loop from 0 to one below the end."""
+        """The first and the last line ("" for none) of a loop from 0 to one below the end."""
 
     def last(self, end: Expression) -> str:
         """The last number that such a loop counts to."""
@@ -196,11 +196,11 @@ class Dialect(ABC):
 
     @abstractmethod
     def while_loop(self, test: Expression) -> tuple[str, str]:
-        """The first and the last line of a loop as long as a truth holds."""
+        """The first and the last line ("" for none) of a loop as long as a truth holds."""
 
     @abstractmethod
     def if_words(self) -> tuple[str, str, str, str]:
-        """If, else if, else and the end; {} stands for the truth."""
+        """If, else if, else and the end, "" where a block has none; {} stands for the truth."""
 
 
 def _below_zero(value: float) -> bool:

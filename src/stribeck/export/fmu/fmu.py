@@ -57,15 +57,15 @@ def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
         raise InputError(
             f"name {name!r}: a unit takes letters, digits and _, beginning with a letter, up to 41"
         )
-    made = axis(model)
-    sources = _sources(model, made)
+    fmu_axis = axis(model)
+    sources = _sources(model, fmu_axis)
     digest = hashlib.sha256(b"\0".join(sources[n] for n in sorted(sources)))
     digest.update(f"{name}\0{model.sha256}\0{__version__}".encode())
     guid = f"{{{digest.hexdigest()[:32]}}}"
     sources["axis_model.h"] += f'#define AXIS_GUID "{guid}"\n'.encode()
     files = {
-        "modelDescription.xml": described(model, made, name, guid, _COMPILED),
-        "documentation/index.html": page(model, made, name).encode(),
+        "modelDescription.xml": described(model, fmu_axis, name, guid, _COMPILED),
+        "documentation/index.html": page(model, fmu_axis, name).encode(),
         "documentation/licenses/license.txt": _licence().encode(),
         "resources/card.json": model.card.text().encode(),
         **{f"sources/{n}": text for n, text in sources.items()},
@@ -76,26 +76,26 @@ def fmu(model: Model, name: str = "friction", *, binary: bool = True) -> bytes:
     return _zipped(files)
 
 
-def _sources(model: Model, made: Axis) -> dict[str, bytes]:
+def _sources(model: Model, fmu_axis: Axis) -> dict[str, bytes]:
     """Names and contents of the C files, without the unit's GUID."""
-    own = Path(__file__).parent / "fmu_c"
-    sources = {n: (own / n).read_bytes() for n in _OWN}
+    folder = Path(__file__).parent / "fmu_c"
+    sources = {n: (folder / n).read_bytes() for n in _OWN}
     law = c(model)
     sources |= {n: law[n] for n in ("friction.h", "friction.c")}
-    return {**sources, "axis_model.h": _values(model, made).encode()}
+    return {**sources, "axis_model.h": _values(model, fmu_axis).encode()}
 
 
-def _values(model: Model, made: Axis) -> str:
+def _values(model: Model, fmu_axis: Axis) -> str:
     """Where the values of this axis stand, and how they start, as a header."""
-    inputs = made.of("input")
-    setting = made.first("setting")
-    law = made.first("law")
+    inputs = fmu_axis.of("input")
+    setting = fmu_axis.first("setting")
+    law = fmu_axis.first("law")
     defined: dict[str, object] = {
-        "AXIS_DRIVE": made.drive,
+        "AXIS_DRIVE": fmu_axis.drive,
         "AXIS_STATES": model.law.states,
         "AXIS_LOADED": int(bool(model.law.loads or model.law.terms)),
-        "AXIS_VALUES": len(made.values),
-        "AXIS_FIRST_INPUT": made.first("input"),
+        "AXIS_VALUES": len(fmu_axis.values),
+        "AXIS_FIRST_INPUT": fmu_axis.first("input"),
         "AXIS_INPUTS": len(inputs),
         "AXIS_PLACES": f"{{{', '.join(str(v.place) for v in inputs)}}}",
         "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
@@ -109,10 +109,10 @@ def _values(model: Model, made: Axis) -> str:
         "AXIS_TOLERANCE": setting + 3,
         "AXIS_LAW": law,
     }
-    defined |= {f"R_{value.symbol}": i for i, value in enumerate(made.values) if value.symbol}
-    constants = " ".join(f"c[{i}] = {text};" for i, text in enumerate(made.constants))
+    defined |= {f"R_{value.symbol}": i for i, value in enumerate(fmu_axis.values) if value.symbol}
+    constants = " ".join(f"c[{i}] = {text};" for i, text in enumerate(fmu_axis.constants))
     defined["AXIS_CONSTANTS_FROM(r)"] = constants
-    starts = ", ".join(_number(v.start) for v in made.values)
+    starts = ", ".join(_number(v.start) for v in fmu_axis.values)
     return "\n".join(
         [
             "/* This axis: its drive, and where its values stand. */",
@@ -132,10 +132,10 @@ def _number(value: float | None) -> str:
 
 
 def _platform() -> tuple[str, str]:
-    found = _PLATFORMS.get(sys.platform)
-    if found is None or sys.maxsize < 2**32:
+    platform = _PLATFORMS.get(sys.platform)
+    if platform is None or sys.maxsize < 2**32:
         raise InputError(f"fmu: FMI 2.0 has no name for the platform {sys.platform}")
-    return found
+    return platform
 
 
 def _built(sources: Mapping[str, bytes], target: str) -> bytes:
@@ -157,8 +157,10 @@ def _built(sources: Mapping[str, bytes], target: str) -> bytes:
         except (OSError, subprocess.TimeoutExpired) as error:
             raise InputError(f"fmu: {compiler} did not run: {error}") from error
         if done.returncode:
-            said = done.stderr.decode(errors="replace").strip().splitlines() or ["it said nothing"]
-            raise InputError(f"fmu: {compiler} failed: {said[0]:.200}")
+            errors = done.stderr.decode(errors="replace").strip().splitlines() or [
+                "it said nothing"
+            ]
+            raise InputError(f"fmu: {compiler} failed: {errors[0]:.200}")
         return (Path(folder) / target).read_bytes()
 
 
@@ -173,12 +175,12 @@ def _licence() -> str:
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:
-    made = io.BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3  # permissions as Unix has them, wherever it is made
             entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, files[name])
-    return made.getvalue()
+    return buffer.getvalue()

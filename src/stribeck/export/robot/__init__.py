@@ -1,1 +1,1 @@
-"""Friction in the robot files of simulators: MJCF and URDF."""
+"""Friction of a joint in a simulator's robot file: `mjcf.mjcf` and `urdf.urdf` patch the user's."""

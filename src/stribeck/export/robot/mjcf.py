@@ -15,7 +15,7 @@ from ...errors import InputError
 from .joint_file import Change, JointFile, Tag, number, the_one
 from .lugre_actuator import KEPT, bristles
 from .reduction import Reduction, coulomb_viscous
-from .reduction_error import Words, lost
+from .reduction_error import RigUnits, reduction_errors
 from .spring_pull import inertia
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def mjcf(
     firm: bool = False,
     armature: bool = False,
 ) -> tuple[bytes, list[str]]:
-    """A MuJoCo file with a joint's friction as the card has it, and what is lost, sentences.
+    """A MuJoCo file with a joint's friction as the card has it, and what it does not hold.
 
     The joint's attributes win over those of its class. All bytes outside its tag stay;
     with `lugre` an actuator is put in.
@@ -80,7 +80,7 @@ def mjcf(
         values["armature"] = number(_armature(model))
     if firm:
         values |= _FIRM
-    said = [*lost(model, to), *known, *_doubts(file, found)]
+    said = [*reduction_errors(model, to), *known, *_doubts(file, found)]
     return file.changed([*changes, file.attributed(found, values)]), said
 
 
@@ -208,10 +208,10 @@ def _creep(file: JointFile, joint: Tag, model: Model, to: Reduction, *, firm: bo
     own = any(_value(file, joint, name) for name in ("solreffriction", "solimpfriction"))
     if mass is None or own or not to["F_C"] > 0:
         return []
-    words, half = Words(model), 0.5 * to["F_C"]
+    units, half = RigUnits(model), 0.5 * to["F_C"]
     weight = "kg m^2" if model.rig.rotary else "kg"
-    under = f"under half the level ({half:.3g} {words.force}) an axis of {mass:.3g} {weight}"
-    speeds = {firm: words.speed(creep(half, mass, firm=firm)) for firm in (False, True)}
+    under = f"under half the level ({half:.3g} {units.force}) an axis of {mass:.3g} {weight}"
+    speeds = {firm: units.speed(creep(half, mass, firm=firm)) for firm in (False, True)}
     said = f"at rest MuJoCo gives way: {under} creeps at {speeds[firm]}"
     if not firm:
         said += f', with solimpfriction="{_FIRM["solimpfriction"]}" at {speeds[True]}'

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...units import unit
-from .spring_pull import Pull, inertia, pulled, temperature
+from .spring_pull import SpringPull, inertia, spring_pull, temperature
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -29,7 +29,7 @@ _SIMULATED = 1e7
 _KELVIN = 273.15
 
 
-class Words:
+class RigUnits:
     """Quantities in the units in which people see those of a rig."""
 
     def __init__(self, model: Model) -> None:
@@ -51,19 +51,23 @@ class Words:
         return f"{k * unit(self._length).factor:.3g} {self.force}/{self._length}"
 
 
-def lost(model: Model, to: Reduction) -> list[str]:
+def reduction_errors(model: Model, reduction: Reduction) -> list[str]:
     """What a reduction does not hold of a card's friction.
 
     First the error of the friction, then what the law has beside a curve, then a motion, and what
     the card itself doubts.
     """
-    words = Words(model)
-    said = [_curve(to, words), *_rest(model, to, words), *_beside(model, to, words)]
+    units = RigUnits(model)
+    sentences = [
+        _curve(reduction, units),
+        *_rest(model, reduction, units),
+        *_beside(model, reduction, units),
+    ]
     minus, plus = model.law.levels(model.p)
-    own = to.law.levels(to.p)[1]
-    if to.rms > _NONE * to.size or max(plus - own, -minus - own) > _TOLD * own:
-        said += _motion(model, to, words)
-    return [*said, *_doubtful(model)]
+    own = reduction.law.levels(reduction.p)[1]
+    if reduction.rms > _NONE * reduction.size or max(plus - own, -minus - own) > _TOLD * own:
+        sentences += _motion(model, reduction, units)
+    return [*sentences, *_doubtful(model)]
 
 
 def _doubtful(model: Model) -> list[str]:
@@ -76,16 +80,18 @@ def _doubtful(model: Model) -> list[str]:
     return [f"the card calls {', '.join(names)} not identifiable: friction is as good as its data"]
 
 
-def _curve(to: Reduction, words: Words) -> str:
-    span = f"from {words.speed(to.low)} to {words.speed(to.high)}"
-    if to.assumed:
+def _curve(reduction: Reduction, units: RigUnits) -> str:
+    span = f"from {units.speed(reduction.low)} to {units.speed(reduction.high)}"
+    if reduction.assumed:
         span += " (assumed: the card does not say its speeds)"
-    if to.rms <= _NONE * to.size:
+    if reduction.rms <= _NONE * reduction.size:
         return f"sliding friction is the card's own, at speeds {span}"
     return (
-        f"sliding friction is off by {to.rms:.3g} {words.force} RMS "
-        f"({_percent(to.rms, to.size)} of F) and by {to.worst:.3g} {words.force} at worst "
-        f"({_percent(to.worst, to.worst_of)} of F, at {words.speed(to.worst_at)}), at speeds {span}"
+        f"sliding friction is off by {reduction.rms:.3g} {units.force} RMS "
+        f"({_percent(reduction.rms, reduction.size)} of F) and by "
+        f"{reduction.worst:.3g} {units.force} at worst "
+        f"({_percent(reduction.worst, reduction.worst_of)} of F, at "
+        f"{units.speed(reduction.worst_at)}), at speeds {span}"
     )
 
 
@@ -94,76 +100,79 @@ def _percent(part: float, whole: float) -> str:
     return f"{share:.2g} %" if share < 10 else f"{share:.0f} %"  # noqa: PLR2004 - two digits
 
 
-def _rest(model: Model, to: Reduction, words: Words) -> list[str]:
+def _rest(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
     """What is said of the level at rest."""
     minus, plus = model.law.levels(model.p)
-    F_S, own = 0.5 * (plus - minus), to.law.levels(to.p)[1]
-    none = _NONE * to.size
+    F_S, own = 0.5 * (plus - minus), reduction.law.levels(reduction.p)[1]
+    none = _NONE * reduction.size
     if none >= F_S:
-        said = f"the card's law never sticks; the file's level of {own:.4g} {words.force} does"
-        return [said] if own > none else []
+        sentence = f"the card's law never sticks; the file's level of {own:.4g} {units.force} does"
+        return [sentence] if own > none else []
     if abs(F_S - own) <= _TOLD * F_S:
         return []
     change = f"{100 * (own / F_S - 1):+.0f} %"
-    said = f"static friction of {F_S:.4g} {words.force} is not held: "
-    return [f"{said}the axis breaks away at {own:.4g} {words.force} ({change})"]
+    sentence = f"static friction of {F_S:.4g} {units.force} is not held: "
+    return [f"{sentence}the axis breaks away at {own:.4g} {units.force} ({change})"]
 
 
-def _beside(model: Model, to: Reduction, words: Words) -> list[str]:
+def _beside(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
     """What no symmetric law of speed alone has."""
     law, p = model.law, model.p
-    said = []
-    v = np.linspace(to.low, to.high, 51)[1:]
+    sentences = []
+    v = np.linspace(reduction.low, reduction.high, 51)[1:]
     apart = float(np.abs(law.friction(v, p) + law.friction(-v, p)).max())
-    if apart > _TOLD * to.size:
-        differs = f"friction of the two directions differs by up to {apart:.3g} {words.force}"
-        said.append(f"{differs}: the file has what lies between them")
+    if apart > _TOLD * reduction.size:
+        differs = f"friction of the two directions differs by up to {apart:.3g} {units.force}"
+        sentences.append(f"{differs}: the file has what lies between them")
     if law.loads:
         grows = f"friction that goes with the load ({', '.join(law.loads)}) is not held"
-        said.append(f"{grows}: the numbers are those without load")
-    if law.states and law.name != to.law.name:
-        said.append(
+        sentences.append(f"{grows}: the numbers are those without load")
+    if law.states and law.name != reduction.law.name:
+        sentences.append(
             "presliding is not the card's: the bristles of the file are chosen for its time step"
-            if to.law.states
+            if reduction.law.states
             else "presliding is not held: the card's law gives way a little before it slips"
         )
     if "temperature" in law.terms:
         warm = temperature(law, p) - _KELVIN
         grows = "friction that goes with temperature is not held"
-        said.append(f"{grows}: the numbers are those of {warm:.4g} degC")
+        sentences.append(f"{grows}: the numbers are those of {warm:.4g} degC")
     if "position" in law.terms:
-        said.append("friction that goes with position is not held: the numbers are its mean")
-    return said
+        sentences.append("friction that goes with position is not held: the numbers are its mean")
+    return sentences
 
 
-def _motion(model: Model, to: Reduction, words: Words) -> list[str]:
+def _motion(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
     """What it costs in a motion: the card's law and the file's, pulled alike."""
     law, p = model.law, model.p
-    F_S = max(law.levels(p)[1], to.law.levels(to.p)[1])
+    F_S = max(law.levels(p)[1], reduction.law.levels(reduction.p)[1])
     if not F_S > 0:
         return []
-    speed = max(to.low, _SLOW * to.high)
+    speed = max(reduction.low, _SLOW * reduction.high)
     stiffness, span = F_S / (speed * _STICK), _STICKS * _STICK
     known = inertia(model.rig, law, model.values)
     mass = stiffness / _SWINGS**2 if known is None else known
     if not (stiffness / mass) ** 0.5 * span < _SIMULATED:
         return []
-    card, file = (pulled(a, b, mass, stiffness, speed, span) for a, b in ((law, p), (to.law, to.p)))
+    card, file = (
+        spring_pull(a, b, mass, stiffness, speed, span)
+        for a, b in ((law, p), (reduction.law, reduction.p))
+    )
     apart = float(np.linalg.norm(card.position - file.position)) / len(card.position) ** 0.5
     if not apart < _AWAY * speed * span:
         return []
 
-    def told(pull: Pull) -> str:
+    def described(pull: SpringPull) -> str:
         even = pull.jump <= _EVEN * F_S / stiffness
-        then = "slides evenly" if even else f"jumps by {words.length(pull.jump)}"
-        return f"breaks away at {pull.breakaway:.4g} {words.force} and then {then}"
+        then = "slides evenly" if even else f"jumps by {units.length(pull.jump)}"
+        return f"breaks away at {pull.breakaway:.4g} {units.force} and then {then}"
 
     way = " forward" if law.directional else ""
     pulling = (
-        f"pulled{way} at {words.speed(speed)} through a spring of {words.stiffness(stiffness)}"
+        f"pulled{way} at {units.speed(speed)} through a spring of {units.stiffness(stiffness)}"
     )
     inert = f"{mass:.3g} {'kg m^2' if model.rig.rotary else 'kg'}"
-    both = f"the card's axis {told(card)}; the file's {told(file)}"
+    both = f"the card's axis {described(card)}; the file's {described(file)}"
     return [
-        f"{pulling} ({inert}), {both}; over {span:g} s they are {words.length(apart)} RMS apart"
+        f"{pulling} ({inert}), {both}; over {span:g} s they are {units.length(apart)} RMS apart"
     ]

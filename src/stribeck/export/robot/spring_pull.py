@@ -25,7 +25,7 @@ _BAND, _TOLERANCE = 1e-5, 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Pull:
+class SpringPull:
     """How an axis moved that was pulled through a spring whose other end moves evenly.
 
     Args:
@@ -39,7 +39,9 @@ class Pull:
     position: Array
 
 
-def pulled(law: Law, p: Array, mass: float, stiffness: float, speed: float, span: float) -> Pull:
+def spring_pull(
+    law: Law, p: Array, mass: float, stiffness: float, speed: float, span: float
+) -> SpringPull:
     """Pull an axis from rest.
 
     Args:
@@ -58,12 +60,12 @@ def pulled(law: Law, p: Array, mass: float, stiffness: float, speed: float, span
     command, still = speed * t, np.zeros(len(t))
     warm = still + temperature(law, p)
     log = Recording(t=t, position=still, command=command, temperature=warm)
-    on = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
-    own = np.full(len(rig.own(law)), stiffness)
-    x = rig.move(law, np.concatenate([p[: len(law.params)], own])[None], on).position[0]
+    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+    springs = np.full(len(rig.own(law)), stiffness)
+    x = rig.move(law, np.concatenate([p[: len(law.params)], springs])[None], track).position[0]
     stretch = command - x
     swing = float(np.ptp(stretch[len(t) // 2 :]))
-    return Pull(stiffness * float(stretch.max()), swing, x)
+    return SpringPull(stiffness * float(stretch.max()), swing, x)
 
 
 def temperature(law: Law, p: Array) -> float:
@@ -82,5 +84,5 @@ def inertia(rig: Rig, law: Law, p: Array) -> float | None:
     known |= {q.name: float(v) for q, v in zip(rig.parameters(law), p, strict=True)}
     if {"armature", "m", "l"} <= known.keys():
         return known["m"] * known["l"] ** 2 + known["armature"]
-    found = next((known[n] for n in ("M", "J", "m") if n in known), 0.0)
-    return found if 0.0 < found < np.inf else None
+    mass = next((known[n] for n in ("M", "J", "m") if n in known), 0.0)
+    return mass if 0.0 < mass < np.inf else None

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ...errors import InputError
 from .joint_file import Change, JointFile, Tag, number, the_one
 from .reduction import coulomb_viscous
-from .reduction_error import lost
+from .reduction_error import reduction_errors
 
 if TYPE_CHECKING:
     from ..model import Model
@@ -22,7 +22,7 @@ _XACRO = "xacro:"
 
 
 def urdf(model: Model, source: bytes, joint: str) -> tuple[bytes, list[str]]:
-    """A URDF file with a joint's friction as the card has it, and what is lost, sentences.
+    """A URDF file with a joint's friction as the card has it, and what it does not hold.
 
     Its <dynamics> gets `damping` and `friction`; a joint without one gets one. All other bytes
     stay.
@@ -40,19 +40,19 @@ def urdf(model: Model, source: bytes, joint: str) -> tuple[bytes, list[str]]:
     file = JointFile(source, ("joint", "dynamics", "mimic"))
     _check_root(file)
     joints = [tag for tag in file.named("joint") if _of_the_robot(tag)]
-    found = the_one(joints, joint, _elsewhere(file))
-    _check_kind(found, rotary=model.rig.rotary)
-    to = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
-    values = {"damping": number(to["F_V"]), "friction": number(to["F_C"])}
-    said = [
-        *lost(model, to),
+    patched = the_one(joints, joint, _elsewhere(file))
+    _check_kind(patched, rotary=model.rig.rotary)
+    reduction = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
+    values = {"damping": number(reduction["F_V"]), "friction": number(reduction["F_C"])}
+    notes = [
+        *reduction_errors(model, reduction),
         "what a simulator makes of `friction` is its own affair: see its manual",
     ]
-    if any(tag.name.startswith(_XACRO) for tag in found.around()):
-        said.append("the joint stands in a macro of xacro: each use of it has this friction")
-    if any(tag.parent is found for tag in file.named("mimic")):
-        said.append("the joint mimics another one: most simulators do not look at its friction")
-    return file.changed([_change(file, found, values)]), said
+    if any(tag.name.startswith(_XACRO) for tag in patched.around()):
+        notes.append("the joint stands in a macro of xacro: each use of it has this friction")
+    if any(tag.parent is patched for tag in file.named("mimic")):
+        notes.append("the joint mimics another one: most simulators do not look at its friction")
+    return file.changed([_change(file, patched, values)]), notes
 
 
 def _check_root(file: JointFile) -> None:
@@ -72,8 +72,8 @@ def _elsewhere(file: JointFile) -> str:
     """Why a joint may not be there."""
     if any(name.startswith(_XACRO) for name in file.prefixed):
         return "macros of xacro may make it: run `xacro FILE > robot.urdf` and patch that"
-    if other := sorted(name for name in file.prefixed if name.endswith(":joint")):
-        return f"elements named <{other[0][:40]}> are no joints of URDF"
+    if prefixed := sorted(name for name in file.prefixed if name.endswith(":joint")):
+        return f"elements named <{prefixed[0][:40]}> are no joints of URDF"
     return ""
 
 
@@ -88,19 +88,19 @@ def _check_kind(joint: Tag, *, rotary: bool) -> None:
             "continuous or prismatic one"
         )
     if rotary != (kind in _TURN):
-        card, wanted = ("N m", "revolute or continuous") if rotary else ("N", "prismatic")
-        raise InputError(f"{where} is {kind}, and the card is in {card}: it fits a {wanted} one")
+        card, kinds = ("N m", "revolute or continuous") if rotary else ("N", "prismatic")
+        raise InputError(f"{where} is {kind}, and the card is in {card}: it fits a {kinds} one")
 
 
 def _change(file: JointFile, joint: Tag, values: dict[str, str]) -> Change:
-    own = [tag for tag in file.named("dynamics") if tag.parent is joint]
-    if len(own) > 1:
-        lines = ", ".join(str(tag.line) for tag in own)
+    dynamics = [tag for tag in file.named("dynamics") if tag.parent is joint]
+    if len(dynamics) > 1:
+        lines = ", ".join(str(tag.line) for tag in dynamics)
         raise InputError(
-            f"joint {joint.attributes['name']!r} has {len(own)} <dynamics>, on lines {lines}: "
+            f"joint {joint.attributes['name']!r} has {len(dynamics)} <dynamics>, on lines {lines}: "
             "keep one"
         )
-    if own:
-        return file.attributed(own[0], values)
+    if dynamics:
+        return file.attributed(dynamics[0], values)
     written = " ".join(f'{name}="{value}"' for name, value in values.items())
     return file.inside(joint, f"<dynamics {written}/>")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -112,29 +110,6 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
         _explained(card),
         _strangers(card, logs),
     )
-
-
-def logs_beside(card: Card, path: Path) -> list[Path]:
-    """The logs of a card, by name and hash: in its folder, the one above, or the current one.
-
-    Raises:
-        InputError: one of them is in none of these.
-    """
-    found = []
-    for d in card.data:
-        places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
-        there = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
-        if not there:
-            raise InputError(
-                f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
-                "the card"
-            )
-        found.append(there[0])
-    return found
-
-
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _freed(card: Card, shipped: Parameters) -> Parameters:

@@ -1,0 +1,35 @@
+"""The logs of a card, looked for beside its file."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from .card import Card
+
+
+def logs_beside(card: Card, path: Path) -> list[Path]:
+    """The logs of a card, by name and hash: in its folder, the one above, or the current one.
+
+    Raises:
+        InputError: one of them is in none of these.
+    """
+    logs = []
+    for d in card.data:
+        places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
+        same = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
+        if not same:
+            raise InputError(
+                f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
+                "the card"
+            )
+        logs.append(same[0])
+    return logs
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
