@@ -23,7 +23,8 @@ from scipy.integrate import solve_ivp
 from stribeck.friction import LAWS
 from stribeck.rig.motion import reference, row_pool
 from stribeck.rig.motion.command import Drive
-from stribeck.rig.motion.event_driven import BAND, misfits, trajectories
+from stribeck.rig.motion.drives import BAND
+from stribeck.rig.motion.event_driven import misfits, trajectories
 from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.space import Array

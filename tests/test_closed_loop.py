@@ -20,8 +20,8 @@ from stribeck.data.recording import Recording
 from stribeck.errors import InputError
 from stribeck.friction import LAWS, Law, law_named
 from stribeck.rig import RIGS, Rig
+from stribeck.rig.motion.drives import SLIDE
 from stribeck.rig.motion.implicit import motions
-from stribeck.rig.motion.track import SLIDE
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
 from stribeck.rig.stepped import SteppedRig

@@ -13,7 +13,8 @@ from stribeck.friction import LAWS, Law
 from stribeck.optimize.trust_region import STEP
 from stribeck.rig.motion import reference, row_pool
 from stribeck.rig.motion.command import Drive
-from stribeck.rig.motion.event_driven import CLAMP, F_FM, misfits, trajectories
+from stribeck.rig.motion.drives import CLAMP, F_FM
+from stribeck.rig.motion.event_driven import misfits, trajectories
 from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed, published_both
 from stribeck.space import Array

@@ -24,9 +24,10 @@ from stribeck.export.fmu.description import exponents
 from stribeck.export.fmu.fmu import fmu
 from stribeck.export.model import Model
 from stribeck.friction import law_named
-from stribeck.rig.balanced import NORMAL
+from stribeck.friction.law import NORMAL
+from stribeck.rig.motion.drives import FORCE, JOINT
 from stribeck.rig.motion.implicit import motions
-from stribeck.rig.motion.track import FORCE, JOINT, Track, track
+from stribeck.rig.motion.track import Track, track
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
 from stribeck.rig.twin import TestBed

@@ -14,7 +14,8 @@ import pytest
 from command import Said, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
 from stribeck.rig.equation import FIRST, THIRD, Equation, Input
-from stribeck.rig.motion.track import JOINT, Track
+from stribeck.rig.motion.drives import JOINT
+from stribeck.rig.motion.track import Track
 from stribeck.rig.rig import Motion, constant
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.stepped import SteppedRig

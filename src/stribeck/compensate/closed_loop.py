@@ -28,10 +28,11 @@ from ..compile_cache import compiled
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ..friction.law import term_places, terms_factor
+from ..friction.law import DRIVE, term_places, terms_factor
 from ..rig import RIGS
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
+from ..rig.motion.drives import JOINT
 from ..rig.motion.implicit import (
     EACH,
     FEWEST,
@@ -40,11 +41,11 @@ from ..rig.motion.implicit import (
     ROOM,
     commanded,
     driven,
+    joint_constants,
     mixed,
     passed,
     started,
 )
-from ..rig.motion.track import JOINT
 from ..rig.rig import Motion, Rig
 from ..space import Array
 from .compensator import Compensator, compensator_output
@@ -270,7 +271,7 @@ def _loops(
         slopes[:] = 0.0
         z_m[:] = 0.0
         left = ROOM + EACH * parts.sum()
-        hold = b[7] if kind == JOINT else 0.0
+        hold = joint_constants(b).hold if kind == JOINT else 0.0
         before = started(
             rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
         )
@@ -299,10 +300,10 @@ def _loops(
             mixed(ends, held, 0, 0.0, u)
             if hold > 0.0:
                 now = commanded(b, u, q, v)
-                load[0] = now if hold == 1.0 else before
+                load[DRIVE] = now if hold == 1.0 else before
                 before = now
             driven(kind, b, u, q, v, load)
-            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
+            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             out_u[row, k], out_seen[row, k] = output, seen
             if k == len(t) - 1 or not (abs(q - start[row, 0]) < far and abs(v) < 1e12):  # noqa: PLR2004
                 break

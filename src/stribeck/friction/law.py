@@ -32,6 +32,8 @@ RUB_TYPE = types.FunctionType(RUB_SIGNATURE)
 #: drive and of everything else on the axis (N or N m, signed), the normal load (in the rig's own
 #: SI unit, such as Pa), position (m or rad) and temperature (K).
 LOADS = ("drive", "external", "normal", "position", "temperature")
+#: Where each of LOADS stands in the `load` of `rub`.
+DRIVE, EXTERNAL, NORMAL, POSITION, TEMPERATURE = range(len(LOADS))
 
 Term = Literal["position", "temperature"]
 #: What may multiply the whole friction of any law, and the parameters that this adds.
@@ -79,9 +81,9 @@ def terms_factor(places: Array, p: Array, load: Array) -> float:
     """The factor of all terms of a law under the loads (5,); `places` as `term_places` has them."""
     scale = 1.0
     if places[0] >= 0:
-        scale *= position_factor(load[3], p[places[0]], p[places[0] + 1], p[places[0] + 2])
+        scale *= position_factor(load[POSITION], p[places[0]], p[places[0] + 1], p[places[0] + 2])
     if places[1] >= 0:
-        scale *= temperature_factor(load[4], p[places[1]], p[places[1] + 1])
+        scale *= temperature_factor(load[TEMPERATURE], p[places[1]], p[places[1] + 1])
     return max(scale, 0.0)
 
 

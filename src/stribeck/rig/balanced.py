@@ -13,11 +13,12 @@ from ..compile_cache import compiled
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
+from ..friction.law import POSITION, TEMPERATURE
 from ..space import Array, Param
 from .equation import FIRST, Equation, Input
 from .experiments.imposed_motions import strokes
 from .experiments.offer import Offer, OperatingRange
-from .motion.track import FORCE
+from .motion.drives import FORCE
 from .rig import Approach, Rig
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
 
 #: Where the normal load, the position and the temperature stand among the five loads.
-NORMAL, POSITION, TEMPERATURE = (LOADS.index(n) for n in ("normal", "position", "temperature"))
 #: A law's loads in words.
 _LOAD_WORDS = {
     "drive": "the force of the drive",

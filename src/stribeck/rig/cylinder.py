@@ -10,8 +10,9 @@ import numpy as np
 
 from ..data.filtering import Filtering
 from ..errors import InputError
+from ..friction.law import NORMAL
 from ..space import Array, Param
-from .balanced import NORMAL, BalancedRig, coefficients
+from .balanced import BalancedRig, coefficients
 from .equation import NORMAL_LOAD, Equation, Input
 from .forced import FORCED
 from .rig import constant

@@ -20,7 +20,8 @@ from ..space import Array, Param
 from .balanced import BalancedRig
 from .controller import Controller
 from .equation import FIRST, THIRD
-from .motion.track import JOINT, WIDTH, Track
+from .motion.drives import JOINT, JointConstants, rows
+from .motion.track import Track
 from .rig import Constant, Motion, constant
 
 if TYPE_CHECKING:
@@ -144,13 +145,17 @@ class Emps(BalancedRig):
             del track
             k = len(law.params)
             per_speed = self["gtau"] * self["kv"]
-            c = np.zeros((len(p), WIDTH))
-            c[:, 0] = p[:, k]
-            c[:, 1], c[:, 2] = per_speed * self["kp"], per_speed
-            c[:, 5] = 0.0 if law.directional else p[:, k + 1]
-            c[:, 6] = self["gtau"] * self["u_max"]
-            c[:, 7] = 2.0 if self["delay"] > 0.5 * self["T"] else 1.0
-            return c
+            loop = JointConstants(
+                J=p[:, k],
+                k_p=per_speed * self["kp"],
+                k_d=per_speed,
+                g_sin=0.0,
+                g_cos=0.0,
+                g_0=0.0 if law.directional else p[:, k + 1],
+                limit=self["gtau"] * self["u_max"],
+                hold=2.0 if self["delay"] > 0.5 * self["T"] else 1.0,
+            )
+            return rows(loop, len(p))
 
         return Controller(JOINT, THIRD, self["T"], _TOLERANCE, track, constants)
 

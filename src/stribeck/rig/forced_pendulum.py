@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..friction.law import POSITION
 from ..space import Array, Param
-from .balanced import POSITION, BalancedRig, coefficients
+from .balanced import BalancedRig, coefficients
 from .equation import Equation
 from .forced import FORCED_ROTARY
 

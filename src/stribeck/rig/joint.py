@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..space import Array, Param
 from .equation import FIRST, SECOND, THIRD, Equation, Input
-from .motion.track import JOINT
+from .motion.drives import JOINT, JointConstants
 from .rig import constant
 from .stepped import SteppedRig
 
@@ -62,17 +62,17 @@ class JointRig(SteppedRig):
                 "late"
             )
 
-    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+    def coefficients(self, values: Mapping[str, Any]) -> JointConstants:
         """Inertia, the gains that act, gravity, the limit, and how the torque is held."""
-        return (
-            values["J"],
-            values["gain"] * values["kp"],
-            values["gain"] * values["kd"],
-            values["g_sin"],
-            values["g_cos"],
-            values["g_0"],
-            values["limit"],
-            values["hold"],
+        return JointConstants(
+            J=values["J"],
+            k_p=values["gain"] * values["kp"],
+            k_d=values["gain"] * values["kd"],
+            g_sin=values["g_sin"],
+            g_cos=values["g_cos"],
+            g_0=values["g_0"],
+            limit=values["limit"],
+            hold=values["hold"],
         )
 
     def equation(self, law: Law) -> Equation:

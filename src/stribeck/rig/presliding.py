@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,7 +13,7 @@ from ..space import Array, Param
 from .equation import FIRST, Equation, Input
 from .experiments.offer import Course, Offer, OperatingRange
 from .experiments.pushes import pushes
-from .motion.track import FORCE
+from .motion.drives import FORCE, ForceConstants
 from .rig import Constant, constant
 from .stepped import SteppedRig
 
@@ -47,9 +47,9 @@ class PreslidingRig(SteppedRig):
             )
         return (recording.force,)
 
-    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+    def coefficients(self, values: Mapping[str, Any]) -> ForceConstants:
         """Mass and offset."""
-        return values["M"], values["offset"]
+        return ForceConstants(values["M"], values["offset"])
 
     def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
         """Sines of force below breakaway, and triangles just beyond it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -13,7 +13,7 @@ from ..space import Array, Param
 from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.servo_goals import servo_goals
-from .motion.track import SERVO
+from .motion.drives import SERVO, ServoConstants
 from .rig import constant
 from .stepped import SteppedRig
 
@@ -57,17 +57,17 @@ class ServoPendulum(SteppedRig):
             if not 0 < values[name] < np.inf:
                 raise InputError(f"rig {self.name}: {name} = {values[name]} cannot be simulated")
 
-    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
-        """Inertia, torque per volt, back EMF, gravity, its angle, gain in volts, supply voltage."""
+    def coefficients(self, values: Mapping[str, Any]) -> ServoConstants:
+        """The constants of its servo and of gravity."""
         k_t, R = values["k_t"], values["R"]
-        return (
-            values["m"] * values["l"] ** 2 + values["armature"],
-            k_t / R,
-            k_t**2 / R,
-            values["m"] * values["g"] * values["l"],
-            values["q_offset"],
-            values["vin"] * values["kp"] * values["duty"],
-            values["vin"],
+        return ServoConstants(
+            J=values["m"] * values["l"] ** 2 + values["armature"],
+            per_volt=k_t / R,
+            damping=k_t**2 / R,
+            weight=values["m"] * values["g"] * values["l"],
+            q_offset=values["q_offset"],
+            stiffness=values["vin"] * values["kp"] * values["duty"],
+            volts_max=values["vin"],
         )
 
     def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:

@@ -18,8 +18,9 @@ from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
 from .motion import reference
 from .motion.command import Drive
+from .motion.drives import K_SPRING_M, K_SPRING_P, SLIDE, SlideConstants
 from .motion.event_driven import misfits, trajectories
-from .motion.track import SLIDE, Track
+from .motion.track import Track
 from .rig import Constant, Motion, constant
 from .simulated import SimulatedRig
 
@@ -127,7 +128,7 @@ class SlideBed(SimulatedRig):
                 f"{', '.join(q.name for q in self.parameters(law))}; got {p.shape[1]} columns"
             )
         c = np.repeat(self._kernel_constants[None], len(p), axis=0)
-        c[:, 3], c[:, 4] = p[:, k], p[:, -1]
+        c[:, K_SPRING_P], c[:, K_SPRING_M] = p[:, k], p[:, -1]
         return p[:, :k], c
 
     @cached_property
@@ -140,10 +141,20 @@ class SlideBed(SimulatedRig):
             ):
                 raise InputError(f"rig {self.name}: {name} = {value} cannot be simulated")
         K_kt = self["K_kt"] if self["F_m_max"] > 0 else 0.0  # a clamp at 0 N leaves no motor
-        named = [self[name] for name in ("m", "k_hat+", "k_hat-", "F_fm", "F_m_max", "dv")]
-        m, k_hat_p, k_hat_m, F_fm, clamp, dv = named
-        inertia, damping = K_kt * self["J_m"], K_kt * self["D_m"]
-        return np.array([m, k_hat_p, k_hat_m, 0.0, 0.0, F_fm, inertia, damping, clamp, dv])
+        return np.array(
+            SlideConstants(
+                m=self["m"],
+                k_hat_plus=self["k_hat+"],
+                k_hat_minus=self["k_hat-"],
+                k_spring_plus=0.0,
+                k_spring_minus=0.0,
+                F_fm=self["F_fm"],
+                inertia=K_kt * self["J_m"],
+                damping=K_kt * self["D_m"],
+                clamp=self["F_m_max"],
+                band=self["dv"],
+            )
+        )
 
     def drive(self, recording: Recording) -> Drive:
         """The command x_i of a recording: its column or the paper's ramp."""

@@ -13,7 +13,8 @@ from ..errors import InputError
 from ..space import Array
 from .controller import Controller, per_newton
 from .motion.command import Drive
-from .motion.track import WIDTH, Track
+from .motion.drives import rows
+from .motion.track import Track
 from .rig import Motion
 from .simulated import SimulatedRig
 
@@ -93,10 +94,7 @@ class SteppedRig(SimulatedRig):
         known |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
         self.check(known)
         parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
-        constants = np.zeros((len(own), WIDTH))
-        for k, column in enumerate(self.coefficients({**known, **parameters})):
-            constants[:, k] = column
-        return constants
+        return rows(self.coefficients({**known, **parameters}), len(own))
 
     def controller(self) -> Controller | None:
         """Its own loop, if it says which input a compensator's output is added to."""

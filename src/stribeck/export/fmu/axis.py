@@ -12,7 +12,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...rig.equation import NORMAL_LOAD, TEMPERATURE, Equation
-from ...rig.motion.track import FORCE, JOINT, SERVO, SLIDE
+from ...rig.motion.drives import FORCE, JOINT, SERVO, SLIDE
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier

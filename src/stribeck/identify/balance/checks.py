@@ -18,7 +18,7 @@ from ...data.force_channel import EXACT, both_ways
 from ...data.force_channel import spikes as single_samples
 from ...errors import InputError
 from ...friction import TERMS
-from ...rig.balanced import POSITION
+from ...friction.law import POSITION
 from ...space import Array
 from ...units import unit
 from ..uncertainty.verdict import IDENTIFIED

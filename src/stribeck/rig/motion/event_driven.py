@@ -25,6 +25,18 @@ from ...compile_cache import compiled
 from ...friction import SLIP_TYPE, addressed
 from ...space import Array
 from . import row_pool
+from .drives import (
+    BAND,
+    CLAMP,
+    DAMPING,
+    F_FM,
+    INERTIA,
+    K_HAT_M,
+    K_HAT_P,
+    K_SPRING_M,
+    K_SPRING_P,
+    MASS,
+)
 from .track import RUN, Track
 
 if TYPE_CHECKING:
@@ -43,10 +55,6 @@ LEG = 128
 #: before it was cut, and the travel in it, m, by powers of the share of the step.
 BEGIN, END, LENGTH, TRAVEL = 0, 1, 2, 3
 WIDTH = TRAVEL + 6
-
-#: Columns of the constants that one candidate is simulated with, all SI. K_HAT and K_SPRING
-#: stand twice: for a stretch e > 0 (the drive pulls rightward) and for e < 0.
-MASS, K_HAT_P, K_HAT_M, K_SPRING_P, K_SPRING_M, F_FM, INERTIA, DAMPING, CLAMP, BAND = range(10)
 
 #: How a leg ends: at its time limit, at rest, or (a failure) with numbers that are none.
 LIMIT, REST, FAILED = 0, 1, 2

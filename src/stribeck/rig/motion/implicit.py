@@ -29,10 +29,34 @@ from numba import boolean, float64, int64, types, void
 from ...compile_cache import compiled
 from ...errors import InputError
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed, rub_law
-from ...friction.law import term_places, terms_factor
+from ...friction.law import (
+    DRIVE,
+    EXTERNAL,
+    NORMAL,
+    POSITION,
+    TEMPERATURE,
+    term_places,
+    terms_factor,
+)
 from ...space import Array
 from . import row_pool
-from .track import FORCE, JOINT, SERVO, SLIDE
+from .drives import (
+    CLAMP,
+    DAMPING,
+    FORCE,
+    INERTIA,
+    JOINT,
+    SERVO,
+    SLIDE,
+    ForceConstants,
+    ForceInputs,
+    JointConstants,
+    JointInputs,
+    ServoConstants,
+    ServoInputs,
+    SlideConstants,
+    SlideInputs,
+)
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -76,6 +100,36 @@ NO_RUB = rub_law(_no_rub)
 
 
 @compiled(forceinline=True)
+def servo_constants(c: Array) -> ServoConstants:
+    """A row of constants by their names."""
+    return ServoConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6])
+
+
+@compiled(forceinline=True)
+def servo_inputs(u: Array) -> ServoInputs:
+    """A row of inputs by their names."""
+    return ServoInputs(u[0], u[1], u[2], u[3], u[4])
+
+
+@compiled(forceinline=True)
+def joint_constants(c: Array) -> JointConstants:
+    """A row of constants by their names."""
+    return JointConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
+
+
+@compiled(forceinline=True)
+def joint_inputs(u: Array) -> JointInputs:
+    """A row of inputs by their names."""
+    return JointInputs(u[0], u[1], u[2], u[3], u[4])
+
+
+@compiled(forceinline=True)
+def slide_constants(c: Array) -> SlideConstants:
+    """A row of constants by their names."""
+    return SlideConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9])
+
+
+@compiled(forceinline=True)
 def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
@@ -84,41 +138,46 @@ def driven(
     Writes what a law may depend on into `load`: drive and external force, normal load, position
     and temperature. A drive that holds its torque finds it there.
     """
-    load[2], load[3], load[4] = u[0], q, u[1]
-    if kind == SERVO:  # c: J, k_t/R, k_t^2/R, m g l, q_offset, volts a radian, volts at most
-        volts = min(max(c[5] * (u[2] - q) + u[4], -c[6]), c[6])
-        on = 1.0 if u[3] > 0.5 else 0.0  # noqa: PLR2004 - a flag
-        load[1] = -c[3] * np.sin(q + c[4])
-        load[0] = on * (c[1] * volts - c[2] * v)
-        return c[0], on * c[1] * volts + load[1], on * c[2]
-    if kind == JOINT:  # c: J, k_p, k_d, g_sin, g_cos, g_0, largest torque, hold
-        load[1] = -(c[3] * np.sin(q) + c[4] * np.cos(q) + c[5])
-        if c[7] > 0.0:  # the drive's torque stands there already
-            return c[0], load[0] + load[1], 0.0
-        asked = u[4] + c[1] * (u[2] - q) + c[2] * u[3]
-        load[0] = min(max(asked - c[2] * v, -c[6]), c[6])
-        if abs(asked - c[2] * v) >= c[6]:
-            return c[0], load[0] + load[1], 0.0
-        return c[0], asked + load[1], c[2]
-    if kind == FORCE:  # c: M, offset
-        load[0], load[1] = u[2], -c[1]
-        return c[0], u[2] - c[1], 0.0
-    # SLIDE, c as `SlideBed.split`: m, k_hat+, k_hat-, k_spring+, k_spring-, F_fm, ...
-    e = u[2] - q
+    load[NORMAL], load[POSITION], load[TEMPERATURE] = u[0], q, u[1]
+    if kind == SERVO:
+        servo, control = servo_constants(c), servo_inputs(u)
+        volts = servo.stiffness * (control.goal - q) + control.volts
+        volts = min(max(volts, -servo.volts_max), servo.volts_max)
+        on = 1.0 if control.enabled > 0.5 else 0.0  # noqa: PLR2004 - a flag
+        load[EXTERNAL] = -servo.weight * np.sin(q + servo.q_offset)
+        load[DRIVE] = on * (servo.per_volt * volts - servo.damping * v)
+        return servo.J, on * servo.per_volt * volts + load[EXTERNAL], on * servo.damping
+    if kind == JOINT:
+        joint, wish = joint_constants(c), joint_inputs(u)
+        load[EXTERNAL] = -(joint.g_sin * np.sin(q) + joint.g_cos * np.cos(q) + joint.g_0)
+        if joint.hold > 0.0:  # the drive's torque stands there already
+            return joint.J, load[DRIVE] + load[EXTERNAL], 0.0
+        torque = wish.torque + joint.k_p * (wish.goal - q) + joint.k_d * wish.velocity
+        load[DRIVE] = min(max(torque - joint.k_d * v, -joint.limit), joint.limit)
+        if abs(torque - joint.k_d * v) >= joint.limit:
+            return joint.J, load[DRIVE] + load[EXTERNAL], 0.0
+        return joint.J, torque + load[EXTERNAL], joint.k_d
+    if kind == FORCE:
+        mass, push = ForceConstants(c[0], c[1]), ForceInputs(u[0], u[1], u[2])
+        load[DRIVE], load[EXTERNAL] = push.force, -mass.offset
+        return mass.M, push.force - mass.offset, 0.0
+    bed, slide = slide_constants(c), SlideInputs(u[0], u[1], u[2], u[3])
+    e = slide.command - q
     if e > 0.0:
-        spring, motor = c[3] * e, c[1] * e + u[3]
+        spring, motor = bed.k_spring_plus * e, bed.k_hat_plus * e + slide.added
     else:
-        spring, motor = c[4] * e, c[2] * e + u[3]
-    load[0] = spring + max(motor - c[5], 0.0) + min(motor + c[5], 0.0)
-    load[1] = 0.0
-    return c[0], load[0], 0.0
+        spring, motor = bed.k_spring_minus * e, bed.k_hat_minus * e + slide.added
+    load[DRIVE] = spring + max(motor - bed.F_fm, 0.0) + min(motor + bed.F_fm, 0.0)
+    load[EXTERNAL] = 0.0
+    return bed.m, load[DRIVE], 0.0
 
 
 @compiled(forceinline=True)
 def commanded(c: Array, u: Array, q: float, v: float) -> float:
     """The torque that the controller of a joint computes at a sample."""
-    asked = u[4] + c[1] * (u[2] - q) + c[2] * (u[3] - v)
-    return min(max(asked, -c[6]), c[6])  # type: ignore[no-any-return]
+    joint, wish = joint_constants(c), joint_inputs(u)
+    torque = wish.torque + joint.k_p * (wish.goal - q) + joint.k_d * (wish.velocity - v)
+    return min(max(torque, -joint.limit), joint.limit)  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
@@ -293,13 +352,13 @@ def _step(
     """The velocity after a step of h under the inputs u at its end; new states into `out`."""
     mass, F, d = driven(kind, c, u, q, v, load)
     scale = terms_factor(term, p, load)
-    if kind == SLIDE and (c[6] > 0.0 or c[7] > 0.0):
+    if kind == SLIDE and (c[INERTIA] > 0.0 or c[DAMPING] > 0.0):
         # The motor's inertia and damping, clamped: implicit, and outside the clamp a constant.
-        M, P = mass + c[6] + h * c[7], (mass + c[6]) * v + h * F
+        M, P = mass + c[INERTIA] + h * c[DAMPING], (mass + c[INERTIA]) * v + h * F
         w = _solved(slip, rub, general, states, scale, M, P, h, v, z, load, p, out, slopes, at)
-        back = c[6] * (w - v) / h + c[7] * w
-        if abs(back) > c[8]:
-            P = mass * v + h * (F - np.copysign(c[8], back))
+        motor = c[INERTIA] * (w - v) / h + c[DAMPING] * w
+        if abs(motor) > c[CLAMP]:
+            P = mass * v + h * (F - np.copysign(c[CLAMP], motor))
             w = _solved(
                 slip, rub, general, states, scale, mass, P, h, v, z, load, p, out, slopes, at
             )
@@ -417,7 +476,7 @@ def started(
     """The torque that a joint's controller computed at the first sample; states into `z`."""
     mixed(inputs, held, 0, 0.0, u)
     torque = commanded(c, u, q, v) if hold > 0.0 else 0.0
-    load[0] = torque
+    load[DRIVE] = torque
     _, F, d = driven(kind, c, u, q, v, load)
     if states > 0:
         begun(rub, terms_factor(term, p, load), F - d * v, v, load, p, relaxed, z)
@@ -455,7 +514,7 @@ def _rows(  # a loop over candidates and samples
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         left = ROOM + EACH * parts.sum()
-        hold = b[7] if kind == JOINT else 0.0
+        hold = joint_constants(b).hold if kind == JOINT else 0.0
         before = started(
             rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
         )
@@ -463,10 +522,10 @@ def _rows(  # a loop over candidates and samples
             mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
                 now = commanded(b, u, q, v)
-                load[0] = now if hold == 1.0 else before
+                load[DRIVE] = now if hold == 1.0 else before
                 before = now
             driven(kind, b, u, q, v, load)
-            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[0]
+            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
             q, v, left = passed(

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from ...space import Array
-from .event_driven import (
+from .drives import (
     BAND,
     CLAMP,
     DAMPING,
@@ -30,8 +30,8 @@ from .event_driven import (
     K_SPRING_M,
     K_SPRING_P,
     MASS,
-    from_zero,
 )
+from .event_driven import from_zero
 
 if TYPE_CHECKING:
     from collections.abc import Callable

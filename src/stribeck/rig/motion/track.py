@@ -12,12 +12,6 @@ from ...space import Array
 if TYPE_CHECKING:
     from .command import Drive
 
-#: The kinds of drive that `implicit` knows. What each reads of a candidate's constants and of its
-#: inputs stands there; the first two inputs are the normal load and the temperature for each.
-SLIDE, SERVO, JOINT, FORCE = range(4)
-#: Constants that a candidate may have there.
-WIDTH = 10
-
 #: Knots of a command whose least and greatest are kept together.
 RUN = 64
 
