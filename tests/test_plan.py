@@ -25,7 +25,7 @@ from stribeck.identify.design.experiment import (
     errors,
     factors,
     information,
-    told,
+    information_at,
 )
 from stribeck.identify.design.plan import Plan, Proposal, plan
 from stribeck.report.plan_report import plan_text, show_plan
@@ -82,7 +82,7 @@ def test_repeated_noise_widens_each_error_by_its_own_root() -> None:
 
 def test_more_of_the_same_shrinks_by_the_root_of_two() -> None:
     at = np.array([[1.0, -2.0, 3.0], [1.5, -2.5, 2.0]])
-    F = told(line(A, 0.2), at, box(3))
+    F = information_at(line(A, 0.2), at, box(3))
     np.testing.assert_allclose(factors(F, F), np.sqrt(2.0), rtol=1e-9)
     np.testing.assert_allclose(factors(F, 3 * F), 2.0, rtol=1e-9)
 

@@ -72,15 +72,15 @@ def promise(data: Experiment, more: Experiment, box: Box, at: Array, n: int, see
     return Kept(factors, old, new)
 
 
-def _shown(of: Experiment, truth: Array, rng: np.random.Generator) -> Array:
+def _shown(experiment: Experiment, truth: Array, rng: np.random.Generator) -> Array:
     """What an experiment shows of a truth, with noise as correlated as it is."""
-    still = np.concatenate([truth, np.zeros(of.starts)])
-    clean: Array = of.predict(still[None])[0]
-    time = float(np.median(of.inflation))
+    still = np.concatenate([truth, np.zeros(experiment.starts)])
+    clean: Array = experiment.predict(still[None])[0]
+    time = float(np.median(experiment.inflation))
     a = min((time - 1) / (time + 1), PERSISTENT) if time > 1 else 0.0
     white = rng.standard_normal(len(clean)) * np.sqrt(1 - a * a)
     white[0] /= np.sqrt(1 - a * a)
-    scale = of.noise if time >= 1 else of.noise * np.sqrt(time)
+    scale = experiment.noise if time >= 1 else experiment.noise * np.sqrt(time)
     found: Array = clean + scale * np.asarray(lfilter([1.0], [1.0, -a], white), dtype=float)
     return found
 

@@ -119,20 +119,20 @@ def decades(lower: Array, upper: Array) -> NDArray[np.bool_]:
     return found
 
 
-def slopes(of: Experiment, x: Array, box: Box) -> Array:
+def slopes(experiment: Experiment, x: Array, box: Box) -> Array:
     """Slopes of what an experiment shows at x (dim,): (dim + starts, N); nan where it cannot run.
 
     Central differences, one-sided where a neighbour means nothing.
     """
-    dim, n = len(x), len(x) + of.starts
-    h = np.concatenate([box.steps(x), np.full(of.starts, of.reach)])
+    dim, n = len(x), len(x) + experiment.starts
+    h = np.concatenate([box.steps(x), np.full(experiment.starts, experiment.reach)])
     at = np.zeros(n)
     at[:dim] = x
     rows = np.vstack([at[None], at + np.diag(h), at - np.diag(h)])
     good = box.physical(rows[:, :dim])
-    seen = of.predict(rows[good])
-    f = np.full((len(rows), seen.shape[1]), np.nan)
-    f[good] = seen
+    signals = experiment.predict(rows[good])
+    f = np.full((len(rows), signals.shape[1]), np.nan)
+    f[good] = signals
     up, down = f[1 : n + 1], f[n + 1 :]
     J = (up - down) / (2 * h[:, None])
     J = np.where(np.isnan(J), (up - f[0]) / h[:, None], J)
@@ -141,18 +141,18 @@ def slopes(of: Experiment, x: Array, box: Box) -> Array:
     return found
 
 
-def information(of: Experiment, x: Array, box: Box) -> Array:
+def information(experiment: Experiment, x: Array, box: Box) -> Array:
     """What an experiment tells of the parameters near x, SI, in their scales; (dim, dim).
 
     Its starts are at their best.
     """
-    J, dim = slopes(of, x, box), len(x)
+    J, dim = slopes(experiment, x, box), len(x)
     J[:dim] *= box.pace(x)[:, None]
-    A = np.einsum("im,jm->ij", J, J) / of.noise**2
-    if of.starts:
+    A = np.einsum("im,jm->ij", J, J) / experiment.noise**2
+    if experiment.starts:
         across = A[:dim, dim:]
         A = A[:dim, :dim] - across @ np.linalg.pinv(A[dim:, dim:], hermitian=True) @ across.T
-    widened = np.sqrt(of.inflation)
+    widened = np.sqrt(experiment.inflation)
     found: Array = A / np.outer(widened, widened)
     return found
 
@@ -192,9 +192,9 @@ def draws(x: Array, C: Array, n: int, box: Box, rng: np.random.Generator) -> Arr
     return np.array(found)
 
 
-def told(of: Experiment, at: Array, box: Box) -> Array:
+def information_at(experiment: Experiment, at: Array, box: Box) -> Array:
     """Information at parameter sets (n, dim): (n, dim, dim), nan where it cannot be run."""
-    return np.array([information(of, x, box) for x in at])
+    return np.array([information(experiment, x, box) for x in at])
 
 
 def factors(now: Array, more: Array) -> Array:

@@ -19,7 +19,7 @@ from ..lookup import recording_list
 from ..uncertainty.verdict import IDENTIFIED
 from .current_model import Present, present
 from .expected_information import Kept, promise
-from .experiment import Experiment, covariance, draws, factors, told
+from .experiment import Experiment, covariance, draws, factors, information_at
 from .proposals import Refusals, proposals
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def plan(
     rng = np.random.default_rng(seed)
     at, known = _draws(now, count, rng)
     same = length / axis.trained
-    more = [(same if e is offered[0] else 1.0) * told(e, at, axis.box) for e in offered]
+    more = [(same if e is offered[0] else 1.0) * information_at(e, at, axis.box) for e in offered]
     chosen = _doubtful(now)
     found = []
     for e, F in zip(offered, more, strict=True):
@@ -204,13 +204,13 @@ def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, A
     """Parameter sets that the data allow, and the information of the data and ranges at each."""
     box, x = now.axis.box, now.axis.x
     prior = box.known
-    here = told(now.data, x[None], box)[0]
+    here = information_at(now.data, x[None], box)[0]
     if not np.isfinite(here).all():
         raise InputError("the model of the card cannot be simulated on these logs: check the card")
     C = covariance(here, prior)
     wide = now.half / NORMAL / np.sqrt(np.diag(C))  # as wide as on the card, whatever slopes say
     at = draws(x, C * np.outer(wide, wide), count, box, rng)
-    known = told(now.data, at, box) + prior
+    known = information_at(now.data, at, box) + prior
     good = np.isfinite(known).all(axis=(1, 2))
     return at[good], known[good]
 
