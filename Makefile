@@ -31,6 +31,7 @@ unit: setup
 # Renews every block of output in the README and the docs, and their figures.
 docs: demo
 	cp demo/left/training.png docs/figures/readme.png
+	$(BIN)/python tools/architecture_figure.py
 	$(BIN)/python tools/physics_figures.py
 	$(BIN)/python tools/law_figures.py
 	$(BIN)/python tools/docs.py
