@@ -86,7 +86,8 @@ def test_identify_is_no_worse_than_a_local_simplex(name: str) -> None:
 def test_plain_friction_is_identified_again(
     logs: list[Recording], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stribeck.identify.fit.PROFILES", 100)  # the question is not how sure it is
+    # The question is not how sure it is.
+    monkeypatch.setattr("stribeck.identify.output_error.PROFILES", 100)
     fit = identify(
         logs, rig=RIG, law="coulomb-viscous", loss="absolute", seed=5, repeats=1, budget=700
     )

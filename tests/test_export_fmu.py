@@ -17,6 +17,7 @@ import pytest
 
 from exported import MORE, model_of
 from joint_models import model_of as model_with
+from patience import PATIENCE
 from stribeck import LAWS, RIGS, read
 from stribeck.errors import InputError
 from stribeck.export.fmu.axis import axis
@@ -43,6 +44,12 @@ pytestmark = pytest.mark.skipif(
 DATA = Path(__file__).parents[2] / "shared" / "data"
 real = pytest.mark.recordings
 OUTPUTS = ("position", "velocity", "drive", "friction")
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compiler may take long on a loaded machine."""
+    monkeypatch.setattr("stribeck.export.fmu.fmu._PATIENCE", PATIENCE)
 
 
 class Unit:
