@@ -17,7 +17,7 @@ from stribeck import read
 from stribeck.data.recording import Recording
 from stribeck.export.code.c import c
 from stribeck.export.fmu.axis import axis
-from stribeck.export.fmu.fmu import fmu
+from stribeck.export.fmu.build import fmu
 from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.identify.card import Card

@@ -80,14 +80,14 @@ def least(
 
 
 @contextmanager
-def of(hands: row_pool.Crew) -> Iterator[None]:
+def of(hands: row_pool.RowPool) -> Iterator[None]:
     """The kernel with other threads than it would take by itself."""
-    usual = row_pool.hired
-    row_pool.hired = lambda: hands
+    usual = row_pool.pool
+    row_pool.pool = lambda: hands
     try:
         yield
     finally:
-        row_pool.hired = usual
+        row_pool.pool = usual
 
 
 class CLoop:
@@ -285,7 +285,7 @@ def threads_found(turns: int) -> dict[str, Any]:
     on = ramp(1)
     if row_pool.threads() < 2:  # noqa: PLR2004
         return {"cores": row_pool.threads()}
-    hands = {1: row_pool.Crew(1), 2: row_pool.Crew(2)}
+    hands = {1: row_pool.RowPool(1), 2: row_pool.RowPool(2)}
     found: dict[str, Any] = {"cores": row_pool.threads(), "same_bits": True, "calls": {}}
     for candidates, in_a_turn in ((CALL, 20), (100 * CALL, 1)):
         at = SLIDE_BED.sample(LAW, np.random.default_rng(7), candidates)
@@ -318,7 +318,7 @@ def threads_found(turns: int) -> dict[str, Any]:
 def measure(quick: bool = False) -> dict[str, Any]:
     """Everything, as JSON; `quick` takes few sets, to see that it runs."""
     n, few = (40, 2) if quick else (1000, 10)
-    with tempfile.TemporaryDirectory() as folder, of(row_pool.Crew(1)):
+    with tempfile.TemporaryDirectory() as folder, of(row_pool.RowPool(1)):
         loop = CLoop(Path(folder)) if shutil.which("gcc") else None
         found: dict[str, Any] = {
             "ramp": {"seconds": SECONDS, "rate_hz": RATE, "speed_mm_s": 1e3 * SPEED},

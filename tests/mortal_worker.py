@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from stribeck.bench import run, worker
-from stribeck.bench.problems import Problem, problem
+from stribeck.bench.problems import BenchProblem, problem
 from stribeck.bench.record import Job, Record
 from stribeck.space import Array
 
@@ -27,7 +27,7 @@ if worker.answer.__module__ == worker.__name__:  # Dask loads a file, and reload
 class Deadly:
     """A problem that kills who evaluates it for the fifth time."""
 
-    def __init__(self, of: Problem) -> None:
+    def __init__(self, of: BenchProblem) -> None:
         self.of, self.calls = of, 0
 
     def __getattr__(self, name: str) -> Any:
@@ -47,7 +47,7 @@ def first_time(label: str) -> bool:
     return not seen
 
 
-def harmful(job: Job, instance: Problem | None = None) -> Record:
+def harmful(job: Job, instance: BenchProblem | None = None) -> Record:
     label = job.algorithm
     kill = label == "killer" or (label == "mortal" and first_time(label))
     if label == "printer":

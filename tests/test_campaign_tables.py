@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stribeck.bench.record import Job, Record, Steps
-from stribeck.bench.statistics import Estimate
+from stribeck.bench.statistics import IntervalEstimate
 from stribeck.bench.tables import (
     comparisons,
     interval,
@@ -104,10 +104,10 @@ class TestNumbers:
         assert shown == pytest.approx(value, rel=0.51 * 10 ** (1 - digits))
 
     def test_interval(self) -> None:
-        assert interval(Estimate(1234.0, 1100.0, 1400.0)) == "1,234 (1,100 to 1,400)"
-        assert interval(Estimate(math.inf, 3210.0, math.inf)) == "∞ (at least 3,210)"
-        assert interval(Estimate(5.0, math.nan, math.nan), 2) == "5.0"
-        assert interval(Estimate(math.nan, math.nan, math.nan)) == "–"
+        assert interval(IntervalEstimate(1234.0, 1100.0, 1400.0)) == "1,234 (1,100 to 1,400)"
+        assert interval(IntervalEstimate(math.inf, 3210.0, math.inf)) == "∞ (at least 3,210)"
+        assert interval(IntervalEstimate(5.0, math.nan, math.nan), 2) == "5.0"
+        assert interval(IntervalEstimate(math.nan, math.nan, math.nan)) == "–"
 
 
 ENDS = {"low": -3.4, "high": 5.0}

@@ -14,7 +14,7 @@ import pytest
 from command import Said, caller
 from stribeck import RIGS, Card, InputError, card, identify
 from stribeck.compensate.closed_loop import Reference, Sensor
-from stribeck.compensate.compensation import MARGIN, Compensation, Curve, compensation
+from stribeck.compensate.compensation import MARGIN, Compensation, ScaleCurve, compensation
 from stribeck.compensate.corners import IDENTIFIED, plants
 from stribeck.compensate.limit_cycle import Stretch, floors, signs, stretches
 from stribeck.compensate.reference_motions import FAST, followed, paced, references
@@ -71,7 +71,7 @@ def bed(**ends: tuple[float | None, float | None]) -> Card:
     )  # fmt: skip
 
 
-def only(found: Compensation, mode: str) -> Curve:
+def only(found: Compensation, mode: str) -> ScaleCurve:
     return next(c for c in found.curves if c.mode == mode)
 
 

@@ -17,8 +17,8 @@ from numba import config, float64, njit, typeof
 
 import stribeck
 from stribeck.compile_cache import compiled, folder
+from stribeck.compile_cache.cache_folder import Folder
 from stribeck.compile_cache.content import UnknownContentError, digest
-from stribeck.compile_cache.folder import Folder
 
 PACKAGE = Path(stribeck.__file__).parent
 

@@ -233,8 +233,8 @@ def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     )
     x = trajectories(STRIBECK, laws, c, on)[0]
     for n in (1, 2, 7):
-        hands = row_pool.Crew(n)
-        monkeypatch.setattr(row_pool, "hired", lambda hands=hands: hands)
+        hands = row_pool.RowPool(n)
+        monkeypatch.setattr(row_pool, "pool", lambda hands=hands: hands)
         for _ in range(10):  # whoever takes which row
             assert misfits(STRIBECK, laws, c, on).tobytes() == alone.tobytes()
         assert trajectories(STRIBECK, laws, c, on)[0].tobytes() == x.tobytes()
@@ -376,7 +376,7 @@ def test_a_long_wait_before_the_ramp_changes_nothing(
 
 
 def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
-    hands, begun = row_pool.Crew(2), threading.Event()
+    hands, begun = row_pool.RowPool(2), threading.Event()
     me = threading.current_thread()
 
     def work(counter: Array) -> None:
@@ -392,7 +392,7 @@ def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
 
 
 def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
-    hands, begun, go_on = row_pool.Crew(2), threading.Event(), threading.Event()
+    hands, begun, go_on = row_pool.RowPool(2), threading.Event(), threading.Event()
     callers = {threading.current_thread()}
 
     def long(counter: Array) -> None:
@@ -403,7 +403,7 @@ def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
         assert begun.wait(PATIENCE)
 
     def short(counter: Array) -> None:
-        while row_pool.take(counter) < 100:
+        while row_pool.next_row(counter) < 100:
             pass
 
     other = threading.Thread(target=hands.share, args=(long, 100, ()))

@@ -67,7 +67,7 @@ def before() -> dict[tuple[str, str], dict[str, bytes]]:
 def files(law: str, to: str) -> dict[str, bytes]:
     if to != "fmu":
         return exported(model_of(law), to, compensation=SETTINGS).files
-    from stribeck.export.fmu.fmu import fmu  # noqa: PLC0415 - compiles nothing here
+    from stribeck.export.fmu.build import fmu  # noqa: PLC0415 - compiles nothing here
 
     with zipfile.ZipFile(io.BytesIO(fmu(model_of(law), binary=False))) as archive:
         return {name: archive.read(name) for name in archive.namelist()}

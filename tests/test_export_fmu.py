@@ -21,8 +21,8 @@ from patience import PATIENCE
 from stribeck import LAWS, RIGS, read
 from stribeck.errors import InputError
 from stribeck.export.fmu.axis import axis
+from stribeck.export.fmu.build import fmu
 from stribeck.export.fmu.description import exponents
-from stribeck.export.fmu.fmu import fmu
 from stribeck.export.model import Model
 from stribeck.friction import law_named
 from stribeck.friction.law import NORMAL

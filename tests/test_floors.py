@@ -1,5 +1,6 @@
 """Each package imports only from the floors below it."""
 
+import ast
 import inspect
 import re
 import subprocess
@@ -101,3 +102,28 @@ def test_identify_can_be_called_whatever_was_imported_first(first: str) -> None:
     done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=False)
     assert "InputError: no recording was given" in done.stderr
     assert "method" in inspect.signature(stribeck.identify).parameters
+
+
+def test_no_two_classes_of_one_name() -> None:
+    places: dict[str, list[str]] = {}
+    for module, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name.lstrip("_"), []).append(f"{module}.{node.name}")
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+#: Modules that have the name of their room: what the whole room is about.
+NAMESAKES = {"rig.rig": "the protocol of all rigs", "identify.balance.balance": "the solution"}
+
+
+def test_no_two_modules_of_one_name() -> None:
+    places: dict[str, list[str]] = {}
+    for module, path in MODULES.items():
+        if module:
+            places.setdefault(module.rsplit(".", maxsplit=1)[-1], []).append(module)
+        if path.name != "__init__.py" and path.stem == path.parent.name:
+            assert module in NAMESAKES, f"{module} has the name of its room"
+    for modules in places.values():
+        extra = [m for m in modules if m not in NAMESAKES]
+        assert len(extra) == 1, modules

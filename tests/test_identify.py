@@ -8,9 +8,9 @@ from stribeck.identify.fit import PAPER_TARGET
 from stribeck.identify.output_error import PROFILES
 from stribeck.identify.polish import elite, polish
 from stribeck.identify.problem import MotionProblem
+from stribeck.identify.uncertainty.assessment import standard_errors
 from stribeck.identify.uncertainty.covariance import correlation_time
 from stribeck.identify.uncertainty.linearisation import box_of, linearised
-from stribeck.identify.uncertainty.uncertainty import standard_errors
 from stribeck.optimize import Counted, Search, Target, configure, lockstep
 from stribeck.optimize.trace import Trace
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED

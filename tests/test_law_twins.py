@@ -15,8 +15,8 @@ from stribeck import LAWS, RIGS, Recording, identify
 from stribeck.friction import law_named
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import problem
+from stribeck.identify.uncertainty.assessment import uncertainty
 from stribeck.identify.uncertainty.estimates import estimates
-from stribeck.identify.uncertainty.uncertainty import uncertainty
 from stribeck.rig.balanced import rubs
 from stribeck.rig.cylinder import CYLINDER
 from stribeck.rig.motion.command import Drive

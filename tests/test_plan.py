@@ -16,10 +16,10 @@ from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.card_logs import logs_beside
 from stribeck.identify.design.current_model import present
-from stribeck.identify.design.expected_information import promise
+from stribeck.identify.design.expected_information import twin_study
 from stribeck.identify.design.experiment import (
-    Box,
     Experiment,
+    PriorBox,
     covariance,
     draws,
     errors,
@@ -48,11 +48,11 @@ def line(slopes: Array, noise: float, **more: Any) -> Experiment:
     )
 
 
-def box(dim: int, wide: float = 1e6, prior: float = 1e6) -> Box:
+def box(dim: int, wide: float = 1e6, prior: float = 1e6) -> PriorBox:
     def all_of_them(x: Array) -> NDArray[np.bool_]:
         return np.ones(len(x), dtype=bool)
 
-    return Box(np.full(dim, -wide), np.full(dim, wide), np.full(dim, prior), all_of_them)
+    return PriorBox(np.full(dim, -wide), np.full(dim, wide), np.full(dim, prior), all_of_them)
 
 
 A = np.random.default_rng(1).standard_normal((40, 3))
@@ -102,7 +102,7 @@ def test_a_correlated_partner_shrinks_with_the_one_that_is_measured() -> None:
 
 def test_a_range_of_decades_counts_by_its_logarithm() -> None:
     # y = p: relative error noise / p, whatever p is
-    wide = Box(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
+    wide = PriorBox(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
     found = errors(information(line(np.ones((1, 1)), 1e-3), np.array([0.02]), wide))
     assert found[0] == pytest.approx(1e-3 / 0.02, rel=1e-6)
 
@@ -125,20 +125,20 @@ def test_draws_have_the_covariance_and_stay_where_points_mean_something() -> Non
     def ordered(x: Array) -> NDArray[np.bool_]:
         return np.asarray(x[:, 0] >= x[:, 1], dtype=bool)
 
-    half = Box(np.full(2, -1.0), np.full(2, 1.0), np.ones(2), ordered)
+    half = PriorBox(np.full(2, -1.0), np.full(2, 1.0), np.ones(2), ordered)
     found = draws(np.zeros(2), C, 200, half, np.random.default_rng(0))
     assert half.inside(found).all()
     assert np.ptp(found[:, 0]) > 1.0
 
 
 def test_twins_of_a_line_keep_its_promise() -> None:
-    limits = Box(np.full(3, -50.0), np.full(3, 50.0), np.full(3, 1e3), box(3).physical)
+    limits = PriorBox(np.full(3, -50.0), np.full(3, 50.0), np.full(3, 1e3), box(3).physical)
     B = 3.0 * A
     x = np.array([[1.0, -2.0, 3.0]])
-    kept = promise(line(A, 0.2), line(B, 0.2), limits, x, 200, seed=1)
-    np.testing.assert_allclose(kept.factors, np.sqrt(10.0), rtol=0.3)
+    study = twin_study(line(A, 0.2), line(B, 0.2), limits, x, 200, seed=1)
+    np.testing.assert_allclose(study.factors, np.sqrt(10.0), rtol=0.3)
     expected = np.sqrt(np.diag(covariance(A.T @ A / 0.04)))
-    np.testing.assert_allclose(kept.before.std(axis=0), expected, rtol=0.15)
+    np.testing.assert_allclose(study.before.std(axis=0), expected, rtol=0.15)
 
 
 # --- the slide bed ------------------------------------------------------------------------------
@@ -176,11 +176,11 @@ def test_a_faster_ramp_leads_and_beats_the_same_again(planned: Plan) -> None:
 def test_the_best_ramp_really_shrinks_what_it_promises(bed: Card) -> None:
     found = plan(bed, RIGHT, check=16, seed=2)
     best = found.proposals[0]
-    assert best.kept is not None
-    assert best.kept.twins == 16
+    assert best.twin_study is not None
+    assert best.twin_study.twins == 16
     at = [i for i, g in enumerate(best.gains) if g.doubtful]
     promised = np.exp(np.mean([np.log(best.gains[i].factor) for i in at]))
-    kept = np.exp(np.mean(np.log(best.kept.factors[at])))
+    kept = np.exp(np.mean(np.log(best.twin_study.factors[at])))
     assert kept > 1.6  # more than any repetition of the log could
     assert 0.4 < kept / promised < 2.5
 

@@ -16,7 +16,7 @@ from browser import CHROMIUM, Browser, browser
 from stribeck import identify
 from stribeck.data.recording import Source
 from stribeck.report.contents.gather import Contents
-from stribeck.report.page.page import write_report
+from stribeck.report.page.html_page import write_report
 from stribeck.rig.twin import TestBed
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to look with")

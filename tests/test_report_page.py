@@ -27,7 +27,7 @@ from stribeck.report.contents.gather import LARGEST, Contents
 from stribeck.report.contents.law_curve import sides
 from stribeck.report.contents.schema import Report, read_report
 from stribeck.report.contents.spectrum import autocorrelation, longest_even, power_density
-from stribeck.report.page.page import render, write_page, write_report
+from stribeck.report.page.html_page import render, write_page, write_report
 from stribeck.rig.twin import TestBed
 
 NASTY = "<img src=x onerror=alert(1)>&'\".csv"

@@ -13,6 +13,7 @@ from stribeck.identify.balance.regression import System
 from stribeck.identify.balance.rows import filtered_logs
 from stribeck.identify.card import Card, card
 from stribeck.identify.parameters import Parameters
+from stribeck.identify.uncertainty.assessment import uncertainty
 from stribeck.identify.uncertainty.blind_directions import directions, percent
 from stribeck.identify.uncertainty.covariance import correlation_time
 from stribeck.identify.uncertainty.posterior import posterior
@@ -21,7 +22,6 @@ from stribeck.identify.uncertainty.profile_walk import Ended
 from stribeck.identify.uncertainty.residuals import orders_of
 from stribeck.identify.uncertainty.sensitivity import sensitivities
 from stribeck.identify.uncertainty.sensor_noise import rest_noise
-from stribeck.identify.uncertainty.uncertainty import uncertainty
 from stribeck.identify.uncertainty.verdict import verdict
 from stribeck.rig import RIGS
 from stribeck.rig.slide_bed import PUBLISHED

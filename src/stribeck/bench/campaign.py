@@ -20,7 +20,7 @@ from ..optimize.methods import unit_free
 from ..space import Array
 from ..text_file import page
 from .bbob import FUNCTIONS
-from .problems import SLIDE_BED, TRAINING, Problem, answer, problem
+from .problems import SLIDE_BED, TRAINING, BenchProblem, answer, problem
 from .record import Job
 from .surfaces import SURFACES
 from .third_party import PEERS
@@ -37,20 +37,20 @@ Label = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[\w.+ -]+$"
 Settings = dict[str, Any]
 
 
-class _Table(BaseModel):
+class _StrictTable(BaseModel):
     """A table that has no other words than these."""
 
     model_config = ConfigDict(extra="forbid")
 
 
-class _Budget(_Table):
+class _Budget(_StrictTable):
     """How many evaluations a run may spend."""
 
     budget: Whole | None = None
     budget_per_dim: Whole | None = None
 
 
-class _Problem(_Budget):
+class _ProblemTable(_Budget):
     """`[[problem]]`: one problem, or all that its lists span."""
 
     name: Label | None = None
@@ -63,7 +63,7 @@ class _Problem(_Budget):
     target: Finite | Literal["none"] | None = None
 
 
-class _Method(_Budget):
+class _MethodTable(_Budget):
     """`[[method]]`: a method with its settings, on all problems or on some."""
 
     name: Label
@@ -75,7 +75,7 @@ class _Method(_Budget):
     problems: list[str] | None = None
 
 
-class _Precisions(_Table):
+class _Precisions(_StrictTable):
     """`targets = { from = 1e2, to = 1e-8, count = 51 }`: evenly spaced on a log axis."""
 
     first: Finite = Field(alias="from", gt=0)
@@ -94,8 +94,8 @@ class _File(_Budget):
     targets: list[Annotated[Finite, Field(gt=0)]] | _Precisions = _Precisions.model_validate(
         {"from": 1e2, "to": 1e-8}
     )
-    problem: Annotated[list[_Problem], Field(min_length=1)]
-    method: Annotated[list[_Method], Field(min_length=1)]
+    problem: Annotated[list[_ProblemTable], Field(min_length=1)]
+    method: Annotated[list[_MethodTable], Field(min_length=1)]
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Task:
         """Its dimension."""
         return self.problem(0).space.dim
 
-    def problem(self, repeat: int) -> Problem:
+    def problem(self, repeat: int) -> BenchProblem:
         """The problem itself."""
         return problem(self.surface(repeat))
 
@@ -326,7 +326,7 @@ def parsed(text: str) -> Campaign:
     return result
 
 
-def _tasks(entry: _Problem, file: _File) -> Iterator[Task]:
+def _tasks(entry: _ProblemTable, file: _File) -> Iterator[Task]:
     """All problems that the lists of a table span."""
     if (entry.surface is None) == (entry.bbob is None):
         raise InputError("problem: name a surface or a bbob function, one of them")
@@ -338,7 +338,7 @@ def _tasks(entry: _Problem, file: _File) -> Iterator[Task]:
         yield replace(task, budget=_budget(task, entry, file), open_end=entry.target == "none")
 
 
-def _idle(entry: _Problem) -> set[str]:
+def _idle(entry: _ProblemTable) -> set[str]:
     """The words that decide nothing for a table's problems."""
     if entry.bbob is not None:
         return {"twin", "direction"}
@@ -350,7 +350,7 @@ def _idle(entry: _Problem) -> set[str]:
     return idle
 
 
-def _surfaces(entry: _Problem) -> Iterator[dict[str, Any]]:
+def _surfaces(entry: _ProblemTable) -> Iterator[dict[str, Any]]:
     for name in _listed(entry.surface):
         if name == SLIDE_BED:
             for direction in _listed(entry.direction):
@@ -367,7 +367,7 @@ def _surfaces(entry: _Problem) -> Iterator[dict[str, Any]]:
             raise InputError(f"problem: no surface {name!r}: there are {names}")
 
 
-def _bbob(entry: _Problem) -> Iterator[dict[str, Any]]:
+def _bbob(entry: _ProblemTable) -> Iterator[dict[str, Any]]:
     for dim, function in product(_listed(entry.dim), _listed(entry.bbob)):
         if function not in FUNCTIONS:
             raise InputError(f"problem: bbob has functions 1 to 24, got {function}")
@@ -398,7 +398,7 @@ def _budget(task: Task, *levels: _Budget) -> int:
     raise InputError(f"problem {task.label!r} has no budget: give one for all, budget = 10000")
 
 
-def _entries(methods: list[_Method], labels: list[str]) -> Iterator[Entry]:
+def _entries(methods: list[_MethodTable], labels: list[str]) -> Iterator[Entry]:
     """The methods in order, each with what it takes over from the one it is like."""
     entries: dict[str, Entry] = {}
     for method in methods:

@@ -19,8 +19,8 @@ from .record import Job, Record
 from .statistics import (
     TARGETS,
     Cells,
-    Curve,
-    Estimate,
+    IntervalEstimate,
+    StepCurve,
     Targets,
     algorithms_of,
     area,
@@ -330,7 +330,7 @@ def profiles(results: Cells) -> Iterator[CampaignFigure]:
     )
 
 
-def _steps(curve: Curve, low_end: float, high_end: float) -> tuple[Array, Array]:
+def _steps(curve: StepCurve, low_end: float, high_end: float) -> tuple[Array, Array]:
     """A curve from its left end to the right one, for drawstyle "steps-post"."""
     first = float(_at(curve, np.array([low_end]))[0])
     inner = (curve.at > low_end) & (curve.at <= high_end)
@@ -339,13 +339,13 @@ def _steps(curve: Curve, low_end: float, high_end: float) -> tuple[Array, Array]
     return x, np.concatenate([[first], curve.share[inner], [last]])
 
 
-def _at(curve: Curve, x: Array) -> Array:
+def _at(curve: StepCurve, x: Array) -> Array:
     share = np.concatenate([[0.0], curve.share])
     out: Array = share[np.searchsorted(curve.at, x, side="right")]
     return out
 
 
-def _log_area(curve: Curve, high_end: float) -> float:
+def _log_area(curve: StepCurve, high_end: float) -> float:
     x, y = _steps(curve, 1.0, high_end)
     return float((np.diff(np.log(x)) * y[:-1]).sum())
 
@@ -395,7 +395,7 @@ def evaluations(results: Cells) -> Iterator[CampaignFigure]:
 
 
 def _dots(
-    estimates: Mapping[tuple[str, str], Estimate], label: str, scale: Callable[[Axes], None]
+    estimates: Mapping[tuple[str, str], IntervalEstimate], label: str, scale: Callable[[Axes], None]
 ) -> Iterator[tuple[str, Figure]]:
     """Estimates as dots with bars: a panel a problem, a row a method."""
     methods, style = algorithms_of(estimates), looks(algorithms_of(estimates))
@@ -422,13 +422,13 @@ def _dots(
         yield suffix, figure
 
 
-def _edge(estimates: Iterable[Estimate]) -> float:
+def _edge(estimates: Iterable[IntervalEstimate]) -> float:
     """Where what is infinite is drawn."""
     ends = [v for e in estimates for v in (e.value, e.low, e.high) if math.isfinite(v)]
     return 2.0 * max(ends, default=1.0)
 
 
-def _dot(axes: Axes, row: int, e: Estimate, look: Look, edge: float) -> None:
+def _dot(axes: Axes, row: int, e: IntervalEstimate, look: Look, edge: float) -> None:
     low, high = (v if math.isfinite(v) else w for v, w in ((e.low, e.value), (e.high, edge)))
     if math.isnan(e.high):
         low = high = e.value

@@ -15,7 +15,7 @@ from scipy.stats import PermutationMethod, mannwhitneyu, rankdata, wilcoxon
 
 from ..space import Array
 from .record import Record
-from .statistics import LEVEL, NOTHING, Estimate, met, place, precision
+from .statistics import LEVEL, NOTHING, IntervalEstimate, met, place, precision
 
 #: Up to so many, a rank test is exact: pairs of runs, and ways to deal runs to two methods.
 PAIRS, ARRANGEMENTS = 100, 20_000
@@ -36,7 +36,7 @@ class Comparison:
     p: float
     paired: bool
     runs: tuple[int, int]
-    effect: Estimate
+    effect: IntervalEstimate
 
 
 def scores(first: Sequence[Record], second: Sequence[Record]) -> tuple[Array, Array]:
@@ -162,7 +162,7 @@ def holm(p: ArrayLike) -> Array:
     return adjusted
 
 
-def a12(first: ArrayLike, second: ArrayLike) -> Estimate:
+def a12(first: ArrayLike, second: ArrayLike) -> IntervalEstimate:
     """The chance that a score of the first is better (less) than one of the second, ties half.
 
     Vargha and Delaney 2000, doi 10.3102/10769986025002101. The interval is method 5 of Newcombe
@@ -177,7 +177,7 @@ def a12(first: ArrayLike, second: ArrayLike) -> Estimate:
     if not (x.size and y.size):
         return NOTHING
     won = float(mannwhitneyu(y, x, method="asymptotic").statistic) / (x.size * y.size)
-    return Estimate(won, *_newcombe(won, x.size, y.size))
+    return IntervalEstimate(won, *_newcombe(won, x.size, y.size))
 
 
 def _newcombe(won: float, m: int, n: int) -> tuple[float, float]:

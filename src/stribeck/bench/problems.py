@@ -21,7 +21,7 @@ TRAINING = {"right": "112:295", "left": "325:127"}
 SLIDE_BED = "slide-bed"
 
 
-class Problem(Protocol):
+class BenchProblem(Protocol):
     """A problem that may know its answer. Rows are independent: cost(x)[i] hangs on x[i] alone."""
 
     @property
@@ -68,7 +68,7 @@ class Identification:
         return self.misfit(x)
 
 
-def problem(spec: Mapping[str, Any]) -> Problem:
+def problem(spec: Mapping[str, Any]) -> BenchProblem:
     """The problem of a table.
 
     Args:
@@ -94,7 +94,7 @@ def answer(spec: Mapping[str, Any]) -> tuple[float | None, float | None]:
 
 
 @lru_cache(maxsize=64)
-def _made(items: tuple[tuple[str, Any], ...]) -> Problem:
+def _made(items: tuple[tuple[str, Any], ...]) -> BenchProblem:
     spec = dict(items)
     if "bbob" in spec:
         return bbob(spec["bbob"], spec["dim"], spec["instance"])

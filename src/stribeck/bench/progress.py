@@ -292,7 +292,7 @@ class Live:
 
     def picture(self) -> RenderableType:
         """What a terminal shows now: as much detail as there is room for."""
-        return _View(self.tally, self._title, self._told_beside())
+        return _ProgressPanel(self.tally, self._title, self._told_beside())
 
     def _told_beside(self) -> list[Text]:
         """What is shown below the table."""
@@ -320,7 +320,7 @@ class Live:
 
 
 @dataclass(frozen=True)
-class _View:
+class _ProgressPanel:
     """The picture on a terminal: as much detail as there is room for."""
 
     tally: Tally

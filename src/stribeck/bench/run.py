@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 
 from ..optimize import METHODS, Run, Search, Stop, Target, configure, lockstep
-from .problems import Problem, problem
+from .problems import BenchProblem, problem
 from .record import Job, Record
 from .third_party import search
 
 
-def run(job: Job, instance: Problem | None = None) -> Record:
+def run(job: Job, instance: BenchProblem | None = None) -> Record:
     """Run a job: the same record, whenever, wherever and beside whatever it is run.
 
     Args:
@@ -24,7 +24,7 @@ def run(job: Job, instance: Problem | None = None) -> Record:
     return Record.of(job, done.trace, done.x, done.ended, done.seconds)
 
 
-def trial(job: Job, instance: Problem) -> Run:
+def trial(job: Job, instance: BenchProblem) -> Run:
     """The run of a job with its whole trace, every point and cost.
 
     Raises:

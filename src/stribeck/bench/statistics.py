@@ -39,7 +39,7 @@ Cells: TypeAlias = dict[tuple[str, str], list[Record]]
 
 
 @dataclass(frozen=True)
-class Estimate:
+class IntervalEstimate:
     """A number and its interval of level LEVEL; nan where there is nothing to say."""
 
     value: float
@@ -47,11 +47,11 @@ class Estimate:
     high: float
 
 
-NOTHING = Estimate(math.nan, math.nan, math.nan)
+NOTHING = IntervalEstimate(math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class StepCurve:
     """A step curve: from `at[i]` on, until `at[i + 1]`, it has the height `share[i]`; 0 before.
 
     Args:
@@ -134,7 +134,7 @@ def hits(record: Record, precisions: ArrayLike) -> Array:
 # --- success and time ------------------------------------------------------------------------
 
 
-def wilson(successes: int, runs: int) -> Estimate:
+def wilson(successes: int, runs: int) -> IntervalEstimate:
     """A success rate with Wilson's score interval, right also for none and for all of them.
 
     Wilson 1927, doi 10.1080/01621459.1927.10502953; recommended by Brown, Cai and DasGupta 2001,
@@ -143,17 +143,17 @@ def wilson(successes: int, runs: int) -> Estimate:
     if not runs:
         return NOTHING
     ends = binomtest(successes, runs).proportion_ci(LEVEL, method="wilson")
-    return Estimate(successes / runs, float(ends.low), float(ends.high))
+    return IntervalEstimate(successes / runs, float(ends.low), float(ends.high))
 
 
-def success_rate(records: Sequence[Record]) -> Estimate:
+def success_rate(records: Sequence[Record]) -> IntervalEstimate:
     """The share of runs that met their target; nothing where there was none to meet."""
     if any(r.job.target is None for r in records):
         return NOTHING
     return wilson(sum(r.reached for r in records), len(records))
 
 
-def ert(records: Sequence[Record], precision: float | None = None) -> Estimate:
+def ert(records: Sequence[Record], precision: float | None = None) -> IntervalEstimate:
     """The expected running time of a cell, in evaluations.
 
     All evaluations that the runs spent until they met the target, or until they ended without
@@ -183,7 +183,7 @@ def ert(records: Sequence[Record], precision: float | None = None) -> Estimate:
     spent = np.where(hit, at, [r.evaluations for r in runs])
     if not hit.any():
         rate = wilson(0, len(runs)).high
-        return Estimate(math.inf, float(spent.mean()) * (1 - rate) / rate, math.inf)
+        return IntervalEstimate(math.inf, float(spent.mean()) * (1 - rate) / rate, math.inf)
     value = float(spent.sum() / hit.sum())
     drawn = _resamples(len(runs), _rng("ert", *runs[0].job.cell))
     with np.errstate(divide="ignore"):
@@ -201,7 +201,7 @@ def met(record: Record, precision: float | None = None) -> float:
 # --- curves ----------------------------------------------------------------------------------
 
 
-def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> Curve:
+def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> StepCurve:
     """The share of (problem, target, repeat) triples that one method met within so much effort.
 
     The effort is evaluations per dimension. Every problem weighs the same, whatever its number
@@ -221,7 +221,7 @@ def ecdf(records: Iterable[Record], targets: Targets = TARGETS) -> Curve:
     x, w = np.concatenate(at), np.concatenate(weight)
     efforts, index = np.unique(x[np.isfinite(x)], return_inverse=True)
     rise = np.bincount(index, w[np.isfinite(x)], minlength=len(efforts))
-    return Curve(efforts, np.minimum(np.cumsum(rise), 1.0))
+    return StepCurve(efforts, np.minimum(np.cumsum(rise), 1.0))
 
 
 def ecdf_band(records: Iterable[Record], grid: ArrayLike, targets: Targets = TARGETS) -> Array:
@@ -265,7 +265,7 @@ def area(
     records: Iterable[Record],
     targets: Targets = TARGETS,
     limits: Mapping[str, float] | None = None,
-) -> Estimate:
+) -> IntervalEstimate:
     """The area under one method's `ecdf`: 1 if all is met at once, 0 if nothing ever is.
 
     The integral over log10(evaluations per dimension) from 0, which is one evaluation per
@@ -353,7 +353,7 @@ def ratios(times: ArrayLike) -> Array:
     return out
 
 
-def profile(times: ArrayLike) -> list[Curve]:
+def profile(times: ArrayLike) -> list[StepCurve]:
     """Performance profiles: the share of problems solved within so many times the best's time.
 
     Dolan and More 2002, doi 10.1007/s101070100263. A problem that nobody solved counts among the
@@ -368,7 +368,7 @@ def profile(times: ArrayLike) -> list[Curve]:
     curves = []
     for mine in ratios(times).T:
         at, count = np.unique(mine[np.isfinite(mine)], return_counts=True)
-        curves.append(Curve(at, np.cumsum(count) / max(len(mine), 1)))
+        curves.append(StepCurve(at, np.cumsum(count) / max(len(mine), 1)))
     return curves
 
 
@@ -400,13 +400,13 @@ def _resamples(runs: int, rng: Rng, size: int = RESAMPLES) -> Array:
     return rng.multinomial(runs, np.full(runs, 1 / runs), size=size).astype(float)
 
 
-def _percentile(value: float, drawn: Array, *runs: int) -> Estimate:
+def _percentile(value: float, drawn: Array, *runs: int) -> IntervalEstimate:
     """The interval between percentiles of what was drawn; with one run there is none."""
     ends = _percents(*runs)
     if ends is None:
-        return Estimate(value, math.nan, math.nan)
+        return IntervalEstimate(value, math.nan, math.nan)
     low, high = np.quantile(drawn, ends, method="inverted_cdf")
-    return Estimate(value, float(low), float(high))
+    return IntervalEstimate(value, float(low), float(high))
 
 
 def _percents(*runs: int) -> tuple[float, float] | None:

@@ -20,7 +20,7 @@ from .statistics import (
     LEVEL,
     TARGETS,
     Cells,
-    Estimate,
+    IntervalEstimate,
     Targets,
     algorithms_of,
     allowed,
@@ -39,7 +39,7 @@ from .statistics import (
 # --- how intervals are written ---------------------------------------------------------------
 
 
-def interval(estimate: Estimate, digits: int = 4) -> str:
+def interval(estimate: IntervalEstimate, digits: int = 4) -> str:
     """A number and its interval: "1,234 (1,100 to 1,400)", "∞ (at least 3,210)"."""
     shown, low, high = (grouped(v, digits) for v in (estimate.value, estimate.low, estimate.high))
     if DASH in {shown, low, high}:
@@ -49,7 +49,7 @@ def interval(estimate: Estimate, digits: int = 4) -> str:
     return f"{shown} ({low} to {high})"
 
 
-def _estimate(estimate: Estimate, text: str | None = None) -> Cell:
+def _estimate(estimate: IntervalEstimate, text: str | None = None) -> Cell:
     if math.isnan(estimate.value):
         return Cell(DASH)
     ends = {"low": estimate.low, "high": estimate.high}
@@ -57,7 +57,7 @@ def _estimate(estimate: Estimate, text: str | None = None) -> Cell:
     return Cell(text or interval(estimate), estimate.value, parts)
 
 
-def _fixed(estimate: Estimate) -> Cell:
+def _fixed(estimate: IntervalEstimate) -> Cell:
     shown = (f"{v:.2f}" for v in (estimate.value, estimate.low, estimate.high))
     text = "{} ({} to {})".format(*shown)
     return _estimate(estimate, text.partition(" ")[0] if "nan" in text else text)

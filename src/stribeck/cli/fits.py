@@ -142,7 +142,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
         try:
             from ..report.contents.gather import Contents
             from ..report.figures.fit_figures import write_figures
-            from ..report.page.page import write_report
+            from ..report.page.html_page import write_report
 
             contents = Contents(fit)
             write_figures(contents, out)
@@ -180,7 +180,7 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
 ) -> None:  # fmt: skip
     """Make the page of a fit again from its report.json: one file, to look at and to print."""
-    from ..report.page.page import write_page
+    from ..report.page.html_page import write_page
 
     typer.echo(write_page(folder))
 

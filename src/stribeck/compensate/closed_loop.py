@@ -46,6 +46,7 @@ from ..rig.motion.implicit import (
     passed,
     started,
 )
+from ..rig.motion.row_pool import borrowed
 from ..rig.rig import Motion, Rig
 from ..space import Array
 from .compensator import Compensator, compensator_output
@@ -212,7 +213,7 @@ def compensated(
     noise = sensor.noise * np.random.default_rng(sensor.seed).standard_normal(N)
     far = max(_FAR * float(np.ptp(reference.x)), _NOT_FAR)
     start = np.column_stack([np.full(n, track.x0), np.full(n, track.v0)])
-    row_pool.hired().share(
+    row_pool.pool().share(
         _loops, n,
         (
             *_compiled(law), *_compiled(believed_law), controller.drive, controller.entry,
@@ -252,21 +253,21 @@ def _loops(
 ) -> None:  # fmt: skip
     """Simulate the loops that nobody has taken yet, one after the other, until none is left."""
     m = len(inputs)
-    term, term_m, p_m = row_pool.lent(term), row_pool.lent(term_m), row_pool.lent(p_m)
+    term, term_m, p_m = borrowed(term), borrowed(term_m), borrowed(p_m)
     own = np.empty((6, max(states, states_m, 1)))
     own_u, own_load, own_slopes, own_ends = np.empty(m), np.empty(5), np.empty(2), np.empty((m, 2))
-    u, load, slopes = row_pool.lent(own_u), row_pool.lent(own_load), row_pool.lent(own_slopes)
-    ends = row_pool.lent(own_ends)  # the inputs at this sample and at the end of it
+    u, load, slopes = borrowed(own_u), borrowed(own_load), borrowed(own_slopes)
+    ends = borrowed(own_ends)  # the inputs at this sample and at the end of it
     z, coarse, half, fine, z_m, new = (
-        row_pool.lent(own[0]), row_pool.lent(own[1]), row_pool.lent(own[2]), row_pool.lent(own[3]),
-        row_pool.lent(own[4]), row_pool.lent(own[5]),
+        borrowed(own[0]), borrowed(own[1]), borrowed(own[2]), borrowed(own[3]),
+        borrowed(own[4]), borrowed(own[5]),
     )  # fmt: skip
     while True:
-        row = row_pool.take(taken)
+        row = row_pool.next_row(taken)
         if row >= len(p):
             own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = own_ends[0, 0] = 0.0
             return
-        a, b, s = row_pool.lent(p[row]), row_pool.lent(c[row]), row_pool.lent(settings[row])
+        a, b, s = borrowed(p[row]), borrowed(c[row]), borrowed(settings[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         z_m[:] = 0.0

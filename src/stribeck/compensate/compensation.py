@@ -29,7 +29,7 @@ from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
 from .limit_cycle import SIGNS, Sign
 from .reference_motions import LONG, paced, references
-from .trial import Mode, Trace, Trial, Tried, ratios
+from .trial import Mode, TrackingTrace, Trial, Tried, ratios
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -82,7 +82,7 @@ class Onset:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ScaleCurve:
     """One mode over all scales.
 
     Args:
@@ -147,16 +147,16 @@ class Compensation:
     sensor: Sensor
     motions: tuple[str, ...]
     plants: tuple[str, ...]
-    curves: tuple[Curve, ...]
+    curves: tuple[ScaleCurve, ...]
     frictionless: Array
     mode: Mode | None
     compensator: Compensator | None
     margin: float
-    traces: tuple[Trace, ...]
+    traces: tuple[TrackingTrace, ...]
     notes: tuple[str, ...]
 
     @property
-    def curve(self) -> Curve | None:
+    def curve(self) -> ScaleCurve | None:
         """Of the recommended mode."""
         return next((c for c in self.curves if c.mode == self.mode), None)
 
@@ -288,7 +288,7 @@ def _rest(law: Law, p: Array, slowest: float) -> float:
     return float(speeds[int(np.argmax(friction))])
 
 
-def _curve(trial: Trial, mode: Mode, scale: float | None) -> Curve:
+def _curve(trial: Trial, mode: Mode, scale: float | None) -> ScaleCurve:
     tried = Tried(trial, mode)
     grid = SCALES[1:] if scale is None else (scale, scale + MARGIN)
     for s in grid:
@@ -314,7 +314,7 @@ def _curve(trial: Trial, mode: Mode, scale: float | None) -> Curve:
     good = np.flatnonzero(safe & (worst < 1.0) & (np.array(scales) <= most))
     best = int(good[np.argmin(worst[good])]) if len(good) else None
     harmful = next((s for s in scales if tried.at(s)[1]), None)
-    return Curve(
+    return ScaleCurve(
         mode, np.array(scales), rms, _sign(trial, tried, first), _sign(trial, tried, harmful),
         safe, best,
     )  # fmt: skip
@@ -345,7 +345,7 @@ def _sign(trial: Trial, tried: Tried, first: float | None) -> Onset | None:
     return Onset(first, sign, list(trial.axes)[plant], trial.motions[motion].name)
 
 
-def _chosen(curves: Sequence[Curve]) -> Curve | None:
+def _chosen(curves: Sequence[ScaleCurve]) -> ScaleCurve | None:
     """The mode that is recommended: the simpler one if it is as good."""
     usable = [c for c in curves if c.best is not None]
     if not usable:

@@ -35,7 +35,7 @@ _DRAWN = 4000
 
 
 @dataclass(frozen=True, eq=False)
-class Trace:
+class TrackingTrace:
     """The identified axis over a motion, without compensation and with the recommended one.
 
     Args:
@@ -149,7 +149,7 @@ class Trial:
         off = [replace(self.shape, scale=0.0)]
         return compensated(self.rig, law, axes, motion, off, (law, axes[0])).position
 
-    def traces(self, settings: Compensator | None) -> tuple[Trace, ...]:
+    def traces(self, settings: Compensator | None) -> tuple[TrackingTrace, ...]:
         """The identified axis over each motion, thinned."""
         found = []
         plant = self.axes[IDENTIFIED]
@@ -162,7 +162,7 @@ class Trial:
             every = slice(None, None, max(len(motion.t) // _DRAWN, 1))
             error = motion.x - moved.position
             found.append(
-                Trace(
+                TrackingTrace(
                     motion.name, motion.t[every], motion.x[every], error[0, every],
                     error[1, every], moved.output[1, every],
                 )

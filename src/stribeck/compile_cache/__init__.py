@@ -30,8 +30,8 @@ from numba.core import event, typeinfer
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
 
+from .cache_folder import Folder
 from .content import UnknownContentError, digest
-from .folder import Folder
 
 __all__ = ["compiled", "tally"]
 
@@ -55,7 +55,7 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
         dispatcher = njit(**{"error_model": "numpy", **options})(function)
         if config.DISABLE_JIT:
             return dispatcher
-        dispatcher._cache = _Kept(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
+        dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
         if signature is not None:
             with typeinfer.register_dispatcher(dispatcher):  # it may call itself
                 dispatcher.compile(signature)
@@ -66,7 +66,7 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
 
 
 @dataclass
-class Tally:
+class CompileCounts:
     """What this process has loaded from disk and compiled."""
 
     loaded: int = 0
@@ -90,11 +90,11 @@ class Tally:
             _log.info("compiled %d functions in %.1f s", self.compiled, self.seconds)
 
 
-tally = Tally()
+tally = CompileCounts()
 _folder = Folder()
 
 
-class _Kept(NullCache):  # type: ignore[misc]
+class _MachineCode(NullCache):  # type: ignore[misc]
     """The machine code of one function, as numba's dispatchers load and save it."""
 
     def __init__(self, dispatcher: Any) -> None:
@@ -161,7 +161,7 @@ def _environment() -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-class _Stopwatch(event.Listener):  # type: ignore[misc]
+class _CompileTimer(event.Listener):  # type: ignore[misc]
     """Adds up the time that numba compiles; what is compiled on the way is part of it."""
 
     def __init__(self) -> None:
@@ -178,4 +178,4 @@ class _Stopwatch(event.Listener):  # type: ignore[misc]
             tally.seconds += perf_counter() - self._start
 
 
-event.register("numba:compile", _Stopwatch())
+event.register("numba:compile", _CompileTimer())

@@ -217,7 +217,7 @@ def _patched(
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:
-    from .fmu.fmu import fmu  # noqa: PLC0415 - the same
+    from .fmu.build import fmu  # noqa: PLC0415 - the same
 
     return Exported({f"{name}.fmu": fmu(model, name)})
 

@@ -18,6 +18,7 @@ from .result import SearchRecord
 from .score import HeldOut, Score, held_out, scores
 from .segment import Segment, recordings_of
 from .sliding_check import mark_never_slid
+from .uncertainty.assessment import Uncertainty, uncertainty
 from .uncertainty.estimates import (
     Estimate,
     bound_warnings,
@@ -25,7 +26,6 @@ from .uncertainty.estimates import (
     estimates,
     resting,
 )
-from .uncertainty.uncertainty import Uncertainty, uncertainty
 
 #: Rows that profiles may evaluate: half as many as the search did, so that where a motion takes
 #: long to simulate the intervals do not take longer than the answer, and at least so many for each

@@ -13,8 +13,8 @@ from .parameters import Parameters
 from .polish import Polished
 from .score import HeldOut, Score, simulated
 from .segment import Segment
+from .uncertainty.assessment import Uncertainty
 from .uncertainty.estimates import Estimate
-from .uncertainty.uncertainty import Uncertainty
 
 if TYPE_CHECKING:
     from ..data.ranges import Range

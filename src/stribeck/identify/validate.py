@@ -27,7 +27,7 @@ ONE_WAY = 0.02
 TRAVEL = 0.1
 
 
-class Model(Protocol):
+class IdentifiedModel(Protocol):
     """What can be held against data: a card, or a fit."""
 
     def model(self) -> tuple[Parameters, Array]:
@@ -35,7 +35,7 @@ class Model(Protocol):
 
 
 def validate(
-    model: Model,
+    model: IdentifiedModel,
     recordings: Recording | Sequence[Recording],
     within: Sequence[Range | str] | Range | str | None = None,
 ) -> list[tuple[str, str, Score]]:

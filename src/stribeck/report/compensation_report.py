@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..compensate.compensation import Compensation, Curve, Onset
-    from ..compensate.trial import Trace
+    from ..compensate.compensation import Compensation, Onset, ScaleCurve
+    from ..compensate.trial import TrackingTrace
 
 #: File names in a folder of results.
 FILE, FIGURE = "compensation.json", "compensation"
@@ -52,7 +52,7 @@ def show_compensation(compensation: Compensation) -> None:
         out.print(f"\n{sentence}")
 
 
-def _cells(curve: Curve, scale: float) -> tuple[str, str]:
+def _cells(curve: ScaleCurve, scale: float) -> tuple[str, str]:
     """The greatest ratio over motions of the identified axis, and of all axes."""
     at = np.flatnonzero(curve.scales == scale)
     if not len(at):
@@ -65,7 +65,7 @@ def _cells(curve: Curve, scale: float) -> tuple[str, str]:
     return number(float(curve.ratio[k, 0].max()), 3), f"{mark}{number(float(curve.worst[k]), 3)}"
 
 
-def _motions(compensation: Compensation, curve: Curve) -> Table:
+def _motions(compensation: Compensation, curve: ScaleCurve) -> Table:
     """What the recommended scale does in each motion."""
     assert curve.best is not None  # noqa: S101 - it is recommended
     length = compensation.rig.unit_shown("position")
@@ -145,7 +145,7 @@ def sentences(compensation: Compensation) -> list[str]:
     return [*texts, *compensation.notes]
 
 
-def _too_much(curve: Curve, margin: float) -> str:
+def _too_much(curve: ScaleCurve, margin: float) -> str:
     if curve.onset is None:
         return f"{curve.mode}: no sign of too much up to scale {curve.scales[-1]:.4g}"
     o = curve.onset
@@ -194,7 +194,7 @@ def compensation_text(compensation: Compensation) -> str:
     return json_text(document)
 
 
-def _curve(curve: Curve) -> dict[str, Any]:
+def _curve(curve: ScaleCurve) -> dict[str, Any]:
     return {
         "scale": curve.scale,
         "onset": _sign(curve.onset),
@@ -236,7 +236,7 @@ def figure(compensation: Compensation) -> Figure:
     return drawn
 
 
-def _error(axes: Axes, compensation: Compensation, trace: Trace) -> None:
+def _error(axes: Axes, compensation: Compensation, trace: TrackingTrace) -> None:
     length = compensation.rig.unit_shown("position")
     from_si = unit(length).from_si
     axes.plot(trace.t, from_si(trace.without), color=MEASURED, label="without compensation")
@@ -253,7 +253,7 @@ def _error(axes: Axes, compensation: Compensation, trace: Trace) -> None:
     axes.margins(x=0.0)
 
 
-def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[Curve]) -> None:
+def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]) -> None:
     for c in curves:
         colour = _COLOURS[c.mode]
         known = np.isfinite(c.ratio[:, 0]).all(axis=1)

@@ -68,12 +68,12 @@ def _sentences(plan: Plan) -> list[str]:
         best = plan.proposals[0]
         sentences.append(f"after {best.experiment.name}, to be expected: {_expected(plan, best)}")
     for p in plan.proposals:
-        if p.kept is not None:
-            pairs = zip(p.gains, p.kept.factors, strict=True)
+        if p.twin_study is not None:
+            pairs = zip(p.gains, p.twin_study.factors, strict=True)
             factors = ", ".join(
                 f"{g.name} {f:.2g}× (promised {g.factor:.2g}×)" for g, f in pairs if g.doubtful
             )
-            sentences.append(f"{p.experiment.name}, tried on {p.kept.twins} twins: {factors}")
+            sentences.append(f"{p.experiment.name}, tried on {p.twin_study.twins} twins: {factors}")
     return [*sentences, *plan.said]
 
 
@@ -133,10 +133,10 @@ def _proposal(p: Proposal) -> dict[str, Any]:
             for g in p.gains
         },
     }
-    if p.kept is not None:
-        factors = dict(zip((g.name for g in p.gains), p.kept.factors.tolist(), strict=True))
+    if p.twin_study is not None:
+        factors = dict(zip((g.name for g in p.gains), p.twin_study.factors.tolist(), strict=True))
         entry["checked"] = {
-            "twins": p.kept.twins,
+            "twins": p.twin_study.twins,
             "factors": factors,
         }
     return entry

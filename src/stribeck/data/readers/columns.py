@@ -18,7 +18,7 @@ from ...text_file import page
 from ...units import Unit, unit
 from ..recording import CHANNELS
 from .heads import Head, meanings, take_apart
-from .raw_table import Table, listed, printable, shortened
+from .raw_table import RawTable, listed, printable, shortened
 
 #: One entry of a mapping: "head", "head [unit]", or a table of column, unit and factor.
 Entry = str | Mapping[str, str | float]
@@ -36,7 +36,7 @@ class Choice:
     unit: Unit
     factor: float | str = 1.0
 
-    def values(self, table: Table) -> Array:
+    def values(self, table: RawTable) -> Array:
         """The channel in SI, NaN where a cell is empty.
 
         Raises:
@@ -51,7 +51,7 @@ class Choice:
                 )
         return np.asarray(self.unit.to_si(_cells(table, self.column) * self._scale(table)))
 
-    def _scale(self, table: Table) -> float | Array:
+    def _scale(self, table: RawTable) -> float | Array:
         return _cells(table, self.factor) if isinstance(self.factor, str) else self.factor
 
 
@@ -106,7 +106,7 @@ def _checked(place: str, entry: object) -> None:
         raise InputError(f"{place}: factor must be a number other than 0, or a column's name")
 
 
-def choose(table: Table, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice], list[str]]:
+def choose(table: RawTable, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice], list[str]]:
     """Channel -> column for a table, time and position first, and notes on what found no place.
 
     A column is a candidate for a channel if its name says so and its unit fits. Names that say
@@ -143,19 +143,19 @@ def _kinds(channel: str, *, rotary: bool | None = None) -> tuple[str, ...]:
     return kinds + tuple(_ALSO[k] for k in kinds if k in _ALSO)
 
 
-def _head(table: Table, written: str) -> Head:
+def _head(table: RawTable, written: str) -> Head:
     head = take_apart(written)
     return Head(head.stem, table.units.get(written, head.unit))
 
 
-def is_there(table: Table, entry: Entry) -> bool:
+def is_there(table: RawTable, entry: Entry) -> bool:
     """Whether a table has the column that an entry of a mapping names."""
     column = str(entry if isinstance(entry, str) else entry["column"])
     bare = re.fullmatch(r"(.*?)\s*\[([^\[\]]*)\]\s*", column)
     return any(c in table.columns or c in table.scalars for c in (column, bare[1] if bare else ""))
 
 
-def _mapped(table: Table, channel: str, entry: Entry) -> Choice:
+def _mapped(table: RawTable, channel: str, entry: Entry) -> Choice:
     if isinstance(entry, str):
         entry = {"column": entry}
     column, written = str(entry["column"]), entry.get("unit")
@@ -180,7 +180,7 @@ def _mapped(table: Table, channel: str, entry: Entry) -> Choice:
 
 
 def _needed(
-    table: Table,
+    table: RawTable,
     heads: Mapping[str, Head],
     channel: str,
     kinds: tuple[str, ...],
@@ -290,7 +290,7 @@ def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]
     return notes
 
 
-def _cells(table: Table, name: str) -> Array:
+def _cells(table: RawTable, name: str) -> Array:
     return (
         table.columns[name]
         if name in table.columns

@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import InputError
 from ...space import Array
 from .heads import is_unit
-from .raw_table import Table, shortened
+from .raw_table import RawTable, shortened
 
 if TYPE_CHECKING:
     import polars as pl
@@ -45,7 +45,7 @@ class _Layout:
     decimal_comma: bool
 
 
-def read_text(data: bytes) -> Table:
+def read_text(data: bytes) -> RawTable:
     """A table of text: CSV, TSV or columns apart by blanks, in any usual encoding.
 
     Raises:
@@ -192,14 +192,14 @@ def _what_is_wrong(lines: list[str]) -> str:
     return f"line {lines.index(line) + 1} has {n} fields, the header {heads}{hint}"
 
 
-def _parse(text: bytes, layout: _Layout) -> Table:
+def _parse(text: bytes, layout: _Layout) -> RawTable:
     body = text.split(b"\n", layout.first)[layout.first]
     comment = next((c for c in _COMMENTS if b"\n" + c.encode() in b"\n" + body[:_SNIFFED]), "#")
     heads = _heads(layout)
     if (bare := _bare(body, layout)) is not None:
         names = (h or f"column {i}" for i, h in enumerate(heads, 1))
         lines = np.arange(len(bare)) + layout.first + 1
-        return Table(dict(zip(names, bare.T.copy(), strict=True)), lines, "line")
+        return RawTable(dict(zip(names, bare.T.copy(), strict=True)), lines, "line")
     frame = _numbers(body, layout, comment)
     cells: dict[str, tuple[int, str]] = {}
     if frame is None:
@@ -213,7 +213,7 @@ def _parse(text: bytes, layout: _Layout) -> Table:
         if heads[i] or not np.isnan(values).all() or series.name in cells:
             columns[heads[i] or f"column {i + 1}"] = values
     named = {heads[int(i)] or f"column {int(i) + 1}": cell for i, cell in cells.items()}
-    return Table(columns, lines, "line", named)
+    return RawTable(columns, lines, "line", named)
 
 
 def _heads(layout: _Layout) -> list[str]:

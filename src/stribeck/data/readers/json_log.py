@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .raw_table import Table, shortened
+from .raw_table import RawTable, shortened
 
 #: Columns of a log.
 MOST_COLUMNS = 10_000
 
 
-def read_json(data: bytes) -> Table:
+def read_json(data: bytes) -> RawTable:
     """`[{"t": 0.0, "x": 1.2}, ...]`, or the same as a member of an object.
 
     Numbers and true or false beside the list hold for the whole log: they are its scalars. A
@@ -66,7 +66,7 @@ def _number(value: object) -> bool:
     return isinstance(value, bool | float) or (isinstance(value, int) and abs(value) < 1 << 1000)
 
 
-def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table:
+def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> RawTable:
     names = dict.fromkeys(name for r in records for name in r)
     if len(names) > MOST_COLUMNS:  # a cell for every record and name may be more than fits
         raise InputError(
@@ -92,4 +92,4 @@ def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> Table
         raise InputError("its records have no numbers in them")
     notes = (f"left out, not numbers: {', '.join(map(shortened, skipped))}",) if skipped else ()
     numbers = np.arange(1, len(records) + 1)
-    return Table(columns, numbers, "record", text, scalars, {}, notes)
+    return RawTable(columns, numbers, "record", text, scalars, {}, notes)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .raw_table import LARGEST, Table, shortened
+from .raw_table import LARGEST, RawTable, shortened
 
 _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
@@ -41,13 +41,13 @@ _MOST_DIMENSIONS = 32
 
 
 @dataclass(frozen=True)
-class _Variable:
+class _MatlabVariable:
     name: str
     kind: str  # empty for real numbers
     values: np.ndarray[Any, Any] | None
 
 
-def read_matlab(data: bytes) -> Table:
+def read_matlab(data: bytes) -> RawTable:
     """A MATLAB 5 to 7 file: vectors are columns, a matrix one column each, single numbers scalars.
 
     Raises:
@@ -66,7 +66,7 @@ def read_matlab(data: bytes) -> Table:
         raise InputError("is a broken MATLAB file: copy or save it again") from error
 
 
-def _variables(data: memoryview, order: str) -> Iterator[_Variable]:
+def _variables(data: memoryview, order: str) -> Iterator[_MatlabVariable]:
     room = LARGEST
     for kind, body in _elements(data, order, padded=False):
         if kind == _COMPRESSED:
@@ -97,7 +97,7 @@ def _elements(
         at += 8 + step
 
 
-def _matrix(kind: int, body: memoryview, order: str) -> Iterator[_Variable]:
+def _matrix(kind: int, body: memoryview, order: str) -> Iterator[_MatlabVariable]:
     if kind != _MATRIX or not len(body):
         return
     elements = list(_elements(body, order))
@@ -107,13 +107,13 @@ def _matrix(kind: int, body: memoryview, order: str) -> Iterator[_Variable]:
     if not text:
         return
     if word & 0xFF not in _NUMERIC:
-        yield _Variable(text, _KINDS.get(word & 0xFF, "unknown"), None)
+        yield _MatlabVariable(text, _KINDS.get(word & 0xFF, "unknown"), None)
     elif word >> 8 & _COMPLEX:
-        yield _Variable(text, "complex numbers", None)
+        yield _MatlabVariable(text, "complex numbers", None)
     else:
         dims = np.frombuffer(shape, dtype=order + "i4")
         stored, cells = contents[0] if contents else (9, memoryview(b""))
-        yield _Variable(text, "", _array(dims.tolist(), stored, cells, order))
+        yield _MatlabVariable(text, "", _array(dims.tolist(), stored, cells, order))
 
 
 def _array(dims: list[int], stored: int, cells: memoryview, order: str) -> np.ndarray[Any, Any]:
@@ -123,7 +123,7 @@ def _array(dims: list[int], stored: int, cells: memoryview, order: str) -> np.nd
     return values.reshape(dims, order="F")  # a ValueError where sizes contradict each other
 
 
-def _table(variables: list[_Variable]) -> Table:
+def _table(variables: list[_MatlabVariable]) -> RawTable:
     names = [v.name for v in variables]
     if doubled := sorted({n for n in names if names.count(n) > 1}):
         raise InputError(f"two variables are named {shortened(doubled[0])}: save it again")
@@ -149,7 +149,7 @@ def _table(variables: list[_Variable]) -> Table:
             f"has no vectors of numbers ({content}): save time and position as vectors"
         )
     series = {n: c for n, c in columns.items() if len(c) == rows}
-    return Table(series, np.arange(1, rows + 1), "row", {}, scalars, {}, tuple(notes))
+    return RawTable(series, np.arange(1, rows + 1), "row", {}, scalars, {}, tuple(notes))
 
 
 def _length(values: np.ndarray[Any, Any]) -> int:

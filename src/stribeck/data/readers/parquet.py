@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .raw_table import LARGEST, Table, shortened
+from .raw_table import LARGEST, RawTable, shortened
 
 
-def read_parquet(data: bytes) -> Table:
+def read_parquet(data: bytes) -> RawTable:
     """A Parquet file; times and durations in it count in seconds.
 
     Raises:
@@ -42,7 +42,7 @@ def read_parquet(data: bytes) -> Table:
         else:
             skipped.append(shortened(series.name))
     notes = (f"left out, not numbers: {', '.join(skipped)}",) if skipped else ()
-    return Table(columns, np.arange(1, frame.height + 1), "row", text, {}, units, notes)
+    return RawTable(columns, np.arange(1, frame.height + 1), "row", text, {}, units, notes)
 
 
 def _floats(series: Any) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -15,7 +15,7 @@ LARGEST = 2 << 30
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class RawTable:
     """What a file of any format comes down to.
 
     Args:

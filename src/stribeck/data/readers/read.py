@@ -14,10 +14,10 @@ from .delimited import read_text
 from .json_log import read_json
 from .matlab_file import read_matlab
 from .parquet import read_parquet
-from .raw_table import LARGEST, Table, printable, shortened
+from .raw_table import LARGEST, RawTable, printable, shortened
 from .repair import Mender, filled_extra
 
-_FORMATS: Mapping[str, Callable[[bytes], Table]] = {
+_FORMATS: Mapping[str, Callable[[bytes], RawTable]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab"), read_text),
     **dict.fromkeys((".parquet", ".pq"), read_parquet),
     ".mat": read_matlab,
@@ -71,7 +71,7 @@ def read(
         raise InputError(printable(f"{file.name}: {error}")) from error
 
 
-def _there(table: Table, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
+def _there(table: RawTable, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
     """The mapping without channels whose column is not there; time and position must be."""
     return {
         channel: entry
@@ -99,7 +99,7 @@ def _bytes(file: Path) -> bytes:
     return data
 
 
-def _format(file: Path) -> Callable[[bytes], Table]:
+def _format(file: Path) -> Callable[[bytes], RawTable]:
     """The reader for a file's extension, unless its first bytes say that it is something else."""
     suffix = file.suffix.lower()
     if suffix not in _FORMATS:
@@ -113,7 +113,7 @@ def _format(file: Path) -> Callable[[bytes], Table]:
     return _FORMATS[suffix]
 
 
-def _recording(table: Table, mapped: Mapping[str, Entry], source: Source) -> Recording:
+def _recording(table: RawTable, mapped: Mapping[str, Entry], source: Source) -> Recording:
     chosen, notes = choose(table, mapped)
     channels = {name: chosen[name].values(table) for name in ("time", *CHANNELS) if name in chosen}
     used = {c.column for c in chosen.values()}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...space import Array
-from .raw_table import Table, shortened
+from .raw_table import RawTable, shortened
 
 #: Longest run of empty cells that is interpolated, in samples.
 SHORT_GAP = 5
@@ -34,7 +34,7 @@ class Mender:
         notes: What was done, a sentence each.
     """
 
-    table: Table
+    table: RawTable
     channels: dict[str, Array]
     extra: dict[str, Array]
     notes: list[str] = field(default_factory=list)
@@ -216,7 +216,7 @@ class Mender:
         return self.table.place(int(self.rows[int(rows.argmax())]))
 
 
-def filled_extra(table: Table, used: set[str]) -> dict[str, Array]:
+def filled_extra(table: RawTable, used: set[str]) -> dict[str, Array]:
     """The columns that became no channel, as written, and single numbers as constant columns."""
     n = len(table.places)
     columns: Mapping[str, Array] = {

@@ -139,7 +139,7 @@ def c(
             f"name {name!r}: C takes letters, digits and _, beginning with a letter, up to 41"
         )
     settings = compensator or Compensator(feedback=False)
-    source = _Source(model, name, settings)
+    source = _CFiles(model, name, settings)
     return {
         f"{name}.h": source.header().encode(),
         f"{name}.c": source.source().encode(),
@@ -147,7 +147,7 @@ def c(
     }
 
 
-class _Source:
+class _CFiles:
     """The three files of a model."""
 
     def __init__(self, model: Model, name: str, compensator: Compensator) -> None:

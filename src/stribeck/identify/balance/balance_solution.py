@@ -17,8 +17,8 @@ from ..lookup import recording_list
 from ..parameters import Parameters
 from ..result import SearchRecord
 from ..score import HeldOut, Score
+from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import Estimate, bound_warnings, correlation_warnings, estimates
-from ..uncertainty.uncertainty import Uncertainty, uncertainty
 from . import balance
 from .checks import Doubts, doubts
 from .force_residuals import BalanceResiduals

@@ -29,7 +29,7 @@ from ..segment import Segment, segments
 from ..uncertainty.covariance import quick_look
 from ..uncertainty.residuals import physical as meaningful
 from ..uncertainty.sensor_noise import rest_noise
-from .experiment import Box, Experiment, decades, slopes
+from .experiment import Experiment, PriorBox, decades, slopes
 from .identified_axis import IdentifiedAxis, counted, operating_range, speeds
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ def _rows_of(train: Sequence[Segment], log: Recording) -> list[slice]:
     return [s.rows for s in train if s.recording is log]
 
 
-def _box(card: Card, parameters: Parameters) -> Box:
+def _box(card: Card, parameters: Parameters) -> PriorBox:
     """Ranges, and that little is known beside the data: the range, or thrice the interval."""
     lower, upper = (
         np.array([getattr(q, end) for q in parameters.free]) for end in ("lower", "upper")
@@ -256,7 +256,7 @@ def _box(card: Card, parameters: Parameters) -> Box:
             parameters.law.physical(parameters.full(x)[:, : len(parameters.law.params)]), dtype=bool
         )
 
-    return Box(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
+    return PriorBox(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
 
 
 def _data(predict: object, dim: int, starts: int) -> Experiment:

@@ -1,4 +1,4 @@
-"""Whether a promise is kept: twins of the data and of an experiment, with noise, refitted."""
+"""A check of expected information: twins of the data and of an experiment, with noise, refitted."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from ...optimize import rms
 from ...space import Array, Param, Space
 from ..polish import polish
-from .experiment import Box, Experiment
+from .experiment import Experiment, PriorBox
 
 #: Rounds of a refit, and how far a start may move, in standard deviations of a sample.
 REFITS, ROOM = 40, 4.0
@@ -22,8 +22,8 @@ PERSISTENT = 0.97
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
-    """What twins say of an experiment.
+class TwinStudy:
+    """The errors of refits of twins, without and with an experiment.
 
     Args:
         factors: By what factor it really shrinks the error of each parameter: medians of
@@ -42,7 +42,9 @@ class Kept:
         return len(self.before)
 
 
-def promise(data: Experiment, more: Experiment, box: Box, at: Array, n: int, seed: int) -> Kept:
+def twin_study(
+    data: Experiment, more: Experiment, box: PriorBox, at: Array, n: int, seed: int
+) -> TwinStudy:
     """Try out an experiment on twins.
 
     A twin's truth is one of the parameter sets that the data allow; what the data and the
@@ -69,7 +71,7 @@ def promise(data: Experiment, more: Experiment, box: Box, at: Array, n: int, see
     old, new = np.array(before), np.array(after)
     with np.errstate(invalid="ignore", divide="ignore"):
         factors = np.median(np.abs(old), axis=0) / np.median(np.abs(new), axis=0)
-    return Kept(factors, old, new)
+    return TwinStudy(factors, old, new)
 
 
 def _shown(experiment: Experiment, truth: Array, rng: np.random.Generator) -> Array:
@@ -86,7 +88,7 @@ def _shown(experiment: Experiment, truth: Array, rng: np.random.Generator) -> Ar
 
 
 def _best(
-    tried: list[Experiment], shown: list[Array], near: tuple[Array, Array], box: Box
+    tried: list[Experiment], shown: list[Array], near: tuple[Array, Array], box: PriorBox
 ) -> Array:
     """Parameters that fit what was shown: refitted from the first place unless the other wins."""
     problem = _Refit(tried, shown, box)
@@ -103,7 +105,7 @@ class _Refit:
         box: Of the parameters; the starts of the experiments come behind these.
     """
 
-    def __init__(self, tried: list[Experiment], shown: list[Array], box: Box) -> None:
+    def __init__(self, tried: list[Experiment], shown: list[Array], box: PriorBox) -> None:
         self.name = "twin"
         self._tried, self._shown, self._box = tried, shown, box
         ends = zip(box.lower.tolist(), box.upper.tolist(), box.log.tolist(), strict=True)

@@ -58,7 +58,7 @@ class Experiment:
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class PriorBox:
     """The free parameters and what is known of them beside any data.
 
     A parameter whose range spans two decades or more is known, drawn and told by its logarithm,
@@ -119,7 +119,7 @@ def decades(lower: Array, upper: Array) -> NDArray[np.bool_]:
     return found
 
 
-def slopes(experiment: Experiment, x: Array, box: Box) -> Array:
+def slopes(experiment: Experiment, x: Array, box: PriorBox) -> Array:
     """Slopes of what an experiment shows at x (dim,): (dim + starts, N); nan where it cannot run.
 
     Central differences, one-sided where a neighbour means nothing.
@@ -141,7 +141,7 @@ def slopes(experiment: Experiment, x: Array, box: Box) -> Array:
     return found
 
 
-def information(experiment: Experiment, x: Array, box: Box) -> Array:
+def information(experiment: Experiment, x: Array, box: PriorBox) -> Array:
     """What an experiment tells of the parameters near x, SI, in their scales; (dim, dim).
 
     Its starts are at their best.
@@ -172,7 +172,7 @@ def covariance(*parts: Array) -> Array:
     return found
 
 
-def draws(x: Array, C: Array, n: int, box: Box, rng: np.random.Generator) -> Array:
+def draws(x: Array, C: Array, n: int, box: PriorBox, rng: np.random.Generator) -> Array:
     """The fit and n - 1 parameter sets that the data allow, (n, dim).
 
     They are drawn with the covariance C, in the parameters' scales. One that leaves the box or
@@ -192,7 +192,7 @@ def draws(x: Array, C: Array, n: int, box: Box, rng: np.random.Generator) -> Arr
     return np.array(found)
 
 
-def information_at(experiment: Experiment, at: Array, box: Box) -> Array:
+def information_at(experiment: Experiment, at: Array, box: PriorBox) -> Array:
     """Information at parameter sets (n, dim): (n, dim, dim), nan where it cannot be run."""
     return np.array([information(experiment, x, box) for x in at])
 

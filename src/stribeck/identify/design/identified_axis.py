@@ -10,7 +10,7 @@ import numpy as np
 from ...data.repeated_samples import is_new
 from ...rig.experiments.offer import Exposure, OperatingRange
 from ...space import Array
-from .experiment import Box
+from .experiment import PriorBox
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +39,7 @@ class IdentifiedAxis:
 
     parameters: Parameters
     x: Array
-    box: Box
+    box: PriorBox
     noise: float
     sensor: float
     inflation: Array

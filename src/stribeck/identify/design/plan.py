@@ -18,7 +18,7 @@ from ...space import Array
 from ..lookup import recording_list
 from ..uncertainty.verdict import IDENTIFIED
 from .current_model import Present, present
-from .expected_information import Kept, promise
+from .expected_information import TwinStudy, twin_study
 from .experiment import Experiment, covariance, draws, factors, information_at
 from .proposals import Refusals, proposals
 
@@ -70,19 +70,19 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """An experiment and what it promises.
+    """An experiment with the information that it is expected to add.
 
     Args:
-        experiment: It.
+        experiment: The experiment.
         score: Geometric mean of the factors of the doubtful parameters.
         gains: One a free parameter.
-        kept: What the check by twins found; None where it was not asked for.
+        twin_study: Its check by twins; None where none was asked for.
     """
 
     experiment: Experiment
     score: float
     gains: tuple[Gain, ...]
-    kept: Kept | None = None
+    twin_study: TwinStudy | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ def plan(
     ranked = [Proposal(e, score, _gains(now, shrunk)) for score, e, shrunk in found]
     if check:
         ranked[:CHECKED] = [
-            replace(p, kept=_kept(now, p, at, same, offered[0], check, seed))
+            replace(p, twin_study=_checked(now, p, at, same, offered[0], check, seed))
             for p in ranked[:CHECKED]
         ]
     motions = [F for e, F in zip(offered, more, strict=True) if e.kind == "motion"]
@@ -280,7 +280,7 @@ def _gauges(now: Present) -> list[Experiment]:
     return [Experiment("force gauge", words, now.axis.trained, predict, noise, plain, kind="gauge")]
 
 
-def _kept(
+def _checked(
     now: Present,
     proposal: Proposal,
     at: Array,
@@ -288,11 +288,11 @@ def _kept(
     again: Experiment,
     check: int,
     seed: int,
-) -> Kept:
+) -> TwinStudy:
     e = proposal.experiment
     if e.name == again.name:
         e = replace(e, noise=e.noise / np.sqrt(same))
-    return promise(now.data, e, now.axis.box, at, check, seed)
+    return twin_study(now.data, e, now.axis.box, at, check, seed)
 
 
 def _incurable(

@@ -15,8 +15,8 @@ from ..multistart import Optimum
 from ..output_error import OutputErrorSolution
 from ..result import Fit, SearchRecord, build_fit
 from ..segment import segments
+from ..uncertainty.assessment import uncertainty
 from ..uncertainty.estimates import resting
-from ..uncertainty.uncertainty import uncertainty
 from ..uncertainty.verdict import verdict
 from .trained_law import TrainedLaw
 

@@ -16,7 +16,7 @@ from .verdict import Verdict, verdict
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
-    from .uncertainty import Uncertainty
+    from .assessment import Uncertainty
 
 #: Correlation above which the data know a combination of two parameters rather than each.
 TOGETHER = 0.95

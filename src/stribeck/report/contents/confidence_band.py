@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ...identify.result import Fit
-    from ...identify.uncertainty.uncertainty import Uncertainty
+    from ...identify.uncertainty.assessment import Uncertainty
     from ...space import Array
 
 #: Parameter sets drawn, and the fewest that make a band.

@@ -22,11 +22,11 @@ Series = Annotated[list[Number | None], Field(max_length=LONGEST)]
 Text = Annotated[str, Field(max_length=LETTERS)]
 
 
-class _Entry(BaseModel):
+class _StrictRecord(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class StrokeRecord(_Entry):
+class StrokeRecord(_StrictRecord):
     """A run in one direction: times in s, travel and mean speed as shown."""
 
     start: Number
@@ -36,7 +36,7 @@ class StrokeRecord(_Entry):
     speed: Number
 
 
-class RestRecord(_Entry):
+class RestRecord(_StrictRecord):
     """A stay: times in s, the level as shown."""
 
     start: Number
@@ -44,7 +44,7 @@ class RestRecord(_Entry):
     level: Number
 
 
-class SlipRecord(_Entry):
+class SlipRecord(_StrictRecord):
     """A jump from rest to rest: times in s, levels and greatest speed as shown."""
 
     start: Number
@@ -55,7 +55,7 @@ class SlipRecord(_Entry):
     speed: Number
 
 
-class LogRecord(_Entry):
+class LogRecord(_StrictRecord):
     """A log as it was measured: what `check` says of it, and where it strokes, rests and slips."""
 
     label: Text
@@ -68,7 +68,7 @@ class LogRecord(_Entry):
     slips: Annotated[list[SlipRecord], Field(max_length=MANY)] = []
 
 
-class MotionRecord(_Entry):
+class MotionRecord(_StrictRecord):
     """A stretch of a log beside the model; a motion, or the force of a force balance.
 
     `part` is "training", or the range that was held out. All of the first block have one length;
@@ -95,7 +95,7 @@ class MotionRecord(_Entry):
     counted: int = 0
 
 
-class SideRecord(_Entry):
+class SideRecord(_StrictRecord):
     """A law's curve to one side of rest, and its 95 % band."""
 
     velocity: Series
@@ -104,7 +104,7 @@ class SideRecord(_Entry):
     high: Series | None = None
 
 
-class CurveRecord(_Entry):
+class CurveRecord(_StrictRecord):
     """A named line."""
 
     name: Text
@@ -112,7 +112,7 @@ class CurveRecord(_Entry):
     y: Series
 
 
-class LawRecord(_Entry):
+class LawRecord(_StrictRecord):
     """The identified law: its curve, what the data imply, loops of slow strokes, loads."""
 
     doc: Text
@@ -128,7 +128,7 @@ class LawRecord(_Entry):
     load: Text = ""
 
 
-class ProfileRecord(_Entry):
+class ProfileRecord(_StrictRecord):
     """How the fit suffers as a parameter moves, the others refitted: in thresholds, as shown."""
 
     name: Text
@@ -140,7 +140,7 @@ class ProfileRecord(_Entry):
     rises: Series
 
 
-class RunRecord(_Entry):
+class RunRecord(_StrictRecord):
     """One repeat of a search: its best misfit where that fell, and the parameters it ended at."""
 
     searched: Number | None
@@ -154,7 +154,7 @@ class RunRecord(_Entry):
     best: Series
 
 
-class ErrorRecord(_Entry):
+class ErrorRecord(_StrictRecord):
     """The misfit on a log: in training, and on each range held out; null where it was not used."""
 
     log: Text
@@ -162,7 +162,7 @@ class ErrorRecord(_Entry):
     errors: Annotated[list[Number | None], Field(max_length=MANY)]
 
 
-class DrawsRecord(_Entry):
+class DrawsRecord(_StrictRecord):
     """The bootstrap behind `resampled` of the card: data sets drawn, failed, length of a block."""
 
     drawn: int
@@ -170,7 +170,7 @@ class DrawsRecord(_Entry):
     block: int
 
 
-class UnitsRecord(_Entry):
+class UnitsRecord(_StrictRecord):
     """In which units numbers are shown."""
 
     position: Text
@@ -178,7 +178,7 @@ class UnitsRecord(_Entry):
     force: Text
 
 
-class Report(_Entry):
+class Report(_StrictRecord):
     """Everything that the page of a fit shows, version 1 of the schema.
 
     `unshown` and `hidden` count the logs and the motions that were left out.

@@ -37,6 +37,7 @@ from .drives import (
     K_SPRING_P,
     MASS,
 )
+from .row_pool import borrowed
 from .track import RUN, Track
 
 if TYPE_CHECKING:
@@ -782,19 +783,19 @@ def _rows(
 ) -> None:
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
     own = np.empty((LEG, WIDTH))
-    path = row_pool.lent(own)
-    knots_t, knots_x = row_pool.lent(knots_t), row_pool.lent(knots_x)
-    extremes, sums = row_pool.lent(extremes), row_pool.lent(sums)
-    t, measured, score = row_pool.lent(t), row_pool.lent(measured), row_pool.lent(score)
+    path = borrowed(own)
+    knots_t, knots_x = borrowed(knots_t), borrowed(knots_x)
+    extremes, sums = borrowed(extremes), borrowed(sums)
+    t, measured, score = borrowed(t), borrowed(measured), borrowed(score)
     while True:
-        row = row_pool.take(taken)
+        row = row_pool.next_row(taken)
         if row >= len(p):
             own[0, 0] = 0.0  # it lives until here
             return
         k = row if store else 0
         sse[row] = _walk(
-            slip, row_pool.lent(p[row]), row_pool.lent(c[row]), knots_t, knots_x, extremes, t, x0,
-            measured, score, sums, row_pool.lent(out_x[k]), row_pool.lent(out_v[k]), store,
+            slip, borrowed(p[row]), borrowed(c[row]), knots_t, knots_x, extremes, t, x0,
+            measured, score, sums, borrowed(out_x[k]), borrowed(out_v[k]), store,
             tolerance, path,
         )  # fmt: skip
 
@@ -802,7 +803,7 @@ def _rows(
 def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     on = from_zero(on)
-    row_pool.hired().share(
+    row_pool.pool().share(
         _rows, len(p),
         (addressed(law.slip), p, c, on.knots_t, on.knots_x, on.extremes, on.t, on.x0, on.measured,
          on.score, on.sums, *arguments),

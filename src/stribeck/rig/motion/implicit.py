@@ -57,6 +57,7 @@ from .drives import (
     SlideConstants,
     SlideInputs,
 )
+from .row_pool import borrowed
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -497,20 +498,20 @@ def _rows(  # a loop over candidates and samples
 ) -> None:  # fmt: skip
     """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
     m = len(inputs)
-    term, t, parts = row_pool.lent(term), row_pool.lent(t), row_pool.lent(parts)
-    inputs, held, start = row_pool.lent(inputs), row_pool.lent(held), row_pool.lent(start)
+    term, t, parts = borrowed(term), borrowed(t), borrowed(parts)
+    inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
     own = np.empty((6, max(states, 1)))
     own_u, own_load, own_slopes = np.empty(m), np.empty(5), np.empty(2)
-    u, load, slopes = row_pool.lent(own_u), row_pool.lent(own_load), row_pool.lent(own_slopes)
+    u, load, slopes = borrowed(own_u), borrowed(own_load), borrowed(own_slopes)
     z, coarse, half, fine = (
-        row_pool.lent(own[0]), row_pool.lent(own[1]), row_pool.lent(own[2]), row_pool.lent(own[3]),
+        borrowed(own[0]), borrowed(own[1]), borrowed(own[2]), borrowed(own[3]),
     )  # fmt: skip
     while True:
-        row = row_pool.take(taken)
+        row = row_pool.next_row(taken)
         if row >= len(p):
             own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = 0.0  # they live until here
             return
-        a, b = row_pool.lent(p[row]), row_pool.lent(c[row])
+        a, b = borrowed(p[row]), borrowed(c[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         left = ROOM + EACH * parts.sum()
@@ -569,7 +570,7 @@ def motions(
     parts = many.astype(np.int64)
     start = np.column_stack([np.full(n, on.x0), np.full(n, on.v0)])
     general = law.rub is not None
-    row_pool.hired().share(
+    row_pool.pool().share(
         _rows, n,
         (
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),

@@ -1,7 +1,7 @@
-"""The threads that share the rows of a call: whoever is free takes the next row.
+"""Threads that simulate the rows of a call; each takes the next row not yet taken.
 
-The caller works too, so that a short call does not wait for anybody, and candidates that differ
-in cost leave nobody idle. Which thread does a row never matters to what comes out.
+The calling thread works too, so a short call waits for no other, and rows that differ in cost
+leave no thread idle. Results do not depend on which thread does a row.
 
 Waking a thread takes as long as a row or two, so a thread that has just worked looks out for the
 next call for a moment before it sleeps, and the caller for the last row of the others. Neither
@@ -33,8 +33,8 @@ SLOTS, LOOKS = 8, 10_000
 def threads() -> int:
     """How many threads share the candidates: the cores there are, or OMP_NUM_THREADS if fewer."""
     n = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    told = os.environ.get("OMP_NUM_THREADS", "")  # how one tells a program that it is not alone
-    return min(n, int(told)) if told.isdecimal() and int(told) > 0 else n
+    setting = os.environ.get("OMP_NUM_THREADS", "")  # how one tells a program that it is not alone
+    return min(n, int(setting)) if setting.isdecimal() and int(setting) > 0 else n
 
 
 @intrinsic
@@ -43,8 +43,8 @@ def _next(typing: Any, counter: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, values[0])
-        one = context.get_constant(int64, 1)
-        return builder.atomic_rmw("add", array.data, one, "acq_rel")
+        increment = context.get_constant(int64, 1)
+        return builder.atomic_rmw("add", array.data, increment, "acq_rel")
 
     del typing
     return int64(counter), generate
@@ -63,25 +63,25 @@ def _look(typing: Any, counter: Any) -> Any:
 
 
 @intrinsic
-def lent(typing: Any, array: Any) -> Any:
+def borrowed(typing: Any, array: Any) -> Any:
     """The same array without its owner: what is made of it is not counted, which takes locks.
 
     For inner loops whose caller holds the array.
     """
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        made = context.make_array(signature.args[0])(context, builder, values[0])
-        made.meminfo = cgutils.get_null_value(made.meminfo.type)
-        made.parent = cgutils.get_null_value(made.parent.type)
-        return made._getvalue()  # noqa: SLF001 - numba's name for it
+        view = context.make_array(signature.args[0])(context, builder, values[0])
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        view.parent = cgutils.get_null_value(view.parent.type)
+        return view._getvalue()  # noqa: SLF001 - numba's name for it
 
     del typing
     return array(array), generate
 
 
 @compiled(int64(int64[::1]))
-def take(counter: Any) -> int:
-    """The next row that nobody has taken."""
+def next_row(counter: Any) -> int:
+    """The next row that no thread has taken."""
     return _next(counter)  # type: ignore[no-any-return]
 
 
@@ -95,7 +95,7 @@ def _comes_to(counter: Any, value: int) -> bool:
 
 
 @compiled(boolean(int64[:, ::1]), nogil=True)
-def _one_starts(counters: Any) -> bool:
+def _any_starts(counters: Any) -> bool:
     """Whether one of the counters starts from 0 while one looks."""
     idle = np.zeros(len(counters), np.bool_)
     for _ in range(LOOKS):
@@ -107,14 +107,14 @@ def _one_starts(counters: Any) -> bool:
     return False
 
 
-class Crew:
+class RowPool:
     """Threads that wait for work, one fewer than `n`: the caller is one of them."""
 
     def __init__(self, n: int) -> None:
         self.n = n
         self._counters = np.zeros((SLOTS, 8), dtype=np.int64)  # each in a cache line of its own
         self._free = list(range(SLOTS))
-        self._jobs: SimpleQueue[_Job | None] = SimpleQueue()
+        self._jobs: SimpleQueue[_PoolCall | None] = SimpleQueue()
         for k in range(1, n):
             Thread(target=self._serve, name=f"stribeck-{k}", daemon=True).start()
 
@@ -122,7 +122,7 @@ class Crew:
         """Run `work(*arguments, counter)` in this thread and the others until no row is left.
 
         Args:
-            work: Takes rows from the counter (`take`) until it passes the last one.
+            work: Takes rows from the counter (`next_row`) until it passes the last one.
             rows: How many there are.
             arguments: What it is called with, before the counter.
             fewest: Rows for each further thread; fewer where a row takes long.
@@ -135,16 +135,16 @@ class Crew:
             counter = self._counters[slot]
             counter[0] = 0
         call = (work, (*arguments, counter))
-        jobs = [_Job(call) for _ in range(min(self.n - 1, rows // fewest))]
+        jobs = [_PoolCall(call) for _ in range(min(self.n - 1, rows // fewest))]
         for job in jobs:
             self._jobs.put(job)
         try:
             work(*call[1])
         finally:
-            begun = [job for job in jobs if not job.withdrawn()]
+            started = [job for job in jobs if not job.withdrawn()]
             # Everybody takes one number too many: then the rows are done.
-            if begun and not _comes_to(counter, rows + 1 + len(begun)):
-                for job in begun:
+            if started and not _comes_to(counter, rows + 1 + len(started)):
+                for job in started:
                     job.finish()
             if slot >= 0:
                 self._free.append(slot)
@@ -161,12 +161,12 @@ class Crew:
             try:
                 job = self._jobs.get_nowait()
             except Empty:
-                _one_starts(self._counters)
+                _any_starts(self._counters)
                 job = self._jobs.get()
 
 
-class _Job:
-    """A call for another thread; it is dropped if none has begun it when the caller is done."""
+class _PoolCall:
+    """A call for another thread; it is dropped if none has started it when the caller is done."""
 
     def __init__(self, call: tuple[Any, tuple[Any, ...]]) -> None:
         self._calls = [call]
@@ -185,7 +185,7 @@ class _Job:
             self._ended.put(None)
 
     def withdrawn(self) -> bool:
-        """Take the call back; False if a thread has begun it."""
+        """Take the call back; False if a thread has started it."""
         try:
             self._calls.pop()
         except IndexError:
@@ -200,24 +200,24 @@ class _Job:
 
 
 @cache
-def _one() -> Crew:
-    return Crew(threads())
+def _pool_of_process() -> RowPool:
+    return RowPool(threads())
 
 
-def hired() -> Crew:
-    """The crew of this process."""
-    with _HIRING:
-        return _one()
+def pool() -> RowPool:
+    """The pool of this process."""
+    with _POOL_LOCK:
+        return _pool_of_process()
 
 
-_HIRING = Lock()
+_POOL_LOCK = Lock()
 
 
 def _alone() -> None:
-    """A child has none of its parent's threads, and whoever hired there is not here."""
-    global _HIRING  # noqa: PLW0603
-    _HIRING = Lock()
-    _one.cache_clear()
+    """A child has none of its parent's threads, and none of its locks."""
+    global _POOL_LOCK  # noqa: PLW0603
+    _POOL_LOCK = Lock()
+    _pool_of_process.cache_clear()
 
 
 if hasattr(os, "register_at_fork"):
