@@ -8,7 +8,7 @@ import pytest
 from stribeck import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.balance.balance import balance
-from stribeck.identify.balance.clustered_errors import block_errors
+from stribeck.identify.balance.clustered_errors import clustered_errors
 from stribeck.identify.parameters import Parameters
 from stribeck.rig import RIGS
 from stribeck.rig.balanced import BalancedRig
@@ -31,7 +31,7 @@ def doubted(cycles: tuple[int, ...], levels: tuple[float, ...], seed: int) -> bo
     rig, rng = RIGS["forced"], np.random.default_rng(seed)
     assert isinstance(rig, BalancedRig)
     logs = [log(n, level, rng) for n, level in zip(cycles, levels, strict=True)]
-    said, _ = block_errors(balance(logs, Parameters.declared(rig, LAWS["coulomb-viscous"])))
+    said, _ = clustered_errors(balance(logs, Parameters.declared(rig, LAWS["coulomb-viscous"])))
     return "the friction of the logs does not follow one law" in said
 
 

@@ -91,7 +91,7 @@ def looked(error: Any, floor: float = 1e-3) -> set[str]:
 
 
 def test_stretches_are_where_the_reference_moves_one_way_or_rests() -> None:
-    assert [(s.way, s.even) for s in ON] == [(0, False), (1, True), (0, False)]
+    assert [(s.direction, s.even) for s in ON] == [(0, False), (1, True), (0, False)]
     assert ON[1] == Stretch(100, 900, 1, True)  # its velocity is that of the sample to come
     bent = Reference("sine", T, np.sin(T))
     assert [s.even for s in stretches(bent, 1e-3)] == [False] * 4
@@ -226,7 +226,7 @@ def test_references_go_both_ways_and_rest_where_they_turn() -> None:
         assert one.x[0] == 0.2
         assert one.x[-1] == pytest.approx(0.2)
         assert one.v.min() == pytest.approx(-one.v.max(), rel=1e-6)
-    assert [s.way for s in stretches(slow, 1e-6)] == [0, 1, 0, -1, 0]
+    assert [s.direction for s in stretches(slow, 1e-6)] == [0, 1, 0, -1, 0]
 
 
 def test_the_pace_of_a_log_is_its_commands() -> None:

@@ -16,7 +16,7 @@ import pytest
 from numba import config, float64, njit, typeof
 
 import stribeck
-from stribeck.compile_cache import compiled, folder
+from stribeck.compile_cache import cache_folder, compiled
 from stribeck.compile_cache.cache_folder import Folder
 from stribeck.compile_cache.content import UnknownContentError, digest
 
@@ -220,7 +220,7 @@ def test_a_damaged_file_is_compiled_anew(place: Path) -> None:
 
 
 def test_files_unused_for_longest_go_first(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(folder, "MOST_BYTES", 2500)
+    monkeypatch.setattr(cache_folder, "MOST_BYTES", 2500)
     for k, name in enumerate("abcd"):
         Folder().save(name, bytes(1000))
         os.utime(place / name, (k * 1e5, k * 1e5))

@@ -15,7 +15,7 @@ from stribeck import RIGS, Card, InputError, card, identify, read_card
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.card_logs import logs_beside
-from stribeck.identify.design.current_model import present
+from stribeck.identify.design.current_model import current_model
 from stribeck.identify.design.expected_information import twin_study
 from stribeck.identify.design.experiment import (
     Experiment,
@@ -215,7 +215,7 @@ def test_a_direction_that_was_never_driven_comes_first() -> None:
 
 
 def test_every_experiment_stays_within_the_travel_and_the_force(bed: Card) -> None:
-    now = present(bed, [RIGHT])
+    now = current_model(bed, [RIGHT])
     assert RIGHT.command is not None
     assert now.axis.shown.low == pytest.approx(0.05)
     assert now.axis.shown.high == pytest.approx(0.35)
@@ -240,7 +240,7 @@ def test_a_weak_drive_is_not_asked_for_more_than_it_has_shown(bed: Card) -> None
 
 
 def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
-    now = present(bed, [RIGHT])
+    now = current_model(bed, [RIGHT])
     assert now.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
     found = named(plan(bed, RIGHT), "finer sensor").experiment
     rest = max(now.axis.noise**2 - now.axis.sensor**2, 0.0)
@@ -299,7 +299,7 @@ def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
 def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
     log = pushed([0.05, 0.2], TRUTH)
     made = card(identify(log, rig="forced", law="coulomb-viscous"))
-    now = present(made, [log])
+    now = current_model(made, [log])
     assert now.axis.shown.exposure is not None
     assert now.axis.shown.fastest == pytest.approx(0.2, rel=0.02)
     assert now.axis.shown.exposure.acceleration == pytest.approx(5.0, rel=0.1)

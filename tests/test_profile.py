@@ -135,8 +135,8 @@ def test_what_the_data_do_not_see_is_flat_on_both_sides() -> None:
     assert why(seen) == ("threshold", "threshold")
     assert why(unseen) == ("flat", "flat")
     assert (unseen.low.end, unseen.high.end) == pytest.approx((1e-3, 10))
-    assert found.look.blind.tolist() == [False, True]
-    assert np.isinf(found.look.errors[1])
+    assert found.quick.blind.tolist() == [False, True]
+    assert np.isinf(found.quick.errors[1])
 
 
 def test_an_order_holds_and_is_named() -> None:
@@ -254,7 +254,7 @@ def test_a_budget_is_kept_and_told() -> None:
 def test_refusals() -> None:
     model = waves()
     with pytest.raises(InputError, match="no free parameter 'x9'"):
-        profiles(model, np.array([7.0, 0.3]), which=["x9"])
+        profiles(model, np.array([7.0, 0.3]), chosen_names=["x9"])
     nowhere = Model(box([(0.0, 1.0)]), np.zeros(9), lambda _: np.full(9, np.nan))
     with pytest.raises(InputError, match="cannot be run"):
         profiles(nowhere, np.array([0.5]))

@@ -64,7 +64,7 @@ def test_the_true_law_is_recommended(truth: str) -> None:
                     "stribeck": {"stribeck"},
                 }[truth]
             )
-            assert truth in s.said[0]
+            assert truth in s.sentences[0]
 
 
 def test_what_learnt_the_noise_is_said_so() -> None:
@@ -84,14 +84,14 @@ def test_what_learnt_the_noise_is_said_so() -> None:
         f"stribeck-directional trains {trained} better than coulomb-viscous and is {lost} worse "
         "on what was held out: it learnt the noise."
     )
-    assert said in found.said
+    assert said in found.sentences
     assert found.law == "coulomb-viscous"
 
 
 def test_a_comparison_is_a_function_of_its_data() -> None:
     given = log("stribeck", 0)
     one, two = (select(given, rig="forced", laws=LADDER, fixed=HELD) for _ in range(2))
-    assert one.said == two.said
+    assert one.sentences == two.sentences
     assert [c.held for c in one.candidates] == [c.held for c in two.candidates]
 
 
@@ -154,7 +154,7 @@ def test_a_clear_fall_on_the_slide_bed_is_stribeck() -> None:
     assert found.law == "stribeck"
     assert found["stribeck"].held == pytest.approx(0.3, rel=0.1)  # mm of noise
     assert found["coulomb-viscous"].worse
-    assert "Stribeck): warranted" in " ".join(found.said)
+    assert "Stribeck): warranted" in " ".join(found.sentences)
 
 
 def test_a_slide_bed_that_differs_by_direction_needs_a_law_that_does() -> None:
@@ -178,7 +178,7 @@ def test_emps_has_two_directions_and_no_stribeck_effect() -> None:
     assert {f.ingredient: f.warranted for f in found.findings} == {
         "asymmetry": True, "stribeck": False,
     }  # fmt: skip
-    assert any("No law leaves white residuals" in line for line in found.said)
+    assert any("No law leaves white residuals" in line for line in found.sentences)
     assert found["stribeck-directional"].unseen
 
 

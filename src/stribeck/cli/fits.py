@@ -260,7 +260,7 @@ def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
             fail(f"interrupted: the result is in {out}, without its figure", 130)
         if not json:
             typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
-    if selection.left:
+    if selection.skipped:
         place = f"in {out}" if out is not None else "printed above"
-        skipped = ", ".join(selection.left)
+        skipped = ", ".join(selection.skipped)
         fail(f"interrupted: the partial result is {place}, without {skipped}", 130)

@@ -112,8 +112,8 @@ class ScaleCurve:
     @property
     def worst(self) -> Array:
         """The greatest ratio of all axes and motions, (S,)."""
-        found: Array = self.ratio.max(axis=(1, 2))
-        return found
+        greatest: Array = self.ratio.max(axis=(1, 2))
+        return greatest
 
     @property
     def scale(self) -> float | None:
@@ -210,10 +210,10 @@ def compensation(
     shape = _shape(parameters, p, motions, sensor, notes)
     trial = Trial(parameters.rig, parameters.law, p, axes, motions, shape, sensor)
     curves = []
-    for one in MODES if mode is None else (mode,):
+    for each_mode in MODES if mode is None else (mode,):
         if progress is not None:
-            progress(f"{one}: {len(axes)} axes, {len(motions)} motions")
-        curves.append(_curve(trial, one, scale))
+            progress(f"{each_mode}: {len(axes)} axes, {len(motions)} motions")
+        curves.append(_curve(trial, each_mode, scale))
     chosen = _chosen(curves)
     settings = None
     if chosen is not None and chosen.scale is not None:
@@ -289,59 +289,59 @@ def _rest(law: Law, p: Array, slowest: float) -> float:
 
 
 def _curve(trial: Trial, mode: Mode, scale: float | None) -> ScaleCurve:
-    tried = Tried(trial, mode)
+    trials = Tried(trial, mode)
     grid = SCALES[1:] if scale is None else (scale, scale + MARGIN)
     for s in grid:
-        tried.at(s)
-        if tried.too_much(s) and tried.worst(s) > _HOPELESS:
+        trials.at(s)
+        if trials.too_much(s) and trials.worst(s) > _HOPELESS:
             break  # nothing is learnt from axes that hunt more
-    first = next((s for s in tried.scales if s and tried.too_much(s)), None)
+    first = next((s for s in trials.scales if s and trials.too_much(s)), None)
     if first is not None and scale is None:
-        below = max(s for s in tried.scales if s < first)
-        while first - below > _NEAR:
-            middle = round(0.5 * (first + below), 4)
-            first, below = (middle, below) if tried.too_much(middle) else (first, middle)
+        last_safe = max(s for s in trials.scales if s < first)
+        while first - last_safe > _NEAR:
+            middle = round(0.5 * (first + last_safe), 4)
+            first, last_safe = (middle, last_safe) if trials.too_much(middle) else (first, middle)
     limit = np.inf if first is None else first - MARGIN
     if scale is None:
-        _closer(tried, min(limit, WHOLE))
-    scales = tried.scales
-    rms = np.stack([tried.at(s)[0] for s in scales])
-    safe = np.array([s > 0 and s <= limit + 1e-9 and not tried.at(s)[1] for s in scales])
+        _closer(trials, min(limit, WHOLE))
+    scales = trials.scales
+    rms = np.stack([trials.at(s)[0] for s in scales])
+    safe = np.array([s > 0 and s <= limit + 1e-9 and not trials.at(s)[1] for s in scales])
     if scale is not None:
         safe &= np.isclose(scales, scale)
-    worst = np.array([tried.worst(s) for s in scales])
+    worst = np.array([trials.worst(s) for s in scales])
     most = WHOLE if scale is None else scale
-    good = np.flatnonzero(safe & (worst < 1.0) & (np.array(scales) <= most))
-    best = int(good[np.argmin(worst[good])]) if len(good) else None
-    harmful = next((s for s in scales if tried.at(s)[1]), None)
+    improving = np.flatnonzero(safe & (worst < 1.0) & (np.array(scales) <= most))
+    best = int(improving[np.argmin(worst[improving])]) if len(improving) else None
+    harmful = next((s for s in scales if trials.at(s)[1]), None)
     return ScaleCurve(
-        mode, np.array(scales), rms, _sign(trial, tried, first), _sign(trial, tried, harmful),
+        mode, np.array(scales), rms, _sign(trial, trials, first), _sign(trial, trials, harmful),
         safe, best,
     )  # fmt: skip
 
 
-def _closer(tried: Tried, limit: float) -> None:
+def _closer(trials: Tried, limit: float) -> None:
     """Try scales around the best one, and the greatest that keeps the margin."""
     if np.isfinite(limit) and limit > 0:
-        tried.at(np.floor(limit / _NEAR + 1e-9) * _NEAR)
+        trials.at(np.floor(limit / _NEAR + 1e-9) * _NEAR)
     while True:
-        scales = [s for s in tried.scales if 0 < s <= limit + 1e-9]
+        scales = [s for s in trials.scales if 0 < s <= limit + 1e-9]
         if not scales:
             return
-        best = min(scales, key=tried.worst)
+        best = min(scales, key=trials.worst)
         k = scales.index(best)
-        near = [scales[j] for j in (k - 1, k + 1) if 0 <= j < len(scales)]
-        wide = [s for s in near if abs(s - best) > 2 * _NEAR]
-        if not wide:
+        neighbours = [scales[j] for j in (k - 1, k + 1) if 0 <= j < len(scales)]
+        to_refine = [s for s in neighbours if abs(s - best) > 2 * _NEAR]
+        if not to_refine:
             return
-        for s in wide:
-            tried.at(0.5 * (s + best))
+        for s in to_refine:
+            trials.at(0.5 * (s + best))
 
 
-def _sign(trial: Trial, tried: Tried, first: float | None) -> Onset | None:
+def _sign(trial: Trial, trials: Tried, first: float | None) -> Onset | None:
     if first is None:
         return None
-    sign, plant, motion = min(tried.at(first)[1], key=lambda one: SIGNS.index(one[0]))
+    sign, plant, motion = min(trials.at(first)[1], key=lambda signed: SIGNS.index(signed[0]))
     return Onset(first, sign, list(trial.axes)[plant], trial.motions[motion].name)
 
 

@@ -29,31 +29,31 @@ def plants(card: Card, parameters: Parameters, p: Array) -> tuple[dict[str, Arra
         p: Its parameter set, (k,).
     """
     rig, law = parameters.rig, parameters.law
-    found: dict[str, Array] = {IDENTIFIED: p}
+    axes: dict[str, Array] = {IDENTIFIED: p}
     open_: list[str] = []
     low, high = p.copy(), p.copy()
     for k, q in enumerate(rig.parameters(law)):
         name = rig.label(q.name)
-        given = card.parameters.get(name)
-        if given is None or given.verdict == "fixed":
+        entry = card.parameters.get(name)
+        if entry is None or entry.verdict == "fixed":
             continue
-        for word, value, ends in (("low", given.low, low), ("high", given.high, high)):
+        for word, value, ends in (("low", entry.low, low), ("high", entry.high, high)):
             if value is None:
                 open_.append(f"{name} {word}")
                 continue
-            one = p.copy()
-            one[k] = float(unit(given.unit).to_si(value))
+            corner = p.copy()
+            corner[k] = float(unit(entry.unit).to_si(value))
             if k < len(law.params):
-                ends[k] = one[k]
-            if one[k] != p[k]:
-                found[f"{name} {word}"] = one
+                ends[k] = corner[k]
+            if corner[k] != p[k]:
+                axes[f"{name} {word}"] = corner
     for word, ends in (("low", low), ("high", high)):
         if not np.array_equal(ends, p):
-            found[f"all friction {word}"] = ends
+            axes[f"all friction {word}"] = ends
     n = len(law.params)
-    odd = [name for name, one in found.items() if not np.all(law.physical(one[None, :n]))]
-    said = [f"ends that the card leaves open were not tried: {', '.join(open_)}"] if open_ else []
+    odd = [name for name, corner in axes.items() if not np.all(law.physical(corner[None, :n]))]
+    notes = [f"ends that the card leaves open were not tried: {', '.join(open_)}"] if open_ else []
     for name in odd:
-        del found[name]
-        said.append(f"{name}: no friction of law {law.name}, so it was not tried")
-    return found, said
+        del axes[name]
+        notes.append(f"{name}: no friction of law {law.name}, so it was not tried")
+    return axes, notes

@@ -50,91 +50,91 @@ class Stretch(NamedTuple):
     Args:
         begin: The first.
         stop: One after the last.
-        way: 1, -1, or 0 where it rests.
+        direction: 1, -1, or 0 where it rests.
         even: Whether it moves at one speed.
     """
 
     begin: int
     stop: int
-    way: int
+    direction: int
     even: bool
 
 
 def stretches(reference: Reference, dead_band: float) -> list[Stretch]:
     """The stretches of a reference that are long enough to be looked at."""
     v = reference.v
-    way = np.where(np.abs(v) > dead_band, np.sign(v), 0.0).astype(int)
-    cuts = [0, *(np.flatnonzero(np.diff(way)) + 1).tolist(), len(v)]
-    found = []
+    direction = np.where(np.abs(v) > dead_band, np.sign(v), 0.0).astype(int)
+    cuts = [0, *(np.flatnonzero(np.diff(direction)) + 1).tolist(), len(v)]
+    result = []
     for begin, stop in pairwise(cuts):
         if stop - begin < max(_FEWEST, _SHORTEST / reference.h):
             continue
         inner = v[begin + 1 : stop - 1]
-        even = bool(np.ptp(inner) <= 0.02 * np.abs(inner).max()) if way[begin] else False
-        found.append(Stretch(begin, stop, int(way[begin]), even))
-    return found
+        even = bool(np.ptp(inner) <= 0.02 * np.abs(inner).max()) if direction[begin] else False
+        result.append(Stretch(begin, stop, int(direction[begin]), even))
+    return result
 
 
 def floors(reference: Reference, without: Array, resolution: float) -> Array:
     """How much is looked at, m or rad, (n,), from positions without compensation (n, N)."""
-    found: Array = np.maximum(FLOOR * np.abs(without - reference.x).max(axis=1), 2.0 * resolution)
-    return found
+    floor: Array = np.maximum(FLOOR * np.abs(without - reference.x).max(axis=1), 2.0 * resolution)
+    return floor
 
 
-def swings(reference: Reference, on: list[Stretch], x: Array) -> Array:
+def swings(reference: Reference, parts: list[Stretch], x: Array) -> Array:
     """How far the errors of positions (n, N) swing in the last third of each stretch, (n, S)."""
     error = reference.x - x
-    last = [slice(s.begin + 2 * ((s.stop - s.begin) // 3), s.stop) for s in on]
-    return np.array([np.ptp(error[:, rows], axis=1) for rows in last]).reshape(len(on), -1).T
+    last = [slice(s.begin + 2 * ((s.stop - s.begin) // 3), s.stop) for s in parts]
+    return np.array([np.ptp(error[:, rows], axis=1) for rows in last]).reshape(len(parts), -1).T
 
 
 def signs(
     reference: Reference,
-    on: list[Stretch],
+    parts: list[Stretch],
     x: Array,
     v: Array,
     dead_band: float,
     floor: Array,
-    own: Array | None = None,
+    own_motion: Array | None = None,
 ) -> dict[Sign, NDArray[np.bool_]]:
     """Which motions show which sign, (n,) each, without a look at their baseline.
 
     Args:
         reference: What they follow.
-        on: Its stretches.
+        parts: Its stretches.
         x: Positions, (n, N).
         v: Velocities, (n, N).
         dead_band: Speed up to which an axis rests, m/s or rad/s.
         floor: (n,).
-        own: What the loops swing where nothing can hunt, as `swings` says; nothing by default.
+        own_motion: What the loops swing where nothing can hunt, see `swings`; by default none.
     """
     n = len(x)
     away = np.array([not np.isfinite(row).all() for row in x])
-    back, swung, creeps = np.zeros((3, n), dtype=bool)
+    reverses, swung, creeps = np.zeros((3, n), dtype=bool)
     with np.errstate(invalid="ignore"):  # what ran away is told as that
-        for k, s in enumerate(on):
+        for k, s in enumerate(parts):
             third = (s.stop - s.begin) // 3
             middle, last = s.begin + third, s.begin + 2 * third
-            if s.way == 0:
-                settling, still = (
+            if s.direction == 0:
+                settling, at_rest = (
                     np.ptp(x[:, middle:last], axis=1),
                     np.ptp(x[:, last : s.stop], axis=1),
                 )
-                creeps |= (still > floor) & (still >= LASTING * settling)
+                creeps |= (at_rest > floor) & (at_rest >= LASTING * settling)
                 continue
-            along = s.way * x[:, middle : s.stop]
-            back |= (np.maximum.accumulate(along, axis=1) - along).max(axis=1) > floor
+            along = s.direction * x[:, middle : s.stop]
+            reverses |= (np.maximum.accumulate(along, axis=1) - along).max(axis=1) > floor
             if s.even:
-                behind = s.way * (reference.x - x)[:, middle : s.stop]
+                behind = s.direction * (reference.x - x)[:, middle : s.stop]
                 rests = (np.abs(v[:, middle : s.stop]) <= dead_band) & (behind > 0.0)
                 before, after = (
                     np.ptp(behind[:, rows], axis=1) for rows in (slice(third), slice(third, None))
                 )
-                least = floor if own is None else floor + 2.0 * own[:, k]
+                least = floor if own_motion is None else floor + 2.0 * own_motion[:, k]
                 swung |= (after > least) & (after >= LASTING * before) & ~rests.any(axis=1)
     return {
         "runs away": away,
-        "runs back": back & ~away,
+        "runs back": reverses & ~away,
         "oscillates": swung & ~away,
         "creeps on": creeps & ~away,
     }

@@ -94,14 +94,14 @@ def paced(recordings: Sequence[Recording]) -> tuple[float, float, float] | None:
 
     The speed is the mean over the time in which a command moves, the least of all logs.
     """
-    found = []
+    knots = []
     for log in recordings:
         if log.command is None:
             continue
         drive = Drive.sampled(log.t, log.command)  # a command's own steps, not its rounding
-        way, takes = np.abs(np.diff(drive.x)), np.diff(drive.t)
-        moves = way > 1e-3 * float(np.ptp(drive.x)) * takes / (drive.t[-1] - drive.t[0])
+        distance, takes = np.abs(np.diff(drive.x)), np.diff(drive.t)
+        moves = distance > 1e-3 * float(np.ptp(drive.x)) * takes / (drive.t[-1] - drive.t[0])
         if moves.any():
-            speed = float(way[moves].sum() / takes[moves].sum())
-            found.append((speed, float(np.ptp(drive.x)), float(drive.x[0])))
-    return min(found) if found else None
+            speed = float(distance[moves].sum() / takes[moves].sum())
+            knots.append((speed, float(np.ptp(drive.x)), float(drive.x[0])))
+    return min(knots) if knots else None

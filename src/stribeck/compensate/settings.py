@@ -38,11 +38,11 @@ def read_settings(path: str | Path) -> Compensator:
     for name, value in values.items():
         if value is None:
             raise InputError(f"{path}: recommended.settings.{name}.value is no number")
-    known = {name: value for name, value in values.items() if value is not None}
-    if known["feedback"] not in (0.0, 1.0):
-        raise InputError(f"{path}: feedback is 0 or 1, got {known['feedback']:g}")
+    values_given = {name: value for name, value in values.items() if value is not None}
+    if values_given["feedback"] not in (0.0, 1.0):
+        raise InputError(f"{path}: feedback is 0 or 1, got {values_given['feedback']:g}")
     try:
-        return Compensator(feedback=known.pop("feedback") == 1.0, **known)
+        return Compensator(feedback=values_given.pop("feedback") == 1.0, **values_given)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 

@@ -91,7 +91,7 @@ class Trial:
     ) -> tuple[Array, list[tuple[Sign, int, int]], Baseline]:
         """RMS errors (P, M), the signs by axis and motion, and what was seen."""
         rms = np.empty((len(self.axes), len(self.motions)))
-        found, kept = [], []
+        signs_seen, baselines = [], []
         for m, motion in enumerate(self.motions):
             moved = compensated(
                 self.rig, self.law, np.array(list(self.axes.values())), motion,
@@ -105,19 +105,21 @@ class Trial:
                 if baseline is None
                 else baseline.floors[m]
             )
-            on = stretches(motion, self.shape.dead_band)
+            parts = stretches(motion, self.shape.dead_band)
             seen_here = signs(
-                motion, on, moved.position, moved.velocity, self.shape.dead_band, floor,
+                motion, parts, moved.position, moved.velocity, self.shape.dead_band, floor,
                 self.calm[m],
             )  # fmt: skip
             if baseline is not None:
                 seen_here = {k: v & ~baseline.signs[m][k] for k, v in seen_here.items()}
                 worse = (rms[:, m] > baseline.rms[:, m]) & ~seen_here["runs away"]
                 seen_here["is worse"] = worse
-                found += [(k, int(i), m) for k, v in seen_here.items() for i in np.flatnonzero(v)]
-            kept.append((floor, seen_here))
-        made = Baseline(rms, tuple(f for f, _ in kept), tuple(s for _, s in kept))
-        return rms, found, made
+                signs_seen += [
+                    (k, int(i), m) for k, v in seen_here.items() for i in np.flatnonzero(v)
+                ]
+            baselines.append((floor, seen_here))
+        measured = Baseline(rms, tuple(f for f, _ in baselines), tuple(s for _, s in baselines))
+        return rms, signs_seen, measured
 
     def frictionless(self) -> Array:
         """RMS errors of the identified axis without any friction, (M,): the loop's own."""
@@ -140,18 +142,20 @@ class Trial:
     def _viscous(self, motion: Reference, share: float) -> Array:
         """Positions of the axes with a viscous friction in place of the law, (P, N)."""
         law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
-        own = np.array(list(self.axes.values()))[:, len(self.law.params) :]
+        rig_parameters = np.array(list(self.axes.values()))[:, len(self.law.params) :]
         fastest = float(np.abs(motion.v).max())
-        both = np.abs(self.law.friction(np.array([fastest, -fastest]), self.believed[
+        forces = np.abs(self.law.friction(np.array([fastest, -fastest]), self.believed[
             : len(self.law.params)])) / fastest  # fmt: skip
-        levels = [0.0, both[0], 0.0, both[1]] if self.law.directional else [0.0, both.mean()]
-        axes = np.hstack([np.tile(share * np.array(levels), (len(own), 1)), own])
+        levels = [0.0, forces[0], 0.0, forces[1]] if self.law.directional else [0.0, forces.mean()]
+        axes = np.hstack(
+            [np.tile(share * np.array(levels), (len(rig_parameters), 1)), rig_parameters]
+        )
         off = [replace(self.shape, scale=0.0)]
         return compensated(self.rig, law, axes, motion, off, (law, axes[0])).position
 
     def traces(self, settings: Compensator | None) -> tuple[TrackingTrace, ...]:
         """The identified axis over each motion, thinned."""
-        found = []
+        result = []
         plant = self.axes[IDENTIFIED]
         for motion in self.motions:
             pair = [replace(self.shape, scale=0.0), settings or replace(self.shape, scale=0.0)]
@@ -159,15 +163,15 @@ class Trial:
                 self.rig, self.law, np.array([plant, plant]), motion, pair,
                 (self.law, self.believed), self.sensor,
             )  # fmt: skip
-            every = slice(None, None, max(len(motion.t) // _DRAWN, 1))
+            thinned = slice(None, None, max(len(motion.t) // _DRAWN, 1))
             error = motion.x - moved.position
-            found.append(
+            result.append(
                 TrackingTrace(
-                    motion.name, motion.t[every], motion.x[every], error[0, every],
-                    error[1, every], moved.output[1, every],
+                    motion.name, motion.t[thinned], motion.x[thinned], error[0, thinned],
+                    error[1, thinned], moved.output[1, thinned],
                 )
             )  # fmt: skip
-        return tuple(found)
+        return tuple(result)
 
 
 class Tried:
@@ -187,8 +191,8 @@ class Tried:
         """What happens at a scale."""
         scale = round(scale, 4)
         if scale not in self._found:
-            rms, found, _ = self._trial.tried(scale, self._mode, self._baseline)
-            self._found[scale] = (rms, found)
+            rms, observed, _ = self._trial.tried(scale, self._mode, self._baseline)
+            self._found[scale] = (rms, observed)
         return self._found[scale]
 
     def too_much(self, scale: float) -> bool:

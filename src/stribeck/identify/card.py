@@ -193,13 +193,13 @@ class Card(_Part):
         )
         every = rig.parameters(law)
         needed = {rig.label(q.name) for q in every if q.fixed is None}
-        known = {rig.label(q.name) for q in every}
+        labels = {rig.label(q.name) for q in every}
         if missing := sorted(needed - set(self.parameters)):
             raise InputError(f"parameter {missing[0]} is missing")
-        if strange := sorted(set(self.parameters) - known):
+        if strange := sorted(set(self.parameters) - labels):
             raise InputError(
                 f"no parameter {strange[0]!r} in law {law.name} on rig {self.kind}: there are "
-                f"{', '.join(sorted(known))}"
+                f"{', '.join(sorted(labels))}"
             )
         self._check_speeds(rig)
         p = np.array([self._value(rig, q) for q in every])
@@ -233,30 +233,30 @@ class Card(_Part):
 
     def _value(self, rig: Rig, param: Param) -> float:
         """A parameter's value, SI; what a card leaves out is as its law holds it."""
-        given = self.parameters.get(rig.label(param.name))
-        if given is None:
+        entry = self.parameters.get(rig.label(param.name))
+        if entry is None:
             return float(param.fixed or 0.0)
-        return _si(rig.label(param.name), given, rig.unit_of(param))
+        return _si(rig.label(param.name), entry, rig.unit_of(param))
 
 
-def _converted(rig: Rig, name: str, given: ConstantCard) -> float:
+def _converted(rig: Rig, name: str, entry: ConstantCard) -> float:
     """A constant in the unit that its rig shows."""
     shown = next((c.unit for c in rig.constants if c.name == name), None)
     if shown is None:
         rig[name]  # says which there are
-    return float(unit(shown or "").from_si(_si(name, given, shown or "")))
+    return float(unit(shown or "").from_si(_si(name, entry, shown or "")))
 
 
-def _si(name: str, given: ParameterCard | ConstantCard, written: str) -> float:
+def _si(name: str, entry: ParameterCard | ConstantCard, written: str) -> float:
     try:
-        fits = convertible(given.unit, written)
+        fits = convertible(entry.unit, written)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
     if not fits:
-        raise InputError(f"{name}: its unit is {given.unit!r}, it should be {written!r}")
-    value = float(unit(given.unit).to_si(given.value))
+        raise InputError(f"{name}: its unit is {entry.unit!r}, it should be {written!r}")
+    value = float(unit(entry.unit).to_si(entry.value))
     if not math.isfinite(value):
-        raise InputError(f"{name}: {given.value:g} {given.unit} is not a finite number in SI")
+        raise InputError(f"{name}: {entry.value:g} {entry.unit} is not a finite number in SI")
     return value
 
 

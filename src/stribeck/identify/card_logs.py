@@ -21,13 +21,13 @@ def logs_beside(card: Card, path: Path) -> list[Path]:
     logs = []
     for d in card.data:
         places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
-        same = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
-        if not same:
+        matching = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
+        if not matching:
             raise InputError(
                 f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
                 "the card"
             )
-        logs.append(same[0])
+        logs.append(matching[0])
     return logs
 
 

@@ -57,9 +57,11 @@ def split_segments(data: DataSplit, rig: SimulatedRig, *, restart: bool) -> Segm
     logs = data.recordings
     train = [s for r in data.train or (None,) for s in segments(logs, rig, r, restart=restart)]
     holdout = [(r, tuple(segments(logs, rig, r, restart=restart))) for r in data.holdout]
-    used = {id(s.recording) for part in (train, *(held for _, held in holdout)) for s in part}
+    used = {
+        id(s.recording) for part in (train, *(held_out for _, held_out in holdout)) for s in part
+    }
     for log in logs:
         if id(log) not in used:
-            for within in data.ranges or (None,):
-                segments([log], rig, within)  # raises the reason
+            for held_range in data.ranges or (None,):
+                segments([log], rig, held_range)  # raises the reason
     return SegmentSplit(tuple(train), tuple(holdout))

@@ -36,8 +36,8 @@ def _resting(score: Score, floor: float) -> list[str]:
 
 def explains_little(parameters: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each segment is a slip, does nearly as well."""
-    beside = score.still if parameters.objective.restart else score.smooth
-    return score.value >= LITTLE * beside
+    baseline = score.still if parameters.objective.restart else score.smooth
+    return score.value >= LITTLE * baseline
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
@@ -91,14 +91,14 @@ def output_error_warnings(
     trained = {s.direction for s in train}
     rig = as_simulated(parameters.rig)
     one_way = rig.from_rest and not parameters.law.directional
-    for within, held in tests:
-        if any(_overlap(a, b) for a in held for b in train):
+    for part, held_out in tests:
+        if any(_overlap(a, b) for a in held_out for b in train):
             warnings.append(
-                f"hold-out {within.text} overlaps the training data: there its error says "
+                f"hold-out {part.text} overlaps the training data: there its error says "
                 "nothing about new data"
             )
-        if one_way and {s.direction for s in held} - trained:
-            warnings.append(f"hold-out {within.text} runs in a direction that was not trained on")
+        if one_way and {s.direction for s in held_out} - trained:
+            warnings.append(f"hold-out {part.text} runs in a direction that was not trained on")
     if one_way and len(trained) > 1 and f"{parameters.law.name}-directional" in LAWS:
         warnings.append(
             "both directions share one parameter set: use the law "

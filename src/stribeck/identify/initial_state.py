@@ -63,7 +63,7 @@ class FreeStartProblem:
         """(n, dim) points to (n, samples + segments) residuals, in the problem's unit."""
         x = np.atleast_2d(x)
         k = len(self.problem.space.params)
-        found = []
+        blocks = []
         for at, segment in enumerate(self.problem.train):
             starts = x[:, k + at]
             mean, n, _ = self._seen[at]
@@ -74,8 +74,8 @@ class FreeStartProblem:
                 part[rows, 1:] = self.problem.segment_residuals(
                     x[rows, :k], started_at(segment, float(start))
                 )
-            found.append(part)
-        return np.concatenate(found, axis=1)
+            blocks.append(part)
+        return np.concatenate(blocks, axis=1)
 
 
 def started_at(segment: Segment, x0: float) -> Segment:
@@ -96,13 +96,13 @@ def _seen(segment: Segment) -> tuple[float, float, float]:
 
     Without such samples the start is known from the fit alone.
     """
-    log, on = segment.recording, segment.track
+    log, track = segment.recording, segment.track
     anew = is_new(log)[segment.still]
     n = int(anew.sum())
     sd, q = noise(log), step(log.position)
-    mean = float(log.position[segment.still][anew].mean()) if n else on.x0
+    mean = float(log.position[segment.still][anew].mean()) if n else track.x0
     reach = _SIGMAS * sd / np.sqrt(max(n, 1)) + _STEPS * q + _LEAST * float(np.ptp(log.position))
-    return mean, float(n), reach + abs(mean - on.x0)
+    return mean, float(n), reach + abs(mean - track.x0)
 
 
 def free_starts(problem: MotionProblem) -> bool:

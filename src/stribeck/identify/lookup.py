@@ -42,20 +42,20 @@ def recording_list(recordings: Recording | Sequence[Recording]) -> list[Recordin
     return logs
 
 
-def range_list(given: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:
+def range_list(ranges: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:
     """Ranges as written or ready, as a list."""
-    if given is None:
+    if ranges is None:
         return []
-    if isinstance(given, Range | str):
-        given = [given]
+    if isinstance(ranges, Range | str):
+        ranges = [ranges]
     shown = rig.shows.get("position", "m")
-    if not all(isinstance(g, Range | str) for g in given):
-        raise InputError(f"range {given!r}: write it as '112:295' ({shown}) or '10s:40s'")
-    return [g if isinstance(g, Range) else Range.parse(g, shown) for g in given]
+    if not all(isinstance(g, Range | str) for g in ranges):
+        raise InputError(f"range {ranges!r}: write it as '112:295' ({shown}) or '10s:40s'")
+    return [g if isinstance(g, Range) else Range.parse(g, shown) for g in ranges]
 
 
 def ranges_or_all(
-    given: Sequence[Range | str] | Range | str | None, rig: Rig
+    ranges: Sequence[Range | str] | Range | str | None, rig: Rig
 ) -> list[Range | None]:
     """The same, with None, which is everything, where no range was given."""
-    return [*range_list(given, rig)] or [None]
+    return [*range_list(ranges, rig)] or [None]

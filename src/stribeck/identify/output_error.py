@@ -101,7 +101,7 @@ class OutputErrorSolution:
 
     def estimates(self, score: Score) -> tuple[Estimate, ...]:
         """The parameters one by one."""
-        every = estimates(
+        judged = estimates(
             self.parameters,
             self.p,
             self.uncertainty,
@@ -109,7 +109,7 @@ class OutputErrorSolution:
             resting=resting(self.residuals, self.uncertainty.x),
             doubtful=explains_little(self.parameters, score),
         )
-        return mark_never_slid(self.parameters, every, recordings_of(self.train))
+        return mark_never_slid(self.parameters, judged, recordings_of(self.train))
 
     def holdout(self) -> tuple[HeldOut, ...]:
         """J over each range held out."""
@@ -157,11 +157,11 @@ def solve_output_error(
     rig, restart = as_simulated(parameters.rig), parameters.objective.restart
     segments = split_segments(data, rig, restart=restart)
     optimum = multistart(MotionProblem(parameters, segments.train), settings, progress)
-    known, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
+    uncertain, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
     if interrupted:
         search = replace(optimum.search, ended="interrupted")
         optimum = replace(optimum, search=search, interrupted=True)
-    return OutputErrorSolution(optimum, known, data, segments)
+    return OutputErrorSolution(optimum, uncertain, data, segments)
 
 
 def _profiled(
@@ -176,11 +176,11 @@ def _profiled(
     keep = settings.polishing is False
     if not optimum.interrupted:
         try:
-            known = uncertainty(
+            uncertain = uncertainty(
                 problem, x, among=free, budget=budget, keep=keep, draws=draws, seed=settings.seed
             )
         except KeyboardInterrupt:
             pass
         else:
-            return known, False
+            return uncertain, False
     return uncertainty(problem, x, among=free, budget=4 * len(x), keep=True), True

@@ -57,12 +57,12 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
         return Polished(run.x, run.cost, 0)
     most = allowance // (FEWEST_ROUNDS * (problem.space.dim + 1))
     u, costs = elite(run.trace, min(max(most, 1), MOST_STARTS))
-    done = [
+    polished = [
         polish(problem, x, float(J), allowance // len(u))
         for x, J in zip(problem.space.decode(u), costs, strict=True)
     ]
-    best = min(done, key=lambda d: d.cost)
-    return Polished(best.x, best.cost, sum(d.evaluations for d in done))
+    best = min(polished, key=lambda d: d.cost)
+    return Polished(best.x, best.cost, sum(d.evaluations for d in polished))
 
 
 def polish(problem: ShowsResiduals, x: Array, start: float, allowance: int) -> Polished:

@@ -66,11 +66,11 @@ class MotionProblem:
         x = np.atleast_2d(x)
         if self._rig.floating or np.isfinite(self._knee):
             return rms(self.residuals(x))
-        p, good = self._physical(x)
+        p, physical = self._physical(x)
         law = self.parameters.law
         sse = np.full(len(p), np.nan)
-        if good.any():
-            sse[good] = sum(self._rig.misfits(law, p[good], s.track) for s in self.train)
+        if physical.any():
+            sse[physical] = sum(self._rig.misfits(law, p[physical], s.track) for s in self.train)
         cost: Array = np.sqrt(sse / self.samples) / self.scale
         return cost
 
@@ -81,12 +81,12 @@ class MotionProblem:
 
     def segment_residuals(self, x: Array, segment: Segment) -> Array:
         """The residuals of one segment, (n, its samples that count); nan where not physical."""
-        p, good = self._physical(x)
+        p, physical = self._physical(x)
         counts = segment.track.score > 0
         residuals = np.full((len(p), int(counts.sum())), np.nan)
-        if good.any():
-            motion = self._rig.move(self.parameters.law, p[good], segment.track)
-            residuals[good] = (segment.track.measured - motion.position)[:, counts] / self.scale
+        if physical.any():
+            motion = self._rig.move(self.parameters.law, p[physical], segment.track)
+            residuals[physical] = (segment.track.measured - motion.position)[:, counts] / self.scale
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
         return pseudo_huber(residuals, self._knee) if np.isfinite(self._knee) else residuals

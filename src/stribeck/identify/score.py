@@ -70,26 +70,26 @@ class HeldOut:
 
 
 def held_out(
-    parameters: Parameters, p: Array, within: Range | None, on: Sequence[Segment]
+    parameters: Parameters, p: Array, part: Range | None, segments: Sequence[Segment]
 ) -> HeldOut:
     """Score a complete parameter set (SI) on the segments of a range."""
-    motions = tuple(simulated(parameters, p, on))
-    return HeldOut(within, scores(parameters, p, on), tuple(on), motions)
+    motions = tuple(simulated(parameters, p, segments))
+    return HeldOut(part, scores(parameters, p, segments), tuple(segments), motions)
 
 
-def simulated(parameters: Parameters, p: Array, on: Sequence[Segment]) -> list[Motion]:
+def simulated(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> list[Motion]:
     """The model's motion over each segment."""
     rig = as_simulated(parameters.rig)
-    return [rig.move(parameters.law, p[None], s.track) for s in on]
+    return [rig.move(parameters.law, p[None], s.track) for s in segments]
 
 
-def scores(parameters: Parameters, p: Array, on: Sequence[Segment]) -> Score:
+def scores(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> Score:
     """J (4.5) over segments, or the mean absolute error if that is the measure; and baselines."""
     written = parameters.rig.shows.get("position", "m")
-    motions = simulated(parameters, p, on)
+    motions = simulated(parameters, p, segments)
     floating = as_simulated(parameters.rig).floating
     model, still, smooth = [], [], []
-    for s, motion in zip(on, motions, strict=True):
+    for s, motion in zip(segments, motions, strict=True):
         counts = s.track.score > 0
         if not counts.any():  # a rest from beginning to end, of a sensor without noise
             continue
@@ -98,21 +98,23 @@ def scores(parameters: Parameters, p: Array, on: Sequence[Segment]) -> Score:
         off = x - motion.position[0][counts]
         model.append(off - off.mean() if floating else off)
         still.append(x - (x.mean() if floating else s.track.x0))
-        smooth.append(_beside_a_line(command, x))
+        smooth.append(_about_a_line(command, x))
     absolute = parameters.objective.loss == "absolute"
     sizes = [
         float(unit(written).from_si(np.mean(np.abs(r)) if absolute else np.sqrt(np.mean(r * r))))
         for r in (np.concatenate(part) for part in (model, still, smooth))
     ]
-    stairs = (None, None) if parameters.objective.restart else stick_slip_statistics(on, motions)
+    stairs = (
+        (None, None) if parameters.objective.restart else stick_slip_statistics(segments, motions)
+    )
     name: Literal["position_rmse", "position_mae"]
     name = "position_mae" if absolute else "position_rmse"
     return Score(name, sizes[0], written, sizes[1], sizes[2], sum(map(len, model)), *stairs)
 
 
-def _beside_a_line(command: Array, x: Array) -> Array:
+def _about_a_line(command: Array, x: Array) -> Array:
     """What the best a + b command leaves."""
     regressors = np.column_stack([np.ones(len(x)), command - command.mean()])
     weights, *_ = np.linalg.lstsq(regressors, x, rcond=None)
-    left: Array = x - regressors @ weights
-    return left
+    residual: Array = x - regressors @ weights
+    return residual

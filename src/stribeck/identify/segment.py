@@ -53,7 +53,7 @@ class Segment:
 def segments(
     recordings: Sequence[Recording],
     rig: SimulatedRig,
-    within: Range | None,
+    part: Range | None,
     *,
     restart: bool = False,
 ) -> list[Segment]:
@@ -62,22 +62,22 @@ def segments(
     Args:
         recordings: The logs.
         rig: How its motions start: at rest, from the measured state, or with the log.
-        within: The range; None for all.
+        part: The range; None for all.
         restart: Whether a new segment starts at every rest.
 
     Raises:
         InputError: no recording passes the range, or the axis never rests where it must.
     """
-    found: list[Segment] = []
+    result: list[Segment] = []
     missing: list[InputError] = []
     for recording in recordings:
         try:
-            found += _segments(recording, rig, within, restart)
+            result += _segments(recording, rig, part, restart)
         except InputError as error:
             missing.append(error)
-    if not found:
+    if not result:
         raise missing[0]
-    return found
+    return result
 
 
 def recordings_of(segments: Sequence[Segment]) -> list[Recording]:
@@ -86,7 +86,7 @@ def recordings_of(segments: Sequence[Segment]) -> list[Recording]:
 
 
 def _segments(
-    recording: Recording, rig: SimulatedRig, within: Range | None, restart: bool
+    recording: Recording, rig: SimulatedRig, part: Range | None, restart: bool
 ) -> list[Segment]:
     if recording.rotary != rig.rotary:
         kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
@@ -95,36 +95,44 @@ def _segments(
             f"{recording.label}: its position is {kinds[0]}, and rig {rig.name} is "
             f"{kinds[1]}{instead}"
         )
-    seen = segment(recording)
-    found = []
-    for window in windows(recording, within, seen):
+    segmentation = segment(recording)
+    result = []
+    for window in windows(recording, part, segmentation):
         if restart:
-            found += _from_rests(recording, rig, within, seen, window)
+            result += _from_rests(recording, rig, part, segmentation, window)
         elif rig.from_rest:
-            found.append(_from_rest(recording, rig, within, seen, window))
+            result.append(_from_rest(recording, rig, part, segmentation, window))
         else:
-            found.append(_from_state(recording, rig, window))
-    return found
+            result.append(_from_state(recording, rig, window))
+    return result
 
 
 def _from_rest(
-    recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
+    recording: Recording,
+    rig: SimulatedRig,
+    part: Range | None,
+    segmentation: Segments,
+    window: Window,
 ) -> Segment:
-    start = start_of(seen, window)
+    start = start_of(segmentation, window)
     if start is None:
         raise InputError(
             f"{recording.label}: the axis never rests"
-            f"{f' in {within.text} or before it' if within else ''}, so there is no state to "
+            f"{f' in {part.text} or before it' if part else ''}, so there is no state to "
             "simulate from: this rig is for logs with stick-slip"
         )
     return _resting(recording, rig, start.rest, start.rows)
 
 
 def _from_rests(
-    recording: Recording, rig: SimulatedRig, within: Range | None, seen: Segments, window: Window
+    recording: Recording,
+    rig: SimulatedRig,
+    part: Range | None,
+    segmentation: Segments,
+    window: Window,
 ) -> list[Segment]:
     """From each rest in a window to the next: where it landed counts, how it went on does not."""
-    rests = [r for r in map(inner, seen.rests) if _in(r, window.rows)]
+    rests = [r for r in map(inner, segmentation.rests) if _in(r, window.rows)]
     ends = [*(r.start for r in rests), window.rows.stop]
     legs = [
         (rest, slice(a, b))
@@ -133,7 +141,7 @@ def _from_rests(
     ]
     if not legs:
         raise InputError(
-            f"{recording.label}: the axis never rests{f' in {within.text}' if within else ''}, so "
+            f"{recording.label}: the axis never rests{f' in {part.text}' if part else ''}, so "
             "there is no rest to start from"
         )
     return [_resting(recording, rig, rest, rows) for rest, rows in legs]
@@ -150,8 +158,10 @@ def _resting(recording: Recording, rig: SimulatedRig, rest: slice, rows: slice) 
         np.arange(samples.start, samples.stop) >= rows.start
     )
     x0 = float(recording.position[rest].mean())
-    on = rig.track(recording, samples, x0, score.astype(float))._replace(v0=0.0)
-    return Segment(recording, rows, rest.start, on, slice(rest.start, min(rest.stop, rows.start)))
+    track = rig.track(recording, samples, x0, score.astype(float))._replace(v0=0.0)
+    return Segment(
+        recording, rows, rest.start, track, slice(rest.start, min(rest.stop, rows.start))
+    )
 
 
 def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Segment:
@@ -161,8 +171,8 @@ def _from_state(recording: Recording, rig: SimulatedRig, window: Window) -> Segm
     samples = slice(begin, rows.stop)
     score = _counting(recording, rig)[samples] & (np.arange(begin, rows.stop) >= rows.start)
     x0 = float(recording.position[begin])
-    on = rig.track(recording, samples, x0, score.astype(float))
-    return Segment(recording, rows, begin, on, slice(begin, begin))
+    track = rig.track(recording, samples, x0, score.astype(float))
+    return Segment(recording, rows, begin, track, slice(begin, begin))
 
 
 def _counting(recording: Recording, rig: SimulatedRig) -> NDArray[np.bool_]:

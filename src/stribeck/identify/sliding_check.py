@@ -30,29 +30,29 @@ def never_slid(parameters: Parameters, recordings: Sequence[Recording]) -> list[
         return []
     free = [q.name for q in parameters.free]
     names = [parameters.rig.label(n) for n in free if n.rstrip("+-") in _SLIDING]
-    said = []
+    sentences = []
     if names:
         listed = " and ".join(x for x in (", ".join(names[:-1]), names[-1]) if x)
-        which = "this log" if len(recordings) == 1 else "these logs"
-        said.append(f"{listed} cannot be known from {which}")
+        logs_text = "this log" if len(recordings) == 1 else "these logs"
+        sentences.append(f"{listed} cannot be known from {logs_text}")
     if any(stem(n) == _LEVEL for n in free):
-        said.append(f"the levels {_LEVEL}_i do not add up to its breakaway")
-    return [f"the axis never slid: {'; '.join(said)}"] if said else []
+        sentences.append(f"the levels {_LEVEL}_i do not add up to its breakaway")
+    return [f"the axis never slid: {'; '.join(sentences)}"] if sentences else []
 
 
 def mark_never_slid(
-    parameters: Parameters, found: Sequence[Estimate], recordings: Sequence[Recording]
+    parameters: Parameters, estimates: Sequence[Estimate], recordings: Sequence[Recording]
 ) -> tuple[Estimate, ...]:
     """The estimates, with no parameter called identified that only sliding shows and none saw."""
     if not recordings or not all(map(_held, recordings)):
-        return tuple(found)
+        return tuple(estimates)
     hidden = {
         parameters.rig.label(q.name) for q in parameters.free if q.name.rstrip("+-") in _SLIDING
     }
     meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
     return tuple(
         replace(e, verdict="not identifiable", meaning=meaning) if e.name in hidden else e
-        for e in found
+        for e in estimates
     )
 
 

@@ -41,7 +41,7 @@ class StickSlipStatistics:
 
 
 def stick_slip_statistics(
-    on: Sequence[Segment], motions: Sequence[Motion]
+    segments: Sequence[Segment], motions: Sequence[Motion]
 ) -> tuple[StickSlipStatistics | None, StickSlipStatistics | None]:
     """How the axis and how the model stuck and slipped, over all segments.
 
@@ -49,7 +49,9 @@ def stick_slip_statistics(
     same each time) and its quantisation, and both are taken apart by the same rules. None for
     both if the axis hardly slipped.
     """
-    pairs = [_pair(s, m) for s, m in zip(on, motions, strict=True) if len(s.track.t) > _FEWEST]
+    pairs = [
+        _pair(s, m) for s, m in zip(segments, motions, strict=True) if len(s.track.t) > _FEWEST
+    ]
     if not pairs:
         return None, None
     measured, modelled = (_of([pair[k] for pair in pairs]) for k in (0, 1))
@@ -57,29 +59,29 @@ def stick_slip_statistics(
 
 
 def _pair(segment: Segment, motion: Motion) -> tuple[Recording, Recording]:
-    log, on = segment.recording, segment.track
-    counts = np.flatnonzero(on.score > 0)
+    log, track = segment.recording, segment.track
+    counts = np.flatnonzero(track.score > 0)
     rows = slice(int(counts[0]), int(counts[-1]) + 1)
-    command = np.interp(on.t, on.knots_t, on.knots_x)[rows]
+    command = np.interp(track.t, track.knots_t, track.knots_x)[rows]
     sd, q = noise(log), step(log.position)
-    x = motion.position[0][rows] + sd * np.random.default_rng(0).standard_normal(len(on.t[rows]))
+    x = motion.position[0][rows] + sd * np.random.default_rng(0).standard_normal(len(track.t[rows]))
     if q > 0:
         x = q * np.rint(x / q)
     return (
-        Recording(on.t[rows], on.measured[rows], command, rotary=log.rotary),
-        Recording(on.t[rows], _finite(x), command, rotary=log.rotary),
+        Recording(track.t[rows], track.measured[rows], command, rotary=log.rotary),
+        Recording(track.t[rows], _finite(x), command, rotary=log.rotary),
     )
 
 
 def _finite(x: Array) -> Array:
     """A motion that runs away ends where it was last seen."""
-    good = np.isfinite(x) & (np.abs(x) < 1e9)  # noqa: PLR2004 - nothing goes that far
-    return np.where(good, x, x[good][-1] if good.any() else 0.0)
+    finite = np.isfinite(x) & (np.abs(x) < 1e9)  # noqa: PLR2004 - nothing goes that far
+    return np.where(finite, x, x[finite][-1] if finite.any() else 0.0)
 
 
 def _of(logs: Sequence[Recording]) -> StickSlipStatistics:
-    seen = [segment(log) for log in logs]
-    jumps = [abs(slip.jump) for s in seen for slip in s.slips]
+    segmentations = [segment(log) for log in logs]
+    jumps = [abs(slip.jump) for s in segmentations for slip in s.slips]
     seconds = np.array([log.t[-1] - log.t[0] for log in logs])
-    stuck = float(np.sum([s.stuck for s in seen] * seconds) / np.sum(seconds))
+    stuck = float(np.sum([s.stuck for s in segmentations] * seconds) / np.sum(seconds))
     return StickSlipStatistics(len(jumps), float(np.median(jumps)) if jumps else 0.0, stuck)

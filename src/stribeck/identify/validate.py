@@ -68,42 +68,45 @@ def untrained_directions(
     the other one rubs alike.
     """
     parameters, _ = card.model()
-    seen = card.speeds
-    if seen is None or parameters.law.directional or parameters.rig.approach == "force_balance":
+    trained = card.speeds
+    if trained is None or parameters.law.directional or parameters.rig.approach == "force_balance":
         return []
     rig = as_simulated(parameters.rig)
-    least = ONE_WAY * max(abs(seen.low), abs(seen.high))
-    ways = {way for way, speed in ((1, seen.high), (-1, -seen.low)) if speed > least}
-    if not rig.from_rest or len(ways) != 1:
+    least = ONE_WAY * max(abs(trained.low), abs(trained.high))
+    directions = {
+        direction for direction, speed in ((1, trained.high), (-1, -trained.low)) if speed > least
+    }
+    if not rig.from_rest or len(directions) != 1:
         return []
-    said = []
+    sentences = []
     for log in recordings:
         for r in ranges_or_all(within, rig):
-            if _ways(segments([log], rig, r)) - ways:
-                where = "as a whole" if r is None else f"over {r.text}"
-                said.append(
-                    f"{log.label} {where} also runs the other way than the card was trained on "
-                    f"({seen.low:.4g} to {seen.high:.4g} {seen.unit}): --range tells which part"
+            if _directions(segments([log], rig, r)) - directions:
+                extent = "as a whole" if r is None else f"over {r.text}"
+                sentences.append(
+                    f"{log.label} {extent} also runs the other way than the card was trained on "
+                    f"({trained.low:.4g} to {trained.high:.4g} {trained.unit}): "
+                    "--range tells which part"
                 )
-    return said
+    return sentences
 
 
-def _ways(passed: Sequence[Segment]) -> set[int]:
+def _directions(passed: Sequence[Segment]) -> set[int]:
     """The directions in which an axis goes over a tenth of its travel or more."""
-    every = [s.recording.position[s.rows] for s in passed]
-    least = TRAVEL * max(float(np.ptp(x)) for x in every)
+    positions = [s.recording.position[s.rows] for s in passed]
+    least = TRAVEL * max(float(np.ptp(x)) for x in positions)
     return {
-        way
-        for way in (1, -1)
-        for x in every
-        if float(np.max(way * x - np.minimum.accumulate(way * x))) > least
+        direction
+        for direction in (1, -1)
+        for x in positions
+        if float(np.max(direction * x - np.minimum.accumulate(direction * x))) > least
     }
 
 
-def _score(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
+def _score(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:
     if parameters.rig.approach == "output_error":
-        on = segments(
-            [log], as_simulated(parameters.rig), within, restart=parameters.objective.restart
+        passed = segments(
+            [log], as_simulated(parameters.rig), part, restart=parameters.objective.restart
         )
-        return scores(parameters, p, on)
-    return balance_scores(parameters, p, log, within)
+        return scores(parameters, p, passed)
+    return balance_scores(parameters, p, log, part)

@@ -80,18 +80,18 @@ class Archive:
         if not len(self._J):
             return None
         radius = share * (np.log(self._drawn + 1) / self._drawn) ** (1.0 / self.dim)
-        known = np.vstack([self._cells, self.minima, self._starts])
+        visited = np.vstack([self._cells, self.minima, self._starts])
         costs = np.concatenate([self._J, self.costs, np.full(len(self._starts), -np.inf)])
         for begin in range(0, len(self._J), BLOCK):  # mostly it is one of the first
             block = slice(begin, begin + BLOCK)
-            neighbours = squares(self._cells[block], known) < radius**2
+            neighbours = squares(self._cells[block], visited) < radius**2
             neighbours &= costs < self._J[block, None]
             alone = np.flatnonzero(~neighbours.any(axis=1))
             if len(alone):
                 k = begin + int(alone[0])
-                taken = self._cells[k], float(self._J[k])
+                chosen = self._cells[k], float(self._J[k])
                 self._cells, self._J = np.delete(self._cells, k, axis=0), np.delete(self._J, k)
-                return taken
+                return chosen
         return None
 
     def begin(self, u: Array) -> None:
@@ -103,17 +103,17 @@ class Archive:
         if not np.isfinite(cost):
             return
         if len(self.costs):
-            apart = np.abs(self.minima - u).max(axis=1)
-            k = int(apart.argmin())
-            if apart[k] < SAME:
+            distance = np.abs(self.minima - u).max(axis=1)
+            k = int(distance.argmin())
+            if distance[k] < SAME:
                 if cost < self.costs[k]:
                     self.minima[k], self.costs[k] = u, cost
                 return
         self.minima = np.vstack([self.minima, u])
         self.costs = np.append(self.costs, cost)
         if len(self.costs) > MINIMA:
-            kept = np.sort(np.argsort(self.costs, kind="stable")[: MINIMA // 2])
-            self.minima, self.costs = self.minima[kept], self.costs[kept]
+            cheapest = np.sort(np.argsort(self.costs, kind="stable")[: MINIMA // 2])
+            self.minima, self.costs = self.minima[cheapest], self.costs[cheapest]
 
     def surrogate_minimum(self) -> Array | None:
         """Where the minima themselves seem to lead: the least of a quadratic through the best.
@@ -138,9 +138,9 @@ class Archive:
             i = j = np.arange(0)
         origin = X[0]
         weights = np.linalg.lstsq(_terms(X - origin, i, j), y, rcond=None)[0]
-        beyond = 0.5 * np.ptp(X, axis=0)
-        low = np.maximum(X.min(axis=0) - beyond, 0.0)
-        high = np.minimum(X.max(axis=0) + beyond, 1.0)
+        margin = 0.5 * np.ptp(X, axis=0)
+        low = np.maximum(X.min(axis=0) - margin, 0.0)
+        high = np.minimum(X.max(axis=0) + margin, 1.0)
         places = low + (high - low) * self._rng.random((100, dim))
         if len(i):
             bend = np.zeros((dim, dim))
@@ -151,22 +151,24 @@ class Archive:
         promise = _terms(places - origin, i, j) @ weights
         gaps = squares(X, X)
         np.fill_diagonal(gaps, np.inf)
-        new = self._gap(places) > 0.2 * np.median(gaps.min(axis=1))
-        if not new.any():
+        distant = self._gap(places) > 0.2 * np.median(gaps.min(axis=1))
+        if not distant.any():
             return None
-        k: Array = places[np.flatnonzero(new)[promise[new].argmin()]]
+        k: Array = places[np.flatnonzero(distant)[promise[distant].argmin()]]
         return k
 
     def thinnest(self) -> Array:
         """Of some random places the one farthest from all that is known, (dim,)."""
         places = self._rng.random((10 * self.dim, self.dim))
-        far: Array = places[self._gap(places).argmax()]
-        return far
+        place: Array = places[self._gap(places).argmax()]
+        return place
 
     def _gap(self, places: Array) -> Array:
         """Squared distances to the nearest minimum or start."""
-        known = np.vstack([self.minima, self._starts])
-        return squares(places, known).min(axis=1) if len(known) else np.full(len(places), np.inf)
+        visited = np.vstack([self.minima, self._starts])
+        return (
+            squares(places, visited).min(axis=1) if len(visited) else np.full(len(places), np.inf)
+        )
 
 
 def _terms(z: Array, i: np.ndarray, j: np.ndarray) -> Array:

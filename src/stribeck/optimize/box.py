@@ -65,41 +65,41 @@ class Box:
         x[k] = end
         return float(self.u(x)[k]), ordered
 
-    def orderly(self, u: Array, held: int | None = None) -> Array:
-        """A point moved into the cube and into order, coordinate `held` staying where it is."""
+    def orderly(self, u: Array, k_held: int | None = None) -> Array:
+        """A point moved into the cube and into order, coordinate `k_held` staying where it is."""
         u = np.clip(u, 0.0, 1.0)
         if not self.orders:
             return u
         x = self.x(u)
         for _ in range(self.dim):
-            wrong = [(i, j) for i, j in self.orders if x[i] < x[j]]
-            if not wrong:
+            violated = [(i, j) for i, j in self.orders if x[i] < x[j]]
+            if not violated:
                 break
-            for i, j in wrong:
-                if i == held:
+            for i, j in violated:
+                if i == k_held:
                     x[j] = x[i] - CLEAR * abs(x[i])
                 else:
                     x[i] = x[j] + CLEAR * abs(x[j])
         else:
             return u
         inside = self.u(x)
-        same = x == self.x(u)
-        inside[same] = u[same]
+        unchanged = x == self.x(u)
+        inside[unchanged] = u[unchanged]
         y = self.x(inside)
         for i, j in self.orders:  # rounding on the way to the cube and back
             if y[i] < y[j]:
-                if i == held:
+                if i == k_held:
                     inside[j] -= 4 * CLEAR
                 else:
                     inside[i] += 4 * CLEAR
         return np.clip(inside, 0.0, 1.0)
 
-    def moved(self, u: Array, s: Array, held: int | None) -> tuple[Array, Array]:
+    def moved(self, u: Array, s: Array, k_held: int | None) -> tuple[Array, Array]:
         """The point a step s away from u, and the step that leads there exactly."""
         v = np.where(s == 1.0 - u, 1.0, np.maximum(u + s, 0.0))
         if not self.orders:
             return v, s
-        v = self.orderly(v, held)
+        v = self.orderly(v, k_held)
         return v, v - u
 
     def step(

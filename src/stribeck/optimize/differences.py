@@ -31,7 +31,7 @@ def differences(
         belong to, (dim,).
     """
     todo, h = np.arange(len(u)), np.where(u + h <= 1.0, h, -h)
-    changes, taken = np.full((len(u), len(f)), np.nan), h.copy()
+    changes, steps = np.full((len(u), len(f)), np.nan), h.copy()
     for side in (h, -h):
         neighbours = u + np.diag(side)[todo]
         inside = ((neighbours >= 0.0) & (neighbours <= 1.0)).all(axis=1)
@@ -44,8 +44,8 @@ def differences(
         costs: Array = answer.costs if isinstance(answer, Answer) else answer
         values: Any = answer.residuals if isinstance(answer, Answer) else costs[:, None]
         runs = np.isfinite(costs)
-        taken[todo] = side[todo]
+        steps[todo] = side[todo]
         for k, value in zip(todo[runs], values[runs], strict=True):
             np.subtract(value, f, out=changes[k])
         todo = todo[~runs]
-    return changes, taken
+    return changes, steps

@@ -90,8 +90,8 @@ class Chemotaxis(ABC):
 
         # Step 3: J(i, j) = J(i, j) + J_cc, equation (2.1), before the tumble and after it; the
         # signals of both places in one call.
-        both = np.concatenate([theta, tumbled]), np.concatenate([cells, cells])
-        J_cc = self.J_cc(*both, swarm, width)
+        pairs = np.concatenate([theta, tumbled]), np.concatenate([cells, cells])
+        J_cc = self.J_cc(*pairs, swarm, width)
         J_last = J + J_cc[: len(cells)]
         theta, J = tumbled, (yield tumbled)
         J_next = J + J_cc[len(cells) :]

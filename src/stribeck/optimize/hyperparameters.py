@@ -65,5 +65,5 @@ def _real(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and math.isfinite(value)
 
 
-def _refuse(owner: Any, name: str, wanted: str) -> NoReturn:
-    raise InputError(f"{owner.name}: {name} must be {wanted}, got {getattr(owner, name)!r}")
+def _refuse(owner: Any, name: str, requirement: str) -> NoReturn:
+    raise InputError(f"{owner.name}: {name} must be {requirement}, got {getattr(owner, name)!r}")

@@ -240,9 +240,9 @@ def steps(problem: Problem, tasks: Sequence[Driven[Any]]) -> Iterator[int]:
             if not live:
                 return
         plain = [t for t in live if not t.detailed]
-        others = [t for t in live if t.detailed] if len(plain) < len(live) else []
+        plain_tasks = [t for t in live if t.detailed] if len(plain) < len(live) else []
         rows = _step(problem, plain, detailed=False) if plain else 0
-        yield rows + (_step(problem, others, detailed=True) if others else 0)
+        yield rows + (_step(problem, plain_tasks, detailed=True) if plain_tasks else 0)
 
 
 def _affordable(problem: Counted, live: list[Driven[Any]]) -> list[Driven[Any]]:

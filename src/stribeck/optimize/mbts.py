@@ -119,7 +119,7 @@ class MemeticTabuSearch:
             patience_left, idle = patience_left - len(costs), idle + len(costs)
             if archive.update(float(costs.min())):
                 patience_left, idle = max(patience_left, 0.5 * patience[k]), 0
-            arm.go(answer)
+            arm.advance(answer)
             if patience_left <= 0.0:
                 patience[k] *= 1.5
                 k = (k + 1) % len(arms)
@@ -239,7 +239,7 @@ class _Arm:
             self._batch = next(self._moves)
         return self._batch
 
-    def go(self, answer: Any) -> None:
+    def advance(self, answer: Any) -> None:
         """Take the answer to its batch, and ask for the next."""
         self.words = {}
         self._batch = self._moves.send(answer)

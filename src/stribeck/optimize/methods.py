@@ -44,10 +44,10 @@ def configure(method: str, **settings: Any) -> Algorithm:
     if method not in METHODS:
         raise InputError(f"no method {method!r}: there are {', '.join(METHODS)}")
     kind: Any = METHODS[method]
-    known = [f.name for f in fields(kind)]
+    names = [f.name for f in fields(kind)]
     for name in settings:
-        if name not in known:
-            raise InputError(f"{method} has no setting {name!r}: it has {', '.join(known)}")
+        if name not in names:
+            raise InputError(f"{method} has no setting {name!r}: it has {', '.join(names)}")
     algorithm: Algorithm = kind(**settings)
     return algorithm
 
@@ -68,10 +68,10 @@ UNIT_FREE: tuple[tuple[dict[str, Any], frozenset[str]], ...] = (
 
 def unit_free(method: str, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings, with the readings of UNIT_FREE for the groups of which nothing was given."""
-    known = {f.name for f in fields(METHODS[method])} if method in METHODS else set()  # type: ignore[arg-type]
+    names = {f.name for f in fields(METHODS[method])} if method in METHODS else set()  # type: ignore[arg-type]
     chosen = dict(settings)
     for reading, group in UNIT_FREE:
-        if set(reading) <= known and not group & set(settings):
+        if set(reading) <= names and not group & set(settings):
             chosen |= reading
     return chosen
 
@@ -115,8 +115,8 @@ def minimize(
         stops = [Target(target), *stops]
     search = Search(space, algorithm, budget=budget, seed=seed, stops=stops)
     shown = getattr(cost, "residuals", None)
-    on = _Cost(space, cost) if shown is None else _Squares(space, cost, shown)
-    return lockstep(on, [search])[0]
+    problem = _Cost(space, cost) if shown is None else _Squares(space, cost, shown)
+    return lockstep(problem, [search])[0]
 
 
 @dataclass(frozen=True)

@@ -175,5 +175,5 @@ def _curvature(B: Array | None, s: Array, y: Array) -> Array | None:
         return None
     share = 1.0 if sy >= 0.2 * sBs else 0.8 * sBs / (sBs - sy)
     r = share * y + (1.0 - share) * Bs
-    new: Array = B - np.outer(Bs, Bs / sBs) + np.outer(r, r / float(s @ r))
-    return new
+    updated: Array = B - np.outer(Bs, Bs / sBs) + np.outer(r, r / float(s @ r))
+    return updated

@@ -178,20 +178,20 @@ def minimise(
     """
     iterate, dim = start, box.dim
     free = range(dim) if free is None else free
-    held = _one_held(dim, free)
+    held_coordinate = _one_held(dim, free)
     spent, blunders, before = 0, 0, np.inf  # before: the sum of squares where slopes were taken
     while True:
         if iterate.age == 0:
             before = iterate.squares
         s, promise = iterate.step(box, free, radius)
         worth = max(gain, tolerance * iterate.squares)
-        done = not promise > worth or radius < SHORTEST
+        finished = not promise > worth or radius < SHORTEST
         stale = iterate.age > 0 and (blunders >= BLUNDERS or iterate.age >= AGE * dim)
         level = rest == "level" and not stale and 0 < before - iterate.squares < worth
-        if done and (iterate.age == 0 or rest == "corrected" or level):
+        if finished and (iterate.age == 0 or rest == "corrected" or level):
             return iterate, True
 
-        if done or stale:
+        if finished or stale:
             if spent + dim > rows:
                 return iterate, False
             radius = max(radius, SHORTEST)
@@ -203,31 +203,31 @@ def minimise(
         if spent >= rows:
             return iterate, False
         note(asks="step", radius=radius)
-        u, s = box.moved(iterate.u, s, held)
+        u, s = box.moved(iterate.u, s, held_coordinate)
         answer: Answer = yield Detailed(u[None])
         spent, reach, cost = spent + 1, float(np.abs(s).max()), float(answer.costs[0])
         if answer.residuals is None or not np.isfinite(cost) or not reach:
             radius = min(radius, reach or radius) / 4  # nothing was learnt but that it was too far
             continue
         R = answer.residuals[0]
-        kept = (iterate.squares - _sum_of_squares(R)) / promise
+        gain_ratio = (iterate.squares - _sum_of_squares(R)) / promise
         iterate = iterate.corrected(s, R)
-        if kept > 0:
+        if gain_ratio > 0:
             iterate = iterate.moved(u, R, cost)
-        radius = _adapted(radius, reach, kept)
-        blunders = blunders + 1 if kept < POOR else 0
+        radius = _adapted(radius, reach, gain_ratio)
+        blunders = blunders + 1 if gain_ratio < POOR else 0
 
 
 def _one_held(dim: int, free: Sequence[int]) -> int | None:
-    held = set(range(dim)) - set(free)
-    return held.pop() if len(held) == 1 else None
+    fixed = set(range(dim)) - set(free)
+    return fixed.pop() if len(fixed) == 1 else None
 
 
-def _adapted(radius: float, reach: float, kept: float) -> float:
+def _adapted(radius: float, reach: float, gain_ratio: float) -> float:
     """The trust radius after a step of length `reach` that kept so much of its promise."""
-    if kept > GOOD:
+    if gain_ratio > GOOD:
         return max(radius, min(2 * reach, WIDEST))
-    return reach / 2 if kept < POOR else radius
+    return reach / 2 if gain_ratio < POOR else radius
 
 
 def with_slopes(iterate: Iterate) -> Moves[Iterate]:

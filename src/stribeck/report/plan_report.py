@@ -45,7 +45,7 @@ def show_plan(plan: Plan) -> None:
 
 
 def _head(plan: Plan, name: str) -> str:
-    verdict = plan.now[name].verdict
+    verdict = plan.cards[name].verdict
     mark = {"weak": " (weak)", "not identifiable": " (unknown)"}.get(verdict, "")
     return f"{name}{mark}"
 
@@ -78,7 +78,7 @@ def _sentences(plan: Plan) -> list[str]:
 
 
 def _doubted(plan: Plan, name: str) -> bool:
-    return plan.now[name].verdict in ("weak", "not identifiable")
+    return plan.cards[name].verdict in ("weak", "not identifiable")
 
 
 def _expected(plan: Plan, best: Proposal) -> str:
@@ -86,7 +86,7 @@ def _expected(plan: Plan, best: Proposal) -> str:
     parts = []
     for g in best.gains:
         if g.doubtful:
-            card = plan.now[g.name]
+            card = plan.cards[g.name]
             now = f"{_end(card.low)} to {_end(card.high)}"
             parts.append(
                 f"{g.name} within {number(g.low, 3)} to {number(g.high, 3)} {card.unit} "
@@ -112,7 +112,7 @@ def plan_text(plan: Plan) -> str:
         "now": {
             n: {"value": c.value, "unit": c.unit, "low": c.low, "high": c.high,
                 "verdict": c.verdict}
-            for n, c in plan.now.items()
+            for n, c in plan.cards.items()
         },
         "experiments": [_proposal(p) for p in plan.proposals],
         "left_out": [{"name": name, "why": why} for name, why in plan.left],

@@ -50,7 +50,7 @@ def show_selection(selection: Selection) -> None:
     out.print()
     show_table(_diagnoses(s))
     out.print()
-    for k, sentence in enumerate(s.said):
+    for k, sentence in enumerate(s.sentences):
         out.print(Text(sentence, style="bold" if k == 0 else ""))
     seconds = sum(c.seconds for c in s.candidates)
     compared = f"{s.blocks} blocks or more; " if len(s.candidates) > 1 else ""
@@ -126,9 +126,9 @@ def selection_text(selection: Selection) -> str:
              "text": f.text}
             for f in s.findings
         ],
-        "interrupted": bool(s.left),
-        "left_out": list(s.left),
-        "sentences": list(s.said),
+        "interrupted": bool(s.skipped),
+        "left_out": list(s.skipped),
+        "sentences": list(s.sentences),
         "data": [
             {"file": log.source.file, "sha256": log.source.sha256, "rows": len(log), "role": role}
             for role, logs in _logs(s).items()

@@ -94,7 +94,7 @@ class BalancedRig(Rig):
         self,
         text: str,
         coefficients: Callable[[Mapping[str, Any]], Sequence[Any]],
-        *more: Input,
+        *further: Input,
         constants: tuple[str, ...] = (),
     ) -> Equation:
         """The equation of a mass under a force, with what else acts on it.
@@ -102,11 +102,11 @@ class BalancedRig(Rig):
         Args:
             text: It, in words and signs.
             coefficients: M, offset, and what the normal load, sin q and cos q are multiplied by.
-            more: Inputs beside the force.
+            further: Inputs beside the force.
             constants: Names of the rig's constants that it reads.
         """
         force = Input("force", self.si_unit("force"), "of the drive on the axis", FIRST)
-        return Equation(FORCE, text, (force, *more), constants, coefficients)
+        return Equation(FORCE, text, (force, *further), constants, coefficients)
 
     def measured(self, recording: Recording) -> Array:
         """The force that the balance explains, N (N m), (N,): that of the drive in a log.
@@ -226,10 +226,10 @@ def _factor(law: Law, p: Array, loads: Array) -> Array:
 @compiled(float64[::1](SLIP_TYPE, _F1, _F1))
 def slips(slip: Any, v: Array, p: Array) -> Array:
     """Slip friction over speeds; at exactly zero, midway between the two breakaway levels."""
-    rest = 0.5 * (slip(0.0, p) + slip(-0.0, p))
+    at_rest = 0.5 * (slip(0.0, p) + slip(-0.0, p))
     out = np.empty(len(v))
     for i in range(len(v)):
-        out[i] = rest if v[i] == 0.0 else slip(v[i], p)
+        out[i] = at_rest if v[i] == 0.0 else slip(v[i], p)
     return out
 
 
@@ -240,8 +240,8 @@ def rubs(rub: Any, v: Array, loads: Array, p: Array) -> Array:
     out = np.empty(len(v))
     for i in range(len(v)):
         if v[i] == 0.0:
-            above = rub(0.0, 0.0, none, loads[i], p, none)
-            out[i] = 0.5 * (above + rub(-0.0, 0.0, none, loads[i], p, none))
+            forward = rub(0.0, 0.0, none, loads[i], p, none)
+            out[i] = 0.5 * (forward + rub(-0.0, 0.0, none, loads[i], p, none))
         else:
             out[i] = rub(v[i], 0.0, none, loads[i], p, none)
     return out

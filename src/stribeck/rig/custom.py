@@ -74,10 +74,10 @@ def rig_file(path: Path) -> Rig:
         return _rig(content, path.stem if content.name is None else content.name)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
+        place = ".".join(str(part) for part in first["loc"])
         pair = len(first["loc"]) > 1 and first["type"] == "missing"
-        what = _WORDS.get("too_short" if pair else first["type"], first["msg"])
-        raise InputError(f"{path}: {where}: {what}") from error
+        problem = _WORDS.get("too_short" if pair else first["type"], first["msg"])
+        raise InputError(f"{path}: {place}: {problem}") from error
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
 
@@ -96,14 +96,14 @@ def _rig(content: _RigFile, name: str) -> Rig:
         law_named(content.law)  # says which laws there are
         laws = (content.law, *(law for law in kind.laws if law != content.law))
     rig = kind.set(**content.constants)
-    every = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
-    by_label = {rig.label(q): q for q in every}
+    params = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
+    by_label = {rig.label(q): q for q in params}
     ranges = {}
     # A range may be given at once for both directions, or for all elements of a law.
-    stems = {stem(q.name): q for q in every.values()}
+    stems = {stem(q.name): q for q in params.values()}
     for label, (low, high) in content.ranges.items():
         key = by_label.get(label, label)
-        param = every.get(key) or stems.get(key)
+        param = params.get(key) or stems.get(key)
         if param is None:
             raise InputError(f"ranges: no parameter {label!r}: there are {', '.join(by_label)}")
         if not low < high:

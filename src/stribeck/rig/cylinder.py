@@ -81,10 +81,10 @@ class Cylinder(BalancedRig):
         n = min(_REACH, (len(x) - 1) // 2)
         v = (x[2 * n :] - x[: -2 * n]) / (t[2 * n :] - t[: -2 * n])
         slowest = _STROKE * float(np.quantile(np.abs(v), 0.9))
-        out, back = (rub[n:-n][sign * v > slowest] for sign in (1, -1))
-        if not (len(out) and len(back)):
+        out, inward = (rub[n:-n][sign * v > slowest] for sign in (1, -1))
+        if not (len(out) and len(inward)):
             raise InputError(f"{recording.label}: a friction range needs strokes both ways")
-        return float(out.mean() - back.mean())
+        return float(out.mean() - inward.mean())
 
     def equation(self, law: Law) -> Equation:
         """The rod under its force and the pressure; F_f is friction."""

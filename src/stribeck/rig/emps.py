@@ -260,15 +260,15 @@ def _hold(
     slip: Any, p: Array, mass: float, F: float, q: float, v: float, span: float, steps: int
 ) -> tuple[float, float]:
     """Position and velocity after a constant net force F over a span, with stick at rest."""
-    left, h = span, span / steps
-    while left > 1e-12 * span:
+    remaining, h = span, span / steps
+    while remaining > 1e-12 * span:
         if v == 0.0:
             if slip(-0.0, p) <= F <= slip(0.0, p):
                 break
             s = 1.0 if F > 0.0 else -1.0
         else:
             s = 1.0 if v > 0.0 else -1.0
-        step = min(h, left)
+        step = min(h, remaining)
         moved, after = _step(slip, p, mass, F, v, s, step)
         if s * after < 0.0 and v != 0.0:
             step = _stop(slip, p, mass, F, v, s, step, after)
@@ -277,7 +277,7 @@ def _hold(
             v == 0.0 and s * after <= 0.0
         ):  # a breakaway that leads nowhere: the law is steeper than a step
             moved, after = 0.0, 0.0
-        q, v, left = q + moved, after, left - step
+        q, v, remaining = q + moved, after, remaining - step
     return q, v
 
 

@@ -275,11 +275,11 @@ class SlideBed(SimulatedRig):
 
 def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
     """The kernel's constants but for dv; a clamp at 0 N leaves no motor, which the kernel sees."""
-    both = [values["k_spring"]] * 2 if "k_spring" in values else [
+    springs = [values["k_spring"]] * 2 if "k_spring" in values else [
         values["k_spring+"], values["k_spring-"]
     ]  # fmt: skip
     return (
-        values["m"], values["k_hat+"], values["k_hat-"], *both, values["F_fm"],
+        values["m"], values["k_hat+"], values["k_hat-"], *springs, values["F_fm"],
         values["K_kt"] * values["J_m"], values["K_kt"] * values["D_m"], values["F_m_max"],
     )  # fmt: skip
 

@@ -90,11 +90,11 @@ class SteppedRig(SimulatedRig):
             own: The rig's own parameters, (n, k).
             run: What the log states of its run, as `run_constants` gives it.
         """
-        known = {c.name: c.value for c in self.constants}
-        known |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
-        self.check(known)
+        by_name = {c.name: c.value for c in self.constants}
+        by_name |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
+        self.check(by_name)
         parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
-        return rows(self.coefficients({**known, **parameters}), len(own))
+        return rows(self.coefficients({**by_name, **parameters}), len(own))
 
     def controller(self) -> Controller | None:
         """Its own loop, if it says which input a compensator's output is added to."""

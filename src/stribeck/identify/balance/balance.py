@@ -146,7 +146,7 @@ def balance(
     *,
     filtering: Filtering | None = None,
     rows: Sequence[Rows | None] | None = None,
-    near: Array | None = None,
+    start: Array | None = None,
 ) -> Balance:
     """Find a law's parameters and the rig's own from the measured force of one or several logs.
 
@@ -157,7 +157,7 @@ def balance(
         filtering: How the logs are filtered; by default the rig's way.
         rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
             after filtering, so that filters see no edges.
-        near: (k,) a set, SI, from which the parameters that shape the curve are searched; from a
+        start: (k,) a set, SI, from which the parameters that shape the curve are searched; from a
             grid over their ranges by default.
 
     Raises:
@@ -170,22 +170,25 @@ def balance(
             f"{len(system.y)} rows cannot tell {len(free)} parameters: "
             "give more data, or decimate less"
         )
-    p, at_bound = system.solved(near)
+    p, at_bound = system.solved(start)
     W = system.jacobian(p)
-    seen = _judged(system, p)
+    prediction = _prediction(system, p)
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
-    covariance = variable_projection.covariance(W, seen.residual_sd, stopped)
+    covariance = variable_projection.covariance(W, prediction.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
     robust = variable_projection.sandwich(W, residuals, [len(log.t) for log in system.logs])
     errors, wide = np.full((2, len(p)), np.nan)
     errors[free] = np.sqrt(np.diag(covariance))
     wide[free] = np.fmax(errors[free], np.sqrt(np.diag(robust)))
     return Balance(
-        relative_error=seen.relative_error,
-        residual_sd=seen.residual_sd,
-        rows=seen.rows,
-        signals=seen.signals,
-        notes=(*seen.notes, *_doubts(system, W, covariance, at_bound, seen.relative_error)),
+        relative_error=prediction.relative_error,
+        residual_sd=prediction.residual_sd,
+        rows=prediction.rows,
+        signals=prediction.signals,
+        notes=(
+            *prediction.notes,
+            *_warnings(system, W, covariance, at_bound, prediction.relative_error),
+        ),
         names=names,
         values=p,
         free=tuple(q.name for q in parameters.free),
@@ -219,16 +222,16 @@ def validate(
         rows: As for `balance`.
     """
     system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
-    return _judged(system, np.asarray(p, dtype=float))
+    return _prediction(system, np.asarray(p, dtype=float))
 
 
-def _judged(system: System, p: Array) -> Prediction:
+def _prediction(system: System, p: Array) -> Prediction:
     """How well a complete set explains the logs."""
-    left = system.y - system.predicted(p[None])[:, 0]
+    residuals = system.y - system.predicted(p[None])[:, 0]
     size = float(np.linalg.norm(system.y))
     return Prediction(
-        relative_error=100 * float(np.linalg.norm(left)) / size if size > 0 else float("inf"),
-        residual_sd=float(np.std(left, ddof=1)),
+        relative_error=100 * float(np.linalg.norm(residuals)) / size if size > 0 else float("inf"),
+        residual_sd=float(np.std(residuals, ddof=1)),
         rows=len(system.y),
         signals=tuple(_signals(system, log, p) for log in system.logs),
         notes=tuple(note for log in system.logs for note in log.notes),
@@ -240,40 +243,40 @@ def _signals(system: System, log: Log, p: Array) -> Signals:
     model = rig.force(law, p, log.v, log.a, log.loads)
     rub = rig.friction(law, p, log.v, log.loads)
     gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
-    rest, measured = log.thin(model - rub) / gain, log.force / gain
+    inertial, measured = log.thin(model - rub) / gain, log.force / gain
     return Signals(
         t=log.t,
         velocity=log.pick(log.v),
         acceleration=log.pick(log.a),
         measured=measured,
         predicted=log.thin(model) / gain,
-        friction=measured - rest,
+        friction=measured - inertial,
     )
 
 
-def _doubts(
+def _warnings(
     system: System, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
 ) -> list[str]:
     """What a reader must know about the estimates, a sentence each."""
     label, free = system.rig.label, system.parameters.free
     names = [label(q.name) for q in free]
-    doubts = [
+    warnings = [
         f"{name} cannot be identified from this data"
         for q, name, variance in zip(free, names, np.diag(covariance), strict=True)
         if not np.isfinite(variance) and q.name not in at_bound
     ]
     for name, stop in at_bound.items():
-        where = f"the {stop} end of its range" if stop in ("lower", "upper") else label(stop)
-        doubts.append(f"{label(name)} is stopped at {where}")
-    seen = [i for i in range(len(names)) if np.isfinite(covariance[i, i])]
-    if seen and (degree := variable_projection.collinearity(W[:, seen])) > COLLINEAR:
-        doubts.append(
+        stop_text = f"the {stop} end of its range" if stop in ("lower", "upper") else label(stop)
+        warnings.append(f"{label(name)} is stopped at {stop_text}")
+    identified = [i for i in range(len(names)) if np.isfinite(covariance[i, i])]
+    if identified and (degree := variable_projection.collinearity(W[:, identified])) > COLLINEAR:
+        warnings.append(
             f"the data hardly tells the parameters apart (scaled condition number {degree:.3g}): "
             "their standard errors say how far each may be off"
         )
     if error > UNEXPLAINED:
         lost = ": the log supports nothing better than weak estimates" if error > NOTHING else ""
-        doubts.append(f"{error:.0f} % of the force is not explained by this model{lost}")
+        warnings.append(f"{error:.0f} % of the force is not explained by this model{lost}")
     if len(W) < _FEW * len(names):
-        doubts.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
-    return doubts
+        warnings.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
+    return warnings

@@ -20,7 +20,7 @@ from ..score import HeldOut, Score
 from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import Estimate, bound_warnings, correlation_warnings, estimates
 from . import balance
-from .checks import Doubts, doubts
+from .checks import BalanceChecks, check_balance
 from .force_residuals import BalanceResiduals
 
 #: What the misfit of a force balance is called.
@@ -45,7 +45,7 @@ class BalanceSolution:
     balance: balance.Balance
     residuals: BalanceResiduals
     uncertainty: Uncertainty
-    checks: Doubts
+    checks: BalanceChecks
     recordings: tuple[Recording, ...]
     data: DataSplit
 
@@ -77,7 +77,7 @@ class BalanceSolution:
         del score  # a force balance is doubted by its own checks
         stops = self.balance.at_bound
         ends = {n: at for n, at in stops.items() if at in ("lower", "upper")}
-        every = estimates(
+        unwidened = estimates(
             self.parameters,
             self.p,
             self.uncertainty,
@@ -86,7 +86,7 @@ class BalanceSolution:
             resting={n: at for n, at in stops.items() if n not in ends},
             misfit=MISFIT,
         )
-        return self.checks.widened(self.parameters, self.balance, every)
+        return self.checks.widened(self.parameters, self.balance, unwidened)
 
     def holdout(self) -> tuple[HeldOut, ...]:
         """The relative error of the force over each range held out."""
@@ -107,7 +107,7 @@ class BalanceSolution:
             *correlation_warnings(self.parameters, self.correlation),
             *self.uncertainty.notes(self.parameters, MISFIT),
             *self.balance.notes,
-            *self.checks.said,
+            *self.checks.sentences,
             *(f"{log.label}: {note}" for log in self.recordings for note in log.notes),
         ]
         return tuple(dict.fromkeys(sentences))
@@ -129,40 +129,42 @@ def solve_balance(parameters: Parameters, data: DataSplit, *, draws: int = 0) ->
     solved = balance.balance(recordings, parameters, rows=rows)
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
-    known = uncertainty(residuals, x, keep=True, draws=draws)
-    checks = doubts(recordings, solved, rows)
-    return BalanceSolution(parameters, solved, residuals, known, checks, tuple(recordings), data)
+    uncertain = uncertainty(residuals, x, keep=True, draws=draws)
+    checks = check_balance(recordings, solved, rows)
+    return BalanceSolution(
+        parameters, solved, residuals, uncertain, checks, tuple(recordings), data
+    )
 
 
 def _check_used(
-    logs: Sequence[Recording], chosen: Sequence[Recording], within: Sequence[Range]
+    logs: Sequence[Recording], chosen: Sequence[Recording], ranges: Sequence[Range]
 ) -> None:
     """Every log has samples in some range: what is passed over in silence is not missed."""
     for log in logs:
-        if not any(log is one for one in chosen):
-            counting([log], within)  # says why not
+        if not any(log is used for used in chosen):
+            counting([log], ranges)  # says why not
 
 
-def balance_scores(parameters: Parameters, p: Array, log: Recording, within: Range | None) -> Score:
+def balance_scores(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:
     """The relative error of the force of a parameter set (SI) on a log or a range of it."""
-    return _held_out(parameters, p, [log], within).score
+    return _held_out(parameters, p, [log], part).score
 
 
 def _held_out(
-    parameters: Parameters, p: Array, logs: Sequence[Recording], within: Range | None
+    parameters: Parameters, p: Array, logs: Sequence[Recording], part: Range | None
 ) -> HeldOut:
-    chosen, rows = counting(logs, [] if within is None else [within])
-    seen = balance.validate(chosen, parameters, p, rows=rows)
-    return HeldOut(within, _score(seen), (), ())
+    chosen, rows = counting(logs, [] if part is None else [part])
+    prediction = balance.validate(chosen, parameters, p, rows=rows)
+    return HeldOut(part, _score(prediction), (), ())
 
 
-def _score(seen: balance.Prediction) -> Score:
+def _score(prediction: balance.Prediction) -> Score:
     nan = float("nan")
-    return Score("relative_error", seen.relative_error, "%", nan, nan, seen.rows)
+    return Score("relative_error", prediction.relative_error, "%", nan, nan, prediction.rows)
 
 
 def counting(
-    logs: Sequence[Recording], within: Sequence[Range]
+    logs: Sequence[Recording], ranges: Sequence[Range]
 ) -> tuple[list[Recording], list[balance.Rows | None]]:
     """The logs that pass the ranges, and which of their samples count (None: all).
 
@@ -170,17 +172,17 @@ def counting(
         InputError: no log passes any of the ranges.
     """
     logs = recording_list(logs)
-    if not within:
+    if not ranges:
         return logs, [None] * len(logs)
     chosen: list[Recording] = []
     masks: list[balance.Rows | None] = []
     refused: InputError | None = None
     for log in logs:
         mask = np.zeros(len(log), dtype=bool)
-        found = segment(log)
-        for r in within:
+        segmentation = segment(log)
+        for r in ranges:
             try:
-                for window in windows(log, r, found):
+                for window in windows(log, r, segmentation):
                     mask[window.rows] = True
             except InputError as error:  # told by the caller, unless another log passes
                 refused = refused or error

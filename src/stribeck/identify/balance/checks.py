@@ -23,7 +23,7 @@ from ...space import Array
 from ...units import unit
 from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
-from .clustered_errors import block_errors
+from .clustered_errors import clustered_errors
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -55,35 +55,35 @@ _MAD = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
-class Doubts:
+class BalanceChecks:
     """What was found.
 
     Args:
-        said: A sentence each.
+        sentences: A sentence each.
         errors: Standard errors for the intervals of all parameters, (k,): never below the robust
             ones, and wide enough for what strokes, logs and other cut-offs give.
         nothing: Whether the logs support nothing better than weak estimates.
     """
 
-    said: tuple[str, ...]
+    sentences: tuple[str, ...]
     errors: Array
     nothing: bool
 
     def widened(
-        self, parameters: Parameters, found: balance.Balance, estimates: Sequence[Estimate]
+        self, parameters: Parameters, solution: balance.Balance, estimates: Sequence[Estimate]
     ) -> tuple[Estimate, ...]:
         """The estimates with intervals that hold what was found here, and verdicts to match."""
-        return tuple(self._widened(parameters, found, i, e) for i, e in enumerate(estimates))
+        return tuple(self._widened(parameters, solution, i, e) for i, e in enumerate(estimates))
 
     def _widened(
-        self, parameters: Parameters, found: balance.Balance, i: int, e: Estimate
+        self, parameters: Parameters, solution: balance.Balance, i: int, e: Estimate
     ) -> Estimate:
         if e.verdict == "fixed":
             return e
         if e.verdict == "identified" and self.nothing:
             e = replace(e, verdict="weak")
         error, param = float(self.errors[i]), parameters.every[i]
-        if not (np.isfinite(error) and error > found.robust_errors[i]):
+        if not (np.isfinite(error) and error > solution.robust_errors[i]):
             return e
         half = 1.96 * error
         low = max(min(e.low, e.value - half), param.lower)
@@ -96,114 +96,118 @@ class Doubts:
         return replace(e, low=low, high=high, verdict=verdict, meaning=meaning.removeprefix("; "))
 
 
-def doubts(
-    recordings: Sequence[Recording], found: balance.Balance, rows: Sequence[Rows | None]
-) -> Doubts:
+def check_balance(
+    recordings: Sequence[Recording], solution: balance.Balance, rows: Sequence[Rows | None]
+) -> BalanceChecks:
     """Look for every fault in a solved balance.
 
     Args:
         recordings: The logs.
-        found: Their balance.
+        solution: Their balance.
         rows: Which samples counted, as for `balance`.
     """
-    system = found.system
+    system = solution.system
     commands = [line for log in recordings if (line := function_of_position(log))]
-    at_cutoffs, errors = cutoffs(recordings, system, found, rows)
-    of_logs, wide = block_errors(found)
-    said = [
+    at_cutoffs, errors = cutoffs(recordings, system, solution, rows)
+    of_logs, clustered = clustered_errors(solution)
+    sentences = [
         *commands,
         *(hidden_load(log, system) for log in recordings),
-        offset(system, found),
-        delay(system, found),
-        spikes(system, found),
-        gravity(system, found),
-        *speeds(system, found),
+        offset(system, solution),
+        delay(system, solution),
+        spikes(system, solution),
+        gravity(system, solution),
+        *speeds(system, solution),
         of_logs,
         at_cutoffs,
     ]
-    nothing = bool(commands) or found.relative_error > balance.NOTHING
-    return Doubts(tuple(line for line in said if line), np.fmax(errors, wide), nothing)
+    nothing = bool(commands) or solution.relative_error > balance.NOTHING
+    return BalanceChecks(
+        tuple(line for line in sentences if line), np.fmax(errors, clustered), nothing
+    )
 
 
 def cutoffs(
     recordings: Sequence[Recording],
     system: System,
-    found: balance.Balance,
+    solution: balance.Balance,
     rows: Sequence[Rows | None],
 ) -> tuple[str, Array]:
     """The balance solved again at lower cut-offs: what leaves its interval, and errors that hold.
 
     A model that holds gives the same parameters whatever band they are read from.
     """
-    errors = found.robust_errors.copy()
+    errors = solution.robust_errors.copy()
     rate = max(1.0 / log.dt for log in recordings)
-    own = system.rig.filtering
-    used = own.cutoff(rate)
-    furthest = found.values.copy()
-    tried = []
+    filtering = system.rig.filtering
+    used = filtering.cutoff(rate)
+    furthest = solution.values.copy()
+    frequencies = []
     for share in SHARES:
-        longer = own.cutoff_hz / used / share
+        longer = filtering.cutoff_hz / used / share
         lower = replace(
-            own, cutoff_hz=share * used, edge=(own.edge[0] * longer, own.edge[1] * longer)
+            filtering,
+            cutoff_hz=share * used,
+            edge=(filtering.edge[0] * longer, filtering.edge[1] * longer),
         )
         try:
-            again = balance.balance(
-                recordings, system.parameters, filtering=lower, rows=rows, near=found.values
+            resolved = balance.balance(
+                recordings, system.parameters, filtering=lower, rows=rows, start=solution.values
             )
         except InputError:  # too few rows are left to tell
             break
-        tried.append(share * used)
+        frequencies.append(share * used)
         # What lies within the other's own error says nothing against this one.
-        off = np.abs(again.values - found.values) > _excess(found, again)
-        further = np.abs(again.values - found.values) > np.abs(furthest - found.values)
-        furthest = np.where(off & further, again.values, furthest)
-    moved = [i for i in system.free if furthest[i] != found.values[i]]
+        off = np.abs(resolved.values - solution.values) > _excess(solution, resolved)
+        further = np.abs(resolved.values - solution.values) > np.abs(furthest - solution.values)
+        furthest = np.where(off & further, resolved.values, furthest)
+    moved = [i for i in system.free if furthest[i] != solution.values[i]]
     for i in moved:
-        errors[i] = max(errors[i], abs(furthest[i] - found.values[i]) / 1.96)
+        errors[i] = max(errors[i], abs(furthest[i] - solution.values[i]) / 1.96)
     if not moved:
         return "", errors
-    names = ", ".join(_moved(system, found, furthest, i) for i in moved)
-    said = (
-        f"the estimates depend on the cut-off: between {tried[-1]:.3g} and {used:.3g} Hz {names}; "
-        "their intervals are widened to contain that"
+    names = ", ".join(_moved(system, solution, furthest, i) for i in moved)
+    sentence = (
+        f"the estimates depend on the cut-off: between {frequencies[-1]:.3g} and {used:.3g} Hz "
+        f"{names}; their intervals are widened to contain that"
     )
-    return said, errors
+    return sentence, errors
 
 
-def _excess(found: balance.Balance, again: balance.Balance) -> Array:
+def _excess(solution: balance.Balance, resolved: balance.Balance) -> Array:
     """How far apart two balances of one log may be, 95 %: inf where one of them knows nothing."""
-    apart = 1.96 * np.hypot(found.robust_errors, again.robust_errors)
-    return np.where(np.isfinite(apart), apart, np.inf)
+    tolerance = 1.96 * np.hypot(solution.robust_errors, resolved.robust_errors)
+    return np.where(np.isfinite(tolerance), tolerance, np.inf)
 
 
-def _moved(system: System, found: balance.Balance, furthest: Array, i: int) -> str:
+def _moved(system: System, solution: balance.Balance, furthest: Array, i: int) -> str:
     rig, q = system.rig, system.parameters.every[i]
     shown = unit(rig.unit_of(q))
-    one, other = (float(shown.from_si(x)) for x in (found.values[i], furthest[i]))
-    return f"{rig.label(q.name)} goes from {other:.3g} to {one:.3g} {rig.unit_of(q)}"
+    at_cutoff, elsewhere = (float(shown.from_si(x)) for x in (solution.values[i], furthest[i]))
+    return f"{rig.label(q.name)} goes from {elsewhere:.3g} to {at_cutoff:.3g} {rig.unit_of(q)}"
 
 
-def delay(system: System, found: balance.Balance) -> str:
+def delay(system: System, solution: balance.Balance) -> str:
     """A force that is ahead of the motion or behind it, if that explains the logs better."""
     rig = system.rig
-    W = _basis(found)
-    base = _unmoved(found)
+    W = _basis(solution)
+    base = _unmoved(solution)
     reach = _REACH / rig.filtering.cutoff(min(_rate(log) for log in system.logs))
     lags = np.linspace(-reach, reach, _TRIED)
-    left = np.array([_left(W, system.at_lag(lag) - base) for lag in lags])
-    best, now = int(np.argmin(left)), _left(W, system.y - base)
-    if not 0 < best < _TRIED - 1 or left[best] > (1 - DELAY_GAIN) * now:
+    squares = np.array([_sum_of_squares_about(W, system.at_lag(lag) - base) for lag in lags])
+    best, unshifted = int(np.argmin(squares)), _sum_of_squares_about(W, system.y - base)
+    if not 0 < best < _TRIED - 1 or squares[best] > (1 - DELAY_GAIN) * unshifted:
         return ""
-    a, b, c = left[best - 1 : best + 2]
+    a, b, c = squares[best - 1 : best + 2]
     lag = lags[best] + 0.5 * (lags[1] - lags[0]) * (a - c) / (a - 2 * b + c)
     if abs(lag) < _HELD / min(_rate(log) for log in system.logs):
         return ""
     word = "behind" if lag > 0 else "ahead of"
-    alike = "; a contact that gives before it slips looks the same" if lag > 0 else ""
-    rest = 100 * np.sqrt(left[best] / now)
+    caveat = "; a contact that gives before it slips looks the same" if lag > 0 else ""
+    share = 100 * np.sqrt(squares[best] / unshifted)
     return (
         f"the force is {abs(lag) * 1e3:.3g} ms {word} the motion: moved by that, it leaves "
-        f"{rest:.0f} % of the residual: align the channels in time{alike}"
+        f"{share:.0f} % of the residual: align the channels in time{caveat}"
     )
 
 
@@ -211,61 +215,66 @@ def _rate(log: Log) -> float:
     return float(len(log.v) - 1) / float(log.clock[-1] - log.clock[0])
 
 
-def _basis(found: balance.Balance) -> Array:
+def _basis(solution: balance.Balance) -> Array:
     """Columns of one length that span what the parameters do that are free to."""
-    W = found.jacobian[:, np.isfinite(np.diag(found.covariance))]
+    W = solution.jacobian[:, np.isfinite(np.diag(solution.covariance))]
     return np.asarray(W / np.linalg.norm(W, axis=0))
 
 
-def _unmoved(found: balance.Balance) -> Array:
+def _unmoved(solution: balance.Balance) -> Array:
     """What fixed and stopped parameters and the curve's shape make of the force, (rows,)."""
-    system, variances = found.system, np.diag(found.covariance)
-    p = found.values.copy()
+    system, variances = solution.system, np.diag(solution.covariance)
+    p = solution.values.copy()
     for k, i in enumerate(system.free):
         if i in system.linear and np.isfinite(variances[k]):
             p[i] = 0.0
-    return found.system.predicted(p[None])[:, 0]
+    return solution.system.predicted(p[None])[:, 0]
 
 
-def _left(W: Array, y: Array) -> float:
+def _sum_of_squares_about(W: Array, y: Array) -> float:
     """Sum of squares of y about the span of W."""
     R = variable_projection.triangle(np.column_stack([W, y]))
     return float(R[-1, -1] ** 2)
 
 
-def spikes(system: System, found: balance.Balance) -> str:
+def spikes(system: System, solution: balance.Balance) -> str:
     """Single samples of the force far from both of their neighbours: least squares follows them."""
     rig, law = system.rig, system.law
     share = single_samples([log.raw for log in system.logs])
     if not share:
         return ""
-    left = [log.raw - rig.force(law, found.values, log.v, log.a, log.loads) for log in system.logs]
-    r = np.concatenate(left)
+    residuals = [
+        log.raw - rig.force(law, solution.values, log.v, log.a, log.loads) for log in system.logs
+    ]
+    r = np.concatenate(residuals)
     r = np.abs(r - np.median(r))
-    far = float(np.mean(r > 3 * _MAD * np.median(r)))
+    outliers = float(np.mean(r > 3 * _MAD * np.median(r)))
     return (
         f"the force has spikes: samples that stand away from both neighbours make {share:.0%} of "
-        f"its variance, and {far:.1%} of the residuals are beyond three robust "
+        f"its variance, and {outliers:.1%} of the residuals are beyond three robust "
         "standard deviations: least squares follows them"
     )
 
 
-def gravity(system: System, found: balance.Balance) -> str:
+def gravity(system: System, solution: balance.Balance) -> str:
     """Torque that goes with the sine of the angle, on a rig that has no parameter for it."""
     rig = system.rig
-    if not rig.rotary or "g_sin" in found.names:
+    if not rig.rotary or "g_sin" in solution.names:
         return ""
-    W, r = _basis(found), found.residuals
+    W, r = _basis(solution), solution.residuals
     turn = [
         np.concatenate([log.thin(f(log.loads[:, POSITION])) for log in system.logs])
         for f in (np.sin, np.cos)
     ]
-    now, then = _left(W, r), _left(np.column_stack([W, *turn]), r)
-    if then > (1 - GRAVITY_GAIN) * now:
+    without, with_gravity = (
+        _sum_of_squares_about(W, r),
+        _sum_of_squares_about(np.column_stack([W, *turn]), r),
+    )
+    if with_gravity > (1 - GRAVITY_GAIN) * without:
         return ""
     return (
         f"the torque goes with the sine of the angle: gravity would leave "
-        f"{np.sqrt(then / now):.0%} of the residual: use rig forced-pendulum"
+        f"{np.sqrt(with_gravity / without):.0%} of the residual: use rig forced-pendulum"
     )
 
 
@@ -280,18 +289,18 @@ def hidden_load(recording: Recording, system: System) -> str:
     )
 
 
-def offset(system: System, found: balance.Balance) -> str:
+def offset(system: System, solution: balance.Balance) -> str:
     """A constant that is most of the force, so that a relative error of all of it looks small."""
-    if "offset" not in found.names:
+    if "offset" not in solution.names:
         return ""
-    p = np.zeros(len(found.values))
-    at = found.names.index("offset")
-    p[at] = found.values[at]
-    own = np.zeros(len(p))
-    constant = (system.predicted(p[None]) - system.predicted(own[None]))[:, 0]
-    beside = float(np.linalg.norm(system.y - constant))
-    error = 100 * float(np.linalg.norm(found.residuals)) / beside if beside > 0 else 0.0
-    if error < _BESIDE * found.relative_error or error < balance.UNEXPLAINED:
+    p = np.zeros(len(solution.values))
+    at = solution.names.index("offset")
+    p[at] = solution.values[at]
+    zeros = np.zeros(len(p))
+    constant = (system.predicted(p[None]) - system.predicted(zeros[None]))[:, 0]
+    varying = float(np.linalg.norm(system.y - constant))
+    error = 100 * float(np.linalg.norm(solution.residuals)) / varying if varying > 0 else 0.0
+    if error < _BESIDE * solution.relative_error or error < balance.UNEXPLAINED:
         return ""
     return (
         f"most of the force is the constant offset: of what is beside it, {error:.0f} % is not "
@@ -313,26 +322,28 @@ def function_of_position(recording: Recording) -> str:
     )
 
 
-def speeds(system: System, found: balance.Balance) -> list[str]:
+def speeds(system: System, solution: balance.Balance) -> list[str]:
     """Speeds that cannot tell F_V from F_C, or are too few for a curve."""
-    free = {n.rstrip("+-") for n in found.free}
+    free = {n.rstrip("+-") for n in solution.free}
     v = np.concatenate([log.pick(log.v) for log in system.logs])
-    ways = [np.abs(v[sign * v > 0]) for sign in (1, -1) if (sign * v > 0).sum() > _FEW]
-    said = []
-    narrow = bool(ways) and all(np.quantile(w, 0.9) < ONE_SPEED * np.quantile(w, 0.1) for w in ways)
+    by_direction = [np.abs(v[sign * v > 0]) for sign in (1, -1) if (sign * v > 0).sum() > _FEW]
+    sentences = []
+    narrow = bool(by_direction) and all(
+        np.quantile(w, 0.9) < ONE_SPEED * np.quantile(w, 0.1) for w in by_direction
+    )
     if narrow and {"F_C", "F_V"} <= free:
         shown = unit(system.rig.shows.get("velocity", "m/s"))
         low, high = (float(shown.from_si(np.quantile(np.abs(v), q))) for q in (0.1, 0.9))
-        said.append(
+        sentences.append(
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
             f"{shown.written}): hold one, as with --set F_V=0"
         )
-    if _curved(system) and (n := max((_distinct(w) for w in ways), default=0)) < SPEEDS:
-        said.append(
+    if _curved(system) and (n := max((_distinct(w) for w in by_direction), default=0)) < SPEEDS:
+        sentences.append(
             f"too few speeds for a Stribeck curve: the log dwells at {n}, and it takes {SPEEDS}: "
             "record strokes at more speeds, some of them slow"
         )
-    return said
+    return sentences
 
 
 def _curved(system: System) -> bool:

@@ -38,11 +38,11 @@ class BalanceResiduals:
 
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) points to (n, rows) residuals; nan where the law does not allow a point."""
-        good = self.physical(x)
+        physical = self.physical(x)
         residuals = np.full((len(x), len(self._system.y)), np.nan)
         shapes = x[:, self._shape]
-        for shape in np.unique(shapes[good], axis=0):
-            rows = good & (shapes == shape).all(axis=1)
+        for shape in np.unique(shapes[physical], axis=0):
+            rows = physical & (shapes == shape).all(axis=1)
             residuals[rows] = self._shaped(shape, x[rows])
         return residuals
 

@@ -47,18 +47,18 @@ class System:
 
     def _linear_limits(self) -> tuple[Array, Array, list[Order]]:
         """Bounds of the linear parameters and the orders among them, by place in `linear`."""
-        every, fixed = self.parameters.every, self.parameters.fixed
-        lower = np.array([q.lower for q in every])
-        upper = np.array([q.upper for q in every])
-        among = []
+        params, fixed = self.parameters.every, self.parameters.fixed
+        lower = np.array([q.lower for q in params])
+        upper = np.array([q.upper for q in params])
+        linear_orders = []
         for i, j in orders(self.law):
             if i in self.linear and j in self.linear:
-                among.append((self.linear.index(i), self.linear.index(j)))
-            elif i in self.linear and every[j].name in fixed:
-                lower[i] = max(lower[i], fixed[every[j].name])
-            elif j in self.linear and every[i].name in fixed:
-                upper[j] = min(upper[j], fixed[every[i].name])
-        return lower[self.linear], upper[self.linear], among
+                linear_orders.append((self.linear.index(i), self.linear.index(j)))
+            elif i in self.linear and params[j].name in fixed:
+                lower[i] = max(lower[i], fixed[params[j].name])
+            elif j in self.linear and params[i].name in fixed:
+                upper[j] = min(upper[j], fixed[params[i].name])
+        return lower[self.linear], upper[self.linear], linear_orders
 
     def predicted(self, p: Array) -> Array:
         """(n, k) complete sets to (rows, n) forces."""
@@ -84,24 +84,24 @@ class System:
         f = self.predicted(self.full(x, np.tile(shape, (len(x), 1))))
         return f[:, 1:] - f[:, :1], f[:, 0]
 
-    def solved(self, near: Array | None = None) -> tuple[Array, dict[str, str]]:
+    def solved(self, start: Array | None = None) -> tuple[Array, dict[str, str]]:
         """The best complete set (near one, if given), and what stops each stopped parameter."""
         names = self.parameters.names
         ends: dict[str, str] = {}
         shape = np.empty(0)
         if self.shape:
             space = Space(tuple(self.parameters.every[i] for i in self.shape))
-            start = None if near is None else space.encode(near[None, self.shape])[0]
+            u_start = None if start is None else space.encode(start[None, self.shape])[0]
             u = variable_projection.search(
-                lambda u: self._residuals(space.decode(u[None])[0]), space.dim, start
+                lambda u: self._residuals(space.decode(u[None])[0]), space.dim, u_start
             )
             shape = space.decode(u[None])[0]
             ends = {n: "lower" for n, s in zip(space.names, u, strict=True) if s < 1e-4}  # noqa: PLR2004
             ends |= {n: "upper" for n, s in zip(space.names, u, strict=True) if s > 1 - 1e-4}
         x, stops = self._linear(shape)
         for i, stop in stops.items():
-            other = stop if isinstance(stop, str) else names[self.linear[stop]]
-            ends[names[self.linear[i]]] = other
+            stop_name = stop if isinstance(stop, str) else names[self.linear[stop]]
+            ends[names[self.linear[i]]] = stop_name
         return self.full(x[None], shape[None])[0], ends
 
     def _linear(self, shape: Array) -> tuple[Array, dict[int, Any]]:
@@ -121,8 +121,8 @@ class System:
             J[:, [self.free.index(i) for i in self.linear]] = self.columns(p[self.shape])[0]
         for i in self.shape:
             step = _STEP * (abs(p[i]) or 1.0) * np.array([[1.0], [-1.0]])
-            near = np.repeat(p[None, self.free], 2, axis=0)
-            near[:, [self.free.index(i)]] += step
-            f = self.predicted(self.parameters.full(near))
+            shifted = np.repeat(p[None, self.free], 2, axis=0)
+            shifted[:, [self.free.index(i)]] += step
+            f = self.predicted(self.parameters.full(shifted))
             J[:, self.free.index(i)] = (f[:, 0] - f[:, 1]) / (2 * step[0, 0])
         return J

@@ -124,5 +124,5 @@ def _rests(label: str, speed: Array) -> tuple[str, ...]:
     share = float(np.mean(speed < _REST_SPEED * speed.max())) if len(speed) else 0.0
     if share <= _REST_SHARE:
         return ()
-    said = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
-    return (f"{label}: {said}: drop them with Filtering(slowest=...)",)
+    sentence = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
+    return (f"{label}: {sentence}: drop them with Filtering(slowest=...)",)

@@ -28,7 +28,7 @@ _BLIND = 1e-9
 
 
 def bounded(
-    W: Array, y: Array, lower: Array, upper: Array, above: Sequence[Order] = ()
+    W: Array, y: Array, lower: Array, upper: Array, orders: Sequence[Order] = ()
 ) -> tuple[Array, dict[int, Literal["lower", "upper"] | int]]:
     """The x that minimises ||y − W x|| within bounds and orders, and what stops it.
 
@@ -37,7 +37,7 @@ def bounded(
         y: (rows,).
         lower: (k,); -inf for none.
         upper: (k,).
-        above: Pairs (i, j) with x_i >= x_j; no i appears twice, nor as a j.
+        orders: Pairs (i, j) with x_i >= x_j; no i appears twice, nor as a j.
 
     Returns:
         x (k,), and for each parameter at an edge `lower`, `upper` or the j it rests on.
@@ -48,25 +48,25 @@ def bounded(
     T = triangle(np.column_stack([W / lengths, y]))
     R, y = T[:-1, :-1] * lengths, T[:-1, -1]  # what follows is small
     x: Array = np.linalg.lstsq(R / lengths, y, rcond=None)[0] / lengths
-    if (x >= lower).all() and (x <= upper).all() and all(x[i] >= x[j] for i, j in above):
+    if (x >= lower).all() and (x <= upper).all() and all(x[i] >= x[j] for i, j in orders):
         return x, {}
     # In place of x_i stands its height over x_j, which is only bounded from below by zero.
     stack, low, high = np.eye(len(x)), lower.copy(), upper.copy()
-    for i, j in above:
+    for i, j in orders:
         stack[i, j] = 1.0
         low[i], high[i] = 0.0, upper[i] - lower[j]
         high[j] = min(high[j], upper[i])
     system = R @ stack
     lengths = _lengths(system)
-    found = lsq_linear(system / lengths, y, bounds=(low * lengths, high * lengths), method="bvls")
-    resting_on = dict(above)
+    fit = lsq_linear(system / lengths, y, bounds=(low * lengths, high * lengths), method="bvls")
+    resting_on = dict(orders)
     stops: dict[int, Literal["lower", "upper"] | int] = {}
-    for i, side in enumerate(found.active_mask):
+    for i, side in enumerate(fit.active_mask):
         if side < 0:
             stops[i] = resting_on.get(i, "lower")
         elif side > 0:
             stops[i] = "upper"
-    z = found.x / lengths
+    z = fit.x / lengths
     for i, stop in stops.items():
         z[i] = high[i] if stop == "upper" else low[i]
     return np.clip(stack @ z, lower, upper), stops
@@ -126,11 +126,11 @@ def search(residuals: Callable[[Array], Array], dim: int, start: Array | None = 
     best: Array = grid[np.argmin(costs)]
     least = float(costs.min())
     for first in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
-        found = least_squares(
+        polished = least_squares(
             residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12
         )
-        if 2 * found.cost < least:
-            best, least = np.asarray(found.x), 2 * float(found.cost)
+        if 2 * polished.cost < least:
+            best, least = np.asarray(polished.x), 2 * float(polished.cost)
     return best
 
 
@@ -142,14 +142,14 @@ def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
     """
     lengths = _lengths(W)
     _, s, Vt = np.linalg.svd(triangle(W / lengths))
-    seen = s > _BLIND * max(s[0], np.finfo(float).tiny)
-    part: Array = Vt[seen].T / s[seen]
-    found: Array = np.asarray(sd**2 * (part @ part.T) / np.outer(lengths, lengths))
-    blind = (np.abs(Vt[~seen]) > np.sqrt(_BLIND)).any(axis=0) | ~W.any(axis=0)
+    identified = s > _BLIND * max(s[0], np.finfo(float).tiny)
+    part: Array = Vt[identified].T / s[identified]
+    C: Array = np.asarray(sd**2 * (part @ part.T) / np.outer(lengths, lengths))
+    blind = (np.abs(Vt[~identified]) > np.sqrt(_BLIND)).any(axis=0) | ~W.any(axis=0)
     blind[list(stopped)] = True
-    found[blind], found[:, blind] = np.nan, np.nan
-    found[blind, blind] = np.inf
-    return found
+    C[blind], C[:, blind] = np.nan, np.nan
+    C[blind, blind] = np.inf
+    return C
 
 
 def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
@@ -164,18 +164,18 @@ def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
         lengths: Rows of each log, in order: nothing correlates across logs.
     """
     bread = covariance(W, 1.0)
-    seen = np.isfinite(np.diag(bread))
-    scores = W[:, seen] * residuals[:, None]
+    identified = np.isfinite(np.diag(bread))
+    scores = W[:, identified] * residuals[:, None]
     reach = 2 * first_below_zero(residuals, lengths)
     meat = np.zeros((scores.shape[1], scores.shape[1]))
     for part in np.split(scores, np.cumsum(lengths)[:-1]):
         for lag in range(min(reach, len(part))):
             shared = np.einsum("ij,ik->jk", part[lag:], part[: len(part) - lag])
             meat += (1 - lag / reach) * (shared + shared.T if lag else shared)
-    found: Array = np.full(bread.shape, np.nan)
-    inner = bread[np.ix_(seen, seen)]
-    found[np.ix_(seen, seen)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
-    return found
+    robust: Array = np.full(bread.shape, np.nan)
+    inner = bread[np.ix_(identified, identified)]
+    robust[np.ix_(identified, identified)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
+    return robust
 
 
 def condition(W: Array) -> float:

@@ -44,7 +44,7 @@ _ODD = 0.99
 
 
 @dataclass(frozen=True, eq=False)
-class Present:
+class CurrentModel:
     """What is known now.
 
     Args:
@@ -54,7 +54,7 @@ class Present:
         labels: What people call the free parameters.
         cards: What the card says of them.
         explained: The misfit as a share of that of a smooth motion, or of the force itself.
-        said: What is odd about the logs, a sentence each.
+        notes: What is odd about the logs, a sentence each.
     """
 
     axis: IdentifiedAxis
@@ -63,19 +63,19 @@ class Present:
     labels: tuple[str, ...]
     cards: tuple[ParameterCard, ...]
     explained: float
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def ends(self, i: int, factor: float) -> tuple[float, float]:
         """The ends of the i-th interval, shrunk by a factor about the value, in its unit."""
         q, box, x = self.axis.parameters.free[i], self.axis.box, self.axis.x
         scaled = box.scaled(x)
-        both = []
+        ends_of_interval = []
         for sign in (-1.0, 1.0):
             s = scaled.copy()
             s[i] += sign * self.half[i] / factor
-            both.append(float(np.clip(box.plain(s)[i], q.lower, q.upper)))
+            ends_of_interval.append(float(np.clip(box.plain(s)[i], q.lower, q.upper)))
         rig = self.axis.parameters.rig
-        return _shown(rig, q, both[0]), _shown(rig, q, both[1])
+        return _shown(rig, q, ends_of_interval[0]), _shown(rig, q, ends_of_interval[1])
 
     @property
     def simulated(self) -> bool:
@@ -83,7 +83,7 @@ class Present:
         return self.axis.parameters.rig.approach == "output_error"
 
 
-def present(card: Card, logs: Sequence[Recording]) -> Present:
+def current_model(card: Card, logs: Sequence[Recording]) -> CurrentModel:
     """A card with the logs that it was identified on.
 
     Raises:
@@ -93,55 +93,55 @@ def present(card: Card, logs: Sequence[Recording]) -> Present:
     parameters = _freed(card, shipped)
     values = dict(zip((q.name for q in parameters.every), p, strict=True))
     x = np.array([values[q.name] for q in parameters.free])
-    about = _balanced if parameters.rig.approach == "force_balance" else _moved
-    axis, data = about(card, parameters, x, logs)
+    model_of = _balanced if parameters.rig.approach == "force_balance" else _moved
+    axis, data = model_of(card, parameters, x, logs)
     labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
     by_log = axis.box.log.tolist()
     half = np.array(
         [_half(q, c, by_log=b) for q, c, b in zip(parameters.free, cards, by_log, strict=True)]
     )
-    return Present(
+    return CurrentModel(
         axis,
         data,
         half,
         labels,
         tuple(cards),
         _explained(card),
-        _strangers(card, logs),
+        _unknown_logs(card, logs),
     )
 
 
 def _freed(card: Card, shipped: Parameters) -> Parameters:
     """The parameters of a card, those free again that were found."""
     rig, law = shipped.rig, shipped.law
-    found = {n: c for n, c in card.parameters.items() if c.verdict != "fixed"}
-    if not found:
+    free = {n: c for n, c in card.parameters.items() if c.verdict != "fixed"}
+    if not free:
         raise InputError("every parameter of the card is fixed: there is nothing to plan for")
     fixed = {n: c.value for n, c in card.parameters.items() if c.verdict == "fixed"}
     bounds = {}
-    every = {rig.label(q.name): q for q in rig.parameters(law)}
-    for name, c in found.items():
-        q = every[name]
+    params = {rig.label(q.name): q for q in rig.parameters(law)}
+    for name, c in free.items():
+        q = params[name]
         ends = [in_si(rig, q, v) for v in (c.value, c.low, c.high) if v is not None]
         if q.fixed is not None or min(ends) < q.lower or max(ends) > q.upper:
             lower, upper = (q.lower, q.upper) if q.fixed is None else (min(ends), max(ends))
-            wide = (min(lower, *ends), max(upper, *ends))
-            bounds[name] = (_shown(rig, q, wide[0]), _shown(rig, q, wide[1]))
-    tied = _ties(found)
-    fixed = {n: _to_shown(rig, every[n], card.parameters[n]) for n in fixed}
+            widened = (min(lower, *ends), max(upper, *ends))
+            bounds[name] = (_shown(rig, q, widened[0]), _shown(rig, q, widened[1]))
+    tied = _ties(free)
+    fixed = {n: _to_shown(rig, params[n], card.parameters[n]) for n in fixed}
     bounds = {n: b for n, b in bounds.items() if n not in tied}
     return partition(rig, law, fixed=fixed, bounds=bounds, tied=tied)
 
 
-def _ties(found: Mapping[str, ParameterCard]) -> dict[str, str]:
+def _ties(free: Mapping[str, ParameterCard]) -> dict[str, str]:
     """Parameters of the two directions that are the same number: one was tied to the other."""
     return {
         name: f"{name[:-1]}+"
-        for name, c in found.items()
+        for name, c in free.items()
         if name.endswith("-")
-        and (other := found.get(f"{name[:-1]}+")) is not None
-        and (c.value, c.low, c.high) == (other.value, other.low, other.high)
+        and (partner := free.get(f"{name[:-1]}+")) is not None
+        and (c.value, c.low, c.high) == (partner.value, partner.low, partner.high)
     }
 
 
@@ -157,9 +157,9 @@ def _half(q: Param, c: ParameterCard, *, by_log: bool) -> float:
     """Half of an interval in the parameter's scale; of the search range where an end is open."""
     ends = (q.lower, q.upper)
     if c.low is not None and c.high is not None:
-        found = [float(unit(c.unit).to_si(v)) for v in (c.low, c.high)]
-        if found[0] < found[1] and (found[0] > 0 or not by_log):
-            ends = (found[0], found[1])
+        interval = [float(unit(c.unit).to_si(v)) for v in (c.low, c.high)]
+        if interval[0] < interval[1] and (interval[0] > 0 or not by_log):
+            ends = (interval[0], interval[1])
     return 0.5 * float(np.log(ends[1] / ends[0])) if by_log else 0.5 * (ends[1] - ends[0])
 
 
@@ -171,14 +171,14 @@ def _explained(card: Card) -> float:
     return card.objective.value / without if without > 0 else np.inf
 
 
-def _strangers(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
+def _unknown_logs(card: Card, logs: Sequence[Recording]) -> tuple[str, ...]:
     """A sentence for each log that the card does not know."""
-    known = {d.sha256 for d in card.data}
+    hashes = {d.sha256 for d in card.data}
     return tuple(
         f"{log.label} is not a log that the card was identified on: what is known now is taken "
         "from it all the same"
         for log in logs
-        if log.source.sha256 and log.source.sha256 not in known
+        if log.source.sha256 and log.source.sha256 not in hashes
     )
 
 
@@ -189,15 +189,15 @@ def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recordin
     """Axis and data of a rig that is simulated."""
     rig = as_simulated(parameters.rig)
     train = [s for r in ranges_or_all(card.train or None, rig) for s in segments(logs, rig, r)]
-    plain = MotionProblem(parameters, train)
-    started = free_starts(plain)
-    problem = FreeStartProblem(plain) if started else plain
+    problem_of_motion = MotionProblem(parameters, train)
+    started = free_starts(problem_of_motion)
+    problem = FreeStartProblem(problem_of_motion) if started else problem_of_motion
     at = np.concatenate([x, problem.nominal]) if isinstance(problem, FreeStartProblem) else x
-    scale, box = plain.scale, _box(card, parameters)
+    scale, box = problem_of_motion.scale, _box(card, parameters)
 
     def predict(rows: Array) -> Array:
-        found: Array = -scale * problem.residuals(rows)
-        return found
+        outputs: Array = -scale * problem.residuals(rows)
+        return outputs
 
     residuals = scale * problem.residuals(at[None])[0]
     if not np.isfinite(residuals).all():
@@ -205,19 +205,19 @@ def _moved(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recordin
     data = _data(predict, len(x), len(at) - len(x))
     at_starts = _around(data, at, len(x))
     J = slopes(at_starts, x, box)
-    look = quick_look(J, residuals, problem.logs)
+    quick = quick_look(J, residuals, problem.logs)
     trained = [counted(log, _rows_of(train, log)) for log in logs]
     seconds, n = (float(sum(part)) for part in zip(*trained, strict=True))
-    noise = float(np.sqrt(look.variance))
-    inflation = look.ratio[: len(x)]
+    noise = float(np.sqrt(quick.variance))
+    inflation = quick.ratio[: len(x)]
     lead = [log.position if log.command is None else log.command for log in logs]
-    both = [speeds(log.t, u) for log, u in zip(logs, lead, strict=True)]
+    speed_pairs = [speeds(log.t, u) for log, u in zip(logs, lead, strict=True)]
     travel = np.concatenate([np.array([u.min(), u.max()]) for u in lead])
-    ways = tuple(sorted({s.direction for s in train}, reverse=True))
+    directions = tuple(sorted({s.direction for s in train}, reverse=True))
     shown = operating_range(
-        parameters, x, logs, (1, -1) if parameters.law.directional else ways,
+        parameters, x, logs, (1, -1) if parameters.law.directional else directions,
         interval=seconds / n, low=float(travel.min()), high=float(travel.max()),
-        pace=float(np.mean([v for v, _ in both])), fastest=max(v for _, v in both),
+        pace=float(np.mean([v for v, _ in speed_pairs])), fastest=max(v for _, v in speed_pairs),
         lag=max(_lag(log) for log in logs), force=max(_greatest_force(rig, log) for log in logs),
     )  # fmt: skip
     axis = IdentifiedAxis(parameters, x, box, noise, rest_noise(logs), inflation, seconds, shown)
@@ -246,7 +246,7 @@ def _box(card: Card, parameters: Parameters) -> PriorBox:
     log = decades(lower, upper)
     ranges_of = np.where(log, np.log(np.where(log, upper / np.where(log, lower, 1.0), 1.0)),
                          upper - lower)  # fmt: skip
-    wide = np.array([
+    half_widths = np.array([
         WIDE * _half(q, card.parameters[parameters.rig.label(q.name)], by_log=bool(by_log))
         for q, by_log in zip(parameters.free, log, strict=True)
     ])  # fmt: skip
@@ -256,7 +256,7 @@ def _box(card: Card, parameters: Parameters) -> PriorBox:
             parameters.law.physical(parameters.full(x)[:, : len(parameters.law.params)]), dtype=bool
         )
 
-    return PriorBox(lower, upper, np.minimum(ranges_of / np.sqrt(12), wide), allowed)
+    return PriorBox(lower, upper, np.minimum(ranges_of / np.sqrt(12), half_widths), allowed)
 
 
 def _data(predict: object, dim: int, starts: int) -> Experiment:
@@ -265,14 +265,14 @@ def _data(predict: object, dim: int, starts: int) -> Experiment:
 
 def _around(data: Experiment, at: Array, dim: int) -> Experiment:
     """Data whose starts are differences from where they were seen."""
-    whole, begun = data.predict, at[dim:]
+    whole, starts = data.predict, at[dim:]
 
     def predict(rows: Array) -> Array:
         moved = rows.copy()
         if rows.shape[1] > dim:
-            moved[:, dim:] += begun
+            moved[:, dim:] += starts
         else:
-            moved = np.hstack([rows, np.tile(begun, (len(rows), 1))])
+            moved = np.hstack([rows, np.tile(starts, (len(rows), 1))])
         return whole(moved)
 
     return replace(data, predict=predict)
@@ -296,21 +296,21 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     residuals = problem.residuals(x[None])[0]
     if not (np.isfinite(residuals).all() and meaningful(problem, x[None])[0]):
         raise InputError("the model of the card cannot be run on these logs: check the card")
-    look = quick_look(slopes(data, x, box), residuals, problem.logs)
-    noise = float(np.sqrt(look.variance))
+    quick = quick_look(slopes(data, x, box), residuals, problem.logs)
+    noise = float(np.sqrt(quick.variance))
     n = sum(len(log.t) for log in filtered)
     interval = float(np.median(np.concatenate([np.diff(log.t) for log in filtered])))
     q = loads[:, LOADS.index("position")]
     force = max(float(np.abs(log.force).max()) for log in filtered)
     top = float(np.abs(v).max())
-    ways = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
+    directions = tuple(s for s in (1, -1) if bool((s * v > 0.1 * top).any()))
     shown = operating_range(
-        parameters, x, chosen, ways, _exposure(a, loads, rig), interval=interval,
+        parameters, x, chosen, directions, _exposure(a, loads, rig), interval=interval,
         low=float(q.min()), high=float(q.max()), pace=float(np.abs(v).mean()), fastest=top,
         lag=0.0, force=force,
     )  # fmt: skip
-    axis = IdentifiedAxis(parameters, x, box, noise, float("nan"), look.ratio, n * interval, shown)
-    return axis, replace(data, noise=noise, inflation=look.ratio, seconds=n * interval)
+    axis = IdentifiedAxis(parameters, x, box, noise, float("nan"), quick.ratio, n * interval, shown)
+    return axis, replace(data, noise=noise, inflation=quick.ratio, seconds=n * interval)
 
 
 def _exposure(a: Array, loads: Array, rig: BalancedRig) -> Exposure:

@@ -43,7 +43,7 @@ class TwinStudy:
 
 
 def twin_study(
-    data: Experiment, more: Experiment, box: PriorBox, at: Array, n: int, seed: int
+    data: Experiment, experiment: Experiment, box: PriorBox, at: Array, n: int, seed: int
 ) -> TwinStudy:
     """Try out an experiment on twins.
 
@@ -53,7 +53,7 @@ def twin_study(
 
     Args:
         data: The data at hand.
-        more: The experiment.
+        experiment: The experiment.
         box: Of the parameters.
         at: Parameter sets that the data allow, (n, dim), the fit first.
         n: Twins.
@@ -64,53 +64,53 @@ def twin_study(
     for k, stream in enumerate(SeedSequence(seed).spawn(n)):
         rng = np.random.default_rng(stream)
         truth = at[1 + k % (len(at) - 1)] if len(at) > 1 else at[0]
-        shown = [_shown(e, truth, rng) for e in (data, more)]
-        for found, of in ((before, 1), (after, 2)):
-            refitted = _best([data, more][:of], shown[:of], (at[0], truth), box)
-            found.append(box.scaled(refitted) - box.scaled(truth))
-    old, new = np.array(before), np.array(after)
+        shown = [_shown(e, truth, rng) for e in (data, experiment)]
+        for errors, count in ((before, 1), (after, 2)):
+            refitted = _best([data, experiment][:count], shown[:count], (at[0], truth), box)
+            errors.append(box.scaled(refitted) - box.scaled(truth))
+    errors_before, errors_after = np.array(before), np.array(after)
     with np.errstate(invalid="ignore", divide="ignore"):
-        factors = np.median(np.abs(old), axis=0) / np.median(np.abs(new), axis=0)
-    return TwinStudy(factors, old, new)
+        factors = np.median(np.abs(errors_before), axis=0) / np.median(np.abs(errors_after), axis=0)
+    return TwinStudy(factors, errors_before, errors_after)
 
 
 def _shown(experiment: Experiment, truth: Array, rng: np.random.Generator) -> Array:
     """What an experiment shows of a truth, with noise as correlated as it is."""
-    still = np.concatenate([truth, np.zeros(experiment.starts)])
-    clean: Array = experiment.predict(still[None])[0]
+    at_start = np.concatenate([truth, np.zeros(experiment.starts)])
+    clean: Array = experiment.predict(at_start[None])[0]
     time = float(np.median(experiment.inflation))
     a = min((time - 1) / (time + 1), PERSISTENT) if time > 1 else 0.0
     white = rng.standard_normal(len(clean)) * np.sqrt(1 - a * a)
     white[0] /= np.sqrt(1 - a * a)
     scale = experiment.noise if time >= 1 else experiment.noise * np.sqrt(time)
-    found: Array = clean + scale * np.asarray(lfilter([1.0], [1.0, -a], white), dtype=float)
-    return found
+    noisy: Array = clean + scale * np.asarray(lfilter([1.0], [1.0, -a], white), dtype=float)
+    return noisy
 
 
 def _best(
-    tried: list[Experiment], shown: list[Array], near: tuple[Array, Array], box: PriorBox
+    experiments: list[Experiment], shown: list[Array], starts: tuple[Array, Array], box: PriorBox
 ) -> Array:
     """Parameters that fit what was shown: refitted from the first place unless the other wins."""
-    problem = _Refit(tried, shown, box)
-    (a, cost), (b, other) = (problem.solved(x) for x in near)
-    return b if other < cost - BETTER else a
+    problem = _Refit(experiments, shown, box)
+    (a, cost), (b, cost_b) = (problem.solved(x) for x in starts)
+    return b if cost_b < cost - BETTER else a
 
 
 class _Refit:
     """Experiments and what they have shown, as a problem of least squares, noise being 1.
 
     Args:
-        tried: The experiments.
+        experiments: The experiments.
         shown: What each has shown.
         box: Of the parameters; the starts of the experiments come behind these.
     """
 
-    def __init__(self, tried: list[Experiment], shown: list[Array], box: PriorBox) -> None:
+    def __init__(self, experiments: list[Experiment], shown: list[Array], box: PriorBox) -> None:
         self.name = "twin"
-        self._tried, self._shown, self._box = tried, shown, box
+        self._experiments, self._shown, self._box = experiments, shown, box
         ends = zip(box.lower.tolist(), box.upper.tolist(), box.log.tolist(), strict=True)
         self._dim = len(box.lower)
-        starts = [ROOM * e.noise for e in tried for _ in range(e.starts)]
+        starts = [ROOM * e.noise for e in experiments for _ in range(e.starts)]
         self.space = Space((
             *(Param(f"x{i}", a, b, log=by) for i, (a, b, by) in enumerate(ends)),
             *(Param(f"start{i}", -r, r) for i, r in enumerate(starts)),
@@ -122,20 +122,20 @@ class _Refit:
 
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) points to (n, N) residuals; nan where a point means nothing."""
-        good, found, at = self._box.physical(x[:, : self._dim]), [], self._dim
-        for e, y in zip(self._tried, self._shown, strict=True):
+        physical, blocks, at = self._box.physical(x[:, : self._dim]), [], self._dim
+        for e, y in zip(self._experiments, self._shown, strict=True):
             rows = np.full((len(x), len(y)), np.nan)
-            own = np.hstack([x[good, : self._dim], x[good, at : at + e.starts]])
-            if len(own):
+            columns = np.hstack([x[physical, : self._dim], x[physical, at : at + e.starts]])
+            if len(columns):
                 time = float(np.median(e.inflation))
-                rows[good] = (y - e.predict(own)) / (e.noise * np.sqrt(time))
-            found.append(rows)
+                rows[physical] = (y - e.predict(columns)) / (e.noise * np.sqrt(time))
+            blocks.append(rows)
             at += e.starts
-        return np.concatenate(found, axis=1)
+        return np.concatenate(blocks, axis=1)
 
-    def solved(self, near: Array) -> tuple[Array, float]:
+    def solved(self, start: Array) -> tuple[Array, float]:
         """The parameters of the best fit near a place, and its sum of squares."""
-        x = np.concatenate([near, np.zeros(self.space.dim - self._dim)])
-        found = polish(self, x, float(self(x[None])[0]), REFITS * (self.space.dim + 1))
-        many = sum(len(y) for y in self._shown)
-        return found.x[: self._dim], found.cost**2 * many
+        x = np.concatenate([start, np.zeros(self.space.dim - self._dim)])
+        polished = polish(self, x, float(self(x[None])[0]), REFITS * (self.space.dim + 1))
+        samples = sum(len(y) for y in self._shown)
+        return polished.x[: self._dim], polished.cost**2 * samples

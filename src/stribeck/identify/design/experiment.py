@@ -82,19 +82,19 @@ class PriorBox:
         return decades(self.lower, self.upper)
 
     @property
-    def known(self) -> Array:
+    def prior_information(self) -> Array:
         """The information beside any data, (dim, dim)."""
         return np.diag(1.0 / self.prior**2)
 
     def scaled(self, x: Array) -> Array:
         """Points, SI, (..., dim), in the scales of the parameters."""
-        found: Array = np.where(self.log, np.log(np.where(self.log, x, 1.0)), x)
-        return found
+        s: Array = np.where(self.log, np.log(np.where(self.log, x, 1.0)), x)
+        return s
 
     def plain(self, s: Array) -> Array:
         """The other way round."""
-        found: Array = np.where(self.log, np.exp(np.where(self.log, s, 0.0)), s)
-        return found
+        x: Array = np.where(self.log, np.exp(np.where(self.log, s, 0.0)), s)
+        return x
 
     def pace(self, x: Array) -> Array:
         """How fast a point, SI, (dim,), goes as the scales do."""
@@ -102,8 +102,8 @@ class PriorBox:
 
     def inside(self, x: Array) -> NDArray[np.bool_]:
         """Which of (n, dim) points are in the box and mean something."""
-        within = ((x >= self.lower) & (x <= self.upper)).all(axis=1)
-        return np.asarray(within & self.physical(x), dtype=bool)
+        bounded = ((x >= self.lower) & (x <= self.upper)).all(axis=1)
+        return np.asarray(bounded & self.physical(x), dtype=bool)
 
     def steps(self, x: Array) -> Array:
         """Finite differences at a point, SI, (dim,)."""
@@ -115,8 +115,8 @@ class PriorBox:
 def decades(lower: Array, upper: Array) -> NDArray[np.bool_]:
     """Which ranges span two decades or more, and so count by the logarithm."""
     positive = lower > 0
-    found: NDArray[np.bool_] = positive & (upper >= DECADES * np.where(positive, lower, 1.0))
-    return found
+    wide_ranges: NDArray[np.bool_] = positive & (upper >= DECADES * np.where(positive, lower, 1.0))
+    return wide_ranges
 
 
 def slopes(experiment: Experiment, x: Array, box: PriorBox) -> Array:
@@ -129,14 +129,14 @@ def slopes(experiment: Experiment, x: Array, box: PriorBox) -> Array:
     at = np.zeros(n)
     at[:dim] = x
     rows = np.vstack([at[None], at + np.diag(h), at - np.diag(h)])
-    good = box.physical(rows[:, :dim])
-    signals = experiment.predict(rows[good])
+    physical = box.physical(rows[:, :dim])
+    signals = experiment.predict(rows[physical])
     f = np.full((len(rows), signals.shape[1]), np.nan)
-    f[good] = signals
-    up, down = f[1 : n + 1], f[n + 1 :]
-    J = (up - down) / (2 * h[:, None])
-    J = np.where(np.isnan(J), (up - f[0]) / h[:, None], J)
-    J = np.where(np.isnan(J), (f[0] - down) / h[:, None], J)
+    f[physical] = signals
+    forward, backward = f[1 : n + 1], f[n + 1 :]
+    J = (forward - backward) / (2 * h[:, None])
+    J = np.where(np.isnan(J), (forward - f[0]) / h[:, None], J)
+    J = np.where(np.isnan(J), (f[0] - backward) / h[:, None], J)
     found: Array = J
     return found
 
@@ -153,14 +153,14 @@ def information(experiment: Experiment, x: Array, box: PriorBox) -> Array:
         across = A[:dim, dim:]
         A = A[:dim, :dim] - across @ np.linalg.pinv(A[dim:, dim:], hermitian=True) @ across.T
     widened = np.sqrt(experiment.inflation)
-    found: Array = A / np.outer(widened, widened)
-    return found
+    inflated: Array = A / np.outer(widened, widened)
+    return inflated
 
 
 def errors(*parts: Array) -> Array:
     """Standard errors from information that adds up, (dim,); scaled, as units differ widely."""
-    found: Array = np.sqrt(np.diag(covariance(*parts)))
-    return found
+    deviations: Array = np.sqrt(np.diag(covariance(*parts)))
+    return deviations
 
 
 def covariance(*parts: Array) -> Array:
@@ -168,8 +168,8 @@ def covariance(*parts: Array) -> Array:
     total = np.sum(parts, axis=0)
     scale = 1.0 / np.sqrt(np.diag(total))
     inverse = np.linalg.inv(total * np.outer(scale, scale))
-    found: Array = 0.5 * (inverse + inverse.T) * np.outer(scale, scale)
-    return found
+    symmetric: Array = 0.5 * (inverse + inverse.T) * np.outer(scale, scale)
+    return symmetric
 
 
 def draws(x: Array, C: Array, n: int, box: PriorBox, rng: np.random.Generator) -> Array:
@@ -181,15 +181,15 @@ def draws(x: Array, C: Array, n: int, box: PriorBox, rng: np.random.Generator) -
     size = np.sqrt(np.diag(C))
     values, vectors = np.linalg.eigh(C / np.outer(size, size))
     root = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-    fit, found = box.scaled(x), [x]
+    fit, points = box.scaled(x), [x]
     for _ in range(n - 1):
         tries = box.plain(fit + rng.standard_normal((TRIES, len(x))) @ root.T)
-        good = np.flatnonzero(box.inside(tries))
-        one = tries[good[0]] if len(good) else tries[0]
-        while not box.inside(one[None])[0] and not np.allclose(one, x, rtol=1e-9, atol=0.0):
-            one = box.plain(fit + 0.5 * (box.scaled(one) - fit))
-        found.append(one)
-    return np.array(found)
+        allowed = np.flatnonzero(box.inside(tries))
+        point = tries[allowed[0]] if len(allowed) else tries[0]
+        while not box.inside(point[None])[0] and not np.allclose(point, x, rtol=1e-9, atol=0.0):
+            point = box.plain(fit + 0.5 * (box.scaled(point) - fit))
+        points.append(point)
+    return np.array(points)
 
 
 def information_at(experiment: Experiment, at: Array, box: PriorBox) -> Array:
@@ -197,18 +197,20 @@ def information_at(experiment: Experiment, at: Array, box: PriorBox) -> Array:
     return np.array([information(experiment, x, box) for x in at])
 
 
-def factors(now: Array, more: Array) -> Array:
+def factors(data: Array, further: Array) -> Array:
     """By what factor further information shrinks each standard error, (dim,): medians over draws.
 
     nan if the experiment cannot be run at half of them.
 
     Args:
-        now: Information of the data at hand and the ranges at each draw, (n, dim, dim).
-        more: Of the experiment, in the same order; nan where it cannot be run.
+        data: Information of the data at hand and the ranges at each draw, (n, dim, dim).
+        further: Of the experiment, in the same order; nan where it cannot be run.
     """
-    good = np.isfinite(more).all(axis=(1, 2))
-    if 2 * np.count_nonzero(good) < len(more):
-        return np.full(now.shape[1], np.nan)
-    ratios = [errors(a) / errors(a, b) for a, b in zip(now[good], more[good], strict=True)]
-    found: Array = np.median(ratios, axis=0)
-    return found
+    runnable = np.isfinite(further).all(axis=(1, 2))
+    if 2 * np.count_nonzero(runnable) < len(further):
+        return np.full(data.shape[1], np.nan)
+    ratios = [
+        errors(a) / errors(a, b) for a, b in zip(data[runnable], further[runnable], strict=True)
+    ]
+    medians: Array = np.median(ratios, axis=0)
+    return medians

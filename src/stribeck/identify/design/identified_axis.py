@@ -55,7 +55,7 @@ def operating_range(
     parameters: Parameters,
     x: Array,
     logs: Sequence[Recording],
-    ways: tuple[int, ...],
+    directions: tuple[int, ...],
     exposure: Exposure | None = None,
     **figures: float,
 ) -> OperatingRange:
@@ -65,7 +65,7 @@ def operating_range(
         parameters: Rig, law and which parameters are free.
         x: The free parameters, as fitted, (dim,).
         logs: The recordings.
-        ways: Directions in which the model holds.
+        directions: Directions in which the model holds.
         exposure: Acceleration and loads of an axis with a measured force.
         figures: The numbers of `OperatingRange`.
     """
@@ -77,7 +77,7 @@ def operating_range(
     }
     return OperatingRange(
         law=parameters.law, p=p, values=parameters.values(p), units=units, logs=tuple(logs),
-        ways=ways, exposure=exposure, **figures,
+        directions=directions, exposure=exposure, **figures,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from ...errors import InputError
 from ...space import Array
 from ..lookup import recording_list
 from ..uncertainty.verdict import IDENTIFIED
-from .current_model import Present, present
+from .current_model import CurrentModel, current_model
 from .expected_information import TwinStudy, twin_study
 from .experiment import Experiment, covariance, draws, factors, information_at
 from .proposals import Refusals, proposals
@@ -93,7 +93,7 @@ class Plan:
         law: Name of the law.
         rig: Name of the rig.
         doubtful: Names of the parameters that the plan is for.
-        now: What the card says of each free parameter, by name.
+        cards: What the card says of each free parameter, by name.
         proposals: The experiments, the best first.
         left: What was left out, and why.
         said: What a reader must know, a sentence each.
@@ -105,7 +105,7 @@ class Plan:
     law: str
     rig: str
     doubtful: tuple[str, ...]
-    now: dict[str, ParameterCard]
+    cards: dict[str, ParameterCard]
     proposals: tuple[Proposal, ...]
     left: tuple[tuple[str, str], ...]
     said: tuple[str, ...]
@@ -141,85 +141,89 @@ def plan(
     for name, value, least in (("check", check, 0), ("seed", seed, 0), ("draws", count, 1)):
         if value < least:
             raise InputError(f"{name} must be a whole number >= {least}, got {value}")
-    now = present(card, recording_list(recordings))
-    axis = now.axis
+    current = current_model(card, recording_list(recordings))
+    axis = current.axis
     length = min(axis.trained, LONGEST) if seconds is None else seconds
     if not 0 < length < np.inf:
         raise InputError(f"seconds must be a number above 0, got {seconds}")
     refusals: Refusals = []
-    offered = _candidates(now, length, refusals)
+    offered = _candidates(current, length, refusals)
     rng = np.random.default_rng(seed)
-    at, known = _draws(now, count, rng)
-    same = length / axis.trained
-    more = [(same if e is offered[0] else 1.0) * information_at(e, at, axis.box) for e in offered]
-    chosen = _doubtful(now)
-    found = []
-    for e, F in zip(offered, more, strict=True):
-        shrunk = factors(known, F)
+    at, information = _draws(current, count, rng)
+    share = length / axis.trained
+    gained = [
+        (share if e is offered[0] else 1.0) * information_at(e, at, axis.box) for e in offered
+    ]
+    chosen = _doubtful(current)
+    scored = []
+    for e, F in zip(offered, gained, strict=True):
+        shrunk = factors(information, F)
         if np.isfinite(shrunk).all():
-            found.append((_score(shrunk, chosen), e, shrunk))
+            scored.append((_score(shrunk, chosen), e, shrunk))
         else:
             refusals.append((e.name, "the model cannot be simulated there"))
-    found.sort(key=lambda one: -one[0])
-    ranked = [Proposal(e, score, _gains(now, shrunk)) for score, e, shrunk in found]
+    scored.sort(key=lambda entry: -entry[0])
+    ranked = [Proposal(e, score, _gains(current, shrunk)) for score, e, shrunk in scored]
     if check:
         ranked[:CHECKED] = [
-            replace(p, twin_study=_checked(now, p, at, same, offered[0], check, seed))
+            replace(p, twin_study=_checked(current, p, at, share, offered[0], check, seed))
             for p in ranked[:CHECKED]
         ]
-    motions = [F for e, F in zip(offered, more, strict=True) if e.kind == "motion"]
+    motions = [F for e, F in zip(offered, gained, strict=True) if e.kind == "motion"]
     return Plan(
         card.law,
         card.rig,
-        tuple(now.labels[i] for i in chosen),
-        dict(zip(now.labels, now.cards, strict=True)),
+        tuple(current.labels[i] for i in chosen),
+        dict(zip(current.labels, current.cards, strict=True)),
         tuple(ranked),
         tuple(refusals),
-        (*now.said, *_incurable(now, known, motions, ranked)),
+        (*current.notes, *_incurable(current, information, motions, ranked)),
         length,
         count,
         seed,
     )
 
 
-def _doubtful(now: Present) -> list[int]:
+def _doubtful(current: CurrentModel) -> list[int]:
     """Places of the parameters that a plan is for: all of them where none is doubtful."""
-    found = [i for i, c in enumerate(now.cards) if c.verdict in DOUBTFUL]
-    return found or list(range(len(now.cards)))
+    places = [i for i, c in enumerate(current.cards) if c.verdict in DOUBTFUL]
+    return places or list(range(len(current.cards)))
 
 
 def _score(shrunk: Array, chosen: Sequence[int]) -> float:
     return float(np.exp(np.mean(np.log(shrunk[list(chosen)]))))
 
 
-def _gains(now: Present, shrunk: Array) -> tuple[Gain, ...]:
-    chosen = _doubtful(now)
+def _gains(current: CurrentModel, shrunk: Array) -> tuple[Gain, ...]:
+    chosen = _doubtful(current)
     return tuple(
-        Gain(n, f, *now.ends(i, f), i in chosen)
-        for i, (n, f) in enumerate(zip(now.labels, shrunk.tolist(), strict=True))
+        Gain(n, f, *current.ends(i, f), i in chosen)
+        for i, (n, f) in enumerate(zip(current.labels, shrunk.tolist(), strict=True))
     )
 
 
-def _draws(now: Present, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+def _draws(current: CurrentModel, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """Parameter sets that the data allow, and the information of the data and ranges at each."""
-    box, x = now.axis.box, now.axis.x
-    prior = box.known
-    here = information_at(now.data, x[None], box)[0]
-    if not np.isfinite(here).all():
+    box, x = current.axis.box, current.axis.x
+    prior = box.prior_information
+    at_fit = information_at(current.data, x[None], box)[0]
+    if not np.isfinite(at_fit).all():
         raise InputError("the model of the card cannot be simulated on these logs: check the card")
-    C = covariance(here, prior)
-    wide = now.half / NORMAL / np.sqrt(np.diag(C))  # as wide as on the card, whatever slopes say
-    at = draws(x, C * np.outer(wide, wide), count, box, rng)
-    known = information_at(now.data, at, box) + prior
-    good = np.isfinite(known).all(axis=(1, 2))
-    return at[good], known[good]
+    C = covariance(at_fit, prior)
+    widening = (
+        current.half / NORMAL / np.sqrt(np.diag(C))
+    )  # as wide as on the card, whatever slopes say
+    at = draws(x, C * np.outer(widening, widening), count, box, rng)
+    information = information_at(current.data, at, box) + prior
+    runnable = np.isfinite(information).all(axis=(1, 2))
+    return at[runnable], information[runnable]
 
 
-def _candidates(now: Present, seconds: float, refusals: Refusals) -> list[Experiment]:
+def _candidates(current: CurrentModel, seconds: float, refusals: Refusals) -> list[Experiment]:
     """More of the same first, then what the rig can do, then better sensors."""
-    axis = now.axis
-    same = replace(
-        now.data,
+    axis = current.axis
+    repetition = replace(
+        current.data,
         name="the same again",
         words="what was recorded, once more"
         if seconds >= 0.99 * axis.trained
@@ -227,39 +231,41 @@ def _candidates(now: Present, seconds: float, refusals: Refusals) -> list[Experi
         seconds=seconds,
     )
     offered = proposals(axis, seconds, refusals)
-    return [same, *offered, *_sensors(now, same), *_gauges(now)]
+    return [repetition, *offered, *_sensors(current, repetition), *_gauges(current)]
 
 
-def _sensors(now: Present, same: Experiment) -> list[Experiment]:
+def _sensors(current: CurrentModel, repetition: Experiment) -> list[Experiment]:
     """The same again, seen better."""
-    axis = now.axis
-    found = []
+    axis = current.axis
+    finer = []
     if np.isfinite(axis.sensor):
-        rest = max(axis.noise**2 - axis.sensor**2, 0.0)
-        noise = np.sqrt(rest + (min(axis.sensor, axis.noise) / FINER) ** 2)
+        other_noise = max(axis.noise**2 - axis.sensor**2, 0.0)
+        noise = np.sqrt(other_noise + (min(axis.sensor, axis.noise) / FINER) ** 2)
         words = (
             "the same again with a position sensor of a third of the noise, "
             f"{axis.shown.place(axis.sensor / FINER)}"
         )
-        found.append(
-            replace(same, name="finer sensor", words=words, noise=float(noise), kind="sensor")
+        finer.append(
+            replace(repetition, name="finer sensor", words=words, noise=float(noise), kind="sensor")
         )
     faster = axis.repeated(axis.shown.interval / FASTER)
     words = (
         f"the same again with a position sensor that measures {FASTER:g} times as often, at "
         f"{FASTER / axis.shown.interval:.3g} Hz"
     )
-    if now.simulated:
+    if current.simulated:
         inflation = faster / FASTER  # of the samples that there are
-        found.append(
-            replace(same, name="faster sensor", words=words, inflation=inflation, kind="sensor")
+        finer.append(
+            replace(
+                repetition, name="faster sensor", words=words, inflation=inflation, kind="sensor"
+            )
         )
-    return found
+    return finer
 
 
-def _gauges(now: Present) -> list[Experiment]:
+def _gauges(current: CurrentModel) -> list[Experiment]:
     """A breakaway force measured by hand."""
-    axis = now.axis
+    axis = current.axis
     if not axis.parameters.rig.hand_gauge:
         return []
     names = [q.name for q in axis.parameters.free]
@@ -269,42 +275,47 @@ def _gauges(now: Present) -> list[Experiment]:
     noise = GAUGE * float(np.mean(axis.x[at]))
 
     def predict(x: Array) -> Array:
-        found: Array = x[:, at]
-        return found
+        forces: Array = x[:, at]
+        return forces
 
     words = (
         "disconnect the drive and pull with a force gauge until the axis breaks away: F_S to "
         f"{100 * GAUGE:g} %"
     )
     plain = np.ones(len(axis.x))
-    return [Experiment("force gauge", words, now.axis.trained, predict, noise, plain, kind="gauge")]
+    return [
+        Experiment("force gauge", words, current.axis.trained, predict, noise, plain, kind="gauge")
+    ]
 
 
 def _checked(
-    now: Present,
+    current: CurrentModel,
     proposal: Proposal,
     at: Array,
-    same: float,
-    again: Experiment,
+    share: float,
+    repetition: Experiment,
     check: int,
     seed: int,
 ) -> TwinStudy:
     e = proposal.experiment
-    if e.name == again.name:
-        e = replace(e, noise=e.noise / np.sqrt(same))
-    return twin_study(now.data, e, now.axis.box, at, check, seed)
+    if e.name == repetition.name:
+        e = replace(e, noise=e.noise / np.sqrt(share))
+    return twin_study(current.data, e, current.axis.box, at, check, seed)
 
 
 def _incurable(
-    now: Present, known: Array, motions: Sequence[Array], proposals: Sequence[Proposal]
+    current: CurrentModel,
+    information: Array,
+    motions: Sequence[Array],
+    proposals: Sequence[Proposal],
 ) -> list[str]:
     """What no motion cures, and what would help."""
-    axis, said = now.axis, list[str]()
+    axis, notes = current.axis, list[str]()
     everything = np.sum([np.where(np.isfinite(F), F, 0.0) for F in motions], axis=0)
-    shrunk = factors(known, everything)
-    reach = now.half / shrunk
+    shrunk = factors(information, everything)
+    reach = current.half / shrunk
     size = np.where(axis.box.log, 1.0, np.abs(axis.x))
-    short = [i for i in _doubtful(now) if reach[i] > IDENTIFIED * size[i]]
+    short = [i for i in _doubtful(current) if reach[i] > IDENTIFIED * size[i]]
     aided = []
     for i in short:
         aids = [
@@ -312,18 +323,28 @@ def _incurable(
             for p in proposals
             if p.experiment.kind != "motion"
             for g in p.gains
-            if g.name == now.labels[i] and g.factor > shrunk[i]
+            if g.name == current.labels[i] and g.factor > shrunk[i]
         ]
         if aids:
-            aided.append(f"a {max(aids)[1]} does more for {now.labels[i]}")
+            aided.append(f"a {max(aids)[1]} does more for {current.labels[i]}")
     if short:
         known_to = ", ".join(
-            f"{now.labels[i]} to ±{_share(reach[i], float(size[i]))}" for i in short
+            f"{current.labels[i]} to ±{_share(reach[i], float(size[i]))}" for i in short
         )
-        more = "".join(f"; {text}" for text in aided)
-        said.append(f"all these motions together leave {known_to}: none of them cures that{more}")
-    said += [t for t in (_scale(now, known), _bounds(now), _doubts(now)) if t is not None]
-    return said
+        aids_text = "".join(f"; {text}" for text in aided)
+        notes.append(
+            f"all these motions together leave {known_to}: none of them cures that{aids_text}"
+        )
+    notes += [
+        t
+        for t in (
+            _scale_warning(current, information),
+            _bound_warning(current),
+            _model_warning(current),
+        )
+        if t is not None
+    ]
+    return notes
 
 
 def _share(reach: float, size: float) -> str:
@@ -331,9 +352,9 @@ def _share(reach: float, size: float) -> str:
     return f"{100 * reach / size:.0f} %" if reach < MUCH * size else "much more than its value"
 
 
-def _scale(now: Present, known: Array) -> str | None:
+def _scale_warning(current: CurrentModel, information: Array) -> str | None:
     """Whether all forces and stiffnesses share a scale that the data hardly know."""
-    parameters, x = now.axis.parameters, now.axis.x
+    parameters, x = current.axis.parameters, current.axis.x
     at = [i for i, q in enumerate(parameters.free) if q.unit.startswith("N")]
     if not parameters.rig.known_scale or len(at) < 2 or not x[at].all():  # noqa: PLR2004 - one has no other
         return None
@@ -343,20 +364,22 @@ def _scale(now: Present, known: Array) -> str | None:
     def relative(F: Array) -> float:
         return float(np.sqrt(np.mean(np.diag(covariance(F))[at] / x[at] ** 2)))
 
-    share = float(np.median([relative(F + np.outer(along, along)) / relative(F) for F in known]))
+    share = float(
+        np.median([relative(F + np.outer(along, along)) / relative(F) for F in information])
+    )
     if share > SHARED:
         return None
     return (
-        f"{', '.join(now.labels[i] for i in at)} share a scale: if one of them were known from "
+        f"{', '.join(current.labels[i] for i in at)} share a scale: if one of them were known from "
         f"elsewhere, the relative errors of all would shrink {1 / share:.2g}-fold; as long as only "
         "positions are fitted, the rig's known gains and mass alone set it: check them, or measure "
         "a force"
     )
 
 
-def _bounds(now: Present) -> str | None:
+def _bound_warning(current: CurrentModel) -> str | None:
     """Parameters that sit at the end of their range."""
-    at = [n for n, c in zip(now.labels, now.cards, strict=True) if c.at_bound]
+    at = [n for n, c in zip(current.labels, current.cards, strict=True) if c.at_bound]
     if not at:
         return None
     return (
@@ -365,9 +388,9 @@ def _bounds(now: Present) -> str | None:
     )
 
 
-def _doubts(now: Present) -> str | None:
+def _model_warning(current: CurrentModel) -> str | None:
     """Whether the model holds at all: a plan for one that does not is a plan for another axis."""
-    if now.explained <= LITTLE:
+    if current.explained <= LITTLE:
         return None
     return (
         "the model of the card explains little of its own data: what is expected here holds for "

@@ -112,10 +112,10 @@ def _predictor(axis: IdentifiedAxis, tracks: Sequence[Track]) -> Callable[[Array
             part = np.full((len(rows), len(track.t)), np.nan)
             starts = rows[:, dim + k] if rows.shape[1] > dim else np.zeros(len(rows))
             for start in np.unique(starts):
-                same = starts == start
+                matching = starts == start
                 moved = track._replace(x0=track.x0 + float(start))
-                p = parameters.full(rows[same, :dim])
-                part[same] = rig.move(parameters.law, p, moved).position
+                p = parameters.full(rows[matching, :dim])
+                part[matching] = rig.move(parameters.law, p, moved).position
             parts.append(part)
         return np.concatenate(parts, axis=1)
 

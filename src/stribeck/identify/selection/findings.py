@@ -40,24 +40,24 @@ class Finding:
     @property
     def text(self) -> str:
         """In a sentence."""
-        what = INGREDIENTS[self.ingredient]
-        said = f"{what[0].upper()}{what[1:]}: "
+        ingredient = INGREDIENTS[self.ingredient]
+        head = f"{ingredient[0].upper()}{ingredient[1:]}: "
         pair = f"{self.without} against {self.within}"
         change = percent(self.held.change)
         if self.warranted:
-            return f"{said}warranted. Without it the held-out error is {change} greater ({pair})."
+            return f"{head}warranted. Without it the held-out error is {change} greater ({pair})."
         if self.held.change > MARGIN:
             return (
-                f"{said}not proven. Without it the held-out error is {change} greater, but "
+                f"{head}not proven. Without it the held-out error is {change} greater, but "
                 f"{_doubt(self.held)} ({pair})."
             )
-        less = f"{percent(max(self.training, 0.0))} in training"
+        gain = f"{percent(max(self.training, 0.0))} in training"
         if self.held.change < 0:
             return (
-                f"{said}not warranted. It gains {less} and loses {percent(-self.held.change)} on "
+                f"{head}not warranted. It gains {gain} and loses {percent(-self.held.change)} on "
                 f"what was held out ({pair})."
             )
-        return f"{said}not warranted. It gains {less} and {change} on what was held out ({pair})."
+        return f"{head}not warranted. It gains {gain} and {change} on what was held out ({pair})."
 
 
 def percent(share: float) -> str:
@@ -69,16 +69,16 @@ def percent(share: float) -> str:
     return "under 0.05 %" if abs(share) < 5e-4 else f"{100 * share:.2g} %"  # noqa: PLR2004
 
 
-def _doubt(held: Paired) -> str:
-    if np.isnan(held.p):
-        return f"{held.blocks} blocks are too few to tell"
-    return f"{held.blocks} blocks do not tell that from chance (p = {held.p:.2g})"
+def _doubt(paired: Paired) -> str:
+    if np.isnan(paired.p):
+        return f"{paired.blocks} blocks are too few to tell"
+    return f"{paired.blocks} blocks do not tell that from chance (p = {paired.p:.2g})"
 
 
 def findings(
     laws: Sequence[tuple[str, int]],
     has: Sequence[frozenset[str]],
-    taken: int,
+    recommended: int,
     compare: Callable[[int, int], Paired],
     errors: Sequence[float],
 ) -> tuple[Finding, ...]:
@@ -87,90 +87,89 @@ def findings(
     Args:
         laws: Name and number of free parameters of each law.
         has: Its ingredients.
-        taken: The law that is recommended.
+        recommended: The law that is recommended.
         compare: The simpler of two laws against the richer.
         errors: Training errors.
     """
     pairs: dict[str, list[tuple[int, int]]] = {}
     for i in range(len(laws)):
         for j in range(len(laws)):
-            if (new := step(has[i], has[j])) is not None:
-                pairs.setdefault(new, []).append((i, j))
-    found = []
+            if (added := step(has[i], has[j])) is not None:
+                pairs.setdefault(added, []).append((i, j))
+    results = []
     for ingredient in INGREDIENTS:
         if ingredient not in pairs:
             continue
         i, j = min(
             pairs[ingredient],
-            key=lambda p: (taken not in p, laws[p[1]][1] - laws[p[0]][1], laws[p[0]][1], p),
+            key=lambda p: (recommended not in p, laws[p[1]][1] - laws[p[0]][1], laws[p[0]][1], p),
         )
-        held = compare(i, j)
+        paired = compare(i, j)
         gain = errors[i] / errors[j] - 1 if errors[j] > 0 else 0.0
-        found.append(Finding(ingredient, laws[i][0], laws[j][0], gain, held, held.worse))
-    return tuple(found)
+        results.append(Finding(ingredient, laws[i][0], laws[j][0], gain, paired, paired.worse))
+    return tuple(results)
 
 
 def sentences(
     laws: Sequence[Candidate],
-    taken: int,
+    recommended: int,
     best: int,
-    found: Sequence[Finding],
+    results: Sequence[Finding],
     blocks: int,
-    left: Sequence[str],
+    skipped: Sequence[str],
 ) -> tuple[str, ...]:
     """The recommendation and its reasons, the most important first."""
-    said = [_recommendation(laws, taken, best)]
-    if left:
-        said.append(
-            f"Interrupted: {', '.join(left)} {'was' if len(left) == 1 else 'were'} not compared."
+    texts = [_recommendation(laws, recommended, best)]
+    if skipped:
+        texts.append(
+            f"Interrupted: {', '.join(skipped)} "
+            f"{'was' if len(skipped) == 1 else 'were'} not compared."
         )
-    said += [
-        _left_behind(one, laws[best]) for one in laws if one.worse and one.free <= laws[best].free
-    ]
-    said += _by_heart(laws)
-    said += [f.text for f in found]
+    texts += [_worse(law, laws[best]) for law in laws if law.worse and law.free <= laws[best].free]
+    texts += _overfitted(laws)
+    texts += [f.text for f in results]
     if blocks < FEWEST and len(laws) > 1:
-        said.append(
+        texts.append(
             f"Only {blocks} block{'s' * (blocks != 1)} of what was held out can be taken as "
             f"independent: there nothing was tested, and {COARSE:.0%} more error counted "
             "as worse. Hold out more."
         )
-    said += _doubts(laws[taken])
-    return (*said, _colour(laws))
+    texts += _not_identified(laws[recommended])
+    return (*texts, _colour(laws))
 
 
-def _recommendation(laws: Sequence[Candidate], taken: int, best: int) -> str:
-    one, top = laws[taken], laws[best]
+def _recommendation(laws: Sequence[Candidate], recommended: int, best: int) -> str:
+    chosen, top = laws[recommended], laws[best]
     if len(laws) == 1:
-        return f"{one.name} is the only law that was fitted: there is nothing to choose from."
-    if taken == best:
-        simpler = [law for law in laws if law.free < one.free]
-        why = "and every simpler law is worse" if simpler else "and is the simplest"
-        return f"{one.name} is recommended: it has the least held-out error, {why}."
-    assert one.against is not None  # noqa: S101 - only the best has none
-    if one.against.change > MARGIN:
+        return f"{chosen.name} is the only law that was fitted: there is nothing to choose from."
+    if recommended == best:
+        simpler = [law for law in laws if law.free < chosen.free]
+        reason = "and every simpler law is worse" if simpler else "and is the simplest"
+        return f"{chosen.name} is recommended: it has the least held-out error, {reason}."
+    assert chosen.against is not None  # noqa: S101 - only the best has none
+    if chosen.against.change > MARGIN:
         return (
-            f"{one.name} is recommended, with a reservation: its held-out error is "
-            f"{percent(one.against.change)} greater than that of {top.name}, but "
-            f"{_doubt(one.against)}. Hold out more data to decide."
+            f"{chosen.name} is recommended, with a reservation: its held-out error is "
+            f"{percent(chosen.against.change)} greater than that of {top.name}, but "
+            f"{_doubt(chosen.against)}. Hold out more data to decide."
         )
     return (
-        f"{one.name} is recommended: the simplest law whose held-out error is not worse than the "
-        f"best's ({top.name}: {percent(one.against.change)} between them)."
+        f"{chosen.name} is recommended: the simplest law whose held-out error is not worse than "
+        f"the best's ({top.name}: {percent(chosen.against.change)} between them)."
     )
 
 
-def _left_behind(one: Candidate, top: Candidate) -> str:
-    assert one.against is not None  # noqa: S101 - only the best has none
-    against = one.against
+def _worse(law: Candidate, top: Candidate) -> str:
+    assert law.against is not None  # noqa: S101 - only the best has none
+    against = law.against
     chance = "" if np.isnan(against.p) else f" (p = {against.p:.1g}, {against.blocks} blocks)"
     by = percent(against.change)
-    return f"{one.name} is {by} worse on what was held out than {top.name}{chance}."
+    return f"{law.name} is {by} worse on what was held out than {top.name}{chance}."
 
 
-def _by_heart(laws: Sequence[Candidate]) -> list[str]:
+def _overfitted(laws: Sequence[Candidate]) -> list[str]:
     """Laws that train better than a simpler one and do worse on what they have not seen."""
-    said = []
+    texts = []
     for rich in laws:
         simpler = [
             s
@@ -185,18 +184,18 @@ def _by_heart(laws: Sequence[Candidate]) -> list[str]:
         s = min(simpler, key=lambda law: law.held)
         lost = rich.held / s.held - 1
         verdict = "it learnt the noise" if lost > MARGIN else "what it learnt does not carry over"
-        said.append(
+        texts.append(
             f"{rich.name} trains {percent(1 - rich.error / s.error)} better than {s.name} and is "
             f"{percent(lost)} worse on what was held out: {verdict}."
         )
-    return said
+    return texts
 
 
-def _doubts(one: Candidate) -> list[str]:
-    if not one.unseen:
+def _not_identified(law: Candidate) -> list[str]:
+    if not law.unseen:
         return []
-    names = ", ".join(one.unseen)
-    return [f"Of {one.name}, the data do not identify {names}: read nothing into the values."]
+    names = ", ".join(law.unseen)
+    return [f"Of {law.name}, the data do not identify {names}: read nothing into the values."]
 
 
 def _colour(laws: Sequence[Candidate]) -> str:

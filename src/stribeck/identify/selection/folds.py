@@ -38,10 +38,10 @@ class LogRange:
 
     def mask(self) -> Mask:
         """Which samples, (N,)."""
-        found = np.zeros(len(self.recording), dtype=bool)
+        counted = np.zeros(len(self.recording), dtype=bool)
         for window in windows(self.recording, self.within):
-            found[window.rows] = True
-        return found
+            counted[window.rows] = True
+        return counted
 
     @property
     def label(self) -> str:
@@ -101,11 +101,11 @@ def splits(
     whole = _portions(logs, train)
     if not (holdout or test):
         return _folded(logs, whole, rig, folds)
-    if twice := [log for log in test if any(log is one for one in logs)]:
+    if twice := [log for log in test if any(log is trained for trained in logs)]:
         raise InputError(f"{twice[0].label}: is trained on and tested: give it once")
-    held = (*(_portions(logs, holdout) if holdout else ()), *_portions(test, []))
-    for part in held:
-        if any(_overlap(part, one) for one in whole):
+    held_out = (*(_portions(logs, holdout) if holdout else ()), *_portions(test, []))
+    for part in held_out:
+        if any(_overlap(part, trained) for trained in whole):
             assert part.within is not None  # noqa: S101 - test logs are not trained on
             raise InputError(
                 f"hold-out {part.within.text} overlaps the training data, so that its error says "
@@ -113,7 +113,7 @@ def splits(
             )
     texts = [f"ranges {', '.join(r.text for r in holdout)}"] if holdout else []
     texts += [f"{len(test)} test log{'s' * (len(test) > 1)}"] if test else []
-    return Splits("hold-out", " and ".join(texts), whole, (Split(whole, held),))
+    return Splits("hold-out", " and ".join(texts), whole, (Split(whole, held_out),))
 
 
 def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[LogRange, ...]:
@@ -124,20 +124,20 @@ def _portions(logs: Sequence[Recording], ranges: Sequence[Range]) -> tuple[LogRa
     """
     if not ranges:
         return tuple(LogRange(log, None) for log in logs)
-    found: list[LogRange] = []
+    parts: list[LogRange] = []
     refused: dict[int, InputError] = {}
-    for within in ranges:
-        before = len(found)
+    for part in ranges:
+        before = len(parts)
         for log in logs:
             try:
-                windows(log, within)
+                windows(log, part)
             except InputError as error:
                 refused[id(log)] = error
             else:
-                found.append(LogRange(log, within))
-        if len(found) == before:
+                parts.append(LogRange(log, part))
+        if len(parts) == before:
             raise refused[id(logs[0])]
-    return tuple(found)
+    return tuple(parts)
 
 
 def _overlap(a: LogRange, b: LogRange) -> bool:
@@ -147,7 +147,7 @@ def _overlap(a: LogRange, b: LogRange) -> bool:
 def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, folds: int) -> Splits:
     if folds < 2:  # noqa: PLR2004 - with one fold, nothing is left to train on
         raise InputError(f"folds: give 2 or more, got {folds}")
-    if len(logs) >= _LOGS and _every_way(logs, folds := min(folds, len(logs))):
+    if len(logs) >= _LOGS and _all_directions(logs, folds := min(folds, len(logs))):
         groups = [set(map(id, logs[k::folds])) for k in range(folds)]
         rounds = tuple(
             Split(
@@ -156,8 +156,8 @@ def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, fo
             )
             for group in groups
         )
-        each = f"{len(logs)} logs, each held out once in {folds} rounds"
-        return Splits("logs", each, whole, rounds)
+        text = f"{len(logs)} logs, each held out once in {folds} rounds"
+        return Splits("logs", text, whole, rounds)
     masks = {id(log): np.zeros(len(log), dtype=bool) for log in logs}
     for p in whole:
         masks[id(p.recording)] |= p.mask()
@@ -165,16 +165,16 @@ def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, fo
     rounds = tuple(
         Split(*_round(logs, masks, rig, folds, k, by_stroke=by_stroke)) for k in range(folds)
     )
-    each = "whole strokes" if by_stroke else "a part of every stroke"
-    return Splits("strokes" if by_stroke else "time", f"{each}, in {folds} rounds", whole, rounds)
+    text = "whole strokes" if by_stroke else "a part of every stroke"
+    return Splits("strokes" if by_stroke else "time", f"{text}, in {folds} rounds", whole, rounds)
 
 
-def _every_way(logs: Sequence[Recording], folds: int) -> bool:
+def _all_directions(logs: Sequence[Recording], folds: int) -> bool:
     """Whether the logs left in every round run in all directions of those held out."""
-    ways = [{s.direction for s in segment(log).strokes} for log in logs]
+    directions = [{s.direction for s in segment(log).strokes} for log in logs]
     for k in range(folds):
-        held = set().union(*ways[k::folds])
-        if held - set().union(*(w for i, w in enumerate(ways) if i % folds != k)):
+        held_out = set().union(*directions[k::folds])
+        if held_out - set().union(*(w for i, w in enumerate(directions) if i % folds != k)):
             return False
     return True
 
@@ -189,21 +189,21 @@ def _round(
     by_stroke: bool,
 ) -> tuple[tuple[LogRange, ...], tuple[LogRange, ...]]:
     train: list[LogRange] = []
-    held: list[LogRange] = []
+    held_out: list[LogRange] = []
     for log in logs:
         out = np.zeros(len(log), dtype=bool)
         for part in _parts(log, folds, k, by_stroke=by_stroke):
             out[part] = True
         base = masks[id(log)]
         train += _runs(log, base & ~_widened(out, _reach(log, rig)))
-        held += _runs(log, base & out)
-    for what, found in (("trained on", train), ("held out", held)):
-        if not found:
+        held_out += _runs(log, base & out)
+    for purpose, parts in (("trained on", train), ("held out", held_out)):
+        if not parts:
             raise InputError(
-                f"{logs[0].label}: is too short for {folds} folds, so that nothing is {what}: "
+                f"{logs[0].label}: is too short for {folds} folds, so that nothing is {purpose}: "
                 "give fewer, or longer logs"
             )
-    return tuple(train), tuple(held)
+    return tuple(train), tuple(held_out)
 
 
 def _parts(log: Recording, folds: int, k: int, *, by_stroke: bool) -> Iterator[slice]:
@@ -228,10 +228,10 @@ def _widened(mask: Mask, by: int) -> Mask:
     if not by:
         return mask
     at = np.flatnonzero(mask)
-    wide = np.zeros(len(mask) + 1, dtype=int)
-    np.add.at(wide, np.maximum(at - by, 0), 1)
-    np.add.at(wide, np.minimum(at + by + 1, len(mask)), -1)
-    return np.asarray(np.cumsum(wide)[:-1] > 0)
+    edges = np.zeros(len(mask) + 1, dtype=int)
+    np.add.at(edges, np.maximum(at - by, 0), 1)
+    np.add.at(edges, np.minimum(at + by + 1, len(mask)), -1)
+    return np.asarray(np.cumsum(edges)[:-1] > 0)
 
 
 def _runs(log: Recording, mask: Mask) -> list[LogRange]:

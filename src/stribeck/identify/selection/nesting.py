@@ -52,11 +52,11 @@ def ingredients(law: Law, free: Iterable[str]) -> frozenset[str]:
         free: Names of the parameters that are to be found.
     """
     bare = {name.rstrip("+-") for name in law.names}
-    asked = {_ALIASES.get(stem, stem) for stem in (name.rstrip("+-") for name in free)}
+    stems = {_ALIASES.get(stem, stem) for stem in (name.rstrip("+-") for name in free)}
     has = {
         "asymmetry": law.directional,
         "stribeck": bool(bare & _FALLS),
-        "exponent": bool(bare & _FALLS) and "exponent" in asked,
+        "exponent": bool(bare & _FALLS) and "exponent" in stems,
         "load": bool(law.loads),
         "two loads": "K_m" in bare,
         "squares": "K_mq" in bare,
@@ -64,16 +64,16 @@ def ingredients(law: Law, free: Iterable[str]) -> frozenset[str]:
         "temperature": "temperature" in law.terms,
         "position": "position" in law.terms,
     }
-    return frozenset(name for name, there in has.items() if there)
+    return frozenset(name for name, present in has.items() if present)
 
 
 def step(simple: frozenset[str], rich: frozenset[str]) -> str | None:
     """The one ingredient that is new in a richer law; None if there are none or several."""
     if not simple < rich:
         return None
-    new = rich - simple
-    own = [name for name in INGREDIENTS if name in new and _REFINES.get(name) not in new]
-    return own[0] if len(own) == 1 else None
+    added = rich - simple
+    steps = [name for name in INGREDIENTS if name in added and _REFINES.get(name) not in added]
+    return steps[0] if len(steps) == 1 else None
 
 
 def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
@@ -89,10 +89,10 @@ def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
         p: Their values, SI, (k,).
         rich: The richer law's.
     """
-    known = {_renamed(n): v for n, v in simple.values(p).items()}
-    dropped = 0.0 if any(q.name == _OFFSET for q in rich.every) else known.get(_OFFSET, 0.0)
+    values = {_renamed(n): v for n, v in simple.values(p).items()}
+    dropped = 0.0 if any(q.name == _OFFSET for q in rich.every) else values.get(_OFFSET, 0.0)
     space = Space(rich.free)
-    x = [_value(q, known, dropped) for q in rich.free]
+    x = [_value(q, values, dropped) for q in rich.free]
     inside: Array = space.decode(space.encode(np.array([x])).clip(0.0, 1.0))[0]
     return inside
 
@@ -102,29 +102,29 @@ def _renamed(name: str) -> str:
     return _ALIASES.get(stem, stem) + name[len(stem) :]
 
 
-def _value(param: Param, known: Mapping[str, float], offset: float) -> float:
+def _value(param: Param, values: Mapping[str, float], offset: float) -> float:
     name = _renamed(param.name)
     stem, sign = name.rstrip("+-"), name[len(name.rstrip("+-")) :]
     for called in (stem, *(("F_C",) if stem == "F_S" else ())):
-        if (found := _at(called, sign, known, offset)) is not None:
-            return found
-    if stem == "K_cs" and "F_S" in known:
-        return known["F_S"] - known["F_C"]
+        if (value := _at(called, sign, values, offset)) is not None:
+            return value
+    if stem == "K_cs" and "F_S" in values:
+        return values["F_S"] - values["F_C"]
     if stem in _PARTS:
-        return known.get(_PARTS[stem], 0.0)
+        return values.get(_PARTS[stem], 0.0)
     if param.lower <= 0.0 <= param.upper:
         return 0.0
     middle: Array = Space((param,)).decode(np.array([[0.5]]))
     return float(middle[0, 0])
 
 
-def _at(stem: str, sign: str, known: Mapping[str, float], offset: float) -> float | None:
+def _at(stem: str, sign: str, values: Mapping[str, float], offset: float) -> float | None:
     """A value by its name and direction, or by what comes closest to that, if anything does."""
-    if stem + sign in known:
-        return known[stem + sign]
-    if sign and stem in known:
-        way = {"+": 1.0, "-": -1.0}[sign] if stem in _LEVELS else 0.0
-        return known[stem] + way * offset
-    if f"{stem}+" in known and f"{stem}-" in known:
-        return 0.5 * (known[f"{stem}+"] + known[f"{stem}-"])
+    if stem + sign in values:
+        return values[stem + sign]
+    if sign and stem in values:
+        sign_of_offset = {"+": 1.0, "-": -1.0}[sign] if stem in _LEVELS else 0.0
+        return values[stem] + sign_of_offset * offset
+    if f"{stem}+" in values and f"{stem}-" in values:
+        return 0.5 * (values[f"{stem}+"] + values[f"{stem}-"])
     return None

@@ -59,10 +59,10 @@ class Paired:
         return self.change > COARSE if np.isnan(self.p) else self.p < LEVEL
 
 
-def blocks(one: Sequence[Array], other: Sequence[Array]) -> list[list[slice]]:
+def blocks(first: Sequence[Array], second: Sequence[Array]) -> list[list[slice]]:
     """How each held-out piece is cut, for two models' residuals of the same samples."""
-    pieces = [len(r) for r in one]
-    differences = np.concatenate([a * a - b * b for a, b in zip(one, other, strict=True)])
+    pieces = [len(r) for r in first]
+    differences = np.concatenate([a * a - b * b for a, b in zip(first, second, strict=True)])
     length = max(TIMES * correlation_time(differences, pieces), sum(pieces) / MOST)
     cut = []
     for n in pieces:
@@ -71,16 +71,16 @@ def blocks(one: Sequence[Array], other: Sequence[Array]) -> list[list[slice]]:
     return cut
 
 
-def paired(one: Sequence[Array], other: Sequence[Array]) -> Paired:
-    """How much worse `one` is than `other`: residuals of the same pieces."""
+def paired(first: Sequence[Array], second: Sequence[Array]) -> Paired:
+    """How much worse `first` is than `second`: residuals of the same pieces."""
     nan = float("nan")
-    for r, change in ((one, float("inf")), (other, -1.0)):
+    for r, change in ((first, float("inf")), (second, -1.0)):
         if not all(np.isfinite(piece).all() for piece in r):
             return Paired(change, nan, nan, 0.0 if change > 0 else 1.0, len(r))
-    cut = blocks(one, other)
+    cut = blocks(first, second)
     A, B = (
         np.array([float(r[b] @ r[b]) for r, bs in zip(model, cut, strict=True) for b in bs])
-        for model in (one, other)
+        for model in (first, second)
     )
     least = EXACT * float(A.sum() + B.sum())
     if not least > 0:
@@ -91,9 +91,9 @@ def paired(one: Sequence[Array], other: Sequence[Array]) -> Paired:
         return Paired(float(np.expm1(mean)), nan, nan, nan, len(logs))
     from scipy.special import stdtr, stdtrit  # noqa: PLC0415 - slow to import
 
-    dof, over = len(logs) - 1, mean - float(np.log1p(MARGIN))
+    dof, excess = len(logs) - 1, mean - float(np.log1p(MARGIN))
     error = float(np.std(logs, ddof=1) / np.sqrt(len(logs)))
-    p = float(stdtr(dof, -over / error if error > 0 else np.copysign(np.inf, -over)))
+    p = float(stdtr(dof, -excess / error if error > 0 else np.copysign(np.inf, -excess)))
     reach = float(stdtrit(dof, 1 - LEVEL)) * error
     low, high = (float(np.expm1(end)) for end in (mean - reach, mean + reach))
     return Paired(float(np.expm1(mean)), low, high, p, len(logs))

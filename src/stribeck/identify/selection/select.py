@@ -64,10 +64,10 @@ class Selection:
         blocks: How many blocks the comparisons rest on at least.
         effective: Training samples in effect, for the criteria.
         findings: Which ingredients are warranted.
-        said: What a reader must know, a sentence each; the recommendation first.
+        sentences: What a reader must know, a sentence each; the recommendation first.
         unit: Of the errors.
         seed: Of the searches; None on the inverse road.
-        left: Laws that an interruption left out.
+        skipped: Laws that an interruption left out.
     """
 
     rig: Rig
@@ -78,10 +78,10 @@ class Selection:
     blocks: int
     effective: float
     findings: tuple[Finding, ...]
-    said: tuple[str, ...]
+    sentences: tuple[str, ...]
     unit: str
     seed: int | None
-    left: tuple[str, ...]
+    skipped: tuple[str, ...]
 
     @property
     def recommended(self) -> Candidate:
@@ -152,8 +152,8 @@ def select(
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    every = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}))
-    axis = every[0].rig
+    parameter_sets = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}))
+    axis = parameter_sets[0].rig
     logs, tests = recording_list(recordings), [] if test is None else recording_list(test)
     simulated = axis.approach == "output_error"
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
@@ -173,14 +173,14 @@ def select(
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
     training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
-    for parameters in every:
+    for parameters in parameter_sets:
         try:
             training.add(parameters)
         except KeyboardInterrupt:
             if not training.laws:
                 raise
             break
-    return _compared(axis, training, [p.law.name for p in every], simulated=simulated)
+    return _compared(axis, training, [p.law.name for p in parameter_sets], simulated=simulated)
 
 
 def _parameters(
@@ -201,25 +201,25 @@ def _parameters(
         raise InputError(f"law {twice[0]} is given twice: give it once")
     if not chosen:
         raise InputError("no law was given")
-    known: set[str] = set()
-    every = []
+    known_names: set[str] = set()
+    result = []
     for law in chosen:
-        own = {n for q in axis.parameters(law) for n in (q.name, axis.label(q.name))}
-        known |= own
-        every.append(
+        names_of_law = {n for q in axis.parameters(law) for n in (q.name, axis.label(q.name))}
+        known_names |= names_of_law
+        result.append(
             partition(
                 axis,
                 law,
-                fixed={n: v for n, v in fixed.items() if n in own},
-                bounds={n: v for n, v in bounds.items() if n in own},
+                fixed={n: v for n, v in fixed.items() if n in names_of_law},
+                bounds={n: v for n, v in bounds.items() if n in names_of_law},
             )
         )
-    if strange := [n for n in (*fixed, *bounds) if n not in known]:
+    if strange := [n for n in (*fixed, *bounds) if n not in known_names]:
         raise InputError(
             f"no law here has a parameter {strange[0]!r} on rig {axis.name}: there are "
-            f"{', '.join(sorted(known))}"
+            f"{', '.join(sorted(known_names))}"
         )
-    return sorted(every, key=lambda p: len(p.free))
+    return sorted(result, key=lambda p: len(p.free))
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +300,7 @@ def _compared(
     best = int(np.argmin(errors))
     residuals = [t.errors.residuals for t in training.laws]
     against = [paired(r, residuals[best]) for r in residuals]
-    others = [i for i in range(len(laws)) if i != best]
+    rivals = [i for i in range(len(laws)) if i != best]
     worse = [i != best and against[i].worse for i in range(len(laws))]
     ruler = min(laws, key=lambda r: float(np.mean(r.residuals**2)))
     effective = len(ruler.residuals) / whiteness(ruler.residuals, ruler.logs).time
@@ -319,8 +319,8 @@ def _compared(
         lambda simple, rich: paired(residuals[simple], residuals[rich]),
         [c.error for c in candidates],
     )
-    left = tuple(names[len(candidates) :])
-    count = min((against[i].blocks for i in others), default=0)
+    skipped = tuple(names[len(candidates) :])
+    count = min((against[i].blocks for i in rivals), default=0)
     return Selection(
         rig=axis,
         candidates=tuple(candidates),
@@ -330,10 +330,10 @@ def _compared(
         blocks=count,
         effective=effective,
         findings=warranted,
-        said=sentences(candidates, chosen, best, warranted, count, left),
+        sentences=sentences(candidates, chosen, best, warranted, count, skipped),
         unit=laws[0].unit,
         seed=training.seed if simulated else None,
-        left=left,
+        skipped=skipped,
     )
 
 

@@ -184,16 +184,16 @@ def _segments(parameters: Parameters, ranges: Sequence[LogRange]) -> list[Segmen
         InputError: nothing is left.
     """
     rig = as_simulated(parameters.rig)
-    every: list[Segment] = []
+    result: list[Segment] = []
     refused: InputError | None = None
     for log in ranges:
         try:
-            every += segments([log.recording], rig, log.within)
+            result += segments([log.recording], rig, log.within)
         except InputError as error:
             refused = refused or error
-    if refused is not None and not every:
+    if refused is not None and not result:
         raise refused
-    return every
+    return result
 
 
 def _solved(
@@ -204,16 +204,16 @@ def _solved(
 ) -> TrainedLaw:
     logs, masks = _masks(train)
 
-    def solved(near: Array | None = None) -> balance.Balance:
-        return balance.balance(logs, parameters, rows=masks, near=near)
+    def solved(start: Array | None = None) -> balance.Balance:
+        return balance.balance(logs, parameters, rows=masks, start=start)
 
     best = solved()
     if best.system.shape:
         for law in (r for r in simpler if r.error < best.relative_error):
-            near = parameters.full(embedded(law.parameters, law.p, parameters)[None])[0]
-            other = solved(near)
-            if other.relative_error < best.relative_error:
-                best = other
+            start = parameters.full(embedded(law.parameters, law.p, parameters)[None])[0]
+            from_nested = solved(start)
+            if from_nested.relative_error < best.relative_error:
+                best = from_nested
     rows = tuple(len(s.t) for s in best.signals)
     return TrainedLaw(
         parameters,
@@ -236,8 +236,8 @@ def _masks(ranges: Sequence[LogRange]) -> tuple[list[Recording], list[Mask]]:
     masks: dict[int, tuple[Recording, Mask]] = {}
     for part in ranges:
         log = part.recording
-        known = masks.get(id(log), (log, np.zeros(len(log), dtype=bool)))
-        masks[id(log)] = (log, known[1] | part.mask())
+        entry = masks.get(id(log), (log, np.zeros(len(log), dtype=bool)))
+        masks[id(log)] = (log, entry[1] | part.mask())
     return [log for log, _ in masks.values()], [mask for _, mask in masks.values()]
 
 

@@ -100,7 +100,7 @@ def uncertainty(
     """
     box = box_of(problem)
     names = box.space.names[:among]
-    profiled = profiles(problem, x, budget=budget, which=names, keep=keep)
+    profiled = profiles(problem, x, budget=budget, chosen_names=names, keep=keep)
     drawn = bootstrap(problem, profiled.x, n=draws, seed=seed) if draws else None
     scale = box.scale(box.u(profiled.x))
     effects, spent = sensitivities(problem, profiled)
@@ -109,8 +109,8 @@ def uncertainty(
         profiled,
         effects,
         directions(box.space, profiled),
-        profiled.look.errors * scale,
-        profiled.look.correlation,
+        profiled.quick.errors * scale,
+        profiled.quick.correlation,
         drawn,
         profiled.rows + spent + (drawn.rows if drawn else 0),
     )
@@ -125,5 +125,5 @@ def standard_errors(problem: Residuals, x: Array) -> tuple[Array, Array]:
     """
     box = box_of(problem)
     fit = linearised(Counted(problem, 3 * box.dim + 1), box, x)
-    look = quick_look(fit.J, fit.r, logs_of(problem, len(fit.r)))
-    return look.errors * box.scale(fit.u), look.correlation
+    quick = quick_look(fit.J, fit.r, logs_of(problem, len(fit.r)))
+    return quick.errors * box.scale(fit.u), quick.correlation

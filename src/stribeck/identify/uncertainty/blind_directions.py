@@ -62,32 +62,32 @@ def percent(share: float) -> str:
     return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"  # noqa: PLR2004 - two digits
 
 
-def directions(space: Space, known: Profiles) -> tuple[Direction, ...]:
+def directions(space: Space, profiles: Profiles) -> tuple[Direction, ...]:
     """The joint moves of the parameters profiled that the data do not notice, weakest first.
 
     Args:
         space: Of the problem.
-        known: Its profiles.
+        profiles: Its profiles.
     """
-    x, width = known.x, space.upper - space.lower
+    x, width = profiles.x, space.upper - space.lower
     scale = np.where(np.abs(x) < NOUGHT * width, width, np.abs(x))
-    rows = [space.names.index(p.name) for p in known.profiles]
-    values, vectors = _curvature(space, known, scale, rows)
+    rows = [space.names.index(p.name) for p in profiles.profiles]
+    values, vectors = _curvature(space, profiles, scale, rows)
     hidden_moves: list[Direction] = []
     led: set[int] = set()
-    for value, way in zip(values, vectors.T, strict=True):
-        leader = int(np.argmax(np.abs(way)))
-        hidden = value * (MOVE / abs(way[leader])) ** 2 < known.profiles[leader].threshold
+    for value, vector in zip(values, vectors.T, strict=True):
+        leader = int(np.argmax(np.abs(vector)))
+        hidden = value * (MOVE / abs(vector[leader])) ** 2 < profiles.profiles[leader].threshold
         if not hidden or leader in led:
             continue
         led.add(leader)
-        move = _move(known.profiles[leader], x, scale, rows, leader)
-        if move is not None and move[1] <= ((1 + UNSEEN) ** 2 - 1) * known.squares:
+        move = _move(profiles.profiles[leader], x, scale, rows, leader)
+        if move is not None and move[1] <= ((1 + UNSEEN) ** 2 - 1) * profiles.squares:
             changes, rise = move
             order = [leader, *(int(i) for i in np.argsort(-np.abs(changes), kind="stable"))]
             least = SMALL * abs(changes[leader])
             keep = [i for i in dict.fromkeys(order) if i == leader or abs(changes[i]) >= least]
-            worse = rise / known.squares if known.squares > 0 else 0.0
+            worse = rise / profiles.squares if profiles.squares > 0 else 0.0
             hidden_moves.append(
                 Direction(
                     tuple(space.names[rows[i]] for i in keep),
@@ -99,23 +99,23 @@ def directions(space: Space, known: Profiles) -> tuple[Direction, ...]:
 
 
 def _curvature(
-    space: Space, known: Profiles, scale: Array, rows: Sequence[int]
+    space: Space, profiles: Profiles, scale: Array, rows: Sequence[int]
 ) -> tuple[Array, Array]:
     """Eigenvalues and vectors of the curvature for relative changes of the parameters profiled.
 
     The others follow at their best: the Schur complement takes them out.
     """
-    beside = space.encode(known.x[None] + np.diag(1e-7 * (space.upper - space.lower)))
-    back = space.encode(known.x[None] - np.diag(1e-7 * (space.upper - space.lower)))
-    step = space.decode(beside) - space.decode(back)
-    dudx = np.diag(beside - back) / np.diag(step)
-    J = known.J * (dudx * scale)[:, None]
+    forward = space.encode(profiles.x[None] + np.diag(1e-7 * (space.upper - space.lower)))
+    backward = space.encode(profiles.x[None] - np.diag(1e-7 * (space.upper - space.lower)))
+    step = space.decode(forward) - space.decode(backward)
+    dudx = np.diag(forward - backward) / np.diag(step)
+    J = profiles.J * (dudx * scale)[:, None]
     A = np.einsum("im,jm->ij", J, J)
-    rest = [i for i in range(space.dim) if i not in rows]
+    others = [i for i in range(space.dim) if i not in rows]
     inner = A[np.ix_(rows, rows)]
-    if rest:
-        across = A[np.ix_(rest, rows)]
-        inner = inner - across.T @ np.linalg.pinv(A[np.ix_(rest, rest)], rcond=1e-12) @ across
+    if others:
+        across = A[np.ix_(others, rows)]
+        inner = inner - across.T @ np.linalg.pinv(A[np.ix_(others, others)], rcond=1e-12) @ across
     values, vectors = np.linalg.eigh(inner)
     return np.maximum(values, 0.0), vectors
 

@@ -185,8 +185,8 @@ def block_length(r: Array, logs: Sequence[int]) -> int:
         total[: len(products)] += products
     if not total[0] > 0:
         return 1
-    rho, within = total / total[0], 2 * np.sqrt(np.log10(rows) / rows)
-    small = np.abs(rho[1:]) < within
+    rho, threshold = total / total[0], 2 * np.sqrt(np.log10(rows) / rows)
+    small = np.abs(rho[1:]) < threshold
     runs = np.convolve(small, np.ones(K), mode="valid") == K
     m = int(np.argmax(runs)) if runs.any() else most
     if m == 0:

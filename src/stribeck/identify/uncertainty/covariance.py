@@ -108,11 +108,12 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
     # the least sum of squares is no noise.
     shares = parts(moves - moves.mean(axis=1, keepdims=True), logs)
     a = _persistence(shares, rows)
-    rest = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
+    filtered = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
     plain = float(_persistence([p[None] for p in parts(r, logs)], rows)[0])
-    left = [p[1:] - plain * p[:-1] for p in parts(r, logs)]
+    whitened = [p[1:] - plain * p[:-1] for p in parts(r, logs)]
     total = np.maximum(
-        _newey_west(rest, np.concatenate(left), [len(p) for p in left], rows) / (1 - a) ** 2,
+        _newey_west(filtered, np.concatenate(whitened), [len(p) for p in whitened], rows)
+        / (1 - a) ** 2,
         _newey_west(shares, r, logs, rows),
     )
     white = np.diag(C) * float(r @ r) / dof
@@ -167,8 +168,8 @@ def first_below_zero(r: Array, logs: Sequence[int]) -> int:
     for part in parts(r, logs):
         products = autocovariance(part - part.mean(), most)
         total[: len(products)] += products
-    below = np.flatnonzero(total[1:] <= 0)
-    return int(below[0]) + 1 if len(below) else most
+    negative = np.flatnonzero(total[1:] <= 0)
+    return int(negative[0]) + 1 if len(negative) else most
 
 
 def correlation_time(r: Array, logs: Sequence[int] | None = None) -> float:
@@ -181,6 +182,6 @@ def correlation_time(r: Array, logs: Sequence[int] | None = None) -> float:
     if not total[0] > 0:
         return 1.0
     rho = total / total[0]
-    below = np.flatnonzero(rho <= 0)
-    stop = int(below[0]) if len(below) else len(rho)
+    negative = np.flatnonzero(rho <= 0)
+    stop = int(negative[0]) if len(negative) else len(rho)
     return float(max(1.0 + 2.0 * rho[1:stop].sum(), 1.0))

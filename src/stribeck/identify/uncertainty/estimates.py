@@ -68,7 +68,7 @@ class Estimate:
 def estimates(
     parameters: Parameters,
     p: Array,
-    known: Uncertainty,
+    uncertain: Uncertainty,
     spread: Array | None = None,
     *,
     errors: Array | None = None,
@@ -82,9 +82,9 @@ def estimates(
     Args:
         parameters: Which parameters were free.
         p: The complete parameter set, SI, (k,).
-        known: How well the free ones are known; they come first in its problem.
+        uncertain: How well the free ones are known; they come first in its problem.
         spread: Their standard deviations over repeats, SI, nan where there are none, (dim,).
-        errors: Standard errors to be shown in place of those of `known`, SI, (dim,).
+        errors: Standard errors to be shown in place of those of `uncertain`, SI, (dim,).
         ends: Which end of its range a parameter sits at, by name, if that is known; else what
             lies within a thousandth of a range of its end counts as sitting there.
         resting: On which other parameter one rests, by name: the law's order forbids it to pass,
@@ -93,8 +93,8 @@ def estimates(
         misfit: What the root mean square of the residuals is called.
     """
     free = {q.name: i for i, q in enumerate(parameters.free)}
-    by_name = known.by_name()
-    drawn = known.bootstrap
+    by_name = uncertain.by_name()
+    drawn = uncertain.bootstrap
     result = []
     for param, value in zip(parameters.every, p.tolist(), strict=True):
         label, written = parameters.rig.label(param.name), parameters.rig.unit_of(param)
@@ -114,7 +114,7 @@ def estimates(
             Estimate(
                 label,
                 value,
-                float((known.errors if errors is None else errors)[i]),
+                float((uncertain.errors if errors is None else errors)[i]),
                 float("nan") if spread is None else float(spread[i]),
                 profile.low.end,
                 profile.high.end,

@@ -32,8 +32,8 @@ def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
     if counted.left < 2 * box.dim:
         raise InputError(f"a budget of {counted.budget} rows is too small to take slopes: raise it")
     iterate = Iterate.at(u, r)
-    (done,) = lockstep(counted, [AskTell("slopes", box.space, with_slopes(iterate))])
-    return done or iterate
+    (best,) = lockstep(counted, [AskTell("slopes", box.space, with_slopes(iterate))])
+    return best or iterate
 
 
 def predicted(iterate: Iterate, box: Box, k: int, move: float) -> tuple[Array, float]:

@@ -108,8 +108,8 @@ def posterior(
     counted = Counted(problem, walkers * (steps + 2) + 4 * box.dim)
     best = linearised(counted, box, x)
     logs = logs_of(problem, len(best.r))
-    look = quick_look(best.J, best.r, logs)
-    variance = look.variance * correlation_time(best.r, logs)
+    quick = quick_look(best.J, best.r, logs)
+    variance = quick.variance * correlation_time(best.r, logs)
 
     def log_probability(u: Array) -> Array:
         density = np.full(len(u), -np.inf)
@@ -122,7 +122,7 @@ def posterior(
 
     rng = np.random.default_rng(seed)
     chains = emcee.EnsembleSampler(walkers, box.dim, log_probability, vectorize=True)
-    begin = _begin(best, look, walkers, rng, log_probability)
+    begin = _begin(best, quick, walkers, rng, log_probability)
     chains.random_state = np.random.RandomState(rng.integers(2**31)).get_state()
     chains.run_mcmc(begin, steps)
     u = np.ascontiguousarray(chains.get_chain(discard=drop, flat=True)[-samples:])
@@ -144,7 +144,7 @@ def posterior(
 
 def _begin(
     best: Iterate,
-    look: QuickLook,
+    quick: QuickLook,
     walkers: int,
     rng: np.random.Generator,
     log_probability: Callable[[Array], Array],
@@ -155,21 +155,25 @@ def _begin(
     begins far up a slope may stay in a basin that the posterior hardly knows.
     """
     u, dim = best.u, len(best.u)
-    values, vectors = np.linalg.eigh(look.variance * look.curvature)
+    values, vectors = np.linalg.eigh(quick.variance * quick.curvature)
     cloud = rng.standard_normal((walkers, dim)) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    widest = np.sqrt(np.diag(look.variance * look.curvature)).max(initial=0.0)
+    widest = np.sqrt(np.diag(quick.variance * quick.curvature)).max(initial=0.0)
     cloud *= min(1.0, WIDE / widest) if widest > 0 else 1.0
     # in every direction, a blind one too
-    aside = np.where(look.blind, WIDE, 1e-3 * np.minimum(np.maximum(look.white, 1e-6), WIDE))
+    aside = np.where(quick.blind, WIDE, 1e-3 * np.minimum(np.maximum(quick.white, 1e-6), WIDE))
     begin: Array = np.clip(
         u + 0.5 * cloud + 0.5 * aside * rng.standard_normal(cloud.shape), 0.0, 1.0
     )
     # none may sit on another: those on an end of the range are spread along it
     begin = np.abs(begin - 1e-6 * rng.random(begin.shape))
     for _ in range(20):
-        bad = ~np.isfinite(log_probability(begin))
-        if not bad.any():
+        impossible = ~np.isfinite(log_probability(begin))
+        if not impossible.any():
             break
-        again = u + 0.2 * (begin[bad] - u) + 1e-7 * rng.standard_normal(begin[bad].shape) * aside
-        begin[bad] = np.clip(again, 0.0, 1.0)
+        redrawn = (
+            u
+            + 0.2 * (begin[impossible] - u)
+            + 1e-7 * rng.standard_normal(begin[impossible].shape) * aside
+        )
+        begin[impossible] = np.clip(redrawn, 0.0, 1.0)
     return begin

@@ -101,7 +101,7 @@ class Profiles:
         before: That of the fit given.
         improved: How often a walk met a better fit.
         profiles: In the order of the space.
-        look: The quick look at x.
+        quick: The quick look at x.
         J: Slopes of the residuals at x over the unit cube, (dim, N).
         residuals: At x, (N,).
         logs: Rows of each log.
@@ -114,7 +114,7 @@ class Profiles:
     before: float
     improved: int
     profiles: tuple[Profile, ...]
-    look: QuickLook
+    quick: QuickLook
     J: Array = field(repr=False)
     residuals: Array = field(repr=False)
     logs: tuple[int, ...] = field(repr=False)
@@ -129,7 +129,7 @@ def profiles(
     level: float = LEVEL,
     ratio: Array | None = None,
     budget: int = BUDGET,
-    which: Sequence[str] | None = None,
+    chosen_names: Sequence[str] | None = None,
     keep: bool = False,
 ) -> Profiles:
     """The profile likelihood of each parameter at a fit.
@@ -141,24 +141,24 @@ def profiles(
         ratio: Variance of each estimate over that with white residuals, (dim,); by default
             from the residuals themselves. Ones for residuals known to be white.
         budget: Rows that may be evaluated.
-        which: Names of the parameters to profile; all by default.
+        chosen_names: Names of the parameters to profile; all by default.
         keep: Whether the fit stays as it is, whatever better one is met.
 
     Raises:
         InputError: the fit cannot be run, has no more rows than parameters, or a name is unknown.
     """
     counted, box = Counted(problem, budget), box_of(problem)
-    chosen = _chosen(box, which)
+    chosen = _chosen(box, chosen_names)
     best = linearised(counted, box, x)
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
     while True:
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio)
         if not keep:
             best = _refined(best, counted, box, FINEST * float(rough.min()))
-        look = quick_look(best.J, best.r, logs)
-        thresholds = _thresholds(best, look, level, ratio)
+        quick = quick_look(best.J, best.r, logs)
+        thresholds = _thresholds(best, quick, level, ratio)
         rays = [
-            Ray(problem, box, best, k, sign, thresholds[k], _reach(look, thresholds[k], k))
+            Ray(problem, box, best, k, sign, thresholds[k], _reach(quick, thresholds[k], k))
             for k in chosen
             for sign in (-1, 1)
         ]
@@ -169,7 +169,7 @@ def profiles(
         improved += 1
         best = linearised(counted, box, met)
     sides = list(zip(rays, walked, strict=True))
-    every = tuple(
+    result = tuple(
         _profile(box, low, high) for low, high in zip(sides[::2], sides[1::2], strict=True)
     )
     return Profiles(
@@ -177,56 +177,56 @@ def profiles(
         best.squares,
         before,
         improved,
-        every,
-        look,
+        result,
+        quick,
         best.J,
         best.r,
         logs,
         counted.rows,
-        all(s.ended != "budget" for p in every for s in (p.low, p.high)),
+        all(s.ended != "budget" for p in result for s in (p.low, p.high)),
     )
 
 
-def _chosen(box: Box, which: Sequence[str] | None) -> list[int]:
+def _chosen(box: Box, chosen_names: Sequence[str] | None) -> list[int]:
     names = box.space.names
-    if strange := [n for n in which or () if n not in names]:
+    if strange := [n for n in chosen_names or () if n not in names]:
         raise InputError(f"no free parameter {strange[0]!r}: there are {', '.join(names)}")
-    return [i for i, n in enumerate(names) if which is None or n in which]
+    return [i for i, n in enumerate(names) if chosen_names is None or n in chosen_names]
 
 
 def _refined(best: Iterate, counted: Counted, box: Box, gain: float) -> Iterate:
     """The best fit refitted, as far as the budget goes."""
     rows = min(ROWS * (box.dim + 1), counted.left)
     moves = minimise(best, box, gain=gain, rows=rows)
-    (done,) = lockstep(counted, [AskTell("refit", box.space, moves)])
-    return best if done is None else done[0]
+    (iterate,) = lockstep(counted, [AskTell("refit", box.space, moves)])
+    return best if iterate is None else iterate[0]
 
 
-def _thresholds(best: Iterate, look: QuickLook, level: float, ratio: Array | None) -> Array:
+def _thresholds(best: Iterate, quick: QuickLook, level: float, ratio: Array | None) -> Array:
     """By how much the sum of squares may rise, (dim,)."""
-    quantile = float(fdtri(1, look.dof, level))
-    ratios = look.ratio if ratio is None else np.asarray(ratio, dtype=float)
+    quantile = float(fdtri(1, quick.dof, level))
+    ratios = quick.ratio if ratio is None else np.asarray(ratio, dtype=float)
     # A fit without misfit is known as well as finite differences are.
     least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny
-    thresholds: Array = max(look.variance, float(least)) * quantile * ratios
+    thresholds: Array = max(quick.variance, float(least)) * quantile * ratios
     return thresholds
 
 
-def _reach(look: QuickLook, threshold: float, k: int) -> float:
+def _reach(quick: QuickLook, threshold: float, k: int) -> float:
     """Half-width of the interval to first order, at most the range."""
-    if look.blind[k]:
+    if quick.blind[k]:
         return 1.0
-    return float(np.clip(np.sqrt(threshold * look.curvature[k, k]), 1e-12, 1.0))
+    return float(np.clip(np.sqrt(threshold * quick.curvature[k, k]), 1e-12, 1.0))
 
 
 def _walked(
     rays: Sequence[Ray], best: Iterate, counted: Counted, better: float
 ) -> tuple[list[Walked], Array | None]:
     """What is known of all sides once they are walked; and a better fit, SI, if one was met."""
-    above = best.squares + max((ray.threshold for ray in rays), default=0.0)
+    limit = best.squares + max((ray.threshold for ray in rays), default=0.0)
 
     def met() -> bool:
-        counted.forget(above)
+        counted.forget(limit)
         return any(s < better for _, s in counted.visited)
 
     walked = [ray.unwalked() for ray in rays]
@@ -237,8 +237,8 @@ def _walked(
             part = todo[first : first + at_once]
             moves = [walk(rays[i], place, walked[i]) for i, place in part]
             tasks = [AskTell("walk", counted.space, m) for m in moves]
-            for (i, _), done in zip(part, lockstep(counted, tasks, met), strict=True):
-                walked[i] = walked[i] if done is None else done
+            for (i, _), side in zip(part, lockstep(counted, tasks, met), strict=True):
+                walked[i] = walked[i] if side is None else side
             if met():
                 return walked, min(counted.visited, key=lambda visited: visited[1])[0]
         todo = []

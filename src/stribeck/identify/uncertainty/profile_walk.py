@@ -128,19 +128,19 @@ class Ray:
         return Walked(0.0, 0.0, "budget", (Visited(0.0, 0.0, self.best.u.copy()),))
 
 
-def walk(ray: Ray, start: Iterate, known: Walked) -> Moves[Walked]:
+def walk(ray: Ray, start: Iterate, start_of_walk: Walked) -> Moves[Walked]:
     """Go outward from a place until the side is known.
 
     Args:
         ray: Which side.
         start: A refit on it.
-        known: What earlier walks have visited.
+        start_of_walk: What earlier walks have visited.
     """
     t = max(ray.distance(float(start.u[ray.k])), 0.0)
-    at, visited = Standing(start, t, ray.height(start.squares)), list(known.visited)
+    at, visited = Standing(start, t, ray.height(start.squares)), list(start_of_walk.visited)
     if t > 0:
         visited.append(Visited(t, at.z, start.u.copy()))
-    walked = known
+    walked = start_of_walk
     try:
         for _ in range(MOST):
             walked = _end(ray, at, visited)

@@ -54,32 +54,32 @@ class Sensitivity:
     change: float
 
 
-def sensitivities(problem: Residuals, known: Profiles) -> tuple[tuple[Sensitivity, ...], int]:
+def sensitivities(problem: Residuals, profiles: Profiles) -> tuple[tuple[Sensitivity, ...], int]:
     """The sensitivity to each parameter profiled, in order, and how many rows were evaluated.
 
     Far from the best fit the refit is a coarse one, and its misfit an upper limit.
     """
     box = box_of(problem)
     names = box.space.names
-    targets = [_target(box, p, names.index(p.name)) for p in known.profiles]
-    rises = [_within(p, value) for p, (_, value) in zip(known.profiles, targets, strict=True)]
-    best = replace(Iterate.at(box.u(known.x), known.residuals), J=known.J, age=0)
+    targets = [_target(box, p, names.index(p.name)) for p in profiles.profiles]
+    rises = [_within(p, value) for p, (_, value) in zip(profiles.profiles, targets, strict=True)]
+    best = replace(Iterate.at(box.u(profiles.x), profiles.residuals), J=profiles.J, age=0)
     tasks: dict[int, AskTell[Iterate]] = {}
-    for i, (p, (_, value)) in enumerate(zip(known.profiles, targets, strict=True)):
+    for i, (p, (_, value)) in enumerate(zip(profiles.profiles, targets, strict=True)):
         if np.isnan(rises[i]):
             k = names.index(p.name)
-            x = known.x.copy()
+            x = profiles.x.copy()
             x[k] = value
             moves = _elsewhere(best, box, k, float(box.u(x)[k] - best.u[k]))
             tasks[i] = AskTell("refit", box.space, moves)
     counted = Counted(problem, len(tasks) * (ROWS * box.dim + 2 * box.dim + 2))
     refits = dict(zip(tasks, lockstep(counted, tasks.values()), strict=True))
     squares = [
-        known.squares + rise if i not in refits else _squares(refits[i], best)
+        profiles.squares + rise if i not in refits else _squares(refits[i], best)
         for i, rise in enumerate(rises)
     ]
     return tuple(
-        Sensitivity(kind, value, _change(s, known.squares))
+        Sensitivity(kind, value, _change(s, profiles.squares))
         for (kind, value), s in zip(targets, squares, strict=True)
     ), counted.rows
 
@@ -146,9 +146,9 @@ def sentence(
         misfit: What the root mean square of the residuals is called.
     """
     if effect.kind == "end":
-        what = f"{name} at {show(effect.value)}, the far end of its range"
+        change = f"{name} at {show(effect.value)}, the far end of its range"
     else:
-        what = f"{effect.kind} {name}"
+        change = f"{effect.kind} {name}"
     if np.isnan(effect.change):
         text = "cannot be simulated"
     elif effect.change > MANY:
@@ -161,5 +161,5 @@ def sentence(
         if low == high
         else f"the lower end of its interval is set by {low}, the upper one by {high}"
     )
-    first = what[0].upper() + what[1:] if effect.kind != "end" else what
+    first = change[0].upper() + change[1:] if effect.kind != "end" else change
     return f"{first}, the others refitted, {text}; {ends}"

@@ -88,11 +88,11 @@ def _levels(axis: OperatingRange, exposure: Exposure, seconds: float) -> Offer:
         low = 0.5 * high
     levels = np.linspace(low, high, 4)
     pace = [s * axis.fastest for s in (0.1, 0.3, 1.0)]
-    one = [_shuttle(axis, pace, GENTLE * exposure.acceleration, seconds / len(levels))] * len(
+    shuttle = [_shuttle(axis, pace, GENTLE * exposure.acceleration, seconds / len(levels))] * len(
         levels
     )
-    q, v, a = (np.concatenate([part[k] for part in one]) for k in range(3))
-    share = len(one[0][0])
+    q, v, a = (np.concatenate([part[k] for part in shuttle]) for k in range(3))
+    share = len(shuttle[0][0])
     normal = np.repeat(levels, share)
     listed = ", ".join(f"{v:.3g}" for v in levels)
     words = (
@@ -129,13 +129,13 @@ def _shuttle(
         least = 2 * top / hard
         longest = travel / top + top / hard
         length = max(least, min(share / 2, least if shortest else longest))
-        many = max(2, 2 * round(share / (2 * length)))
-        length = share / many
+        count = max(2, 2 * round(share / (2 * length)))
+        length = share / count
         top = min(top, 0.5 * hard * length)
-        within = t % length
+        phase = t % length
         sign = np.where((t // length).astype(int) % 2 == 0, 1.0, -1.0)
-        v = np.minimum(top, hard * np.minimum(within, length - within))
-        a = np.where(v < top, np.where(within < length / 2, hard, -hard), 0.0)
+        v = np.minimum(top, hard * np.minimum(phase, length - phase))
+        a = np.where(v < top, np.where(phase < length / 2, hard, -hard), 0.0)
         parts.append(np.array([sign * v, sign * a]))
     v, a = np.concatenate(parts, axis=1)
     q = axis.low + axis.interval * np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]))])

@@ -51,7 +51,7 @@ class OperatingRange:
         fastest: Greatest speed of the axis.
         lag: How far the axis was from its command at most; 0 where there is none.
         force: Greatest force of the drive that the log shows; inf where it shows none.
-        ways: Directions in which the model holds, +1 or -1 or both.
+        directions: Directions in which the model holds, +1 or -1 or both.
         exposure: Acceleration and loads of an axis with a measured force.
     """
 
@@ -67,7 +67,7 @@ class OperatingRange:
     fastest: float
     lag: float
     force: float
-    ways: tuple[int, ...]
+    directions: tuple[int, ...]
     exposure: Exposure | None = None
 
     @property

@@ -37,7 +37,7 @@ def pushes(
     turns = np.count_nonzero(np.diff(np.sign(log.force - float(np.mean(log.force)))) != 0)
     period = 2 * float(log.t[-1] - log.t[0]) / max(int(turns), 2)
     period = min(period, seconds / 3)
-    seen = float(np.abs(forces - offset).max())
+    greatest = float(np.abs(forces - offset).max())
 
     def pushed(force: Array) -> Course:
         return Course(t, offset + force, start=log.position[0], force=True)
@@ -55,11 +55,11 @@ def pushes(
     listed = ", ".join(axis.push(s * level).split()[0] for s in SHARES[:-1])
     yield offer("several amplitudes", f"sines of ±{listed} and {axis.push(most)} one after the "
                 f"other, {period:.3g} s a turn", sine(share * level, period))  # fmt: skip
-    yield offer("fast sine", f"a sine of ±{axis.push(seen)}, {period / 5:.3g} s a turn",
-                sine(seen, period / 5))  # fmt: skip
+    yield offer("fast sine", f"a sine of ±{axis.push(greatest)}, {period / 5:.3g} s a turn",
+                sine(greatest, period / 5))  # fmt: skip
     peak = BEYOND * level
     tooth = np.interp(t % period, [0, period / 4, 3 * period / 4, period], [0, peak, -peak, 0])
-    goes = travel(pushed(tooth))
+    distance = travel(pushed(tooth))
     name = "ramp through breakaway"
     yield offer(name, f"triangles of force of ±{axis.push(peak)}, just beyond breakaway, "
-                f"{period:.3g} s a turn: the axis goes {axis.place(goes)}", tooth)  # fmt: skip
+                f"{period:.3g} s a turn: the axis goes {axis.place(distance)}", tooth)  # fmt: skip

@@ -33,17 +33,17 @@ def ramps(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
         axis: The axis.
         seconds: How long each may take.
     """
-    ways = axis.ways
-    if len(ways) == 1:
+    directions = axis.directions
+    if len(directions) == 1:
         yield Offer("reversal", "", refusal=ONE_WAY)
     for times in SPEEDS:
         name, speed = f"ramp × {_share(times)}", times * axis.pace
-        yield (_slow if times < 1 else _ramps)(axis, ways, speed, seconds, name)
-    if len(ways) > 1:
-        yield _reversal(axis, ways[0], seconds)
-    yield _knots(axis, ways, seconds, "breakaway", *_creep(axis))
-    yield _knots(axis, ways, seconds, "starts from rest", *_rests(axis))
-    yield _stairs(axis, ways, seconds)
+        yield (_slow if times < 1 else _ramps)(axis, directions, speed, seconds, name)
+    if len(directions) > 1:
+        yield _reversal(axis, directions[0], seconds)
+    yield _knots(axis, directions, seconds, "breakaway", *_creep(axis))
+    yield _knots(axis, directions, seconds, "starts from rest", *_rests(axis))
+    yield _stairs(axis, directions, seconds)
 
 
 def _run_in(axis: OperatingRange) -> float:
@@ -52,10 +52,10 @@ def _run_in(axis: OperatingRange) -> float:
 
 
 def _slow(
-    axis: OperatingRange, ways: Sequence[int], speed: float, seconds: float, name: str
+    axis: OperatingRange, directions: Sequence[int], speed: float, seconds: float, name: str
 ) -> Offer:
     words = f"a ramp at {axis.rate(speed)}"
-    return _knots(axis, ways, seconds, name, words, [(1.0, speed)])
+    return _knots(axis, directions, seconds, name, words, [(1.0, speed)])
 
 
 def _creep(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
@@ -71,7 +71,7 @@ def _rests(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
 
 def _knots(
     axis: OperatingRange,
-    ways: Sequence[int],
+    directions: Sequence[int],
     seconds: float,
     name: str,
     words: str,
@@ -79,24 +79,24 @@ def _knots(
 ) -> Offer:
     """A cycle of (seconds, speed), repeated after a run-in until time or travel is used up."""
     lead, courses = _run_in(axis), []
-    for way in ways:
-        x, end = _ends(axis, way, np.inf)
+    for direction in directions:
+        x, end = _ends(axis, direction, np.inf)
         t, at = [0.0, HOLD], [x, x]
         if lead:
             t.append(t[-1] + lead / axis.pace)
-            at.append(x + way * lead)
+            at.append(x + direction * lead)
         k = 0
-        while t[-1] < seconds / len(ways) - 1e-9:
+        while t[-1] < seconds / len(directions) - 1e-9:
             span, speed = cycle[k % len(cycle)]
-            span = min(span if len(cycle) > 1 else np.inf, seconds / len(ways) - t[-1])
+            span = min(span if len(cycle) > 1 else np.inf, seconds / len(directions) - t[-1])
             span = min(span, abs(end - at[-1]) / speed) if speed else span
             if not span > 1e-9:  # noqa: PLR2004 - the travel is used up
                 break
             t.append(t[-1] + span)
-            at.append(at[-1] + way * speed * span)
+            at.append(at[-1] + direction * speed * span)
             k += 1
         courses.append(course(axis, t, at))
-    begin = f"from {axis.place(courses[0].command[0])}, {_each(ways)}, from rest: "
+    begin = f"from {axis.place(courses[0].command[0])}, {_each(directions)}, from rest: "
     first = (
         f"{axis.rate(axis.pace)} over {axis.place(lead)} to wind up the drive, then "
         if lead
@@ -109,40 +109,43 @@ def _share(times: float) -> str:
     return f"{times:g}" if times >= 1 else f"1/{1 / times:g}"
 
 
-def _ends(axis: OperatingRange, way: int, length: float) -> tuple[float, float]:
+def _ends(axis: OperatingRange, direction: int, length: float) -> tuple[float, float]:
     """Where a stroke of some length begins and ends."""
     length = min(length, axis.high - axis.low)
-    return (axis.low, axis.low + length) if way > 0 else (axis.high, axis.high - length)
+    return (axis.low, axis.low + length) if direction > 0 else (axis.high, axis.high - length)
 
 
-def _each(ways: Sequence[int]) -> str:
+def _each(directions: Sequence[int]) -> str:
     """Directions in words."""
-    if len(ways) > 1:
+    if len(directions) > 1:
         return "each way"
-    return "in the direction of growing position" if ways[0] > 0 else "in the other direction"
+    return "in the direction of growing position" if directions[0] > 0 else "in the other direction"
 
 
 def _ramps(
-    axis: OperatingRange, ways: Sequence[int], speed: float, seconds: float, name: str
+    axis: OperatingRange, directions: Sequence[int], speed: float, seconds: float, name: str
 ) -> Offer:
-    share = seconds / len(ways)
+    share = seconds / len(directions)
     travel = axis.high - axis.low
     length = min(travel, speed * (share - HOLD))
     cycle = HOLD + length / speed
-    many = max(1, int((share + length / speed) // (cycle + length / speed)))
-    courses = [_ramp(axis, *_ends(axis, way, length), speed) for way in ways for _ in range(many)]
-    first, last = _ends(axis, ways[0], length)
-    count = "one ramp" if many == 1 else f"{many} ramps"
-    both = " each way" if len(ways) > 1 else ""
-    back = ", back at the same speed, unrecorded" if many > 1 else ""
+    n_ramps = max(1, int((share + length / speed) // (cycle + length / speed)))
+    courses = [
+        _ramp(axis, *_ends(axis, direction, length), speed)
+        for direction in directions
+        for _ in range(n_ramps)
+    ]
+    first, last = _ends(axis, directions[0], length)
+    count = "one ramp" if n_ramps == 1 else f"{n_ramps} ramps"
+    each_direction = " each way" if len(directions) > 1 else ""
+    return_text = ", back at the same speed, unrecorded" if n_ramps > 1 else ""
+    course = f"from {axis.place(first)} to {axis.place(last)} at {axis.rate(speed)}"
     words = (
-        f"{count}{both} from {axis.place(first)} to {axis.place(last)} at {axis.rate(speed)}, "
-        f"each from rest{back}"
-        if many > 1
-        else f"{count}{both} from {axis.place(first)} to {axis.place(last)} at {axis.rate(speed)}, "
-        "from rest"
+        f"{count}{each_direction} {course}, each from rest{return_text}"
+        if n_ramps > 1
+        else f"{count}{each_direction} {course}, from rest"
     )
-    took = len(ways) * (many * cycle + (many - 1) * length / speed)
+    took = len(directions) * (n_ramps * cycle + (n_ramps - 1) * length / speed)
     return Offer(name, words, courses, seconds=took)
 
 
@@ -152,9 +155,9 @@ def _ramp(axis: OperatingRange, low: float, high: float, speed: float) -> Course
     return course(axis, [0.0, HOLD, end], [low, low, high])
 
 
-def _reversal(axis: OperatingRange, way: int, seconds: float) -> Offer:
+def _reversal(axis: OperatingRange, direction: int, seconds: float) -> Offer:
     half = (seconds - HOLD) / 2
-    a, b = _ends(axis, way, axis.pace * half)
+    a, b = _ends(axis, direction, axis.pace * half)
     turn = abs(b - a) / axis.pace
     courses = [course(axis, [0.0, HOLD, HOLD + turn, HOLD + 2 * turn], [a, a, b, a])]
     words = (
@@ -164,12 +167,14 @@ def _reversal(axis: OperatingRange, way: int, seconds: float) -> Offer:
     return Offer("reversal", words, courses)
 
 
-def _stairs(axis: OperatingRange, ways: Sequence[int], seconds: float) -> Offer:
+def _stairs(axis: OperatingRange, directions: Sequence[int], seconds: float) -> Offer:
     lead, pace = _run_in(axis), axis.pace * np.array(STAIRS)
-    share = seconds / len(ways) - HOLD - lead / axis.pace
+    share = seconds / len(directions) - HOLD - lead / axis.pace
     room = axis.high - axis.low - lead
-    step = min(max(share, 0.2 * seconds / len(ways)) / float(np.sum(1 / pace)), room / len(pace))
+    step = min(
+        max(share, 0.2 * seconds / len(directions)) / float(np.sum(1 / pace)), room / len(pace)
+    )
     cycle = [(step / v, v) for v in pace.tolist()]
     listed = ", ".join(axis.rate(v).split()[0] for v in pace[:-1])
     words = f"{listed} and {axis.rate(pace[-1])} one after the other, {axis.place(step)} at each"
-    return _knots(axis, ways, seconds, "speeds in steps", words, cycle)
+    return _knots(axis, directions, seconds, "speeds in steps", words, cycle)

@@ -34,12 +34,12 @@ def servo_goals(
     def offer(name: str, words: str, command: Array, **extra: float | Array) -> Offer:
         return Offer(name, words, [Course(t, command, {**run, **extra})])
 
-    about = f"a sine of ±{axis.place(reach)} about {axis.place(middle)}"
-    yield offer("slow sine", f"{about}, {4 * period:.2g} s a turn", slow)
-    yield offer("sine", f"{about}, {period:.2g} s a turn", sine)
+    sine_text = f"a sine of ±{axis.place(reach)} about {axis.place(middle)}"
+    yield offer("slow sine", f"{sine_text}, {4 * period:.2g} s a turn", slow)
+    yield offer("sine", f"{sine_text}, {period:.2g} s a turn", sine)
     for times in (0.25, 4.0):
         kp = times * run["kp"]
-        yield offer(f"gain × {times:g}", f"{about}, {period:.2g} s a turn, at kp = {kp:.4g}",
+        yield offer(f"gain × {times:g}", f"{sine_text}, {period:.2g} s a turn, at kp = {kp:.4g}",
                     sine, kp=kp)  # fmt: skip
     sweep = np.sin(2 * np.pi * (0.2 * t + 0.9 * t**2 / seconds))
     yield offer("chirp", f"a sine of ±{axis.place(0.5 * reach)} about {axis.place(middle)} that "
@@ -59,5 +59,5 @@ def servo_goals(
         refusal = f"{mass:.3g} kg is more than the servo can lift well"
         yield Offer("more mass", "", refusal=refusal)
     else:
-        yield offer("more mass", f"{about}, {period:.2g} s a turn, with {mass:.3g} kg", sine,
+        yield offer("more mass", f"{sine_text}, {period:.2g} s a turn, with {mass:.3g} kg", sine,
                     mass=mass)  # fmt: skip
