@@ -1,4 +1,4 @@
-"""What is said to a user whose request cannot be met."""
+"""Errors whose message is for the user."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Which is better: problems and comparisons of search methods."""
+"""Comparisons of search methods: problems, campaigns, statistics, tables and figures."""

@@ -1,4 +1,4 @@
-"""The figures of a campaign: who converges how fast, who succeeds, and at what price."""
+"""The figures of a campaign: convergence, success rates and their cost by method."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Our runs in COCO's own form: its data files and its pages, beside the published ones.
+"""Runs in COCO's own form: its data files and its pages, beside the published ones.
 
 `observe` runs jobs again on the suite's own problems with COCO's observer attached; `postprocess`
 hands the files to COCO's post-processing.

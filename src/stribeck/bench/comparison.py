@@ -1,4 +1,4 @@
-"""Whether one method is better than another: rank tests, their family, the size of the effect."""
+"""Comparison of two methods: rank tests, their correction for a family, the size of the effect."""
 
 from __future__ import annotations
 

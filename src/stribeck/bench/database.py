@@ -1,4 +1,4 @@
-"""The SQLite file of a campaign: made whole, opened whole, and what it cannot do said in words."""
+"""The SQLite file of a campaign: created, opened and checked; its errors as messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where jobs are run: here, on worker processes of this machine, or on a Dask cluster.
+"""Engines that run jobs: this process, worker processes of this machine, a Dask cluster.
 
 Every engine gives the same records, bit for bit, in the order in which they are done. It takes a
 job when there is room for it, and only after the outcome before it was taken: what it holds is

@@ -1,4 +1,4 @@
-"""From a small table, as a job carries it, to the problem it names."""
+"""The problem that the small table of a job names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run is a pure function of its job: here is the function."""
+"""One run of a search, as a pure function of its job."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conduct a campaign: hand its open jobs to an engine and keep every record as it comes."""
+"""A campaign run to its end: its open jobs go to an engine, every record into the store."""
 
 from __future__ import annotations
 

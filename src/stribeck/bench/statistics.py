@@ -1,4 +1,4 @@
-"""What can be said of a campaign's runs, and how surely: rates, times, curves.
+"""Statistics of a campaign's runs with intervals: success rates, times, curves.
 
 The unit is the run. Every interval is of level LEVEL; those that are resampled draw runs, from a
 generator seeded by the labels of what they describe, so the same records give the same numbers in

@@ -1,4 +1,4 @@
-"""Other people's optimizers, run under our rules: our counter, our budget, our target, our seed.
+"""Third-party optimizers under the rules of a campaign: counter, budget, target and seed.
 
 Every peer works on the unit cube, as our own methods do, so that it meets the same problem at the
 same scale. A point outside is clipped into the cube before it is evaluated (differences for a

@@ -1,4 +1,4 @@
-"""The program that runs jobs for others: a job a line goes in, an outcome a line comes out.
+"""The worker program: it reads a job a line and writes an outcome a line.
 
     python -m stribeck.bench.worker
 

@@ -1,4 +1,4 @@
-"""A closed loop with a friction compensator in it, simulated: sampled, held, and as it sees.
+"""A simulated closed loop with a friction compensator, sampled and held as in a controller.
 
 The axis moves between samples as `implicit` moves it, under any law and any of these drives:
 

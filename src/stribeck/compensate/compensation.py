@@ -1,4 +1,4 @@
-"""How much of an identified friction may be compensated: tried on every axis that the card allows.
+"""The scale of a compensation of identified friction, tried on every axis that a card allows.
 
 The compensator believes the card. The axes that it is tried on are the card's and those at the
 ends of its intervals, so what comes out holds for more than a perfect model, though not for every

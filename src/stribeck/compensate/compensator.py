@@ -1,4 +1,4 @@
-"""The friction compensator: what a controller adds to its command so that friction is made up for.
+"""The friction compensator: what a controller adds to its command against friction.
 
 `compensator_output` is the one definition. At each of its samples, h seconds apart, a controller
 

@@ -1,4 +1,4 @@
-"""Signs that a compensation does too much: what is looked for in a simulated motion, precisely.
+"""Signs of overcompensation in a simulated motion: limit cycles, reversals, creep.
 
 Against the same axis without compensation, on each stretch in which the reference moves one way
 (the first third of it, in which the axis catches up, is not looked at), and on each of its rests:

@@ -1,4 +1,4 @@
-"""A compensation tried out: the axes simulated at a scale, and what is seen beside no compensation.
+"""Trials of a compensation: axes simulated at a scale, beside those without compensation.
 
 `Trial` holds what stays the same while scales and modes are tried; `Tried` remembers the scales of
 one mode, so that none is simulated twice.

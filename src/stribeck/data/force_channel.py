@@ -1,4 +1,4 @@
-"""What a force column is: measured, or computed from the position; clean, or full of spikes."""
+"""The kind of a force channel: measured or computed from the position; clean or with spikes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sensor that is read more often than it measures repeats itself; repeats are no new samples."""
+"""Repeated samples of a sensor that is read more often than it measures."""
 
 from __future__ import annotations
 

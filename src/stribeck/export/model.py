@@ -1,4 +1,4 @@
-"""What an exporter is given: a card read back as law, parameters and rig, and its claims."""
+"""The model that is exported: a card read back as law, parameters and rig, and its statements."""
 
 from __future__ import annotations
 

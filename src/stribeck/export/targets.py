@@ -1,4 +1,4 @@
-"""Where a model can go: the table that the command line, the documentation and the tests walk."""
+"""The table of export targets that the command line, the documentation and the tests use."""
 
 from __future__ import annotations
 

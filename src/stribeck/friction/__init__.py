@@ -1,4 +1,4 @@
-"""What rubs: friction laws, each one declaration. A new law is a file and its name in `_FILES`."""
+"""Friction laws, each one declaration. A new law is a file and its name in `_FILES`."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache

@@ -1,4 +1,4 @@
-"""What a friction law is: named bounded parameters and one compiled scalar function."""
+"""The friction law: named bounded parameters and one compiled scalar function."""
 
 from __future__ import annotations
 

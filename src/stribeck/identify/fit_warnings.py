@@ -1,4 +1,4 @@
-"""Warnings about a fit by output error: what a reader must know before believing it."""
+"""Warnings about a fit by output error."""
 
 from __future__ import annotations
 

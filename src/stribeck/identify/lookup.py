@@ -1,4 +1,4 @@
-"""What callers name or leave out, looked up: rigs, laws, recordings and ranges."""
+"""Rigs, laws, recordings and ranges by the names that callers give, or their defaults."""
 
 from __future__ import annotations
 

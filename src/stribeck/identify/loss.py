@@ -1,4 +1,4 @@
-"""How a model is compared with data: over whole motions or from rest to rest, squares or sizes."""
+"""The loss: whole motions or from rest to rest, squared or absolute residuals."""
 
 from __future__ import annotations
 

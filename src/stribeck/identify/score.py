@@ -1,4 +1,4 @@
-"""The misfit of a model on data, beside what could be had without it."""
+"""The misfit of a model on data, with the baselines without a model."""
 
 from __future__ import annotations
 

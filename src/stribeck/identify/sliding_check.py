@@ -1,4 +1,4 @@
-"""What a log cannot tell in which the axis never slid."""
+"""Logs in which the axis never slid, and the parameters that they cannot determine."""
 
 from __future__ import annotations
 

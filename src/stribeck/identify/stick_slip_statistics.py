@@ -1,4 +1,4 @@
-"""Whether a model sticks and slips as the axis does, whenever that is.
+"""Statistics of stick-slip of a measured and a modelled motion, whatever their phase.
 
 Two axes with the same friction soon slip at different times if slips come at a force that is not
 the same each time: the position error of a long simulation then says little of the friction. How

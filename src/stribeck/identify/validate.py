@@ -1,4 +1,4 @@
-"""Whether a fitted model holds: its misfit on data that it has not seen."""
+"""Validation: the misfit of a fitted model on data that it was not trained on."""
 
 from __future__ import annotations
 

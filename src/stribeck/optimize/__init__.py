@@ -1,4 +1,4 @@
-"""How to search: metaheuristics behind one ask-and-tell search. It knows nothing of friction."""
+"""Search: metaheuristics behind one ask-and-tell interface; independent of friction."""
 
 from .bts import ForagingTabuSearch
 from .foraging import AdaptiveForaging, BacterialForaging

@@ -1,4 +1,4 @@
-"""The tabu list grown into an archive: what a search knows of the landscape, and where to look."""
+"""The archive of a search: sampled cells and minima, and a surrogate for the next start."""
 
 from __future__ import annotations
 

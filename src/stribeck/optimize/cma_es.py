@@ -1,4 +1,4 @@
-"""A neighbourhood whose radius and shape adapt: where costs are rugged, slopes say nothing.
+"""Covariance matrix adaptation: a neighbourhood whose radius and shape adapt to the costs.
 
 An evolution strategy that learns the matrix which turns a round cloud of neighbours into one that
 fits the landscape (Beyer and Sendhoff 2017, doi 10.1109/TEVC.2017.2680320, which simplifies the

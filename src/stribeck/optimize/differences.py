@@ -1,4 +1,4 @@
-"""Finite differences in the unit cube, one batch: the slopes of every descent come from here."""
+"""Finite differences in the unit cube, one batch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a hyper-parameter may be. Each check names the method, the setting and its limits."""
+"""Checks of hyper-parameters; each error names the method, the setting and its limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one loop: whatever asks for points is advanced together, all points in one call a step.
+"""The one loop of all searches and descents: their points are evaluated in one call a step.
 
 Searches, descents, refits of a profile and of a bootstrap are all generators of points (`Moves`).
 A `AskTell` drives one by ask and tell; `steps` drives many.

@@ -1,4 +1,4 @@
-"""What a search asks for and what it is sent: generators of points, and how they compose."""
+"""Moves: generators that request points and receive costs, and how they compose."""
 
 from __future__ import annotations
 

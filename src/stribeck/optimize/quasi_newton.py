@@ -1,4 +1,4 @@
-"""Down to the minimum of a basin by costs alone: a quasi-Newton method with few evaluations.
+"""Quasi-Newton descent by costs alone, with few evaluations.
 
 BFGS in its direct form (the curvature itself is kept, so that a parameter on its bound can be left
 out of it), damped as Powell does (1978, doi 10.1007/BFb0067703), gradients by forward differences

@@ -1,4 +1,4 @@
-"""One search in progress: it asks for points, is told their costs, and keeps the record."""
+"""One search in progress, by ask and tell, and its record."""
 
 from __future__ import annotations
 

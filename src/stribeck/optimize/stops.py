@@ -1,4 +1,4 @@
-"""Reasons to end a search before its budget is spent; the word they give is kept."""
+"""Criteria that end a search before its budget is spent, with their reasons."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Down to the minimum of a basin by its residuals: trust-region least squares, few evaluations.
+"""Trust-region least squares in the unit cube, with few evaluations.
 
 Levenberg's and Marquardt's idea in today's form: the residuals are taken as linear in the
 parameters, and their sum of squares is minimised over the part of the cube that lies within the

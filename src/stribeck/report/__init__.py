@@ -1,4 +1,4 @@
-"""What people see: tables, figures, pages, and the files they are written to.
+"""Output for people: tables, figures, pages, and the files they are written to.
 
 `contents` has a fit as data, `figures` describes and draws its figures, `page` shows it in a
 browser. What needs matplotlib, jinja2 or rich is imported from its own module, when it is needed.

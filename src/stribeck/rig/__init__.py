@@ -1,4 +1,4 @@
-"""What moves: rigs, each one declaration. A new rig is a file and its name in RIGS."""
+"""Rigs, each one declaration. A new rig is a file and its name in RIGS."""
 
 from .cylinder import CYLINDER
 from .emps import EMPS

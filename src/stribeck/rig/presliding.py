@@ -1,4 +1,4 @@
-"""An axis under a measured force below breakaway: what its bristles answer."""
+"""An axis under a measured force below breakaway."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which column is which channel: by the mapping where there is one, by its head elsewhere."""
+"""The channel of each column: by the mapping where there is one, by its head elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns of numbers as they stand in a file, before anybody says what they mean."""
+"""Columns of numbers as they stand in a file, before they have quantities or units."""
 
 from __future__ import annotations
 

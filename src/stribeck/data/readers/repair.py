@@ -1,4 +1,4 @@
-"""What may be put right in a log, and said; what may not is refused, and where."""
+"""Repairs of a log that are made and reported, and faults that are refused with their place."""
 
 from __future__ import annotations
 

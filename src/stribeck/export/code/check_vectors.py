@@ -1,4 +1,4 @@
-"""Numbers that a translation is checked against: what law and compensator say themselves."""
+"""Check vectors of a translation: inputs, and the values of law and compensator for them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a language writes expressions and statements; each language fills in its own words."""
+"""The base of all languages: how expressions and statements are written."""
 
 from __future__ import annotations
 

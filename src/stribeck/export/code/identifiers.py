@@ -1,4 +1,4 @@
-"""Names that a language takes: not its own words, no two alike, of the characters it knows."""
+"""Identifiers of a language: no reserved words, no two equal, allowed characters only."""
 
 from __future__ import annotations
 

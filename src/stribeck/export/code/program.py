@@ -1,4 +1,4 @@
-"""Functions of a law as other languages can say them: a few kinds of statements and values.
+"""The program of a law: functions of a few kinds of statements and expressions.
 
 Three kinds of values, real, whole and truth; numbers and arrays of fixed length as arguments. A
 `translation` makes a program of a law's source, a `dialect` writes it in its language.

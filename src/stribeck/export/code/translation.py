@@ -1,4 +1,4 @@
-"""A law's source as a program that other languages can say: the only place where it is read.
+"""Translation of a law's Python source into a program that other languages can express.
 
 A law is a compiled scalar function whose source is Python. `translated` reads that source, follows
 it into the functions that it calls, and gives back functions of a few kinds of statements over

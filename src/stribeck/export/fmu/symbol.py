@@ -1,4 +1,4 @@
-"""Arithmetic written down instead of done: the coefficients of an equation as C."""
+"""Symbolic arithmetic: the coefficients of an equation as C expressions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A friction law as the few numbers that a robot simulator holds, and how far they are from it."""
+"""A friction law reduced to the few numbers of a robot simulator's, and the error of that."""
 
 from __future__ import annotations
 

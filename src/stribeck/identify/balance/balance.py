@@ -1,4 +1,4 @@
-"""The inverse road: friction, mass and offset from the balance of a measured force.
+"""Force balance: friction, mass and offset from the balance of a measured force.
 
 For each sample, force = M a + F_f(v) + offset. Velocity and acceleration come from the filtered
 position (`Filtering`), both sides are decimated in parallel, and what is linear in the parameters

@@ -1,4 +1,4 @@
-"""What a force balance rests on: faults of a log that least squares would not notice.
+"""Checks of a force balance: faults of a log that least squares does not show.
 
 Each of these leaves the sum of squares at its minimum and the standard errors small, and the
 estimates wrong: a force that lags the motion, spikes, gravity that no parameter stands for, a
@@ -56,7 +56,7 @@ _MAD = 1.4826
 
 @dataclass(frozen=True, eq=False)
 class BalanceChecks:
-    """What was found.
+    """The faults that the checks of a force balance show, and errors that allow for them.
 
     Args:
         sentences: A sentence each.

@@ -1,4 +1,4 @@
-"""Several logs of one axis: strokes and logs as units, and whether one law holds for them all.
+"""Clustered errors: strokes and logs as units, and the lack of fit of one law for all logs.
 
 The samples of a stroke are not observations of their own, and neither are the strokes of a log if
 the next log, at another pressure or on another day, has another level. So the errors of a balance

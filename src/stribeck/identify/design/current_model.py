@@ -1,4 +1,4 @@
-"""A card and its logs, as they stand before the next experiment."""
+"""The current model of an axis: a card and its logs before the next experiment."""
 
 from __future__ import annotations
 

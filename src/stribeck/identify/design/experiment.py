@@ -1,4 +1,4 @@
-"""What an experiment would tell: slopes of what it shows, and the information in them.
+"""An experiment: the slopes of its signals, and its Fisher information.
 
 An experiment is what a model predicts of it, the noise of one of its samples and how much of
 that noise is repetition. Its Fisher information adds to that of the data at hand. In stick-slip

@@ -1,4 +1,4 @@
-"""Which experiment next: candidates ranked by how far they would shrink what is badly known.
+"""A plan: candidate experiments ranked by how far they shrink the errors of doubtful parameters.
 
 The data at hand and each candidate have a Fisher information, at the fit and at further parameter
 sets that the data allow. Their sum gives the standard errors to be expected; the search ranges

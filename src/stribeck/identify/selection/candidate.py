@@ -1,4 +1,4 @@
-"""A law as a comparison of laws sees it."""
+"""A candidate: a law with its errors in a comparison of laws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a comparison of laws comes to, in sentences: what is taken, what was learnt by heart."""
+"""Findings of a comparison of laws, in sentences: the recommendation and its reasons."""
 
 from __future__ import annotations
 

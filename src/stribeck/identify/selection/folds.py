@@ -1,4 +1,4 @@
-"""What is trained on and what is held out, when several laws are compared.
+"""Splits of logs into training and held-out parts, for a comparison of laws.
 
 Samples of a log that are held out one by one tell nothing: each has neighbours that were trained
 on. So whole logs are held out, or whole ranges of time.

@@ -1,4 +1,4 @@
-"""A ladder of laws: their order, what one has more than another, and how one stands in another.
+"""Nested laws: their order, the ingredients that differ, and one law embedded in another.
 
 A richer law that contains a simpler one starts from the simpler one's answer as well, so that it
 never trains worse. Whether it does contain it is not asked of a table: the simpler law's values

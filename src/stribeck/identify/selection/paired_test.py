@@ -1,4 +1,4 @@
-"""Is one model worse than another on the same held-out samples, or only unlucky?
+"""A paired test of the held-out errors of two models, over blocks of samples.
 
 Both models answer for the same samples, so what counts is how their squared errors differ there.
 Differences correlate in time: they are summed over blocks that are several correlation times

@@ -66,7 +66,7 @@ class Selection:
         findings: Which ingredients are warranted.
         sentences: What a reader must know, a sentence each; the recommendation first.
         unit: Of the errors.
-        seed: Of the searches; None on the inverse road.
+        seed: Of the searches; None by force balance.
         skipped: Laws that an interruption left out.
     """
 

@@ -1,4 +1,4 @@
-"""How well the data know each parameter, whatever road found it: all questions asked at once."""
+"""The uncertainty of all parameters of a fit, by either method."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blind directions: combinations of parameters that the data hardly see, in words.
+"""Blind directions: combinations of parameters that the data hardly determine, in words.
 
 Which parameter leads one is read off the slopes: the eigenvectors of their curvature, for relative
 changes, that noise hides. What is reported is read off its profile, where the others were

@@ -1,4 +1,4 @@
-"""Moving-block bootstrap: what other recordings of the same kind would have been fitted to.
+"""Moving-block bootstrap: refits of data sets resampled in blocks of residuals.
 
 Residuals are drawn anew in blocks, circularly and within their logs, so that they correlate as
 the real ones do, and are added to the fitted motion; each such data set is fitted from the best

@@ -1,4 +1,4 @@
-"""The quick look: what the slopes at an estimate say of its errors, one batch of evaluations.
+"""Errors from the slopes at an estimate: linear, from one batch of evaluations.
 
 Residuals of a log correlate from sample to sample. How much that costs depends on the parameter:
 one whose slopes change sign within the time in which residuals forget loses nothing, one with

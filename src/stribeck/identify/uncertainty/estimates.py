@@ -1,4 +1,4 @@
-"""Each parameter as it was found: value, interval, verdict and what it means, for people."""
+"""Estimates: each parameter with value, interval, verdict and meaning in words."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Estimate:
         name: As its rig calls it.
         value: The estimate.
         standard_error: From the slopes at the estimate, for residuals as correlated as they
-            are; on the inverse road the literature's, as if they were white. nan for a fixed
+            are; by force balance the literature's, as if they were white. nan for a fixed
             parameter.
         spread: Standard deviation over the repeats that fit as well; nan with fewer than two.
         low: Lower end of the profile's 95 % interval, within the search range.

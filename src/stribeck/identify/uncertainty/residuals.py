@@ -1,4 +1,4 @@
-"""Residuals over a box of parameters: what every question about uncertainty needs.
+"""Residuals over a box of parameters.
 
 The same for every law, both roads and any search method.
 """

@@ -1,4 +1,4 @@
-"""What a parameter means in practice: what doubling it does to the fit, and what ends its interval.
+"""The effect of a parameter on the fit when doubled or halved, and what ends its interval.
 
 A profile says where an interval ends. People ask first whether a parameter matters at all: so it
 is set to twice its value, the others are refitted, and the misfit is said.

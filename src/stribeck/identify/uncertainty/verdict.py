@@ -1,4 +1,4 @@
-"""What a profile says of a parameter in a word.
+"""The verdict on a parameter, from its profile.
 
 Verdicts come from the profile likelihood, which moves all parameters: that two of them go together
 widens both their intervals, and needs no rule of its own.

@@ -1,4 +1,4 @@
-"""What the axis is told to do: a command that is linear between its knots."""
+"""The command of an axis: linear between its knots."""
 
 from __future__ import annotations
 
