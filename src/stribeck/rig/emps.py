@@ -10,17 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import float64, int64, types, void
 
-from ..compile_cache import compiled
 from ..data.filtering import Filtering, even, smooth
 from ..errors import InputError
-from ..friction import SLIP_TYPE
 from ..space import Array, Param
 from .balanced import BalancedRig
 from .controller import Controller
 from .equation import FIRST, THIRD
-from .motion.drives import JOINT, JointConstants, rows
+from .motion.drives import CASCADE, JOINT, CascadeConstants, CascadeInputs, JointConstants, rows
 from .motion.track import Track
 from .rig import Constant, Motion, constant
 
@@ -33,24 +30,15 @@ _REPORT = (
     "Workshop on Nonlinear System Identification Benchmarks, Eindhoven 2019"
 )
 
-#: Integration steps between two samples of the controller. Of fourth order, and at 2 the force
-#: of the identified model moves by less than 1e-5 N if they are doubled (tests/test_emps.py).
-STEPS = 2
-#: Refinements of the instant at which the axis stops; each gains a digit or more.
-_REFINEMENTS = 40
-
-#: Way by which a step of the implicit stepper may be off, m.
+#: Steps of the implicit stepper between two samples of the controller, and way by which one may
+#: be off, m, where the loop is simulated as it is: finer ones move no velocity by more than
+#: 1e-8 m/s (tests/test_emps.py).
+STEPS, TOLERANCE = 2, 1e-13
+#: The same way where a compensator is added to the loop.
 _TOLERANCE = 1e-9
 
 #: What is added to the voltage in the cross-test log, by its name there; V whatever the name says.
 PULSES = "pulses_N"
-
-_F1 = types.Array(float64, 1, "C", readonly=True)
-_F2 = types.Array(float64, 2, "C", readonly=True)
-_W2 = float64[:, ::1]
-
-#: Columns of what one candidate is simulated with, SI; the first two are its own.
-_MASS, _OFFSET, _KP, _KV, _GTAU, _U_MAX, _T, _DELAY = range(8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,15 +104,36 @@ class Emps(BalancedRig):
                 f"terms, and {law.name} has some"
             )
         p = np.atleast_2d(np.asarray(p, dtype=float))
-        constants = self._candidates(law, p)
-        clock, command, pulses, start = self._drive(recording)
-        q, v, a, u = np.full((4, len(p), len(clock)), np.nan)
-        laws = np.ascontiguousarray(p[:, : len(law.params)])
-        loop(law.slip, laws, constants, command, pulses, start, STEPS, q, v, a, u)
-        x, speed, acceleration, voltage = (
-            np.array([np.interp(recording.t, clock, row) for row in part]) for part in (q, v, a, u)
+        self._check(law, p)
+        track = self._track(recording)
+        k = len(law.params)
+        mass, offset = p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
+        cascade = CascadeConstants(
+            M=mass,
+            offset=offset,
+            k_p=self["kp"],
+            k_v=self["kv"],
+            per_volt=self["gtau"],
+            volts_max=self["u_max"],
+            T=self["T"],
+            volts_start=track.given[0],
         )
-        return LoopMotion(recording.t, x, speed, self["gtau"] * voltage, acceleration)
+        from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
+
+        possible = (mass > 0.0) & np.isfinite(p).all(axis=1)  # the others stay nan
+        q, v, F, a = np.full((4, len(p), len(track.t)), np.nan)
+        q[possible], v[possible], F[possible] = motions(
+            law, CASCADE, p[possible, :k], rows(cascade, len(p))[possible], track,
+            self["T"] / STEPS, TOLERANCE,
+        )  # fmt: skip
+        for i in np.flatnonzero(possible):
+            a[i] = self._acceleration(law, p[i], v[i], F[i] - offset[i])
+        ticks, t = CascadeInputs(*track.inputs).sampled > 0.0, recording.t - recording.t[0]
+        x, speed, force, acceleration = (
+            np.array([np.interp(t, track.t[ticks], row[ticks]) for row in part])
+            for part in (q, v, F, a)
+        )
+        return LoopMotion(recording.t, x, speed, force, acceleration)
 
     def controller(self) -> Controller:
         """The cascade kv (kp (q_ref − q) − v) as position and velocity gains of a joint.
@@ -181,7 +190,7 @@ class Emps(BalancedRig):
             for i in range(len(motion.position))
         ]
 
-    def _candidates(self, law: Law, p: Array) -> Array:
+    def _check(self, law: Law, p: Array) -> None:
         k = len(law.params)
         if p.shape[1] != k + len(self.own(law)):
             raise InputError(
@@ -190,146 +199,43 @@ class Emps(BalancedRig):
             )
         if not 0 <= self["delay"] <= self["T"] or self["T"] <= 0:
             raise InputError(f"rig {self.name}: delay must lie between 0 and the controller's T")
-        c = np.zeros((len(p), 8))
-        c[:, _MASS] = p[:, k]
-        if not law.directional:
-            c[:, _OFFSET] = p[:, k + 1]
-        c[:, _KP:] = [self[n] for n in ("kp", "kv", "gtau", "u_max", "T", "delay")]
-        return c
 
-    def _drive(self, recording: Recording) -> tuple[Array, Array, Array, Array]:
-        """Clock, command and pulses at its ticks, and (position, velocity, voltage) at its first.
+    def _track(self, recording: Recording) -> Track:
+        """The loop's inputs and its start; given is the voltage in force before its first.
 
-        The voltage is the one in force before the controller's first, without pulses.
+        The instants are the controller's samples and, where the delay is a part of T, those at
+        which its voltage begins to act.
         """
         if recording.command is None:
             raise InputError(f"{recording.label}: rig {self.name} is simulated from a command")
-        t, x = recording.t, recording.position
+        t, x, T, delay = recording.t - recording.t[0], recording.position, self["T"], self["delay"]
         # A hundredth of a tick more, because logs stamp their last sample with some jitter.
-        clock = t[0] + self["T"] * np.arange(np.ceil((t[-1] - t[0]) / self["T"] - 0.01) + 1)
+        ticks = T * np.arange(np.ceil(t[-1] / T - 0.01) + 1)
+        instants = (0.0, delay) if 0.0 < delay < T else (0.0,)
+        clock = np.add.outer(ticks, instants).ravel()[: len(instants) * (len(ticks) - 1) + 1]
+        tick, place = np.divmod(np.arange(len(clock)), len(instants))
         pulses = recording.extra.get(PULSES, np.zeros(len(t)))
-        voltage = 0.0 if recording.voltage is None else recording.voltage[0] - pulses[0]
-        start = np.array([x[0], (x[1] - x[0]) / (t[1] - t[0]), voltage])
-        return clock, np.interp(clock, t, recording.command), np.interp(clock, t, pulses), start
+        inputs = CascadeInputs(
+            normal=np.zeros(len(clock)),
+            temperature=np.zeros(len(clock)),
+            goal=np.interp(ticks, t, recording.command)[tick],
+            volts=np.interp(ticks, t, pulses)[tick],
+            sampled=place == 0,
+            late=(place == 0) & (delay > 0.0),
+        )
+        # The voltage in force before the controller's first, without pulses.
+        volts_start = 0.0 if recording.voltage is None else recording.voltage[0] - pulses[0]
+        return Track(
+            clock, clock, clock, float(x[0]), clock, clock, np.zeros((3, 0)),
+            v0=float((x[1] - x[0]) / (t[1] - t[0])), inputs=np.array(inputs, dtype=float),
+            held=np.ones(len(inputs)), given=np.array([volts_start]),
+        )  # fmt: skip
 
-
-@compiled()
-def _acceleration(slip: Any, p: Array, mass: float, F: float, v: float, s: float) -> float:
-    """Acceleration in slip in direction s under a net force; friction keeps its side of zero."""
-    return (F - slip(v if s * v > 0.0 else s * 0.0, p)) / mass  # type: ignore[no-any-return]
-
-
-@compiled()
-def _step(
-    slip: Any, p: Array, mass: float, F: float, v: float, s: float, h: float
-) -> tuple[float, float]:
-    """Distance moved and velocity after a step h in slip, by the classical Runge-Kutta rule."""
-    a1 = _acceleration(slip, p, mass, F, v, s)
-    v2 = v + 0.5 * h * a1
-    a2 = _acceleration(slip, p, mass, F, v2, s)
-    v3 = v + 0.5 * h * a2
-    a3 = _acceleration(slip, p, mass, F, v3, s)
-    v4 = v + h * a3
-    a4 = _acceleration(slip, p, mass, F, v4, s)
-    return h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-
-
-@compiled()
-def _stop(
-    slip: Any, p: Array, mass: float, F: float, v: float, s: float, h: float, v_end: float
-) -> float:
-    """When within a step h, at whose end the velocity has changed sign, the axis stops.
-
-    False position with the Illinois rule on the length of the step.
-    """
-    low, high, f_low, f_high = 0.0, h, s * v, s * v_end
-    for _ in range(_REFINEMENTS):
-        middle = (low * f_high - high * f_low) / (f_high - f_low)
-        f = s * _step(slip, p, mass, F, v, s, middle)[1]
-        if abs(f) <= 1e-15 or high - low <= 1e-15:  # noqa: PLR2004 - nothing below that moves
-            return middle
-        if f > 0.0:
-            low, f_low, f_high = middle, f, 0.5 * f_high
-        else:
-            high, f_high, f_low = middle, f, 0.5 * f_low
-    return 0.5 * (low + high)
-
-
-@compiled()
-def _hold(
-    slip: Any, p: Array, mass: float, F: float, q: float, v: float, span: float, steps: int
-) -> tuple[float, float]:
-    """Position and velocity after a constant net force F over a span, with stick at rest."""
-    remaining, h = span, span / steps
-    while remaining > 1e-12 * span:
-        if v == 0.0:
-            if slip(-0.0, p) <= F <= slip(0.0, p):
-                break
-            s = 1.0 if F > 0.0 else -1.0
-        else:
-            s = 1.0 if v > 0.0 else -1.0
-        step = min(h, remaining)
-        moved, after = _step(slip, p, mass, F, v, s, step)
-        if s * after < 0.0 and v != 0.0:
-            step = _stop(slip, p, mass, F, v, s, step, after)
-            moved, after = _step(slip, p, mass, F, v, s, step)[0], 0.0
-        elif (
-            v == 0.0 and s * after <= 0.0
-        ):  # a breakaway that leads nowhere: the law is steeper than a step
-            moved, after = 0.0, 0.0
-        q, v, remaining = q + moved, after, remaining - step
-    return q, v
-
-
-@compiled(
-    void(SLIP_TYPE, _F2, _F2, _F1, _F1, _F1, int64, _W2, _W2, _W2, _W2),
-)
-def loop(
-    slip: Any,
-    laws: Array,
-    constants: Array,
-    command: Array,
-    pulses: Array,
-    start: Array,
-    steps: int,
-    out_q: Array,
-    out_v: Array,
-    out_a: Array,
-    out_u: Array,
-) -> None:
-    """Run the loop for each candidate; position, velocity, acceleration and voltage at the ticks.
-
-    The voltage written at a tick is the one in force there: with a delay, the one before.
-    """
-    for i in range(len(laws)):
-        p, c = laws[i], constants[i]
-        mass, T, delay = c[_MASS], c[_T], c[_DELAY]
-        if not mass > 0.0:
-            continue  # leaves nan
-        q, v = start[0], start[1]
-        q1, q2 = q - T * v, q - 2 * T * v
-        before = start[2]
-        for k in range(len(command)):
-            u = c[_KV] * (c[_KP] * (command[k] - q) - (q - q2) / (2 * T))
-            u = min(max(u, -c[_U_MAX]), c[_U_MAX])
-            if not np.isfinite(u):
-                break
-            held, now = before + pulses[k], u + pulses[k]
-            acting = held if delay > 0.0 else now
-            F = c[_GTAU] * acting - c[_OFFSET]
-            out_q[i, k], out_v[i, k], out_u[i, k] = q, v, acting
-            if v == 0.0 and slip(-0.0, p) <= F <= slip(0.0, p):
-                out_a[i, k] = 0.0
-            else:
-                s = np.copysign(1.0, v if v != 0.0 else F)
-                out_a[i, k] = _acceleration(slip, p, mass, F, v, s)
-            q1, q2 = q, q1
-            if delay > 0.0:
-                q, v = _hold(slip, p, mass, F, q, v, delay, steps)
-            if delay < T:
-                F = c[_GTAU] * now - c[_OFFSET]
-                q, v = _hold(slip, p, mass, F, q, v, T - delay, steps)
-            before = u
+    def _acceleration(self, law: Law, p: Array, v: Array, net: Array) -> Array:
+        """Acceleration under a net force, (N,): at rest friction balances it within its levels."""
+        friction = np.where(v == 0.0, np.clip(net, *law.levels(p)), self.friction(law, p, v))
+        acceleration: Array = (net - friction) / p[len(law.params)]
+        return acceleration
 
 
 def _constants() -> tuple[Constant, ...]:

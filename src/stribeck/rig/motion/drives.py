@@ -15,7 +15,7 @@ import numpy as np
 from ...space import Array
 
 #: The kinds of drive.
-SLIDE, SERVO, JOINT, FORCE = range(4)
+SLIDE, SERVO, JOINT, FORCE, CASCADE = range(5)
 #: Constants that a candidate may have.
 WIDTH = 10
 
@@ -100,6 +100,50 @@ class ForceInputs(NamedTuple):
     normal: Any
     temperature: Any
     force: Any
+
+
+class CascadeConstants(NamedTuple):
+    """A mass under a sampled cascade: a loop of the position around one of the velocity.
+
+    Args:
+        M: Mass, kg.
+        offset: Constant force against it, N.
+        k_p: Gain of the position, 1/s.
+        k_v: Gain of the velocity, V s/m.
+        per_volt: Force of the drive per volt, N/V.
+        volts_max: Largest voltage, V.
+        T: Time between two samples, s.
+        volts_start: Voltage in force before the first one computed, V.
+    """
+
+    M: Any
+    offset: Any
+    k_p: Any
+    k_v: Any
+    per_volt: Any
+    volts_max: Any
+    T: Any
+    volts_start: Any
+
+
+class CascadeInputs(NamedTuple):
+    """Inputs of a cascade, all held from one instant to the next.
+
+    Args:
+        normal: Normal load, N.
+        temperature: Temperature, K.
+        goal: Position asked for, m.
+        volts: Voltage added to the controller's, V.
+        sampled: 1 at an instant at which the controller computes a voltage.
+        late: 1 while the voltage of the sample before is still in force.
+    """
+
+    normal: Any
+    temperature: Any
+    goal: Any
+    volts: Any
+    sampled: Any
+    late: Any
 
 
 class SlideConstants(NamedTuple):

@@ -41,6 +41,7 @@ from ...friction.law import (
 from ...space import Array
 from . import row_pool
 from .drives import (
+    CASCADE,
     CLAMP,
     DAMPING,
     FORCE,
@@ -48,6 +49,8 @@ from .drives import (
     JOINT,
     SERVO,
     SLIDE,
+    CascadeConstants,
+    CascadeInputs,
     ForceConstants,
     ForceInputs,
     JointConstants,
@@ -131,13 +134,19 @@ def slide_constants(c: Array) -> SlideConstants:
 
 
 @compiled(forceinline=True)
+def cascade_constants(c: Array) -> CascadeConstants:
+    """A row of constants by their names."""
+    return CascadeConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
+
+
+@compiled(forceinline=True)
 def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float]:
     """Mass, force of drive and surroundings without damping, and the drive's damping.
 
     Writes what a law may depend on into `load`: drive and external force, normal load, position
-    and temperature. A drive that holds its torque finds it there.
+    and temperature. A drive that holds its force finds it there.
     """
     load[NORMAL], load[POSITION], load[TEMPERATURE] = u[0], q, u[1]
     if kind == SERVO:
@@ -158,10 +167,12 @@ def driven(
         if abs(torque - joint.k_d * v) >= joint.limit:
             return joint.J, load[DRIVE] + load[EXTERNAL], 0.0
         return joint.J, torque + load[EXTERNAL], joint.k_d
-    if kind == FORCE:
-        mass, push = ForceConstants(c[0], c[1]), ForceInputs(u[0], u[1], u[2])
-        load[DRIVE], load[EXTERNAL] = push.force, -mass.offset
-        return mass.M, push.force - mass.offset, 0.0
+    if kind in (FORCE, CASCADE):
+        mass = ForceConstants(c[0], c[1])  # with which a cascade's constants begin, too
+        if kind == FORCE:  # the force of a cascade stands there already
+            load[DRIVE] = ForceInputs(u[0], u[1], u[2]).force
+        load[EXTERNAL] = -mass.offset
+        return mass.M, load[DRIVE] - mass.offset, 0.0
     bed, slide = slide_constants(c), SlideInputs(u[0], u[1], u[2], u[3])
     e = slide.command - q
     if e > 0.0:
@@ -179,6 +190,35 @@ def commanded(c: Array, u: Array, q: float, v: float) -> float:
     joint, wish = joint_constants(c), joint_inputs(u)
     torque = wish.torque + joint.k_p * (wish.goal - q) + joint.k_d * (wish.velocity - v)
     return min(max(torque, -joint.limit), joint.limit)  # type: ignore[no-any-return]
+
+
+@compiled(forceinline=True)
+def _cascade_reset(c: Array, q: float, v: float, last: Array) -> None:
+    """What a cascade remembers at its start: an axis that came at a constant velocity."""
+    loop = cascade_constants(c)
+    last[0] = last[1] = loop.volts_start
+    last[2], last[3] = q - loop.T * v, q - 2 * loop.T * v
+
+
+@compiled(forceinline=True)
+def _cascade(c: Array, u: Array, q: float, last: Array) -> float:
+    """The force of a cascade's drive from this instant on.
+
+    At a sample k the controller computes
+
+        u_k = clip(k_v (k_p (q_ref,k − q_k) − (q_k − q_k−2) / 2T), ±volts_max),
+
+    whose velocity is a backward difference of the mean of two positions. `last` keeps the voltages
+    of the last sample and of the one before, and the positions at these, (4,).
+    """
+    loop = cascade_constants(c)
+    wish = CascadeInputs(u[0], u[1], u[2], u[3], u[4], u[5])
+    if wish.sampled > 0.5:  # noqa: PLR2004 - a flag
+        volts = loop.k_v * (loop.k_p * (wish.goal - q) - (q - last[3]) / (2 * loop.T))
+        last[0], last[1] = min(max(volts, -loop.volts_max), loop.volts_max), last[0]
+        last[2], last[3] = q, last[2]
+    volts = last[1] if wish.late > 0.5 else last[0]  # noqa: PLR2004 - a flag
+    return loop.per_volt * (volts + wish.volts)  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
@@ -452,7 +492,10 @@ def passed(
                 slip, rub, general, states, kind, p, term, c, u, h, q, v, z, load, coarse, slopes,
                 1,
             )  # fmt: skip
-            if h * abs(v_fine - v_coarse) > tolerance and level < FINEST:
+            # Under a held force an axis may stop, or reverse without a rest, while coarse and fine
+            # agree: each takes one sign of friction for all of its step.
+            ends = kind == CASCADE and v != 0.0 and v * v_fine <= 0.0
+            if (h * abs(v_fine - v_coarse) > tolerance or ends) and level < FINEST:
                 level += 1
                 continue
             q = 2.0 * (q_half + 0.5 * h * v_fine) - (q + h * v_coarse)
@@ -501,15 +544,16 @@ def _rows(  # a loop over candidates and samples
     term, t, parts = borrowed(term), borrowed(t), borrowed(parts)
     inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
     own = np.empty((6, max(states, 1)))
-    own_u, own_load, own_slopes = np.empty(m), np.empty(5), np.empty(2)
+    own_u, own_load, own_slopes, own_last = np.empty(m), np.empty(5), np.empty(2), np.empty(4)
     u, load, slopes = borrowed(own_u), borrowed(own_load), borrowed(own_slopes)
+    last = borrowed(own_last)
     z, coarse, half, fine = (
         borrowed(own[0]), borrowed(own[1]), borrowed(own[2]), borrowed(own[3]),
     )  # fmt: skip
     while True:
         row = row_pool.next_row(taken)
         if row >= len(p):
-            own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = 0.0  # they live until here
+            own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = own_last[0] = 0.0  # kept alive
             return
         a, b = borrowed(p[row]), borrowed(c[row])
         q, v = start[row, 0], start[row, 1]
@@ -519,12 +563,16 @@ def _rows(  # a loop over candidates and samples
         before = started(
             rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
         )
+        if kind == CASCADE:
+            _cascade_reset(b, q, v, last)
         for k in range(len(t)):
             mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
                 now = commanded(b, u, q, v)
                 load[DRIVE] = now if hold == 1.0 else before
                 before = now
+            elif kind == CASCADE:
+                load[DRIVE] = _cascade(b, u, q, last)
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
