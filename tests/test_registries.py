@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import pytest
@@ -54,3 +56,11 @@ def test_a_rig_shows_the_parameters_of_a_law_of_elements(
     names = [line.split()[0] for line in table.splitlines()[2:] if line[:1].strip()]
     own = [q.name for q in law_named("maxwell-slip:2").params]
     assert names[: len(own) + 2] == [*own, "J", "offset"]
+
+
+def test_a_rig_is_loaded_when_it_is_taken() -> None:
+    code = "import sys, stribeck; stribeck.RIGS['slide-bed']; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    files = {m.rpartition(".")[2] for m in done.stdout.split() if m.startswith("stribeck.rig.")}
+    assert "slide_bed" in files
+    assert not files & {"balanced", "cylinder", "emps", "joint", "presliding", "servo_pendulum"}

@@ -374,7 +374,9 @@ def _posterior(fit: Fit) -> PosteriorCard | None:
 
 def kind_of(rig: Rig) -> str:
     """The shipped rig that a rig is a variant of."""
-    for name, shipped in RIGS.items():
+    names: list[str] = sorted(RIGS, key=lambda n: n != rig.name)  # its own, so no other is loaded
+    for name in names:
+        shipped = RIGS[name]
         if type(shipped) is type(rig) and (shipped.params, shipped.shows) == (
             rig.params,
             rig.shows,

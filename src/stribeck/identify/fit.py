@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
-from .balance.balance_solution import solve_balance
 from .data_split import DataSplit
 from .lookup import range_list, recording_list, rig_and_law
 from .loss import Loss, Objective
@@ -113,6 +112,8 @@ def identify(
     solution: Solution
     if rig.approach == "force_balance":
         _refuse(rig, [*search, *(["loss"] * (loss != "squares")), *(["restart"] * restart)])
+        from .balance.balance_solution import solve_balance  # noqa: PLC0415 - compiled code that others need not load
+
         solution = solve_balance(parameters, data, draws=draws)
     else:
         solution = solve_output_error(

@@ -191,7 +191,7 @@ def box_minimum(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, 
     for _ in range(10 * len(g)):
         move = np.zeros(len(g))
         if free.any():
-            move[free] = -np.linalg.solve(A[np.ix_(free, free)], slope[free])
+            move[free] = -np.linalg.solve(A[free][:, free], slope[free])
         room = np.where(move > 0, upper - s, lower - s)
         share = np.divide(room, move, out=np.full(len(g), np.inf), where=move != 0)
         k = int(share.argmin())

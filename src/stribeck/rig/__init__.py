@@ -1,29 +1,60 @@
-"""Rigs, each one declaration. A new rig is a file and its name in RIGS."""
+"""Rigs, each one declaration. A new rig is a file and its name in `_DECLARED`."""
 
-from .cylinder import CYLINDER
-from .emps import EMPS
-from .forced import FORCED, FORCED_ROTARY
-from .forced_pendulum import FORCED_PENDULUM
-from .joint import JOINT_RIG
-from .presliding import PRESLIDING, PRESLIDING_ROTARY
+from collections.abc import Iterator, Mapping, MutableMapping
+from importlib import import_module
+from typing import cast
+
 from .rig import Constant, Motion, Rig
-from .servo_pendulum import SERVO_PENDULUM
-from .slide_bed import SLIDE_BED
 
 __all__ = ["RIGS", "Constant", "Motion", "Rig"]
 
-RIGS: dict[str, Rig] = {
-    rig.name: rig
-    for rig in (
-        SLIDE_BED,
-        EMPS,
-        FORCED,
-        FORCED_ROTARY,
-        FORCED_PENDULUM,
-        CYLINDER,
-        SERVO_PENDULUM,
-        JOINT_RIG,
-        PRESLIDING,
-        PRESLIDING_ROTARY,
-    )
+#: Every shipped rig, in the order in which people see them, and the file and the name in it that
+#: declare it.
+_DECLARED = {
+    "slide-bed": "slide_bed.SLIDE_BED",
+    "emps": "emps.EMPS",
+    "forced": "forced.FORCED",
+    "forced-rotary": "forced.FORCED_ROTARY",
+    "forced-pendulum": "forced_pendulum.FORCED_PENDULUM",
+    "cylinder": "cylinder.CYLINDER",
+    "servo-pendulum": "servo_pendulum.SERVO_PENDULUM",
+    "joint": "joint.JOINT_RIG",
+    "presliding": "presliding.PRESLIDING",
+    "presliding-rotary": "presliding.PRESLIDING_ROTARY",
 }
+
+
+class Rigs(MutableMapping[str, Rig]):
+    """The rigs by name: the shipped ones, and those that a program adds.
+
+    A shipped rig is loaded when it is taken, since its compiled code takes time.
+    """
+
+    def __init__(self, declared: Mapping[str, str]) -> None:
+        self._rigs: dict[str, Rig | str] = dict(declared)
+
+    def __getitem__(self, name: str) -> Rig:
+        rig = self._rigs[name]
+        if isinstance(rig, str):
+            file, _, constant = rig.partition(".")
+            rig = cast("Rig", getattr(import_module(f".{file}", __name__), constant))
+            self._rigs[name] = rig
+        return rig
+
+    def __setitem__(self, name: str, rig: Rig) -> None:
+        self._rigs[name] = rig
+
+    def __delitem__(self, name: str) -> None:
+        del self._rigs[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rigs)
+
+    def __len__(self) -> int:
+        return len(self._rigs)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._rigs
+
+
+RIGS = Rigs(_DECLARED)
