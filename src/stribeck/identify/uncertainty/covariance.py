@@ -165,7 +165,7 @@ def first_below_zero(r: Array, logs: Sequence[int]) -> int:
     """The first lag at which residuals no longer resemble themselves, at most a tenth of them."""
     most = max(2, len(r) // 10)
     total = np.zeros(most)
-    for part in parts(r, logs):
+    for part in filter(len, parts(r, logs)):
         products = autocovariance(part - part.mean(), most)
         total[: len(products)] += products
     negative = np.flatnonzero(total[1:] <= 0)
