@@ -315,7 +315,7 @@ def test_ctrl_c_before_anything_was_evaluated(
         raise KeyboardInterrupt
 
     before = sorted(made.iterdir())
-    monkeypatch.setattr("stribeck.data.readers.read", interrupted)
+    monkeypatch.setattr("stribeck.data.read", interrupted)
     said = stribeck_("identify", "up.csv", *QUICK, "--out", "never")
     line = "stribeck: interrupted before there was a result: nothing was written\n"
     assert said == Said(130, "", line)
@@ -332,7 +332,7 @@ def test_ctrl_c_while_polishing_keeps_the_search(
             raise KeyboardInterrupt
         return polish(problem, run, allowance)
 
-    monkeypatch.setattr("stribeck.identify.fit.polish_run", interrupted)
+    monkeypatch.setattr("stribeck.identify.multistart.polish_run", interrupted)
     said = stribeck_("identify", "up.csv", *QUICK, "--method", "bts", "--out", "unpolished")
     assert said.status == 130
     assert said.err == "stribeck: interrupted: the partial result is in unpolished/card.json\n"

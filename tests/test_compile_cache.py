@@ -63,8 +63,8 @@ def test_an_edit_of_the_physics_in_another_file_changes_the_closed_loop(tmp_path
     assert before != heavier
     stepper = tmp_path / "stribeck" / "rig" / "motion" / "implicit.py"
     text, count = re.subn(
-        r"c\[3\] \* np.sin\(q\) \+ c\[4\] \* np.cos\(q\)",
-        "25.0 * c[3] * np.sin(q) + 25.0 * c[4] * np.cos(q)",
+        r"joint\.g_sin \* np\.sin\(q\) \+ joint\.g_cos \* np\.cos\(q\)",
+        "25.0 * joint.g_sin * np.sin(q) + 25.0 * joint.g_cos * np.cos(q)",
         stepper.read_text(encoding="utf-8"),
     )
     assert count == 1
