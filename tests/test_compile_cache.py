@@ -16,6 +16,7 @@ import pytest
 from numba import config, float64, njit, typeof
 
 import stribeck
+from stribeck.cli.notices import notices
 from stribeck.compile_cache import cache_folder, compiled
 from stribeck.compile_cache.cache_folder import Folder
 from stribeck.compile_cache.content import UnknownContentError, digest
@@ -284,6 +285,18 @@ def test_the_first_run_says_that_it_compiles_and_the_second_nothing(tmp_path: Pa
     assert runs[0][2] == "stribeck: compiling for this machine, once"
     assert runs[0][3].startswith("stribeck: compiled ")
     assert [len(run) for run in runs] == [4, 2]
+
+
+def test_a_command_tells_only_of_its_own_compiling(capsys: pytest.CaptureFixture[str]) -> None:
+    source = f"@compiled()\ndef f(x):\n    return x + {os.getpid()}.25\n"
+    made(source)(1.0)
+    with notices():
+        pass
+    assert capsys.readouterr().err == ""
+    with notices():
+        made(source.replace("+", "-"))(1.0)
+    lines = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(r"stribeck: compiled 1 functions in \d+\.\d s", lines[-1])
 
 
 def test_a_program_that_does_not_listen_reads_nothing(tmp_path: Path) -> None:

@@ -16,12 +16,21 @@ def notices() -> Iterator[None]:
     level = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
+    count, seconds = _compiled()
     try:
         yield
     finally:
-        if "stribeck.compile_cache" in sys.modules:  # else nothing was compiled
-            from ..compile_cache import tally
-
-            tally.tell()
+        total, until = _compiled()
+        if total > count:
+            logger.info("compiled %d functions in %.1f s", total - count, until - seconds)
         logger.removeHandler(handler)
         logger.setLevel(level)
+
+
+def _compiled() -> tuple[int, float]:
+    """How many functions this process has compiled so far, and the seconds that it took."""
+    if "stribeck.compile_cache" not in sys.modules:  # numba is not imported to say none
+        return 0, 0.0
+    from ..compile_cache import tally
+
+    return tally.compiled, tally.seconds

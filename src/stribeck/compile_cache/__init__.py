@@ -84,11 +84,6 @@ class CompileCounts:
         """Whether what this process compiles is there for the next."""
         return _folder.writable == _folder.path
 
-    def tell(self) -> None:
-        """Log what was compiled, if anything was."""
-        if self.compiled:
-            _log.info("compiled %d functions in %.1f s", self.compiled, self.seconds)
-
 
 tally = CompileCounts()
 _folder = Folder()
