@@ -49,7 +49,7 @@ OUTPUTS = ("position", "velocity", "drive", "friction")
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A compiler may take long on a loaded machine."""
-    monkeypatch.setattr("stribeck.export.fmu.fmu._PATIENCE", PATIENCE)
+    monkeypatch.setattr("stribeck.export.fmu.build._PATIENCE", PATIENCE)
 
 
 class Unit:
