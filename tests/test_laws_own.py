@@ -58,7 +58,8 @@ print(json.dumps({
 @pytest.fixture(scope="module")
 def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What the block finds on a twin made for it, in a process and a folder of its own."""
-    (block,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = (b for b in blocks if "@slip_law" in b)
     folder = tmp_path_factory.mktemp("own")
     (folder / "demo").mkdir()
     (folder / "mine.py").write_text(block + _TELL, encoding="utf-8")
