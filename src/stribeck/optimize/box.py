@@ -21,11 +21,12 @@ class Box:
 
     Args:
         space: The parameters with their ranges.
-        orders: Pairs (i, j) of parameters for which x_i >= x_j must hold.
+        orders: Pairs (i, j) of parameters for which x_i >= x_j must hold, of a refit; None for a
+            search, which keeps none.
     """
 
     space: Space
-    orders: tuple[tuple[int, int], ...] = ()
+    orders: tuple[tuple[int, int], ...] | None = None
 
     @property
     def dim(self) -> int:
@@ -56,7 +57,7 @@ class Box:
         """How far a coordinate can go at all, and whether an order with another stops it there."""
         ends = self.space.upper if sign > 0 else self.space.lower
         end, ordered = float(ends[k]), False
-        for i, j in self.orders:
+        for i, j in self.orders or ():
             if sign < 0 and i == k and self.space.lower[j] > end:
                 end, ordered = float(self.space.lower[j]), True
             if sign > 0 and j == k and self.space.upper[i] < end:
@@ -86,7 +87,7 @@ class Box:
         unchanged = x == self.x(u)
         inside[unchanged] = u[unchanged]
         y = self.x(inside)
-        for i, j in self.orders:  # rounding on the way to the cube and back
+        for i, j in self.orders or ():  # rounding on the way to the cube and back
             if y[i] < y[j]:
                 if i == k_held:
                     inside[j] -= 4 * CLEAR
@@ -95,11 +96,14 @@ class Box:
         return np.clip(inside, 0.0, 1.0)
 
     def moved(self, u: Array, s: Array, k_held: int | None) -> tuple[Array, Array]:
-        """The point a step s away from u, and the step that leads there exactly."""
-        v = np.where(s == 1.0 - u, 1.0, np.maximum(u + s, 0.0))
-        if not self.orders:
-            return v, s
-        v = self.orderly(v, k_held)
+        """The point a step s away from u, and the step.
+
+        A search ends on bounds exactly, and takes the step as it was planned. A refit takes the
+        difference of the two points: rounding on the way there is no matter of the slopes.
+        """
+        if self.orders is None:
+            return np.where(s == 1.0 - u, 1.0, np.maximum(u + s, 0.0)), s
+        v = self.orderly(u + s, k_held)
         return v, v - u
 
     def step(
@@ -124,7 +128,7 @@ class Box:
         width = self.scale(u) if self.orders else np.ones(self.dim)
         x = self.x(u) if self.orders else u
         pairs = []
-        for i, j in self.orders:
+        for i, j in self.orders or ():
             slack = max(float(x[i] - x[j]), 0.0)
             if i in rows and j in rows:
                 pairs.append((rows.index(i), rows.index(j), slack))

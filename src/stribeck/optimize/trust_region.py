@@ -35,8 +35,10 @@ RADIUS, SHORTEST = 0.1, 1e-9
 #: the residuals over their slope.
 STEP = 1e-6
 #: A step that keeps more than GOOD of the gain promised makes the trust radius twice its own
-#: length, WIDEST at most; one that keeps less than POOR, half of it.
-GOOD, POOR, WIDEST = 0.9, 0.1, 0.5
+#: length; one that keeps less than POOR, half of it.
+GOOD, POOR = 0.9, 0.1
+#: Widest trust region of a descent that searches: one step is not to leave its basin for another.
+WIDEST = 0.5
 #: After so many poor steps in a row, or corrections per parameter, slopes are taken anew.
 BLUNDERS, AGE = 2, 3
 #: Age of slopes that were never taken.
@@ -143,7 +145,7 @@ def least_squares(
         return Minimum(u, cost, "nowhere")
     iterate = replace(Iterate.at(u, answer.residuals[0].copy()), cost=cost)
     end, _ = yield from minimise(
-        iterate, box, tolerance=tolerance, rest="level", radius=radius, note=note
+        iterate, box, tolerance=tolerance, rest="level", radius=radius, widest=WIDEST, note=note
     )
     return Minimum(end.u, end.cost, "flat")
 
@@ -158,6 +160,7 @@ def minimise(
     rows: float = np.inf,
     rest: Rest = "taken",
     radius: float = RADIUS,
+    widest: float = np.inf,
     note: Note = silent,
 ) -> Moves[tuple[Iterate, bool]]:
     """Descend to where no step promises more than `gain` of the sum of squares.
@@ -171,6 +174,7 @@ def minimise(
         rows: Evaluations that may be asked for.
         rest: On what slopes it may end.
         radius: Half-width of the first trust region.
+        widest: Half-width that none exceeds.
         note: Takes what is asked for, and the trust radius.
 
     Returns:
@@ -214,7 +218,7 @@ def minimise(
         iterate = iterate.corrected(s, R)
         if gain_ratio > 0:
             iterate = iterate.moved(u, R, cost)
-        radius = _adapted(radius, reach, gain_ratio)
+        radius = _adapted(radius, reach, gain_ratio, widest)
         blunders = blunders + 1 if gain_ratio < POOR else 0
 
 
@@ -223,10 +227,10 @@ def _one_held(dim: int, free: Sequence[int]) -> int | None:
     return fixed.pop() if len(fixed) == 1 else None
 
 
-def _adapted(radius: float, reach: float, gain_ratio: float) -> float:
+def _adapted(radius: float, reach: float, gain_ratio: float, widest: float) -> float:
     """The trust radius after a step of length `reach` that kept so much of its promise."""
     if gain_ratio > GOOD:
-        return max(radius, min(2 * reach, WIDEST))
+        return max(radius, min(2 * reach, widest))
     return reach / 2 if gain_ratio < POOR else radius
 
 
