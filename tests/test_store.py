@@ -22,9 +22,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from stribeck.bench.engines import Here, Outcomes
 from stribeck.bench.lock import Owner, alive
 from stribeck.bench.record import Failure, Job, Record, Steps
 from stribeck.bench.run import run
+from stribeck.bench.runner import conduct
 from stribeck.bench.spreadsheets import write_sheets
 from stribeck.bench.store import Store
 from stribeck.optimize.methods import unit_free
@@ -240,6 +242,72 @@ def test_claims_come_in_order_and_to_one_store_only(tmp_path: Path) -> None:
         again = [two.claim() for _ in range(6)]
         assert [j and j.key for j in again] == [j.key for j in jobs[::2]]
         assert two.claim() is None
+
+
+class InterruptedConnection:
+    """A connection on which Ctrl-C comes once, right after a statement that begins with a word."""
+
+    def __init__(self, db: sqlite3.Connection, word: str) -> None:
+        self.db, self.word = db, word
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.db, name)
+
+    def execute(self, sql: str, *values: Any) -> sqlite3.Cursor:
+        cursor = self.db.execute(sql, *values)
+        if self.word and sql.startswith(self.word):
+            self.word = ""
+            raise KeyboardInterrupt
+        return cursor
+
+
+@pytest.mark.parametrize("word", ["PRAGMA", "BEGIN", "INSERT", "DELETE FROM claims", "COMMIT"])
+def test_ctrl_c_within_a_write_leaves_nothing_open(
+    tmp_path: Path, word: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, jobs = tmp_path / "store.sqlite", [make("BF", "random", r) for r in range(2)]
+    with opened(file) as store:
+        store.add(jobs)
+        job = store.claim()
+        assert job is not None
+        with monkeypatch.context() as patch:
+            db: Any = vars(store)["_db"]
+            patch.setattr(store, "_db", InterruptedConnection(db, word))
+            with pytest.raises(KeyboardInterrupt):
+                store.commit(run(job))
+        done = word == "COMMIT"
+        assert store.left() == len(jobs) - done
+        store.commit(run(job))
+        assert store.left() == len(jobs) - 1
+    with opened(file) as store:  # closed without a word, and nothing of it is claimed any more
+        store.add(jobs)
+        assert store.claim() is not None
+        assert store.busy() == 0
+
+
+def test_what_interrupts_a_campaign_stops_its_engine_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Watched:
+        workers, running = 1, False
+
+        def run(self, jobs: Iterator[Job]) -> Outcomes:
+            self.running = True
+            try:
+                yield from Here().run(jobs)
+            finally:
+                self.running = False
+
+    def interrupted(_: Store, __: Any) -> None:
+        raise KeyboardInterrupt
+
+    engine = Watched()
+    with opened(tmp_path / "store.sqlite") as store:
+        store.add([make("BF", "random", 0)])
+        monkeypatch.setattr(Store, "commit", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            list(conduct(store, engine))
+        assert not engine.running
 
 
 def test_a_job_given_up_is_tried_again_by_the_next_run(tmp_path: Path) -> None:

@@ -336,8 +336,8 @@ class Store:
         """All or nothing; a claim need not outlast a power cut and does not wait for the disk."""
         with plainly(self.file, self._safe):
             self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
-            self._db.execute("BEGIN IMMEDIATE")
-            try:
+            try:  # around BEGIN too: Ctrl-C may come right after it
+                self._db.execute("BEGIN IMMEDIATE")
                 yield
                 self._db.execute("COMMIT")
             except BaseException:
