@@ -5,15 +5,20 @@
 Runs the command in this process with the package at CHECKOUT_SRC (such as `src`) and notes each
 Python function of the package when it is entered for the first time, with its depth: how many
 functions of the package are open around it, counted from the command `identify`, whose depth
-is 0. Compiled code and other threads are not seen. The way to the card ends when `card.json` is
-opened for writing.
+is 0. Compiled code, other threads and what a module does while it is imported are not seen. The
+way ends when `card.json` is opened for writing, and the command with it.
 
-    functions  entered before that, each counted once
+    functions  entered on the way, each counted once
     files      in which they stand
     path       the files of the functions of at most a depth, in the order of their first entry,
                neighbours of one file taken together
     hops       steps of that path from one file to another
-    returns    hops to a file that the path had left before: the reader opens it again
+    returns    hops to a file that is on the path before
+    reopened   those of the returns to a file in which no caller stands: the reader had closed it
+
+A function that calls a neighbour in its own file after one elsewhere makes a return, but nothing
+is opened for it: its file still lies open. The main line, which a reader follows before anything
+else, is what lies at most three deep.
 """
 
 from __future__ import annotations
@@ -27,17 +32,25 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
-#: Depths that are told, and the one whose path is printed.
+#: Depths that are shown, and the one whose path is printed.
 DEPTHS, PRINTED = (1, 2, 3, 4, 5, 99), 3
 
 
 @dataclass(frozen=True)
 class Entry:
-    """The first entry of a function: its file, its name, and how deep it lies."""
+    """The first entry of a function: its file, its name, and how deep it lies.
+
+    `within` is whether a function that is open around it stands in the same file.
+    """
 
     file: str
     name: str
     depth: int
+    within: bool
+
+
+class _Arrival(BaseException):
+    """The goal is reached. No handler of errors takes it for one."""
 
 
 class Journey:
@@ -53,24 +66,34 @@ class Journey:
         self.entries: list[Entry] = []
         self.ended = False
         self._entered: set[CodeType] = set()
-        self._depth = -1
+        self._open: list[str] = []
+        self._importing = 0
 
     def profile(self, frame: FrameType, event: str, _: Any) -> None:
-        """Follow one event of `sys.setprofile`."""
+        """Follow one event of `sys.setprofile`.
+
+        Raises:
+            _Arrival: The goal is reached.
+        """
         code = frame.f_code
-        if self.ended or not code.co_filename.startswith(self._root):
+        if self.ended:
+            raise _Arrival
+        if event not in ("call", "return") or not code.co_filename.startswith(self._root):
             return
-        if self._depth < 0 and not (code.co_name == "identify" and "/cli/" in code.co_filename):
+        if not self._open and not (code.co_name == "identify" and "/cli/" in code.co_filename):
             return
-        if event == "call":
-            self._depth += 1
-            function = code.co_flags & CO_OPTIMIZED and not code.co_name.startswith("<")
-            if function and code not in self._entered:
-                self._entered.add(code)
-                file = code.co_filename.removeprefix(self._root)
-                self.entries.append(Entry(file, code.co_name, self._depth))
-        elif event == "return":
-            self._depth -= 1
+        file = code.co_filename.removeprefix(self._root)
+        step = 1 if event == "call" else -1
+        self._importing += step * (code.co_name == "<module>")
+        if event == "return":
+            self._open.pop()
+            return
+        function = code.co_flags & CO_OPTIMIZED and not code.co_name.startswith("<")
+        if function and not self._importing and code not in self._entered:
+            self._entered.add(code)
+            within = file in self._open
+            self.entries.append(Entry(file, code.co_qualname, len(self._open), within))
+        self._open.append(file)
 
     def audit(self, event: str, args: tuple[Any, ...]) -> None:
         """End the journey where the goal is written."""
@@ -78,13 +101,24 @@ class Journey:
             self.ended = True
 
 
-def path(entries: Iterable[Entry], depth: int) -> list[str]:
-    """The files that functions of at most a depth stand in, neighbours of one file as one."""
-    files: list[str] = []
+def path(entries: Iterable[Entry], depth: int) -> list[Entry]:
+    """The functions of at most a depth with which the file changes, in order."""
+    steps: list[Entry] = []
     for entry in entries:
-        if entry.depth <= depth and (not files or files[-1] != entry.file):
-            files.append(entry.file)
-    return files
+        if entry.depth <= depth and (not steps or steps[-1].file != entry.file):
+            steps.append(entry)
+    return steps
+
+
+def returns(steps: Iterable[Entry]) -> list[Entry]:
+    """The steps to a file in which an earlier one stands."""
+    visited: set[str] = set()
+    back = []
+    for step in steps:
+        if step.file in visited:
+            back.append(step)
+        visited.add(step.file)
+    return back
 
 
 def main() -> None:
@@ -102,30 +136,36 @@ def main() -> None:
         sys.setprofile(journey.profile)
         try:
             cli.main()
+        except _Arrival:
+            pass
         finally:
             sys.setprofile(None)
-            tell(journey)
+            show(journey)
 
 
-def tell(journey: Journey) -> None:
+def show(journey: Journey) -> None:
     """Print the counts, and the path at one depth."""
     entries = journey.entries
     if not journey.ended:
         print("no card was written", file=sys.stderr)
     files = {entry.file for entry in entries}
-    print(f"\n{len(entries)} functions in {len(files)} files on the way to the card")
-    print("depth  functions  files  hops  returns")
+    print(f"{len(entries)} functions in {len(files)} files on the way to the card")
+    print("depth  functions  files  hops  returns  reopened")
     for depth in DEPTHS:
-        way = path(entries, depth)
-        few = sum(entry.depth <= depth for entry in entries)
-        name = "all" if depth == DEPTHS[-1] else str(depth)
-        returns = len(way) - len(set(way))
-        print(f"{name:>5}  {few:9}  {len(set(way)):5}  {len(way) - 1:4}  {returns:7}")
+        steps = path(entries, depth)
+        back = returns(steps)
+        print(
+            f"{'all' if depth == DEPTHS[-1] else depth:>5}  "
+            f"{sum(entry.depth <= depth for entry in entries):9}  "
+            f"{len({step.file for step in steps}):5}  {len(steps) - 1:4}  {len(back):7}  "
+            f"{sum(not step.within for step in back):8}"
+        )
     print(f"the path at depth {PRINTED}:")
-    met: set[str] = set()
-    for file in path(entries, PRINTED):
-        print(f"  {file}{'  (again)' if file in met else ''}")
-        met.add(file)
+    steps = path(entries, PRINTED)
+    back = returns(steps)
+    for step in steps:
+        mark = "" if step not in back else "  (still open)" if step.within else "  (again)"
+        print(f"{'  ' * (step.depth + 1)}{step.file}: {step.name}{mark}")
 
 
 if __name__ == "__main__":
