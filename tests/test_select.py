@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stribeck import LAWS, RIGS, InputError, select
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
-from stribeck.identify.lookup import range_list
+from stribeck.identify.data_split import range_list
 from stribeck.identify.parameters import partition
 from stribeck.identify.selection.folds import Splits, splits
 from stribeck.identify.selection.nesting import embedded, ingredients, step

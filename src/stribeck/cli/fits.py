@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ..errors import InputError
-from .arguments import above_zero, each_once, intervals, pairs, setting_value
 from .exits import fail
 from .inputs import (
     Bounds,
@@ -20,10 +19,14 @@ from .inputs import (
     Seed,
     Set,
     Train,
+    above_zero,
     check_held,
-    law_named,
+    each_once,
+    intervals,
+    law_name,
+    pairs,
     read_logs,
-    rig_named,
+    setting_value,
     with_constants,
 )
 
@@ -64,12 +67,12 @@ def identify(
     from ..report.folder import check_folder
     from ..report.search_progress import SearchProgress
     from ..report.stopwatch import Stopwatch
+    from ..rig.lookup import rig_named
 
-    clock = Stopwatch.of_process()
     if out is not None:
         check_folder(out)
     chosen, fixed = with_constants(rig_named(rig), set_)
-    name = law_named(chosen, law, directional)
+    name = law_name(chosen, law, directional)
     check_held(chosen, name, list(fixed))
     ends = intervals("--bounds", bounds)
     ties = dict(pairs("--tie", tie))
@@ -90,6 +93,7 @@ def identify(
     }
     if paper:
         options = _paper(chosen, options | {"setting": setting})
+    clock = Stopwatch.of_process()
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
@@ -205,6 +209,7 @@ def select(
     from ..identify.selection.select import select as selected
     from ..report.folder import check_folder
     from ..report.search_progress import SelectionProgress
+    from ..rig.lookup import rig_named
 
     if out is not None:
         check_folder(out)

@@ -1,14 +1,14 @@
-"""What commands are given: logs, rigs, cards and constants, as options and as what they stand for."""
+"""What commands are given: options, and the values, logs, rigs and cards that they stand for."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
-from .arguments import numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,21 +45,84 @@ Train = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
 
-
-def rig_named(name: str) -> Rig:
-    """A shipped rig, or that of a file."""
-    from ..rig import RIGS
-    from ..rig.custom import rig_file
-
-    if name.lower().endswith(".toml"):
-        return rig_file(Path(name))
-    if name not in RIGS:
-        raise InputError(f"no rig {name!r}: there are {', '.join(RIGS)}, or give a .toml file")
-    return RIGS[name]
+#: How the values of options are written that name what they are about.
+FORMS = {
+    "--set": "NAME=VALUE",
+    "--setting": "NAME=VALUE",
+    "--bounds": "NAME=LO:HI",
+    "--tie": "NAME=OTHER",
+}
 
 
-def law_named(rig: Rig, law: str | None, directional: bool) -> str:
-    """The law asked for, by default the rig's first; with parameters for each direction."""
+def pairs(option: str, values: Sequence[str] | None) -> list[tuple[str, str]]:
+    """The names and values of `NAME=VALUE`, each name once."""
+    result = []
+    for text in values or []:
+        name, equals, value = text.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"{option} {text!r}: write {FORMS[option]}")
+        result.append((name.strip(), value.strip()))
+    names = [n for n, _ in result]
+    if twice := {n for n in names if names.count(n) > 1}:
+        raise InputError(f"{option}: {', '.join(sorted(twice))} is given twice: give it once")
+    return result
+
+
+def numbers(option: str, values: Sequence[str] | None) -> dict[str, float]:
+    """The same where all values are numbers."""
+    return {name: number(text, f"{option} {name}") for name, text in pairs(option, values)}
+
+
+def intervals(option: str, values: Sequence[str] | None) -> dict[str, tuple[float, float]]:
+    """The same where they are `LO:HI`."""
+    return {name: _interval(text, f"{option} {name}") for name, text in pairs(option, values)}
+
+
+def each_once(option: str, values: Sequence[str] | None) -> None:
+    """Refuse a value that is given twice."""
+    bare = ["".join(text.split()) for text in values or []]
+    if twice := {text for text in bare if bare.count(text) > 1}:
+        raise InputError(f"{option} {min(twice)} is given twice: give it once")
+
+
+def above_zero(option: str, value: float) -> None:
+    """Refuse a number that is not above 0."""
+    if not 0 < value < math.inf:
+        raise InputError(f"{option}: give a number above 0, got {value:g}")
+
+
+def _interval(text: str, place: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise InputError(f"{place}={text}: write NAME=LO:HI")
+    return number(low, place), number(high, place)
+
+
+def number(text: str, place: str) -> float:
+    """A finite number; `place` it stands is for the message."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"{place}: {text!r} is not a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{place}: {text!r} is not a finite number")
+    return value
+
+
+def setting_value(text: str) -> Any:
+    """A setting as its method takes it: a number, None, pairs such as [[8, 0.01]], or a word."""
+    from json import loads
+
+    for kind in (int, float, loads):
+        try:
+            return kind(text)
+        except (ValueError, RecursionError):
+            continue
+    return None if text == "None" else text
+
+
+def law_name(rig: Rig, law: str | None, directional: bool) -> str:
+    """Name of the law asked for, by default the rig's first; with parameters for each direction."""
     name = rig.laws[0] if law is None else law
     return f"{name}-directional" if directional and not name.endswith("-directional") else name
 
@@ -78,10 +141,9 @@ def check_held(rig: Rig, law: str, held: Sequence[str]) -> None:
     """Refuse parameters to hold that neither the law nor the rig has."""
     if not held:
         return
-    from ..identify.lookup import rig_and_law
+    from ..friction import law_named
 
-    _, parameters = rig_and_law(rig, law)
-    names = [q.name for q in rig.parameters(parameters)]
+    names = [q.name for q in rig.parameters(law_named(law))]
     allowed = {*names, *map(rig.label, names)}
     if strange := [n for n in held if n not in allowed]:
         raise InputError(

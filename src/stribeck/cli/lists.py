@@ -6,8 +6,6 @@ from typing import Annotated
 
 import typer
 
-from .inputs import rig_named
-
 
 def laws(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
     """List the friction laws, or explain one."""
@@ -26,6 +24,7 @@ def methods(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) 
 def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
     """List the rigs, or show one with its constants."""
     from ..report.registries import show_rigs
+    from ..rig.lookup import rig_named
 
     show_rigs(rig_named(name) if name is not None else None)
 

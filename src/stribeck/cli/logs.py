@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .arguments import above_zero
-from .inputs import Columns, Json, read_logs, rig_named
+from .inputs import Columns, Json, above_zero, read_logs
 
 #: Standard deviation of an echo that can still be called one, mm: a quarter of the stroke.
 NOISIEST = 100.0
@@ -51,6 +50,7 @@ def check(
     """Say what is in a log, and what it is good enough for."""
     from ..data import check as looked_at
     from ..report.quality_report import quality_text, show_quality
+    from ..rig.lookup import rig_named
 
     (recording,) = read_logs([log], rig_named(rig) if rig is not None else None, columns)
     quality = looked_at(recording)

@@ -10,8 +10,18 @@ from typing import Annotated, Any, cast
 import typer
 
 from ..errors import InputError
-from .arguments import above_zero, each_once, numbers
-from .inputs import CardFile, Columns, Json, Logs, card_model, file_bytes, read_logs, rig_named
+from .inputs import (
+    CardFile,
+    Columns,
+    Json,
+    Logs,
+    above_zero,
+    card_model,
+    each_once,
+    file_bytes,
+    numbers,
+    read_logs,
+)
 
 
 def validate(
@@ -98,6 +108,7 @@ def compensate(
     from ..identify.card import read_card
     from ..identify.card_logs import logs_beside
     from ..report.folder import check_folder
+    from ..rig.lookup import rig_named
     from ..units import unit
 
     if out is not None:

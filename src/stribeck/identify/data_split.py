@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..data.ranges import Range
-from ..data.recording import Recording
-from ..rig.simulated import SimulatedRig
+from ..errors import InputError
 from .segment import Segment, segments
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..rig import Rig
+    from ..rig.simulated import SimulatedRig
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +34,51 @@ class DataSplit:
     def ranges(self) -> tuple[Range, ...]:
         """All ranges, those to train on first."""
         return (*self.train, *self.holdout)
+
+
+def data_split(
+    recordings: Recording | Sequence[Recording],
+    train: Sequence[Range | str] | Range | str | None,
+    holdout: Sequence[Range | str] | Range | str | None,
+    rig: Rig,
+) -> DataSplit:
+    """The data as callers give them: one or several logs, ranges as written or ready.
+
+    Raises:
+        InputError: there is no recording, or a range cannot be read.
+    """
+    return DataSplit(
+        tuple(recording_list(recordings)),
+        tuple(range_list(train, rig)),
+        tuple(range_list(holdout, rig)),
+    )
+
+
+def recording_list(recordings: Recording | Sequence[Recording]) -> list[Recording]:
+    """One or several recordings as a list."""
+    logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
+    if not logs:
+        raise InputError("no recording was given")
+    return logs
+
+
+def range_list(ranges: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:
+    """Ranges as written or ready, as a list."""
+    if ranges is None:
+        return []
+    if isinstance(ranges, Range | str):
+        ranges = [ranges]
+    shown = rig.shows.get("position", "m")
+    if not all(isinstance(g, Range | str) for g in ranges):
+        raise InputError(f"range {ranges!r}: write it as '112:295' ({shown}) or '10s:40s'")
+    return [g if isinstance(g, Range) else Range.parse(g, shown) for g in ranges]
+
+
+def ranges_or_all(
+    ranges: Sequence[Range | str] | Range | str | None, rig: Rig
+) -> list[Range | None]:
+    """The same, with None, which is everything, where no range was given."""
+    return [*range_list(ranges, rig)] or [None]
 
 
 @dataclass(frozen=True, eq=False)

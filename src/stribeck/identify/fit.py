@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
-from .data_split import DataSplit
-from .lookup import range_list, recording_list, rig_and_law
+from ..rig.lookup import rig_and_law
+from .data_split import data_split
 from .loss import Loss, Objective
 from .multistart import Progress, SearchSettings
 from .output_error import solve_output_error
@@ -88,11 +88,7 @@ def identify(
         InputError: something asked for cannot be done with these recordings.
     """
     rig, law = rig_and_law(rig, law)
-    data = DataSplit(
-        tuple(recording_list(recordings)),
-        tuple(range_list(train, rig)),
-        tuple(range_list(holdout, rig)),
-    )
+    data = data_split(recordings, train, holdout, rig)
     if samples:
         sampler()  # says at once if it is not there
     objective = Objective(loss, restart)

@@ -14,10 +14,11 @@ from ..errors import InputError
 from ..friction import Law
 from ..optimize import rms
 from ..rig import Rig
+from ..rig.lookup import rig_and_law
 from ..rig.simulated import as_simulated
 from ..space import Array, Space
 from ..units import unit
-from .lookup import ranges_or_all, recording_list, rig_and_law
+from .data_split import ranges_or_all, recording_list
 from .loss import FINER, KNEE, Loss, Objective, pseudo_huber
 from .parameters import Parameters, partition
 from .segment import Segment, segments

@@ -12,8 +12,7 @@ from ...data.recording import Recording
 from ...data.segmentation import segment
 from ...errors import InputError
 from ...space import Array
-from ..data_split import DataSplit
-from ..lookup import recording_list
+from ..data_split import DataSplit, recording_list
 from ..parameters import Parameters
 from ..result import SearchRecord
 from ..score import HeldOut, Score

@@ -21,8 +21,8 @@ from ..balance.balance_solution import counting
 from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System
 from ..balance.rows import filtered_logs
+from ..data_split import range_list, ranges_or_all
 from ..initial_state import FreeStartProblem, free_starts
-from ..lookup import range_list, ranges_or_all
 from ..parameters import Parameters, partition
 from ..problem import MotionProblem
 from ..segment import Segment, segments

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
-from ..lookup import recording_list
+from ..data_split import recording_list
 from ..uncertainty.verdict import IDENTIFIED
 from .current_model import CurrentModel, current_model
 from .expected_information import TwinStudy, twin_study

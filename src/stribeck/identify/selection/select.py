@@ -22,8 +22,8 @@ from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
-from ..data_split import DataSplit
-from ..lookup import range_list, recording_list, rig_and_law
+from ...rig.lookup import rig_and_law
+from ..data_split import DataSplit, data_split, recording_list
 from ..parameters import Parameters, partition
 from ..result import Fit
 from .candidate import Candidate
@@ -168,7 +168,7 @@ def select(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    data = DataSplit(tuple(logs), tuple(range_list(train, axis)), tuple(range_list(holdout, axis)))
+    data = data_split(logs, train, holdout, axis)
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)

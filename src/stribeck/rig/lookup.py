@@ -1,0 +1,36 @@
+"""Rigs and laws by the names that callers give, or by default."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import InputError
+from ..friction import Law, law_named
+from . import RIGS
+from .rig import Rig
+
+
+def rig_named(name: str) -> Rig:
+    """A shipped rig, or that of a .toml file.
+
+    Raises:
+        InputError: there is none of that name, or the file is no rig.
+    """
+    if name.lower().endswith(".toml"):
+        from .custom import rig_file  # noqa: PLC0415 - its checker takes time to load
+
+        return rig_file(Path(name))
+    if name not in RIGS:
+        raise InputError(f"no rig {name!r}: there are {', '.join(RIGS)}, or give a .toml file")
+    return RIGS[name]
+
+
+def rig_and_law(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
+    """A rig and a law, looked up where they are names; by default the rig's first law.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    rig = rig_named(rig) if isinstance(rig, str) else rig
+    law = law or rig.laws[0]
+    return rig, law_named(law) if isinstance(law, str) else law
