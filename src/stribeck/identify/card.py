@@ -22,6 +22,7 @@ from ..text_file import page
 from ..units import convertible, unit
 from .loss import Objective
 from .parameters import Parameters, partition
+from .score import simulated
 from .uncertainty.profile_walk import Ended
 
 if TYPE_CHECKING:
@@ -266,9 +267,10 @@ def card(fit: Fit) -> Card:
     Raises:
         InputError: a misfit is not a finite number, so that there is nothing to believe.
     """
-    rig = fit.rig
-    for score in (fit.score, *(h.score for h in fit.holdout)):
-        if not math.isfinite(score.value):
+    parameters, score = fit.parameters, fit.score
+    rig, law = parameters.rig, parameters.law
+    for part in (score, *(h.score for h in fit.holdout)):
+        if not math.isfinite(part.value):
             raise InputError(
                 "the misfit is not a finite number: the log has no force to explain, or the "
                 "model cannot be simulated on it"
@@ -276,7 +278,7 @@ def card(fit: Fit) -> Card:
     kind = kind_of(rig)
     shipped = {c.name: c.value for c in RIGS[kind].constants}
     return Card(
-        law=fit.law.name,
+        law=law.name,
         rig=rig.name,
         kind=kind,
         constants={
@@ -287,13 +289,13 @@ def card(fit: Fit) -> Card:
         columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
         parameters=_parameters(fit),
         objective=ObjectiveCard(
-            name=fit.score.name,
-            value=fit.score.value,
-            unit=fit.score.unit,
-            baselines=fit.score.baselines(),
-            samples=fit.score.samples,
-            restart=fit.parameters.objective.restart,
-            staircase=_staircase(fit.score),
+            name=score.name,
+            value=score.value,
+            unit=score.unit,
+            baselines=score.baselines(),
+            samples=score.samples,
+            restart=parameters.objective.restart,
+            staircase=_staircase(score),
         ),
         train=[r.text for r in fit.train_ranges],
         speeds=_speeds(fit),
@@ -333,8 +335,20 @@ def card(fit: Fit) -> Card:
 
 
 def _speeds(fit: Fit) -> SpeedsCard:
-    written = fit.rig.shows.get("velocity", "rad/s" if fit.rig.rotary else "m/s")
-    low, high = (float(unit(written).from_si(v)) for v in fit.speeds())
+    """Least and greatest velocity of the training data.
+
+    Of the model's own motion under output error: a velocity that is taken from noisy positions
+    reaches farther than the axis ever did.
+    """
+    written = fit.parameters.rig.shows.get(
+        "velocity", "rad/s" if fit.parameters.rig.rotary else "m/s"
+    )
+    if fit.balance is not None:
+        velocities = [b.velocity for b in fit.balance.signals]
+    else:
+        velocities = [m.velocity for m in simulated(fit.parameters, fit.p, fit.train)]
+    ends = min(float(v.min()) for v in velocities), max(float(v.max()) for v in velocities)
+    low, high = (float(unit(written).from_si(v)) for v in ends)
     return SpeedsCard(low=low, high=high, unit=written)
 
 
@@ -362,10 +376,10 @@ def _posterior(fit: Fit) -> PosteriorCard | None:
         accepted=drawn.accepted,
         settled=drawn.settled,
         parameters={
-            fit.rig.label(q.name): SampledCard(
-                median=float(shown_in(fit.rig, q, drawn.median[i])),
-                low=float(shown_in(fit.rig, q, drawn.low[i])),
-                high=float(shown_in(fit.rig, q, drawn.high[i])),
+            fit.parameters.rig.label(q.name): SampledCard(
+                median=float(shown_in(fit.parameters.rig, q, drawn.median[i])),
+                low=float(shown_in(fit.parameters.rig, q, drawn.low[i])),
+                high=float(shown_in(fit.parameters.rig, q, drawn.high[i])),
             )
             for i, q in free
         },

@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 from ..data.ranges import Range
 from ..errors import InputError
-from .segment import Segment, segments
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..rig import Rig
-    from ..rig.simulated import SimulatedRig
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,40 +77,3 @@ def ranges_or_all(
 ) -> list[Range | None]:
     """The same, with None, which is everything, where no range was given."""
     return [*range_list(ranges, rig)] or [None]
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentSplit:
-    """The segments of a data split, ready to be simulated.
-
-    Args:
-        train: Those to train on.
-        holdout: Each range that is held out, with its segments.
-    """
-
-    train: tuple[Segment, ...]
-    holdout: tuple[tuple[Range, tuple[Segment, ...]], ...]
-
-
-def split_segments(data: DataSplit, rig: SimulatedRig, *, restart: bool) -> SegmentSplit:
-    """The segments of a rig's logs.
-
-    Args:
-        data: The logs and their ranges.
-        rig: How its motions start.
-        restart: Whether a new segment starts at every rest.
-
-    Raises:
-        InputError: a range has no segment, or a log has none in any range.
-    """
-    logs = data.recordings
-    train = [s for r in data.train or (None,) for s in segments(logs, rig, r, restart=restart)]
-    holdout = [(r, tuple(segments(logs, rig, r, restart=restart))) for r in data.holdout]
-    used = {
-        id(s.recording) for part in (train, *(held_out for _, held_out in holdout)) for s in part
-    }
-    for log in logs:
-        if id(log) not in used:
-            for held_range in data.ranges or (None,):
-                segments([log], rig, held_range)  # raises the reason
-    return SegmentSplit(tuple(train), tuple(holdout))

@@ -16,7 +16,7 @@ from .loss import Loss, Objective
 from .multistart import Progress, SearchSettings
 from .output_error import solve_output_error
 from .parameters import partition
-from .result import Fit, Solution, build_fit
+from .result import Fit
 from .uncertainty.posterior import posterior, sampler
 
 if TYPE_CHECKING:
@@ -105,17 +105,16 @@ def identify(
         "settings": settings or None,
     }
     search = {name: value for name, value in search.items() if value is not None}
-    solution: Solution
     if rig.approach == "force_balance":
         _refuse(rig, [*search, *(["loss"] * (loss != "squares")), *(["restart"] * restart)])
-        from .balance.balance_solution import solve_balance  # noqa: PLC0415 - compiled code that others need not load
+        from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
 
-        solution = solve_balance(parameters, data, draws=draws)
+        fit = solve_balance(parameters, data, draws=draws)
     else:
-        solution = solve_output_error(
+        fit = solve_output_error(
             parameters, data, SearchSettings(**search), draws=draws, progress=progress
         )
-    return _sampled(build_fit(solution, data), samples, 0 if seed is None else seed)
+    return _sampled(fit, samples, 0 if seed is None else seed)
 
 
 def _sampled(fit: Fit, samples: int, seed: int) -> Fit:

@@ -12,10 +12,9 @@ from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..units import unit
-from .data_split import SegmentSplit
 from .parameters import Parameters
 from .score import Score
-from .segment import Segment, recordings_of
+from .segment import Segment, SegmentSplit, recordings_of
 from .sliding_check import never_slid
 from .uncertainty.sensor_noise import rest_noise
 

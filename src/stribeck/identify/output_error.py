@@ -1,26 +1,22 @@
-"""The solution of an identification by output error: scored by simulating its motions."""
+"""Identification by output error: the misfit is that of simulated motions."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
-from ..data.recording import Recording
 from ..rig.simulated import as_simulated
-from ..space import Array
-from .data_split import DataSplit, SegmentSplit, split_segments
+from .data_split import DataSplit
 from .fit_warnings import explains_little, output_error_warnings
 from .initial_state import FreeStartProblem, started_at_each
 from .multistart import Optimum, Progress, SearchSettings, multistart
 from .parameters import Parameters
 from .problem import MotionProblem
-from .result import SearchRecord
-from .score import HeldOut, Score, held_out, scores
-from .segment import Segment, recordings_of
+from .result import Fit
+from .score import held_out, scores
+from .segment import SegmentSplit, recordings_of, split_segments
 from .sliding_check import mark_never_slid
 from .uncertainty.assessment import Uncertainty, uncertainty
 from .uncertainty.estimates import (
-    Estimate,
     bound_warnings,
     correlation_warnings,
     estimates,
@@ -33,107 +29,6 @@ from .uncertainty.estimates import (
 PROFILES, PROFILED = 6_000, 400
 
 
-@dataclass(frozen=True, eq=False)
-class OutputErrorSolution:
-    """A least-misfit parameter set with its uncertainty.
-
-    Args:
-        optimum: Where the search ended.
-        uncertainty: How well its parameters are known; its `x` is the solution.
-        data: What was trained on and held out.
-        segments: The same as segments.
-    """
-
-    optimum: Optimum
-    uncertainty: Uncertainty
-    data: DataSplit
-    segments: SegmentSplit
-
-    balance = None
-
-    @property
-    def residuals(self) -> MotionProblem | FreeStartProblem:
-        """The problem that was solved."""
-        return self.optimum.problem
-
-    @property
-    def parameters(self) -> Parameters:
-        """Which parameters were free."""
-        return self.residuals.parameters
-
-    @property
-    def search(self) -> SearchRecord:
-        """How it was searched for."""
-        return self.optimum.search
-
-    @property
-    def recordings(self) -> tuple[Recording, ...]:
-        """The logs."""
-        return self.data.recordings
-
-    @property
-    def dim(self) -> int:
-        """How many parameters were free; the starts of motions follow them."""
-        return len(self.parameters.free)
-
-    @cached_property
-    def p(self) -> Array:
-        """The complete parameter set, SI, (k,)."""
-        complete: Array = self.parameters.full(self.uncertainty.x[None, : self.dim])[0]
-        return complete
-
-    @property
-    def correlation(self) -> Array:
-        """Of the free parameters' estimates, (dim, dim)."""
-        return self.uncertainty.correlation[: self.dim, : self.dim]
-
-    @cached_property
-    def train(self) -> tuple[Segment, ...]:
-        """The segments trained on, from the starts that were estimated."""
-        if isinstance(self.residuals, FreeStartProblem):
-            starts = self.uncertainty.x[self.dim :]
-            return started_at_each(self.residuals.problem.train, starts)
-        return self.residuals.train
-
-    def score(self) -> Score:
-        """J over the training segments."""
-        return scores(self.parameters, self.p, self.train)
-
-    def estimates(self, score: Score) -> tuple[Estimate, ...]:
-        """The parameters one by one."""
-        judged = estimates(
-            self.parameters,
-            self.p,
-            self.uncertainty,
-            self.optimum.spread,
-            resting=resting(self.residuals, self.uncertainty.x),
-            doubtful=explains_little(self.parameters, score),
-        )
-        return mark_never_slid(self.parameters, judged, recordings_of(self.train))
-
-    def holdout(self) -> tuple[HeldOut, ...]:
-        """J over each range held out."""
-        return tuple(held_out(self.parameters, self.p, r, s) for r, s in self.segments.holdout)
-
-    def warnings(self, estimates: tuple[Estimate, ...], score: Score) -> tuple[str, ...]:
-        """What a reader must know, a sentence each."""
-        interrupted = "interrupted: the search, its polishing or its intervals had not ended"
-        return (
-            *([interrupted] if self.search.ended == "interrupted" else []),
-            *bound_warnings(estimates),
-            *correlation_warnings(self.parameters, self.correlation),
-            *output_error_warnings(
-                self.parameters,
-                score,
-                self.segments,
-                self.recordings,
-                self.optimum.rivals,
-                self.optimum.repeats,
-            ),
-            *self.uncertainty.notes(self.parameters),
-        )
-
-
 def solve_output_error(
     parameters: Parameters,
     data: DataSplit,
@@ -141,7 +36,7 @@ def solve_output_error(
     *,
     draws: int = 0,
     progress: Progress | None = None,
-) -> OutputErrorSolution:
+) -> Fit:
     """Identify by output error: search, polish, and profile the answer.
 
     Args:
@@ -161,7 +56,7 @@ def solve_output_error(
     if interrupted:
         search = replace(optimum.search, ended="interrupted")
         optimum = replace(optimum, search=search, interrupted=True)
-    return OutputErrorSolution(optimum, uncertain, data, segments)
+    return output_error_fit(optimum, uncertain, data, segments)
 
 
 def _profiled(
@@ -184,3 +79,58 @@ def _profiled(
         else:
             return uncertain, False
     return uncertainty(problem, x, among=free, budget=4 * len(x), keep=True), True
+
+
+def output_error_fit(
+    optimum: Optimum, uncertain: Uncertainty, data: DataSplit, segments: SegmentSplit
+) -> Fit:
+    """The fit of a least-misfit parameter set: scored, validated and judged.
+
+    Args:
+        optimum: Where the search ended.
+        uncertain: How well its parameters are known; its `x` is the solution.
+        data: What was trained on and held out.
+        segments: The same as segments.
+    """
+    problem = optimum.problem
+    parameters, dim = problem.parameters, len(problem.parameters.free)
+    p = parameters.full(uncertain.x[None, :dim])[0]
+    if isinstance(problem, FreeStartProblem):
+        train = started_at_each(problem.problem.train, uncertain.x[dim:])
+    else:
+        train = problem.train
+    score = scores(parameters, p, train)
+    judged = estimates(
+        parameters,
+        p,
+        uncertain,
+        optimum.spread,
+        resting=resting(problem, uncertain.x),
+        doubtful=explains_little(parameters, score),
+    )
+    judged = mark_never_slid(parameters, judged, recordings_of(train))
+    correlation = uncertain.correlation[:dim, :dim]
+    interrupted = "interrupted: the search, its polishing or its intervals had not ended"
+    return Fit(
+        parameters=parameters,
+        p=p,
+        estimates=judged,
+        correlation=correlation,
+        score=score,
+        holdout=tuple(held_out(parameters, p, r, s) for r, s in segments.holdout),
+        search=optimum.search,
+        train=train,
+        train_ranges=data.train,
+        recordings=data.recordings,
+        warnings=(
+            *([interrupted] if optimum.search.ended == "interrupted" else []),
+            *bound_warnings(judged),
+            *correlation_warnings(parameters, correlation),
+            *output_error_warnings(
+                parameters, score, segments, data.recordings, optimum.rivals, optimum.repeats
+            ),
+            *uncertain.notes(parameters),
+        ),
+        uncertainty=uncertain,
+        residuals=problem,
+    )

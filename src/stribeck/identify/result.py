@@ -1,9 +1,9 @@
-"""The result of an identification, by output error or by force balance, and its one builder."""
+"""The result of an identification, by output error or by force balance."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from ..friction import Law
 from ..optimize import Run
@@ -11,7 +11,7 @@ from ..rig import Rig
 from ..space import Array
 from .parameters import Parameters
 from .polish import Polished
-from .score import HeldOut, Score, simulated
+from .score import HeldOut, Score
 from .segment import Segment
 from .uncertainty.assessment import Uncertainty
 from .uncertainty.estimates import Estimate
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
     from .balance.balance import Balance
-    from .data_split import DataSplit
     from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
 
@@ -103,18 +102,6 @@ class Fit:
             return len(self.balance.signals[self.recordings.index(recording)].t)
         return sum(int(s.track.sums[0, -1]) for s in self.train if s.recording is recording)
 
-    def speeds(self) -> tuple[float, float]:
-        """Least and greatest velocity of the training data, m/s or rad/s.
-
-        Of the model's own motion under output error: a velocity that is taken from noisy
-        positions reaches farther than the axis ever did.
-        """
-        if self.balance is not None:
-            velocities = [b.velocity for b in self.balance.signals]
-        else:
-            velocities = [m.velocity for m in simulated(self.parameters, self.p, self.train)]
-        return min(float(v.min()) for v in velocities), max(float(v.max()) for v in velocities)
-
     def model(self) -> tuple[Parameters, Array]:
         """Rig and law, and the complete parameter set, SI: what `validate` takes."""
         return self.parameters, self.p
@@ -128,85 +115,3 @@ class Fit:
     def values(self) -> dict[str, float]:
         """The complete parameter set by name, SI."""
         return self.parameters.values(self.p)
-
-
-class Solution(Protocol):
-    """Where an approach ended: a parameter set, and how that approach judges it.
-
-    `OutputErrorSolution` and `BalanceSolution` are the two.
-    """
-
-    @property
-    def parameters(self) -> Parameters:
-        """Which parameters were free."""
-
-    @property
-    def p(self) -> Array:
-        """The complete parameter set, SI, (k,)."""
-
-    @property
-    def correlation(self) -> Array:
-        """Of the free parameters' estimates, (dim, dim)."""
-
-    @property
-    def search(self) -> SearchRecord:
-        """How it was searched for."""
-
-    @property
-    def train(self) -> tuple[Segment, ...]:
-        """The segments trained on."""
-
-    @property
-    def recordings(self) -> tuple[Recording, ...]:
-        """The logs trained on."""
-
-    @property
-    def uncertainty(self) -> Uncertainty:
-        """How well the free parameters are known."""
-
-    @property
-    def residuals(self) -> Residuals:
-        """The problem it solves."""
-
-    @property
-    def balance(self) -> Balance | None:
-        """The force balance, if it is one."""
-
-    def score(self) -> Score:
-        """Misfit on the training data."""
-
-    def estimates(self, score: Score) -> tuple[Estimate, ...]:
-        """The parameters one by one."""
-
-    def holdout(self) -> tuple[HeldOut, ...]:
-        """Misfit on each range held out."""
-
-    def warnings(self, estimates: tuple[Estimate, ...], score: Score) -> tuple[str, ...]:
-        """What a reader must know, a sentence each."""
-
-
-def build_fit(solution: Solution, data: DataSplit) -> Fit:
-    """The fit of a solution: scored, validated and judged.
-
-    Args:
-        solution: Where output error or the force balance ended.
-        data: What it was trained on and what was held out.
-    """
-    score = solution.score()
-    estimates = solution.estimates(score)
-    return Fit(
-        parameters=solution.parameters,
-        p=solution.p,
-        estimates=estimates,
-        correlation=solution.correlation,
-        score=score,
-        holdout=solution.holdout(),
-        search=solution.search,
-        train=solution.train,
-        train_ranges=data.train,
-        recordings=solution.recordings,
-        warnings=solution.warnings(estimates, score),
-        uncertainty=solution.uncertainty,
-        residuals=solution.residuals,
-        balance=solution.balance,
-    )

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..rig.simulated import as_simulated
 from ..space import Array
-from .balance.balance_solution import balance_scores
+from .balance.force_balance import balance_scores
 from .data_split import ranges_or_all, recording_list
 from .parameters import Parameters
 from .score import Score, scores

@@ -17,7 +17,7 @@ from ...rig.rig import in_si
 from ...rig.simulated import SimulatedRig, as_simulated
 from ...space import Array, Param
 from ...units import unit
-from ..balance.balance_solution import counting
+from ..balance.force_balance import counting
 from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System
 from ..balance.rows import filtered_logs

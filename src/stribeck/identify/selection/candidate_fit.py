@@ -8,13 +8,13 @@ import numpy as np
 
 from ...optimize import MemeticTabuSearch
 from ...rig.simulated import as_simulated
-from ..balance.balance_solution import solve_balance
+from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
-from ..data_split import DataSplit, SegmentSplit
+from ..data_split import DataSplit
 from ..multistart import Optimum
-from ..output_error import OutputErrorSolution
-from ..result import Fit, SearchRecord, build_fit
-from ..segment import segments
+from ..output_error import output_error_fit
+from ..result import Fit, SearchRecord
+from ..segment import SegmentSplit, segments
 from ..uncertainty.assessment import uncertainty
 from ..uncertainty.estimates import resting
 from ..uncertainty.verdict import verdict
@@ -36,7 +36,7 @@ def candidate_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
     """
     if trained.problem is None:
         return _balance_fit(trained, data)
-    return build_fit(_output_error_solution(trained, data, seed), data)
+    return _output_error_fit(trained, data, seed)
 
 
 def unidentified(trained: TrainedLaw) -> tuple[str, ...]:
@@ -54,7 +54,7 @@ def unidentified(trained: TrainedLaw) -> tuple[str, ...]:
 
 def _balance_fit(trained: TrainedLaw, data: DataSplit) -> Fit:
     """The fit of the force balance, with a better answer if a simpler law led there."""
-    fit = build_fit(solve_balance(trained.parameters, data), data)
+    fit = solve_balance(trained.parameters, data)
     error = fit.score.value
     if error <= trained.error * (1 + SAME):
         return fit
@@ -74,7 +74,7 @@ def _balance_fit(trained: TrainedLaw, data: DataSplit) -> Fit:
     )
 
 
-def _output_error_solution(trained: TrainedLaw, data: DataSplit, seed: int) -> OutputErrorSolution:
+def _output_error_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
     parameters, problem, run = trained.parameters, trained.problem, trained.run
     assert problem is not None  # noqa: S101 - of output error only
     assert run is not None  # noqa: S101
@@ -99,7 +99,7 @@ def _output_error_solution(trained: TrainedLaw, data: DataSplit, seed: int) -> O
     )
     budget = PROFILES * problem.space.dim
     holdout = tuple((r, tuple(segments(data.recordings, rig, r))) for r in data.holdout)
-    return OutputErrorSolution(
+    return output_error_fit(
         optimum,
         uncertainty(problem, trained.x, among=free, budget=budget, keep=True),
         data,

@@ -1,0 +1,168 @@
+"""Identification by force balance: the misfit is that of the measured force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...data.ranges import Range, windows
+from ...data.recording import Recording
+from ...data.segmentation import segment
+from ...errors import InputError
+from ...space import Array
+from ..data_split import DataSplit, recording_list
+from ..parameters import Parameters
+from ..result import Fit, SearchRecord
+from ..score import HeldOut, Score
+from ..uncertainty.assessment import Uncertainty, uncertainty
+from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates
+from . import balance
+from .checks import BalanceChecks, check_balance
+from .force_residuals import BalanceResiduals
+
+#: What the misfit of a force balance is called.
+MISFIT = "the force error"
+
+
+def solve_balance(parameters: Parameters, data: DataSplit, *, draws: int = 0) -> Fit:
+    """Solve the force balance of one or several logs, profile and check it.
+
+    Args:
+        parameters: Of a law on a rig with a measured force.
+        data: What to train on and to hold out.
+        draws: Data sets of a block bootstrap.
+
+    Raises:
+        InputError: no measured force, a range without motion, or too few rows.
+    """
+    recordings, rows = counting(data.recordings, data.train)
+    _check_used(data.recordings, recordings, data.ranges)
+    solved = balance.balance(recordings, parameters, rows=rows)
+    residuals = BalanceResiduals(solved.system)
+    x = solved.values[parameters.free_places]
+    uncertain = uncertainty(residuals, x, keep=True, draws=draws)
+    checks = check_balance(recordings, solved, rows)
+    return _balance_fit(tuple(recordings), data, residuals, uncertain, solved, checks)
+
+
+def _balance_fit(
+    recordings: tuple[Recording, ...],
+    data: DataSplit,
+    residuals: BalanceResiduals,
+    uncertain: Uncertainty,
+    solved: balance.Balance,
+    checks: BalanceChecks,
+) -> Fit:
+    """The fit of a solved force balance: scored, validated and judged."""
+    parameters, p, stops = solved.system.parameters, solved.values, solved.at_bound
+    ends = {n: at for n, at in stops.items() if at in ("lower", "upper")}
+    others = {n: at for n, at in stops.items() if n not in ends}
+    unwidened = estimates(
+        parameters,
+        p,
+        uncertain,
+        errors=solved.standard_errors[parameters.free_places],
+        ends=ends,
+        resting=others,
+        misfit=MISFIT,
+    )
+    judged = checks.widened(parameters, solved, unwidened)
+    correlation = _correlation(solved.covariance)
+    label = parameters.rig.label
+    sentences = [
+        *bound_warnings(judged),
+        *(
+            f"{label(n)} was stopped by {label(at)}: the data would have it below"
+            for n, at in others.items()
+        ),
+        *correlation_warnings(parameters, correlation),
+        *uncertain.notes(parameters, MISFIT),
+        *solved.notes,
+        *checks.sentences,
+        *(f"{log.label}: {note}" for log in recordings for note in log.notes),
+    ]
+    return Fit(
+        parameters=parameters,
+        p=p,
+        estimates=judged,
+        correlation=correlation,
+        score=_score(solved),
+        holdout=tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout),
+        search=SearchRecord("least squares", None, (), (), 0, 0.0, "solved"),
+        train=(),
+        train_ranges=data.train,
+        recordings=recordings,
+        warnings=tuple(dict.fromkeys(sentences)),
+        uncertainty=uncertain,
+        residuals=residuals,
+        balance=solved,
+    )
+
+
+def _correlation(covariance: Array) -> Array:
+    """The correlation that a covariance holds; 0 where the data see nothing of a parameter."""
+    spread = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation: Array = covariance / np.outer(spread, spread)
+    correlation[~np.isfinite(correlation)] = 0.0
+    np.fill_diagonal(correlation, 1.0)
+    return correlation
+
+
+def _check_used(
+    logs: Sequence[Recording], chosen: Sequence[Recording], ranges: Sequence[Range]
+) -> None:
+    """Every log has samples in some range: what is passed over in silence is not missed."""
+    for log in logs:
+        if not any(log is used for used in chosen):
+            counting([log], ranges)  # says why not
+
+
+def balance_scores(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:
+    """The relative error of the force of a parameter set (SI) on a log or a range of it."""
+    return _held_out(parameters, p, [log], part).score
+
+
+def _held_out(
+    parameters: Parameters, p: Array, logs: Sequence[Recording], part: Range | None
+) -> HeldOut:
+    chosen, rows = counting(logs, [] if part is None else [part])
+    prediction = balance.validate(chosen, parameters, p, rows=rows)
+    return HeldOut(part, _score(prediction), (), ())
+
+
+def _score(prediction: balance.Prediction) -> Score:
+    nan = float("nan")
+    return Score("relative_error", prediction.relative_error, "%", nan, nan, prediction.rows)
+
+
+def counting(
+    logs: Sequence[Recording], ranges: Sequence[Range]
+) -> tuple[list[Recording], list[balance.Rows | None]]:
+    """The logs that pass the ranges, and which of their samples count (None: all).
+
+    Raises:
+        InputError: no log passes any of the ranges.
+    """
+    logs = recording_list(logs)
+    if not ranges:
+        return logs, [None] * len(logs)
+    chosen: list[Recording] = []
+    masks: list[balance.Rows | None] = []
+    refused: InputError | None = None
+    for log in logs:
+        mask = np.zeros(len(log), dtype=bool)
+        segmentation = segment(log)
+        for r in ranges:
+            try:
+                for window in windows(log, r, segmentation):
+                    mask[window.rows] = True
+            except InputError as error:  # told by the caller, unless another log passes
+                refused = refused or error
+        if mask.any():
+            chosen.append(log)
+            masks.append(mask)
+    if not chosen and refused is not None:
+        raise refused
+    return chosen, masks
