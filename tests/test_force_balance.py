@@ -185,18 +185,20 @@ def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
 def test_nothing_correlates_across_logs() -> None:
     rng = np.random.default_rng(17)
     W, e = rng.standard_normal((200, 2)), np.repeat(rng.standard_normal(20), 10)
-    one = variable_projection.sandwich(W, e, [200])
-    np.testing.assert_allclose(variable_projection.sandwich(W, e, [200, 0]), one, rtol=1e-12)
-    assert not np.allclose(variable_projection.sandwich(W, e, [100, 100]), one)
-    blind = variable_projection.sandwich(np.column_stack([W, np.zeros(200)]), e, [200])
-    assert np.isnan(blind[2]).all()
-    assert np.isfinite(blind[:2, :2]).all()
+    one = variable_projection.robust_variances(W, e, [200])
+    np.testing.assert_allclose(
+        variable_projection.robust_variances(W, e, [200, 0]), one, rtol=1e-12
+    )
+    assert not np.allclose(variable_projection.robust_variances(W, e, [100, 100]), one)
+    blind = variable_projection.robust_variances(np.column_stack([W, np.zeros(200)]), e, [200])
+    assert np.isnan(blind[2])
+    assert np.isfinite(blind[:2]).all()
 
 
 def test_a_log_that_is_shorter_than_what_residuals_remember_adds_what_it_has() -> None:
     rng = np.random.default_rng(3)
     W, e = rng.standard_normal((605, 1)), np.repeat([1.0, -1.0, 1.0], [300, 300, 5])
-    errors = [variable_projection.sandwich(W[:n], e[:n], lengths)[0, 0]
+    errors = [variable_projection.robust_variances(W[:n], e[:n], lengths)[0]
               for n, lengths in ((600, [600]), (605, [600, 5]))]  # fmt: skip
     assert errors[1] == pytest.approx(errors[0], rel=0.1)
 

@@ -176,10 +176,11 @@ def balance(
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
     covariance = variable_projection.covariance(W, prediction.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
-    robust = variable_projection.sandwich(W, residuals, [len(log.t) for log in system.logs])
+    logs = [len(log.t) for log in system.logs]
+    robust = np.sqrt(variable_projection.robust_variances(W, residuals, logs))
     errors, wide = np.full((2, len(p)), np.nan)
     errors[free] = np.sqrt(np.diag(covariance))
-    wide[free] = np.fmax(errors[free], np.sqrt(np.diag(robust)))
+    wide[free] = np.fmax(errors[free], robust)
     return Balance(
         relative_error=prediction.relative_error,
         residual_sd=prediction.residual_sd,

@@ -16,7 +16,8 @@ from numba import float64
 from ...compile_cache import compiled
 from ...friction.orders import Order
 from ...space import Array
-from ..uncertainty.covariance import first_below_zero
+from ..uncertainty.covariance import first_below_zero, long_run_variance
+from ..uncertainty.residuals import parts
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
 _LEVELS, _MORE, _POLISHED = {1: 16, 2: 6}, 3, 3
@@ -152,8 +153,8 @@ def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
     return C
 
 
-def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
-    """Covariance of least squares estimates whose residuals correlate from row to row, (k, k).
+def robust_variances(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
+    """Variances of least squares estimates whose residuals correlate from row to row, (k,).
 
     The estimator of Newey and West (1987, doi 10.2307/1913610), with Bartlett weights over twice
     the lag at which the residuals' autocorrelation first falls below zero. nan where W is blind.
@@ -165,17 +166,12 @@ def sandwich(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
     """
     bread = covariance(W, 1.0)
     identified = np.isfinite(np.diag(bread))
-    scores = W[:, identified] * residuals[:, None]
-    reach = 2 * first_below_zero(residuals, lengths)
-    meat = np.zeros((scores.shape[1], scores.shape[1]))
-    for part in np.split(scores, np.cumsum(lengths)[:-1]):
-        for lag in range(min(reach, len(part))):
-            shared = np.einsum("ij,ik->jk", part[lag:], part[: len(part) - lag])
-            meat += (1 - lag / reach) * (shared + shared.T if lag else shared)
-    robust: Array = np.full(bread.shape, np.nan)
     inner = bread[np.ix_(identified, identified)]
-    robust[np.ix_(identified, identified)] = inner @ meat @ inner * len(W) / (len(W) - W.shape[1])
-    return robust
+    shares = parts(inner @ (W[:, identified] * residuals[:, None]).T, lengths)
+    total = long_run_variance(shares, 2 * first_below_zero(residuals, lengths))
+    variances: Array = np.full(len(bread), np.nan)
+    variances[identified] = total * len(W) / (len(W) - W.shape[1])
+    return variances
 
 
 def condition(W: Array) -> float:

@@ -129,13 +129,22 @@ def _newey_west(shares: Sequence[Array], r: Array, logs: Sequence[int], rows: in
     """
     reach = max(2 * first_below_zero(r, logs), int(4 * (rows / 100) ** (2 / 9)))
     reach = min(reach, max(rows // 5, 1))
+    return long_run_variance(shares, reach) * fixed_b(reach / rows) ** 2
+
+
+def long_run_variance(shares: Sequence[Array], reach: int) -> Array:
+    """Variances of the sums of series (k, n) of all logs, with Bartlett weights over `reach`, (k,).
+
+    The estimator of Newey and West (1987, doi 10.2307/1913610).
+    """
     weights = 1.0 - np.arange(reach) / reach
     weights[1:] *= 2.0
     total = np.zeros(len(shares[0]))
     for part in shares:
-        products = autocovariance(part, reach)
-        total += products @ weights[: products.shape[-1]]
-    return total * fixed_b(reach / rows) ** 2
+        if part.size:
+            products = autocovariance(part, reach)
+            total += products @ weights[: products.shape[-1]]
+    return total
 
 
 def _persistence(shares: Sequence[Array], rows: int) -> Array:
