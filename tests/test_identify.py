@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stribeck import InputError, Recording, identify, problem
-from stribeck.identify.fit import PAPER_TARGET
+from stribeck.bench.problems import PAPER_TARGET
 from stribeck.identify.output_error import PROFILES
 from stribeck.identify.polish import elite, polish
 from stribeck.identify.problem import MotionProblem

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.identify.fit import PAPER_TARGET
+from stribeck.bench.problems import PAPER_TARGET
 from stribeck.identify.problem import MotionProblem, problem
 from stribeck.optimize import Run, Search, Target, configure, lockstep
 from stribeck.rig.slide_bed import PUBLISHED

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..errors import InputError
-from ..identify.fit import PAPER_TARGET
-from ..identify.problem import MotionProblem
-from ..identify.problem import problem as identification
-from ..rig.twin import TestBed
 from ..space import Array, Space
 from .bbob import bbob
 from .surfaces import surface
 
+if TYPE_CHECKING:
+    from ..identify.problem import MotionProblem
+
+#: Stopping rule of the paper (section 4.4): J < 4.5 mm or 1000 rounds.
+PAPER_TARGET = 4.5
 #: Section 4.5 of the paper: the stretch of the ramp each direction is identified from, mm.
 TRAINING = {"right": "112:295", "left": "325:127"}
 SLIDE_BED = "slide-bed"
@@ -107,6 +108,9 @@ def slide_bed(direction: str, seed: int) -> Identification:
     """The identification of one direction from the twin recording of a noise seed."""
     if direction not in TRAINING:
         raise InputError(f"no direction {direction!r}: there are {', '.join(TRAINING)}")
+    from ..identify.problem import problem as identification  # noqa: PLC0415 - slow to import
+    from ..rig.twin import TestBed  # noqa: PLC0415 - the same
+
     log = TestBed().run("both", seed=seed).recording
     misfit = identification(log, rig=SLIDE_BED, law="stribeck", train=TRAINING[direction])
     return Identification(f"{SLIDE_BED}-{direction}", misfit)

@@ -165,7 +165,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
 
 
 def _paper(rig: Rig, settings: dict[str, Any]) -> dict[str, Any]:
-    from ..identify.fit import PAPER_TARGET
+    from ..bench.problems import PAPER_TARGET
 
     if rig.approach != "output_error":
         raise InputError(f"--paper is a search, and rig {rig.name} is solved by least squares")

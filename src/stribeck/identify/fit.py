@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
 
-#: Stopping rule of the paper (section 4.4): J < 4.5 mm or 1000 rounds.
-PAPER_TARGET = 4.5
-
 
 def identify(
     recordings: Recording | Sequence[Recording],

@@ -14,7 +14,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.random import SeedSequence
-from scipy.signal import bilinear, lfilter
 
 from ..data.recording import Recording
 from ..errors import InputError
@@ -142,6 +141,8 @@ class TestBed:
 
     def _differentiate(self, x: Array) -> Array:
         """The analogue differentiator s w^2 / (s^2 + sqrt(2) w s + w^2), sampled (bilinear)."""
+        from scipy.signal import bilinear, lfilter  # noqa: PLC0415 - slow to import
+
         w = 2 * np.pi * self.corner
         b, a = bilinear([w * w, 0.0], [1.0, np.sqrt(2.0) * w, w * w], self.rate)
         return np.asarray(lfilter(b, a, x - x[0]), dtype=float)

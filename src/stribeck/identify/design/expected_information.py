@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import SeedSequence
-from scipy.signal import lfilter
 
 from ...optimize import rms
 from ...space import Array, Param, Space
@@ -76,6 +75,8 @@ def twin_study(
 
 def _shown(experiment: Experiment, truth: Array, rng: np.random.Generator) -> Array:
     """What an experiment shows of a truth, with noise as correlated as it is."""
+    from scipy.signal import lfilter  # noqa: PLC0415 - slow to import
+
     at_start = np.concatenate([truth, np.zeros(experiment.starts)])
     clean: Array = experiment.predict(at_start[None])[0]
     time = float(np.median(experiment.inflation))
