@@ -33,9 +33,9 @@ _REPORT = (
 #: Steps of the implicit stepper between two samples of the controller, and way by which one may
 #: be off, m, where the loop is simulated as it is: finer ones move no velocity by more than
 #: 1e-8 m/s (tests/test_emps.py).
-STEPS, TOLERANCE = 2, 1e-13
-#: The same way where a compensator is added to the loop.
-_TOLERANCE = 1e-9
+STEPS, LOOP_TOLERANCE = 2, 1e-13
+#: The same way where a compensator is tried in the loop, many times over.
+TRIAL_TOLERANCE = 1e-9
 
 #: What is added to the voltage in the cross-test log, by its name there; V whatever the name says.
 PULSES = "pulses_N"
@@ -124,7 +124,7 @@ class Emps(BalancedRig):
         q, v, F, a = np.full((4, len(p), len(track.t)), np.nan)
         q[possible], v[possible], F[possible] = motions(
             law, CASCADE, p[possible, :k], rows(cascade, len(p))[possible], track,
-            self["T"] / STEPS, TOLERANCE,
+            self["T"] / STEPS, LOOP_TOLERANCE,
         )  # fmt: skip
         for i in np.flatnonzero(possible):
             a[i] = self._acceleration(law, p[i], v[i], F[i] - offset[i])
@@ -166,7 +166,7 @@ class Emps(BalancedRig):
             )
             return rows(loop, len(p))
 
-        return Controller(JOINT, THIRD, self["T"], _TOLERANCE, track, constants)
+        return Controller(JOINT, THIRD, self["T"], TRIAL_TOLERANCE, track, constants)
 
     def relative_errors(self, motion: LoopMotion, recording: Recording) -> list[RelativeErrors]:
         """How far each simulated motion is from the log, as the report's validation counts it.
