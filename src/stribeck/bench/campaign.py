@@ -230,12 +230,12 @@ class Campaign:
 
         A run ends at its target: what lies beyond, nobody tried to reach.
         """
-        found: dict[str, Array] = {}
+        precisions: dict[str, Array] = {}
         for job in jobs:
-            if job.problem not in found:
+            if job.problem not in precisions:
                 last = 0.0 if job.target is None else job.target - (job.minimum or 0.0)
-                found[job.problem] = np.unique(np.maximum(self.precisions, last))[::-1]
-        return found
+                precisions[job.problem] = np.unique(np.maximum(self.precisions, last))[::-1]
+        return precisions
 
     def trials(self, repeats: int) -> Campaign:
         """The same with another number of repeats.

@@ -82,7 +82,7 @@ def write_summary(
     """
     done = {r.job.key for r in records}
     failed = [f for f in failures if f.job.key not in done]
-    gone = done | {f.job.key for f in failed}
+    ended = done | {f.job.key for f in failed}
     text = _template().render(
         name=campaign.name,
         doc=campaign.doc,
@@ -90,7 +90,7 @@ def write_summary(
         records=len(records),
         failures=failed[:LISTED],
         failed=len(failed),
-        missing=_missing([job for job in jobs if job.key not in gone]),
+        missing=_missing([job for job in jobs if job.key not in ended]),
         unrunnable=_unrunnable(records),
         facts=_facts(campaign, records, command),
         methods=[_method(entry) for entry in campaign.entries],

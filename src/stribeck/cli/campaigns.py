@@ -27,10 +27,10 @@ def bench(
     status: Annotated[bool, typer.Option("--status", help="Say what is done and what is left, and stop.")] = False,
 ) -> None:  # fmt: skip
     """Compare search methods: the paper's study, or any campaign."""
-    from ..bench.campaign import campaign as found
-    from ..bench.engines import engine as chosen
+    from ..bench.campaign import campaign as campaign_named
+    from ..bench.engines import engine as engine_named
 
-    plan = found(campaign)
+    plan = campaign_named(campaign)
     if show:
         typer.echo(plan.text, nl=False)
         return
@@ -38,13 +38,13 @@ def bench(
         raise InputError(f"--coco: campaign {plan.name} has no problem of BBOB")
     if status:
         from ..bench.store import Store
-        from ..bench.study import status as said
+        from ..bench.study import status as study_status
 
         with Store.read((out or Path(f"bench-{plan.name}")) / "store.sqlite") as store:
-            typer.echo(said(store.progress()).text(), nl=False)
+            typer.echo(study_status(store.progress()).text(), nl=False)
         return
     plan = plan if trials is None else plan.trials(trials)
-    _bench(plan, chosen(engine), out or Path(f"bench-{plan.name}"), resume, coco)
+    _bench(plan, engine_named(engine), out or Path(f"bench-{plan.name}"), resume, coco)
 
 
 def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:

@@ -48,12 +48,12 @@ def check(
     json: Json = False,
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
-    from ..data import check as looked_at
+    from ..data import check as quality_of
     from ..report.quality_report import quality_text, show_quality
     from ..rig.lookup import rig_named
 
     (recording,) = read_logs([log], rig_named(rig) if rig is not None else None, columns)
-    quality = looked_at(recording)
+    quality = quality_of(recording)
     if json:
         typer.echo(quality_text(quality), nl=False)
     else:

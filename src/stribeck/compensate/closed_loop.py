@@ -200,7 +200,7 @@ def compensated(
         Recording(t=reference.t, position=reference.x, command=reference.x, rotary=rig.rotary)
     )
     constants = controller.constants(law, plants, track)
-    settings = np.array([made.c for made in compensators])
+    settings = np.array([compensator.c for compensator in compensators])
     settings = np.repeat(settings, n, axis=0) if len(settings) < n else settings
     if not np.ceil(np.diff(reference.t) / controller.step - 1e-9).clip(1).sum() <= MOST_STEPS:
         raise InputError(

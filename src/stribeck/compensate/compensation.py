@@ -200,7 +200,7 @@ def compensation(
         raise InputError(f"scale: give a number above 0, got {scale:g}")
     if rig is not None:
         controlled(rig)
-    parameters, p = _on(card, rig).model()
+    parameters, p = _card_on(card, rig).model()
     controlled(parameters.rig)
     axes, notes = plants(card, parameters, p)
     axes |= beside or {}
@@ -225,7 +225,7 @@ def compensation(
     )  # fmt: skip
 
 
-def _on(card: Card, rig: Rig | None) -> Card:
+def _card_on(card: Card, rig: Rig | None) -> Card:
     """The card as if it had been identified on another rig of the same parameters."""
     if rig is None:
         return card

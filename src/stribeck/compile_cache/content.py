@@ -45,17 +45,17 @@ def digest(function: Any, arguments: Sequence[Any]) -> str:
     reached: list[Any] = [function]
     place = {function: 0}
 
-    def lines(text: bytes, called: Sequence[Any]) -> Iterator[bytes]:
+    def lines(text: bytes, callees: Sequence[Any]) -> Iterator[bytes]:
         yield text
-        for other in called:
+        for other in callees:
             if other not in place:
                 place[other] = len(reached)
                 reached.append(other)
             yield b"\0%d" % place[other]
 
-    called: list[Any] = []
-    text = "\0".join(part for each in arguments for part in _type(each, called)).encode()
-    total = sha256(b"".join(lines(text, called)))
+    callees: list[Any] = []
+    text = "\0".join(part for each in arguments for part in _type(each, callees)).encode()
+    total = sha256(b"".join(lines(text, callees)))
     for each in reached:  # it grows on the way
         if each not in _local:
             _local[each] = _content(each)
@@ -66,21 +66,21 @@ def digest(function: Any, arguments: Sequence[Any]) -> str:
 
 def _content(function: Any) -> tuple[bytes, tuple[Any, ...]]:
     """A function's own content, and the functions that it refers to, in the order of reference."""
-    called: list[Any] = []
+    callees: list[Any] = []
     plain = _plain(function)
     parts = [type(function).__name__]
     if isinstance(function, Dispatcher):
-        parts += _value(dict(function.targetoptions), called, ())
+        parts += _value(dict(function.targetoptions), callees, ())
     else:  # numba translates a plain function by what its file, as a rule, registers for it
         parts.append(_source(plain))
     names = tuple(_names(plain.__code__))
     cells = tuple(cell.cell_contents for cell in plain.__closure__ or ())
-    parts += _value((plain.__defaults__, plain.__kwdefaults__, cells), called, names)
-    parts += _code(plain.__code__, plain.__doc__, called)
+    parts += _value((plain.__defaults__, plain.__kwdefaults__, cells), callees, names)
+    parts += _code(plain.__code__, plain.__doc__, callees)
     for name in names:
         if name in plain.__globals__:  # else it is a builtin's or an attribute's
-            parts += (name, *_value(plain.__globals__[name], called, names))
-    return "\0".join(parts).encode(), tuple(called)
+            parts += (name, *_value(plain.__globals__[name], callees, names))
+    return "\0".join(parts).encode(), tuple(callees)
 
 
 def _names(code: CodeType) -> Iterator[str]:
@@ -91,21 +91,21 @@ def _names(code: CodeType) -> Iterator[str]:
             yield from _names(value)
 
 
-def _code(code: CodeType, doc: str | None, called: list[Any]) -> Iterator[str]:
+def _code(code: CodeType, doc: str | None, callees: list[Any]) -> Iterator[str]:
     shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
     yield repr((code.co_code, getattr(code, "co_exceptiontable", b""), shape, code.co_names,
                 code.co_varnames, code.co_freevars, code.co_cellvars))  # fmt: skip
     for value in code.co_consts:
         if isinstance(value, CodeType):
-            yield from _code(value, None, called)
+            yield from _code(value, None, callees)
         elif doc is None or value != doc:
-            yield from _value(value, called, ())
+            yield from _value(value, callees, ())
 
 
-def _value(value: Any, called: list[Any], names: Sequence[str]) -> Iterator[str]:  # noqa: C901, PLR0912 - a kind a case
+def _value(value: Any, callees: list[Any], names: Sequence[str]) -> Iterator[str]:  # noqa: C901, PLR0912 - a kind a case
     """What tells a constant, the value of a global or an option from any other.
 
-    Functions are added to `called`; of a module, the attributes in `names` count.
+    Functions are added to `callees`; of a module, the attributes in `names` count.
     """
     kind = type(value)
     yield kind.__qualname__
@@ -116,41 +116,41 @@ def _value(value: Any, called: list[Any], names: Sequence[str]) -> Iterator[str]
     elif isinstance(value, tuple | list):
         yield repr((len(value), getattr(value, "_fields", ())))
         for each in value:
-            yield from _value(each, called, names)
+            yield from _value(each, callees, names)
     elif isinstance(value, dict):
         for key in sorted(value):
-            yield from _value((key, value[key]), called, names)
+            yield from _value((key, value[key]), callees, names)
     elif isinstance(value, set | frozenset):
-        yield from _value(sorted(value), called, names)
+        yield from _value(sorted(value), callees, names)
     elif isinstance(value, types.Type):
-        yield from _type(value, called)
+        yield from _type(value, callees)
     elif isinstance(value, ModuleType):
         yield value.__name__
         if not _versioned(value.__name__):
             for name in names:
                 if hasattr(value, name):
-                    yield from (name, *_value(getattr(value, name), called, names))
+                    yield from (name, *_value(getattr(value, name), callees, names))
     elif _versioned(_module(value)) and _name(value):
         yield repr((getattr(value, "__module__", None), _name(value)))
     elif isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
         yield repr((value.__qualname__, value._fields))
-        yield from _value(getattr(value, "_field_defaults", {}), called, names)
+        yield from _value(getattr(value, "_field_defaults", {}), callees, names)
     elif isinstance(_plain(value), FunctionType):
-        called.append(value)
+        callees.append(value)
     else:
         raise UnknownContentError(f"a global of type {kind.__qualname__}: {value!r}")
 
 
-def _type(kind: Any, called: list[Any]) -> Iterator[str]:
+def _type(kind: Any, callees: list[Any]) -> Iterator[str]:
     """What tells a numba type from any other: its name, and what the name leaves out."""
     if isinstance(kind, types.Dispatcher):
-        called.append(kind.dispatcher)
+        callees.append(kind.dispatcher)
         return
     yield str(kind)
     if isinstance(kind, types.BaseNamedTuple):
         yield repr(tuple(kind.fields))
     for each in kind.types if isinstance(kind, types.BaseTuple) else ():
-        yield from _type(each, called)
+        yield from _type(each, callees)
 
 
 def _plain(value: Any) -> Any:

@@ -147,16 +147,16 @@ def _placed(v: Array, F: Array, fine: Array, levels: Array, points: int) -> Arra
         reached = np.maximum.accumulate(error, axis=1)
         cost[i, i + 1 :] = reached[np.arange(n - 1 - i), places[i + 1 :] - places[i]]
     best = np.full((points, n), np.inf)
-    came = np.zeros((points, n), dtype=int)
+    previous = np.zeros((points, n), dtype=int)
     best[0, 0] = 0.0
     for k in range(1, points):
         through = np.maximum(best[k - 1][:, None], cost)
-        came[k] = np.argmin(through, axis=0)
-        best[k] = through[came[k], np.arange(n)]
+        previous[k] = np.argmin(through, axis=0)
+        best[k] = through[previous[k], np.arange(n)]
     k = int(np.argmin(best[:, -1]))
     chosen = [n - 1]
     while k:
-        chosen.append(int(came[k, chosen[-1]]))
+        chosen.append(int(previous[k, chosen[-1]]))
         k -= 1
     return np.array(chosen[::-1])
 
@@ -224,11 +224,11 @@ def text(model: Model, drive_table: DriveTable) -> str:
 
 def _not_held(model: Model) -> list[str]:
     """What a table does not hold."""
-    law, said = model.law, []
+    law, missing = model.law, []
     if law.states:
-        said.append("presliding and its memory: this is steady sliding")
+        missing.append("presliding and its memory: this is steady sliding")
     if law.loads:
-        said.append(f"the dependence on {', '.join(law.loads)}: this is without load")
+        missing.append(f"the dependence on {', '.join(law.loads)}: this is without load")
     if law.terms:
-        said.append(f"the dependence on {', '.join(law.terms)}: all of it is multiplied by it")
-    return [f"# Not in the table: {'; '.join(said)}."] if said else []
+        missing.append(f"the dependence on {', '.join(law.terms)}: all of it is multiplied by it")
+    return [f"# Not in the table: {'; '.join(missing)}."] if missing else []

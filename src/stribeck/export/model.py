@@ -56,11 +56,11 @@ class Model:
     @property
     def speeds(self) -> tuple[float, float] | None:
         """Least and greatest velocity of the training data, m/s or rad/s, if the card has them."""
-        seen = self.card.speeds
-        if seen is None:
+        card_speeds = self.card.speeds
+        if card_speeds is None:
             return None
-        to_si = unit(seen.unit).to_si
-        return float(to_si(seen.low)), float(to_si(seen.high))
+        to_si = unit(card_speeds.unit).to_si
+        return float(to_si(card_speeds.low)), float(to_si(card_speeds.high))
 
     @property
     def force_unit(self) -> str:
@@ -77,13 +77,13 @@ class Model:
 
         `F_S+` and `F_S-` become `F_S_pos` and `F_S_neg`.
         """
-        own = self.parameters.every[: len(self.law.params)]
-        names = [identifier(self.rig.label(q.name)) for q in own]
+        params = self.parameters.every[: len(self.law.params)]
+        names = [identifier(self.rig.label(q.name)) for q in params]
         unique = [
             name if names.count(name) == 1 else identifier(q.name)
-            for name, q in zip(names, own, strict=True)
+            for name, q in zip(names, params, strict=True)
         ]
-        return list(zip(unique, own, strict=True))
+        return list(zip(unique, params, strict=True))
 
     def head(self, table_speeds: str = "") -> list[str]:
         """What every exported file says of itself: formula, units, range, intervals, the card.
@@ -94,7 +94,7 @@ class Model:
         law, card = self.law, self.card
         force = "torque" if self.rig.rotary else "force"
         odd = f", but for the speeds of the table: {table_speeds}." if table_speeds else "."
-        said = [
+        lines = [
             f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",
             "",
             f"  {law.formula}",
@@ -114,19 +114,19 @@ class Model:
             *self._table(),
         ]
         if card.warnings:
-            said += ["", f"The identification warned of {len(card.warnings)}:"]
+            lines += ["", f"The identification warned of {len(card.warnings)}:"]
             for warning in card.warnings:
-                said += textwrap.wrap(warning, 88, initial_indent="- ", subsequent_indent="  ")
+                lines += textwrap.wrap(warning, 88, initial_indent="- ", subsequent_indent="  ")
         versions = ", ".join(f"{n} {v}" for n, v in card.software.items())
-        said += ["", f"From {self.source}, sha256 {self.sha256} ({versions})."]
-        return [_one_line(text) for text in said]
+        lines += ["", f"From {self.source}, sha256 {self.sha256} ({versions})."]
+        return [_one_line(text) for text in lines]
 
     def _volts(self) -> list[str]:
         """How a torque is asked of a drive that takes volts."""
-        own = {q.name: float(v) for q, v in zip(self.parameters.every, self.values, strict=True)}
-        if not {"k_t", "R"} <= own.keys():
+        values = {q.name: float(v) for q, v in zip(self.parameters.every, self.values, strict=True)}
+        if not {"k_t", "R"} <= values.keys():
             return []
-        per = own["R"] / own["k_t"]
+        per = values["R"] / values["k_t"]
         return [f"The drive takes volts: {per:.4g} V for a N m (R/k_t, as identified)."]
 
     def valid(self) -> str:
@@ -139,12 +139,12 @@ class Model:
     def _table(self) -> list[str]:
         rows = []
         for (name, q), value in zip(self.named(), self.p, strict=True):
-            given = self.card.parameters.get(self.rig.label(q.name))
+            entry = self.card.parameters.get(self.rig.label(q.name))
             interval, verdict = "", "as the law has it"
-            if given is not None:
-                verdict = given.verdict
-                if given.low is not None and given.high is not None:
-                    low, high = (unit(given.unit).to_si(x) for x in (given.low, given.high))
+            if entry is not None:
+                verdict = entry.verdict
+                if entry.low is not None and entry.high is not None:
+                    low, high = (unit(entry.unit).to_si(x) for x in (entry.low, entry.high))
                     interval = f"{low:.6g} to {high:.6g}"
             rows.append((name, f"{value:.10g}", q.unit, interval, verdict, q.doc))
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
@@ -191,9 +191,9 @@ def folded(text: str, wide: int) -> list[str]:
 
 def identifier(name: str) -> str:
     """A name that any language takes."""
-    made = name.replace("+", "_pos").replace("-", "_neg")
-    made = re.sub(r"[^A-Za-z0-9_]", "_", made)
-    return f"p_{made}" if not made[:1].isalpha() else made
+    letters = name.replace("+", "_pos").replace("-", "_neg")
+    letters = re.sub(r"[^A-Za-z0-9_]", "_", letters)
+    return f"p_{letters}" if not letters[:1].isalpha() else letters
 
 
 def quoted(text: str) -> str:

@@ -42,7 +42,7 @@ class FreeStartProblem:
     def __init__(self, problem: MotionProblem) -> None:
         self.problem, self.parameters = problem, problem.parameters
         self.name = f"{problem.name}/starts"
-        self._seen = [_seen(s) for s in problem.train]
+        self._seen = [_measured_start(s) for s in problem.train]
         starts = tuple(
             Param(f"start_{k}", mean - reach, mean + reach, "m")
             for k, (mean, _, reach) in enumerate(self._seen, 1)
@@ -91,7 +91,7 @@ def started_at_each(segments: Sequence[Segment], starts: Array) -> tuple[Segment
     return tuple(started_at(s, float(x0)) for s, x0 in zip(segments, starts, strict=True))
 
 
-def _seen(segment: Segment) -> tuple[float, float, float]:
+def _measured_start(segment: Segment) -> tuple[float, float, float]:
     """Mean of the samples at rest before those that count, how many they are, and a range.
 
     Without such samples the start is known from the fit alone.

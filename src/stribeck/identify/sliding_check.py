@@ -26,7 +26,7 @@ def never_slid(parameters: Parameters, recordings: Sequence[Recording]) -> list[
     A law fits the loops all the same, with a level towards which they flatten; but a contact
     that creeps flattens long before it breaks away, so that this level is none.
     """
-    if not recordings or not all(map(_held, recordings)):
+    if not recordings or not all(map(_below_breakaway, recordings)):
         return []
     free = [q.name for q in parameters.free]
     names = [parameters.rig.label(n) for n in free if n.rstrip("+-") in _SLIDING]
@@ -44,7 +44,7 @@ def mark_never_slid(
     parameters: Parameters, estimates: Sequence[Estimate], recordings: Sequence[Recording]
 ) -> tuple[Estimate, ...]:
     """The estimates, with no parameter called identified that only sliding shows and none saw."""
-    if not recordings or not all(map(_held, recordings)):
+    if not recordings or not all(map(_below_breakaway, recordings)):
         return tuple(estimates)
     hidden = {
         parameters.rig.label(q.name) for q in parameters.free if q.name.rstrip("+-") in _SLIDING
@@ -56,7 +56,7 @@ def mark_never_slid(
     )
 
 
-def _held(recording: Recording) -> bool:
+def _below_breakaway(recording: Recording) -> bool:
     """Whether the force of a log went round or up below breakaway."""
     rising = ramps(recording)
     if rising:

@@ -54,7 +54,7 @@ def stick_slip_statistics(
     ]
     if not pairs:
         return None, None
-    measured, modelled = (_of([pair[k] for pair in pairs]) for k in (0, 1))
+    measured, modelled = (_statistics([pair[k] for pair in pairs]) for k in (0, 1))
     return (measured, modelled) if measured.slips >= _FEWEST else (None, None)
 
 
@@ -79,7 +79,7 @@ def _finite(x: Array) -> Array:
     return np.where(finite, x, x[finite][-1] if finite.any() else 0.0)
 
 
-def _of(logs: Sequence[Recording]) -> StickSlipStatistics:
+def _statistics(logs: Sequence[Recording]) -> StickSlipStatistics:
     segmentations = [segment(log) for log in logs]
     jumps = [abs(slip.jump) for s in segmentations for slip in s.slips]
     seconds = np.array([log.t[-1] - log.t[0] for log in logs])

@@ -131,15 +131,15 @@ def _logs(fit: Fit) -> Table | None:
     if len(fit.recordings) < SEVERAL:
         return None
     rows = log_errors(fit)
-    held = any(math.isfinite(error) for _, _, errors in rows for error in errors[1:])
+    validated = any(math.isfinite(error) for _, _, errors in rows for error in errors[1:])
     order = sorted(range(len(rows)), key=lambda k: np.nan_to_num(-_worst(rows[k][2])))[:LISTED]
     which = "each log" if len(rows) <= LISTED else f"the {LISTED} worst of {len(rows)} logs"
     heads = [f"{which}, {misfit_head(fit.score)}", "training", "samples", "held out"]
     cells = [
-        [log, number(errors[0], 4), f"{samples:,}", number(_worst(errors[1:]), 4)][: 3 + held]
+        [log, number(errors[0], 4), f"{samples:,}", number(_worst(errors[1:]), 4)][: 3 + validated]
         for log, samples, errors in (rows[k] for k in sorted(order))
     ]
-    return Table.of_texts("", heads[: 3 + held], cells)
+    return Table.of_texts("", heads[: 3 + validated], cells)
 
 
 def _worst(errors: Sequence[float]) -> float:

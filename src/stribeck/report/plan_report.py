@@ -87,10 +87,10 @@ def _expected(plan: Plan, best: Proposal) -> str:
     for g in best.gains:
         if g.doubtful:
             card = plan.cards[g.name]
-            now = f"{_end(card.low)} to {_end(card.high)}"
+            present = f"{_end(card.low)} to {_end(card.high)}"
             parts.append(
                 f"{g.name} within {number(g.low, 3)} to {number(g.high, 3)} {card.unit} "
-                f"(now {now})".replace("  ", " ")
+                f"(now {present})".replace("  ", " ")
             )
     return ", ".join(parts)
 

@@ -164,10 +164,10 @@ def _paired(c: Paired) -> dict[str, Any]:
 def _logs(s: Selection) -> dict[str, list[Any]]:
     """Every log once: those trained on, and those that were only held out."""
     trained = {id(p.recording): p.recording for p in s.splits.whole}
-    held = {id(p.recording): p.recording for r in s.splits.rounds for p in r.held}
+    held_out = {id(p.recording): p.recording for r in s.splits.rounds for p in r.held}
     return {
         "train": list(trained.values()),
-        "test": [log for key, log in held.items() if key not in trained],
+        "test": [log for key, log in held_out.items() if key not in trained],
     }
 
 
@@ -216,7 +216,7 @@ def figure(selection: Selection) -> Figure:
         ends = [s.candidates[k].error, s.candidates[k].held]
         left.plot(ends, [k, k], color=MEASURED, lw=1, alpha=0.6, zorder=0)
     left.set_yticks(rows, [f"{c.name}  ({c.free})" for c in s.candidates])
-    left.set(xlabel=f"{_called(s)} / {s.unit}", ylim=(n - 0.45, -0.55))
+    left.set(xlabel=f"{_error_label(s)} / {s.unit}", ylim=(n - 0.45, -0.55))
     left.margins(x=0.08)
     drawn.legend(*left.get_legend_handles_labels(), loc="outside lower left", ncols=2)
     right.axvspan(-1, 1, color="#e5e9ed", zorder=0, lw=0)
@@ -255,5 +255,5 @@ def figure(selection: Selection) -> Figure:
     return drawn
 
 
-def _called(s: Selection) -> str:
+def _error_label(s: Selection) -> str:
     return "Position error J" if s.seed is not None else "Relative force error"

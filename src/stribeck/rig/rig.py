@@ -238,8 +238,8 @@ class Rig:
         return _ROTARY[linear] if self.rotary else linear
 
     def _ranged(self, param: Param) -> Param:
-        own = (param.lower, param.upper)
-        lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), own))
+        declared = (param.lower, param.upper)
+        lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), declared))
         written = _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
         return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
 

@@ -66,12 +66,12 @@ def read(
         data = _bytes(file)
         table = _format(file)(data)
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
-        return _recording(table, _there(table, mapped) if lenient else mapped, source)
+        return _recording(table, _present(table, mapped) if lenient else mapped, source)
     except InputError as error:
         raise InputError(printable(f"{file.name}: {error}")) from error
 
 
-def _there(table: RawTable, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
+def _present(table: RawTable, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
     """The mapping without channels whose column is not there; time and position must be."""
     return {
         channel: entry

@@ -28,6 +28,6 @@ def ascii_text(text: str) -> str:
     apart = re.sub(f"(?<=[A-Za-z0-9{_LETTERS}])(?=[{_LETTERS}])", " ", text)
     apart = re.sub(f"(?<=[{_LETTERS}])(?=[A-Za-z0-9])", " ", apart)
     plain = unicodedata.normalize("NFKD", apart.translate(_TABLE))
-    kept = "".join(c for c in plain if not unicodedata.combining(c))
-    printed = (c if c.isprintable() or c in "\n\t" else " " for c in kept)
+    letters = "".join(c for c in plain if not unicodedata.combining(c))
+    printed = (c if c.isprintable() or c in "\n\t" else " " for c in letters)
     return "".join(printed).encode("ascii", "replace").decode()

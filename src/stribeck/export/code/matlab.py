@@ -51,13 +51,15 @@ def matlab(
     }
 
 
-def _functions(program: Program, taken: list[str]) -> tuple[list[str], dict[str, str]]:
+def _functions(program: Program, reserved: list[str]) -> tuple[list[str], dict[str, str]]:
     """The texts of a program's functions, and what they are called."""
-    names = Identifiers([*WORDS, *_VARIABLES, *taken], alike=False)
-    called = {f.name: names.new(f.name) for f in program.functions} | {"copysign": "copysign"}
+    names = Identifiers([*WORDS, *_VARIABLES, *reserved], alike=False)
+    function_names = {f.name: names.new(f.name) for f in program.functions} | {
+        "copysign": "copysign"
+    }
     simpler = lowered(program, Restrictions(joins=False, divides=False, returns=True))
-    texts = [function_text(f, called) for f in simpler.functions]
-    return [*texts, *([COPYSIGN] if "copysign" in program.calls else [])], called
+    texts = [function_text(f, function_names) for f in simpler.functions]
+    return [*texts, *([COPYSIGN] if "copysign" in program.calls else [])], function_names
 
 
 # --- the law
@@ -66,7 +68,7 @@ def _functions(program: Program, taken: list[str]) -> tuple[list[str], dict[str,
 def _law(model: Model, name: str) -> str:
     law, states = model.law, model.law.states
     program = law_program(law, compensator=False)
-    texts, called = _functions(program, [name])
+    texts, function_names = _functions(program, [name])
     values = model.p.tolist()
     wide = max(len(repr(x)) for x in values)
     parameters = [
@@ -76,7 +78,7 @@ def _law(model: Model, name: str) -> str:
 
     def call(which: str) -> str:
         arguments = program.arguments(which, {**_SAME_NAMES, "out": "z"})
-        return f"{called[which]}({', '.join(arguments)})"
+        return f"{function_names[which]}({', '.join(arguments)})"
 
     body = [f"F = {call('steady' if law.rub is None else 'rubbed')};"]
     if states:
@@ -130,7 +132,7 @@ def _compensator(model: Model, name: str, compensator: Compensator) -> str:
     rotary = model.rig.rotary
     full = f"{name}_compensator"
     program = law_program(model.law)
-    texts, called = _functions(program, [name, full])
+    texts, function_names = _functions(program, [name, full])
     rows = [
         f"    {value!r} % {s.name}: {_comment_text(s.meaning, s.rotary if rotary else s.unit)}"
         for s, value in zip(SETTINGS, compensator.c.tolist(), strict=True)
@@ -138,7 +140,7 @@ def _compensator(model: Model, name: str, compensator: Compensator) -> str:
 
     def call(which: str, **more: str) -> str:
         arguments = program.arguments(which, {**_SAME_NAMES, "z": "s.z", "out": "s.z", **more})
-        return f"{called[which]}({', '.join(arguments)})"
+        return f"{function_names[which]}({', '.join(arguments)})"
 
     factor = call("factor") if model.law.terms else ""
     output = call("compensator_output", before="s.before", factor=factor)

@@ -183,23 +183,23 @@ class _Units:
             for (n, q), value in zip(self.model.named(), self.model.p.tolist(), strict=True)
         ]
         p, z, out, load, i = map(names.new, ("p", "z", "out", "load", "i"))
-        own = [*parameters, Variable(p, "LREAL", len(parameters), says="the same, as a list")]
+        variables = [*parameters, Variable(p, "LREAL", len(parameters), says="the same, as a list")]
         lists = [f"{p}[{k}] := {q.name};" for k, q in enumerate(parameters)]
         if self.reads:
-            own.append(Variable(load, "LREAL", len(LOADS), says="loads, as a list"))
+            variables.append(Variable(load, "LREAL", len(LOADS), says="loads, as a list"))
             places = [LOADS.index(x) for x in self.reads]
             lists += [
                 f"{load}[{place}] := {x.name};" for place, x in zip(places, loads, strict=True)
             ]
         if states := self.law.states:
-            own += [
+            variables += [
                 Variable(z, "LREAL", states, says="states, 0.0 where bristles are relaxed"),
                 Variable(out, "LREAL", states, says="states after h"),
                 Variable(i, "DINT"),
             ]
         loop = f"    FOR {i} := 0 TO {self.law.states - 1} DO"
         return _Members(
-            tuple(own),
+            tuple(variables),
             tuple(lists),
             {"p": p, "z": z, "load": load, "out": out},
             (loop, f"        {z}[{i}] := 0.0;", "    END_FOR;"),
@@ -220,28 +220,28 @@ class _Units:
             ]  # fmt: skip
         loads = self._loads(names)
         force = names.new("force")
-        held = self._members(names, loads)
-        steady = f"{force} := {self._call('steady', v='v', **held.lists)};"
-        body = list(held.filled)
+        members = self._members(names, loads)
+        steady = f"{force} := {self._call('steady', v='v', **members.lists)};"
+        body = list(members.filled)
         if law.rub is None:
             body.append(steady)
         else:
-            rubbed = f"{force} := {self._call('rubbed', v='v', h='h', **held.lists)};"
+            rubbed = f"{force} := {self._call('rubbed', v='v', h='h', **members.lists)};"
             if law.states:
-                body += ["IF reset THEN", *held.relaxed, "END_IF;"]
+                body += ["IF reset THEN", *members.relaxed, "END_IF;"]
                 body += ["IF steady THEN", f"    {steady}", "ELSE"]
-                body += [f"    {rubbed}", *held.advanced, "END_IF;"]
+                body += [f"    {rubbed}", *members.advanced, "END_IF;"]
             else:
                 body.append(rubbed)
         if law.terms:
-            body.append(f"{force} := {self._call('factor', **held.lists)} * {force};")
+            body.append(f"{force} := {self._call('factor', **members.lists)} * {force};")
         return ProgramUnit(
             self.name,
             "FUNCTION_BLOCK",
             f"Friction by the law {law.name}, with the sign of the velocity",
             inputs=(*inputs, *loads),
             outputs=(Variable(force, "LREAL", says=f"friction, {self.force}"),),
-            own=held.own,
+            own=members.own,
             body=tuple(body),
         )
 
@@ -254,20 +254,21 @@ class _Units:
         c = names.new("c")
         settings, filled = self._settings(names, c)
         u = names.new("u")
-        held = self._members(names, loads)
-        factor = self._call("factor", **held.lists) if self.law.terms else ""
+        members = self._members(names, loads)
+        factor = self._call("factor", **members.lists) if self.law.terms else ""
         output = self._call(
-            "compensator_output", factor=factor, v_ref=v_ref, v=v, h=h, before=u, c=c, **held.lists
+            "compensator_output",
+            factor=factor, v_ref=v_ref, v=v, h=h, before=u, c=c, **members.lists,
         )  # fmt: skip
         body = [
             *filled,
-            *held.filled,
+            *members.filled,
             f"IF {enable} THEN",
             f"    {u} := {output};",
-            *(held.advanced if self.law.states else ()),
+            *(members.advanced if self.law.states else ()),
             "ELSE",
             f"    {u} := 0.0;",
-            *(held.relaxed if self.law.states else ()),
+            *(members.relaxed if self.law.states else ()),
             "END_IF;",
         ]
         return ProgramUnit(
@@ -283,7 +284,7 @@ class _Units:
                 *settings,
             ),
             outputs=(Variable(u, "LREAL", says=f"what to add to the command, {self.force}"),),
-            own=(*held.own, Variable(c, "LREAL", len(SETTINGS), says="settings, as a list")),
+            own=(*members.own, Variable(c, "LREAL", len(SETTINGS), says="settings, as a list")),
             body=tuple(body),
         )
 

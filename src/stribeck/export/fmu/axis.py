@@ -102,13 +102,13 @@ def axis(model: Model) -> Axis:
         *_outputs(model, equation), *_inputs(model, equation), *_settings(model, equation),
         *_identified(model), *_constants(model, equation),
     ]  # fmt: skip
-    taken: set[str] = set()
+    used_names: set[str] = set()
     unique = []
     for v in values:
         name = v.name
-        while name in taken:
+        while name in used_names:
             name += "_"
-        taken.add(name)
+        used_names.add(name)
         unique.append(replace(v, name=name))
     return Axis(
         _DRIVES[equation.drive], equation.text, _coefficients(model, equation), tuple(unique)
@@ -117,8 +117,8 @@ def axis(model: Model) -> Axis:
 
 def _coefficients(model: Model, equation: Equation) -> tuple[str, ...]:
     """What the drive is made of, in C, of the values of the unit."""
-    own = model.parameters.every[len(model.law.params) :]
-    names = [*(q.name for q in own), *equation.constants]
+    params = model.parameters.every[len(model.law.params) :]
+    names = [*(q.name for q in params), *equation.constants]
     symbols = {name: Symbol(f"r[R_{identifier(name)}]") for name in names}
     return tuple(c_text(c) for c in equation.coefficients(symbols))
 
@@ -170,8 +170,8 @@ def _longest(model: Model, equation: Equation, step: float) -> float:
     law, p = model.law, model.p
     if law.states or equation.own_step or not (law.static and law.sticks):
         return step
-    own = (q.name for q in model.parameters.every[len(law.params) :])
-    values = dict(zip(own, model.values[len(law.params) :].tolist(), strict=True))
+    names = (q.name for q in model.parameters.every[len(law.params) :])
+    values = dict(zip(names, model.values[len(law.params) :].tolist(), strict=True))
     known = {c.name: c.value for c in model.rig.constants} | values
     mass = float(equation.coefficients(known)[0])
     v = np.geomspace(*_SPEEDS, 400)
@@ -200,14 +200,14 @@ def _identified(model: Model) -> Iterator[Value]:
 
 def known(model: Model, q: Param) -> str:
     """What a parameter means, its interval and the verdict on it."""
-    given = model.card.parameters.get(model.rig.label(q.name))
-    said = q.doc or q.name
-    if given is None:
-        return f"{said}; as the law has it"
-    if given.low is not None and given.high is not None:
-        low, high = (float(unit(given.unit).to_si(x)) for x in (given.low, given.high))
-        said += f"; 95 % interval {low:.6g} to {high:.6g}"
-    return f"{said}; {given.verdict}"
+    entry = model.card.parameters.get(model.rig.label(q.name))
+    text = q.doc or q.name
+    if entry is None:
+        return f"{text}; as the law has it"
+    if entry.low is not None and entry.high is not None:
+        low, high = (float(unit(entry.unit).to_si(x)) for x in (entry.low, entry.high))
+        text += f"; 95 % interval {low:.6g} to {high:.6g}"
+    return f"{text}; {entry.verdict}"
 
 
 def _constants(model: Model, equation: Equation) -> Iterator[Value]:
@@ -222,7 +222,7 @@ def _constants(model: Model, equation: Equation) -> Iterator[Value]:
 
 def si(written: str) -> str:
     """The SI unit of a quantity that is shown in another."""
-    made = re.sub(r"[A-Za-z]+", lambda word: _SCALED.get(word[0], word[0]), written)
-    if not (convertible(made, written) and unit(made).factor == 1.0):
+    si_unit = re.sub(r"[A-Za-z]+", lambda word: _SCALED.get(word[0], word[0]), written)
+    if not (convertible(si_unit, written) and unit(si_unit).factor == 1.0):
         raise InputError(f"fmu: {written!r} has no SI unit here")
-    return made
+    return si_unit

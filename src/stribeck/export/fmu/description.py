@@ -64,10 +64,10 @@ def described(model: Model, axis: Axis, name: str, guid: str, sources: list[str]
         _variable(variables, reference, value)
     structure = ET.SubElement(root, "ModelStructure")
     for part in ("Outputs", "InitialUnknowns"):
-        made = ET.SubElement(structure, part)
+        element = ET.SubElement(structure, part)
         for i, value in enumerate(axis.values, 1):
             if value.role == "output":
-                ET.SubElement(made, "Unknown", index=str(i))
+                ET.SubElement(element, "Unknown", index=str(i))
     ET.indent(root)
     text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return text + b"\n"
@@ -80,24 +80,24 @@ def _variable(into: ET.Element, reference: int, value: Value) -> None:
     }
     parameter = ("parameter", "fixed" if value.fixed else "tunable", "exact")
     causality, variability, initial = kinds.get(value.role, parameter)
-    said = {"causality": causality, "variability": variability}
+    attributes = {"causality": causality, "variability": variability}
     if initial is not None:
-        said["initial"] = initial
-    made = ET.SubElement(
+        attributes["initial"] = initial
+    element = ET.SubElement(
         into,
         "ScalarVariable",
         {
             "name": value.name,
             "valueReference": str(reference),
             "description": value.doc,
-            **said,
+            **attributes,
         },
     )
     real = {"unit": value.unit} if value.unit else {}
     for word, number in (("min", value.low), ("max", value.high), ("start", value.start)):
         if number is not None:
             real[word] = repr(float(number)).replace("inf", "INF")
-    ET.SubElement(made, "Real", real)
+    ET.SubElement(element, "Real", real)
 
 
 def exponents(written: str) -> dict[str, int]:

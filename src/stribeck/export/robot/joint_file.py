@@ -146,11 +146,11 @@ class JointFile:
 
     def changed(self, changes: Sequence[Change]) -> bytes:
         """The file with these changes, none of which touches another."""
-        made, at = [], 0
+        pieces, at = [], 0
         for change in sorted(changes, key=lambda c: c.start):
-            made += [self.source[at : change.start], self._bytes(change.text)]
+            pieces += [self.source[at : change.start], self._bytes(change.text)]
             at = change.stop
-        return b"".join([*made, self.source[at:]])
+        return b"".join([*pieces, self.source[at:]])
 
     def _bytes(self, text: str) -> bytes:
         return text.encode(self.codec)
@@ -186,9 +186,9 @@ class JointFile:
             text = self.source[at : at + length].decode(self.codec, errors="replace")
             if not text.startswith("<"):
                 raise InputError("its encoding cannot be patched: save it as UTF-8")
-            for found in _QUOTED.finditer(text):
-                if found[0] == ">":
-                    return text[: found.end()]
+            for token in _QUOTED.finditer(text):
+                if token[0] == ">":
+                    return text[: token.end()]
             length *= 4
 
 
@@ -209,16 +209,16 @@ def _codec(source: bytes) -> str:
 
 def _set(text: str, name: str, value: str) -> str:
     """A start tag with an attribute set."""
-    found = list(_ATTRIBUTE.finditer(text))
-    for each in found:
+    attributes = list(_ATTRIBUTE.finditer(text))
+    for each in attributes:
         if each[2] == name:
             start, stop = each.span(3)
             quote = each[3][0]
             return f"{text[:start]}{quote}{value}{quote}{text[stop:]}"
     head = _HEAD.match(text)
-    at = found[-1].end() if found else (head.end() if head else 1)
-    space = found[-1][1] if found and "\n" in found[-1][1] else " "
-    quote = found[-1][3][0] if found else '"'
+    at = attributes[-1].end() if attributes else (head.end() if head else 1)
+    space = attributes[-1][1] if attributes and "\n" in attributes[-1][1] else " "
+    quote = attributes[-1][3][0] if attributes else '"'
     return f"{text[:at]}{space}{name}={quote}{value}{quote}{text[at:]}"
 
 
@@ -227,7 +227,7 @@ def number(value: float) -> str:
     return f"{value:.6g}"
 
 
-def the_one(joints: Sequence[Tag], name: str, elsewhere: str = "") -> Tag:
+def joint_named(joints: Sequence[Tag], name: str, elsewhere: str = "") -> Tag:
     """The joint of a name.
 
     Args:
@@ -238,22 +238,22 @@ def the_one(joints: Sequence[Tag], name: str, elsewhere: str = "") -> Tag:
     Raises:
         InputError: it is not there, or more than once.
     """
-    found = [tag for tag in joints if tag.attributes.get("name") == name]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        lines = ", ".join(str(tag.line) for tag in found[:_LISTED])
+    matches = [tag for tag in joints if tag.attributes.get("name") == name]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        lines = ", ".join(str(tag.line) for tag in matches[:_LISTED])
         raise InputError(
-            f"has {len(found)} joints named {name!r}, on lines {lines}: give them different names"
+            f"has {len(matches)} joints named {name!r}, on lines {lines}: give them different names"
         )
     names = [n for tag in joints if (n := tag.attributes.get("name"))]
-    near = difflib.get_close_matches(name, names[:_SEARCHED], 1)
+    similar = difflib.get_close_matches(name, names[:_SEARCHED], 1)
     listed = ", ".join(n[:_NAME] for n in names[:_LISTED])
     if len(names) > _LISTED:
         listed += f" and {len(names) - _LISTED} more"
     if unnamed := len(joints) - len(names):
         listed = f"{listed or 'none with a name'}, and {unnamed} without a name"
-    said = f"has no joint {name!r}: there are {listed or 'none'}"
-    if near:
-        said += f"; did you mean {near[0][:_NAME]!r}?"
-    raise InputError(f"{said}; {elsewhere}" if elsewhere else said)
+    message = f"has no joint {name!r}: there are {listed or 'none'}"
+    if similar:
+        message += f"; did you mean {similar[0][:_NAME]!r}?"
+    raise InputError(f"{message}; {elsewhere}" if elsewhere else message)

@@ -55,7 +55,7 @@ def bristles(
     if not model.law.levels(model.p)[1] > 0:
         raise InputError(f"law {model.law.name} never sticks, and bristles do: leave lugre out")
     step = _time_step(file)
-    stiffness, damping = _chosen(model, mass, step)
+    stiffness, damping = _bristle_constants(model, mass, step)
     to = lugre(
         model.law, model.p, model.speeds,
         rotary=model.rig.rotary, stiffness=stiffness, damping=damping,
@@ -69,38 +69,38 @@ def bristles(
     unit, weight = ("N m/rad", "kg m^2") if model.rig.rotary else ("N/m", "kg")
     made_for = f"{mass:.3g} {weight} and a time step of {1e3 * step:g} ms"
     stiff = f"{to['sigma_0']:.3g} {unit}"
-    said = [
+    notes = [
         "the friction needs MuJoCo 4.0 or later: older ones know no <dcmotor> without a current",
         f"its bristles ({stiff}) are made for {made_for}: a much lighter axis needs shorter steps",
     ]
     if "actuatorfrcrange" in joint.attributes:
-        said.append("actuatorfrcrange of the joint limits this friction together with the drive")
-    return to, [_put(file, joint, text, actuators)], said
+        notes.append("actuatorfrcrange of the joint limits this friction together with the drive")
+    return to, [_inserted(file, joint, text, actuators)], notes
 
 
 def _time_step(file: JointFile) -> float:
-    said = [
+    steps = [
         tag.attributes["timestep"] for tag in file.named("option") if "timestep" in tag.attributes
     ]
     try:
-        step = float(said[-1]) if said else _STEP
+        step = float(steps[-1]) if steps else _STEP
     except ValueError:
         step = math.nan
     if not 0 < step < math.inf:
-        raise InputError(f"timestep {said[-1][:40]!r} of <option> is no time")
+        raise InputError(f"timestep {steps[-1][:40]!r} of <option> is no time")
     return step
 
 
-def _chosen(model: Model, mass: float, step: float) -> tuple[float, float]:
+def _bristle_constants(model: Model, mass: float, step: float) -> tuple[float, float]:
     """Stiffness and damping of the bristles: the card's where it has them and a step can follow."""
     most = mass * (_SWING / step) ** 2
-    own = dict(zip(model.law.names, model.p, strict=True))
-    if model.law.name == "lugre" and own["sigma_0"] <= most:
-        return float(own["sigma_0"]), float(own["sigma_1"])
+    values = dict(zip(model.law.names, model.p, strict=True))
+    if model.law.name == "lugre" and values["sigma_0"] <= most:
+        return float(values["sigma_0"]), float(values["sigma_1"])
     return most, 2.0 * _RATIO * math.sqrt(most * mass)
 
 
-def _put(file: JointFile, joint: Tag, text: str, actuators: Collection[str]) -> Change:
+def _inserted(file: JointFile, joint: Tag, text: str, actuators: Collection[str]) -> Change:
     """Where the motor goes: last in the actuators, so that those before it keep their numbers."""
     name = joint.attributes["name"]
     for tag in file.named("key"):
@@ -129,6 +129,6 @@ def _put(file: JointFile, joint: Tag, text: str, actuators: Collection[str]) -> 
 
 def _escaped(name: str) -> str:
     """A name between double quotes; in ASCII, so that any encoding has it."""
-    for sign, said in (("&", "&amp;"), ("<", "&lt;"), ('"', "&quot;")):
-        name = name.replace(sign, said)
+    for sign, entity in (("&", "&amp;"), ("<", "&lt;"), ('"', "&quot;")):
+        name = name.replace(sign, entity)
     return "".join(c if c.isascii() and c.isprintable() else f"&#{ord(c)};" for c in name)

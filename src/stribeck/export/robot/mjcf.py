@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ...errors import InputError
-from .joint_file import Change, JointFile, Tag, number, the_one
+from .joint_file import Change, JointFile, Tag, joint_named, number
 from .lugre_actuator import KEPT, bristles
 from .reduction import Reduction, coulomb_viscous
 from .reduction_error import RigUnits, reduction_errors
@@ -67,21 +67,21 @@ def mjcf(
     """
     file = JointFile(source, _KEPT)
     _check_root(file)
-    found = the_one(_joints(file), joint, _elsewhere(file))
-    _check_kind(file, found, rotary=model.rig.rotary)
+    tag = joint_named(_joints(file), joint, _elsewhere(file))
+    _check_kind(file, tag, rotary=model.rig.rotary)
     changes, known = list[Change](), list[str]()
     if lugre:
-        to, changes, known = bristles(model, file, found, _ACTUATORS)
+        to, changes, known = bristles(model, file, tag, _ACTUATORS)
     else:
         to = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
-        known = _creep(file, found, model, to, firm=firm)
+        known = _creep(file, tag, model, to, firm=firm)
     values = {"frictionloss": "0" if lugre else number(to["F_C"]), "damping": number(to["F_V"])}
     if armature:
         values["armature"] = number(_armature(model))
     if firm:
         values |= _FIRM
-    said = [*reduction_errors(model, to), *known, *_doubts(file, found)]
-    return file.changed([*changes, file.attributed(found, values)]), said
+    notes = [*reduction_errors(model, to), *known, *_doubts(file, tag)]
+    return file.changed([*changes, file.attributed(tag, values)]), notes
 
 
 def creep(force: float, inertia: float, *, firm: bool = False) -> float:
@@ -130,10 +130,14 @@ def _elsewhere(file: JointFile) -> str:
 def _check_kind(file: JointFile, joint: Tag, *, rotary: bool) -> None:
     name, kind = joint.attributes["name"], _value(file, joint, "type") or _TURNS
     known = {tag.attributes.get("class") for tag in file.named("default")}
-    if "type" not in joint.attributes and (of := _class(joint)) and of not in {"main", *known}:
+    if (
+        "type" not in joint.attributes
+        and (joint_class := _class(joint))
+        and joint_class not in {"main", *known}
+    ):
         raise InputError(
-            f"line {joint.line}: joint {name!r} has class {of[:40]!r}, which this file does not "
-            "define: write type= on the joint"
+            f"line {joint.line}: joint {name!r} has class {joint_class[:40]!r}, which this file "
+            "does not define: write type= on the joint"
         )
     if joint.name == "freejoint":
         kind = "free"
@@ -143,10 +147,10 @@ def _check_kind(file: JointFile, joint: Tag, *, rotary: bool) -> None:
             "into a hinge or a slide"
         )
     if rotary != (kind == _TURNS):
-        card, wanted = ("N m", _TURNS) if rotary else ("N", _SLIDES)
+        card, fitting = ("N m", _TURNS) if rotary else ("N", _SLIDES)
         raise InputError(
             f"line {joint.line}: joint {name!r} is a {kind}, and the card is in {card}: it fits "
-            f"a {wanted}"
+            f"a {fitting}"
         )
     if _value(file, joint, "springdamper") is not None:
         raise InputError(
@@ -159,12 +163,12 @@ def _value(file: JointFile, joint: Tag, name: str) -> str | None:
     """An attribute as MuJoCo reads it: the joint's own, or that of its class and those above it."""
     if name in joint.attributes:
         return joint.attributes[name]
-    wanted = _class(joint)
+    joint_class = _class(joint)
     sections = file.named("default")
     of_class = [
         tag
         for tag in sections
-        if (tag.attributes.get("class") == wanted if wanted else not _inside_another(tag))
+        if (tag.attributes.get("class") == joint_class if joint_class else not _inside_another(tag))
     ]
     while of_class:
         settings = [tag for tag in file.named("joint") if tag.parent in of_class]
@@ -205,17 +209,17 @@ def _armature(model: Model) -> float:
 def _creep(file: JointFile, joint: Tag, model: Model, to: Reduction, *, firm: bool) -> list[str]:
     """What the softness of the constraint does at rest."""
     mass = inertia(model.rig, model.law, model.values)
-    own = any(_value(file, joint, name) for name in ("solreffriction", "solimpfriction"))
-    if mass is None or own or not to["F_C"] > 0:
+    overridden = any(_value(file, joint, name) for name in ("solreffriction", "solimpfriction"))
+    if mass is None or overridden or not to["F_C"] > 0:
         return []
     units, half = RigUnits(model), 0.5 * to["F_C"]
     weight = "kg m^2" if model.rig.rotary else "kg"
-    under = f"under half the level ({half:.3g} {units.force}) an axis of {mass:.3g} {weight}"
+    load = f"under half the level ({half:.3g} {units.force}) an axis of {mass:.3g} {weight}"
     speeds = {firm: units.speed(creep(half, mass, firm=firm)) for firm in (False, True)}
-    said = f"at rest MuJoCo gives way: {under} creeps at {speeds[firm]}"
+    sentence = f"at rest MuJoCo gives way: {load} creeps at {speeds[firm]}"
     if not firm:
-        said += f', with solimpfriction="{_FIRM["solimpfriction"]}" at {speeds[True]}'
-    return [said]
+        sentence += f', with solimpfriction="{_FIRM["solimpfriction"]}" at {speeds[True]}'
+    return [sentence]
 
 
 def _doubts(file: JointFile, joint: Tag) -> Iterator[str]:

@@ -74,7 +74,7 @@ def coulomb_viscous(
     # The second column is scaled, so that neither number is lost in the other's digits.
     columns = np.column_stack([np.sign(v), v / span[1]])
     (level, damping), _ = nnls(columns, law.friction(v, p[: len(law.params)]))
-    return _held(law, p, span, LAWS["coulomb-viscous"], np.array([level, damping / span[1]]))
+    return _compared(law, p, span, LAWS["coulomb-viscous"], np.array([level, damping / span[1]]))
 
 
 def lugre(
@@ -100,50 +100,53 @@ def lugre(
         damping: Of the bristles, N s/m (N m s/rad).
     """
     span = _range(law, p, speeds, rotary=rotary)
-    own = np.asarray(p[: len(law.params)], dtype=float)
-    minus, plus = law.levels(own)
+    law_p = np.asarray(p[: len(law.params)], dtype=float)
+    minus, plus = law.levels(law_p)
     F_S = 0.5 * (plus - minus)
     v = np.concatenate([_speeds(span), _decades(span), -_decades(span)])
-    F = law.friction(v, own)
+    F = law.friction(v, law_p)
 
     def solved(v_s: float) -> tuple[float, Array]:
         fall = np.exp(-((v / v_s) ** 2))
         columns = np.column_stack([np.sign(v) * (1.0 - fall), v / span[1]])
-        found, left = nnls(columns, F - np.sign(v) * F_S * fall)
-        return float(left), np.array([min(found[0], F_S), v_s, found[1] / span[1]])
+        weights, residual = nnls(columns, F - np.sign(v) * F_S * fall)
+        return float(residual), np.array([min(weights[0], F_S), v_s, weights[1] / span[1]])
 
     low, high = (np.log(share * span[1]) for share in _DECADES)
     grid = np.linspace(low, high, 60)
     best = int(np.argmin([solved(float(np.exp(u)))[0] for u in grid]))
     step = grid[1] - grid[0]
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda u: solved(float(np.exp(u)))[0],
         bounds=(grid[best] - step, grid[best] + step),
         method="bounded",
         options={"xatol": 1e-9},
     )
-    F_C, v_s, F_V = solved(float(np.exp(found.x)))[1]
-    return _held(law, p, span, LAWS["lugre"], np.array([stiffness, damping, F_S, F_C, v_s, F_V]))
+    F_C, v_s, F_V = solved(float(np.exp(optimum.x)))[1]
+    return _compared(
+        law, p, span, LAWS["lugre"], np.array([stiffness, damping, F_S, F_C, v_s, F_V])
+    )
 
 
-def _held(law: Law, p: Array, span: tuple[float, float, bool], to: Law, q: Array) -> Reduction:
+def _compared(law: Law, p: Array, span: tuple[float, float, bool], to: Law, q: Array) -> Reduction:
     """A law and what stands for it, compared."""
-    own = p[: len(law.params)]
+    law_p = p[: len(law.params)]
 
     def off(v: Array) -> tuple[Array, Array]:
-        F = law.friction(v, own)
+        F = law.friction(v, law_p)
         return F, to.friction(v, q) - F
 
     v = _speeds(span)
     F, error = off(v)
     # The largest error of a law that falls lies beside rest, where even speeds do not look.
-    near = np.concatenate([-_decades(span)[::-1], v, _decades(span)])
-    F_near, error_near = off(near)
-    at = int(np.abs(error_near).argmax())
+    sample = np.concatenate([-_decades(span)[::-1], v, _decades(span)])
+    F_sample, error_sample = off(sample)
+    at = int(np.abs(error_sample).argmax())
     return Reduction(
         to, q, *span,
         size=float(np.sqrt(np.mean(F * F))), rms=float(np.sqrt(np.mean(error * error))),
-        worst=float(abs(error_near[at])), worst_at=float(near[at]), worst_of=float(abs(F_near[at])),
+        worst=float(abs(error_sample[at])), worst_at=float(sample[at]),
+        worst_of=float(abs(F_sample[at])),
     )  # fmt: skip
 
 

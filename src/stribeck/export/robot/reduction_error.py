@@ -64,8 +64,8 @@ def reduction_errors(model: Model, reduction: Reduction) -> list[str]:
         *_beside(model, reduction, units),
     ]
     minus, plus = model.law.levels(model.p)
-    own = reduction.law.levels(reduction.p)[1]
-    if reduction.rms > _NONE * reduction.size or max(plus - own, -minus - own) > _TOLD * own:
+    level = reduction.law.levels(reduction.p)[1]
+    if reduction.rms > _NONE * reduction.size or max(plus - level, -minus - level) > _TOLD * level:
         sentences += _motion(model, reduction, units)
     return [*sentences, *_doubtful(model)]
 
@@ -73,8 +73,8 @@ def reduction_errors(model: Model, reduction: Reduction) -> list[str]:
 def _doubtful(model: Model) -> list[str]:
     """Parameters of the law that the card itself does not vouch for."""
     labels = {model.rig.label(q.name) for q in model.law.params}
-    found = model.card.parameters.items()
-    names = [n for n, q in found if n in labels and q.verdict == "not identifiable"]
+    entries = model.card.parameters.items()
+    names = [n for n, q in entries if n in labels and q.verdict == "not identifiable"]
     if not names:
         return []
     return [f"the card calls {', '.join(names)} not identifiable: friction is as good as its data"]
@@ -103,16 +103,18 @@ def _percent(part: float, whole: float) -> str:
 def _rest(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
     """What is said of the level at rest."""
     minus, plus = model.law.levels(model.p)
-    F_S, own = 0.5 * (plus - minus), reduction.law.levels(reduction.p)[1]
+    F_S, level = 0.5 * (plus - minus), reduction.law.levels(reduction.p)[1]
     none = _NONE * reduction.size
     if none >= F_S:
-        sentence = f"the card's law never sticks; the file's level of {own:.4g} {units.force} does"
-        return [sentence] if own > none else []
-    if abs(F_S - own) <= _TOLD * F_S:
+        sentence = (
+            f"the card's law never sticks; the file's level of {level:.4g} {units.force} does"
+        )
+        return [sentence] if level > none else []
+    if abs(F_S - level) <= _TOLD * F_S:
         return []
-    change = f"{100 * (own / F_S - 1):+.0f} %"
+    change = f"{100 * (level / F_S - 1):+.0f} %"
     sentence = f"static friction of {F_S:.4g} {units.force} is not held: "
-    return [f"{sentence}the axis breaks away at {own:.4g} {units.force} ({change})"]
+    return [f"{sentence}the axis breaks away at {level:.4g} {units.force} ({change})"]
 
 
 def _beside(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...errors import InputError
-from .joint_file import Change, JointFile, Tag, number, the_one
+from .joint_file import Change, JointFile, Tag, joint_named, number
 from .reduction import coulomb_viscous
 from .reduction_error import reduction_errors
 
@@ -40,7 +40,7 @@ def urdf(model: Model, source: bytes, joint: str) -> tuple[bytes, list[str]]:
     file = JointFile(source, ("joint", "dynamics", "mimic"))
     _check_root(file)
     joints = [tag for tag in file.named("joint") if _of_the_robot(tag)]
-    patched = the_one(joints, joint, _elsewhere(file))
+    patched = joint_named(joints, joint, _elsewhere(file))
     _check_kind(patched, rotary=model.rig.rotary)
     reduction = coulomb_viscous(model.law, model.p, model.speeds, rotary=model.rig.rotary)
     values = {"damping": number(reduction["F_V"]), "friction": number(reduction["F_C"])}

@@ -136,9 +136,8 @@ def slopes(experiment: Experiment, x: Array, box: PriorBox) -> Array:
     forward, backward = f[1 : n + 1], f[n + 1 :]
     J = (forward - backward) / (2 * h[:, None])
     J = np.where(np.isnan(J), (forward - f[0]) / h[:, None], J)
-    J = np.where(np.isnan(J), (f[0] - backward) / h[:, None], J)
-    found: Array = J
-    return found
+    complete: Array = np.where(np.isnan(J), (f[0] - backward) / h[:, None], J)
+    return complete
 
 
 def information(experiment: Experiment, x: Array, box: PriorBox) -> Array:

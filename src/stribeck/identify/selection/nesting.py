@@ -105,8 +105,8 @@ def _renamed(name: str) -> str:
 def _value(param: Param, values: Mapping[str, float], offset: float) -> float:
     name = _renamed(param.name)
     stem, sign = name.rstrip("+-"), name[len(name.rstrip("+-")) :]
-    for called in (stem, *(("F_C",) if stem == "F_S" else ())):
-        if (value := _at(called, sign, values, offset)) is not None:
+    for name_sought in (stem, *(("F_C",) if stem == "F_S" else ())):
+        if (value := _at(name_sought, sign, values, offset)) is not None:
             return value
     if stem == "K_cs" and "F_S" in values:
         return values["F_S"] - values["F_C"]

@@ -56,8 +56,8 @@ def band(fit: Fit, sides: Sequence[Array]) -> tuple[BandSource, list[tuple[Array
     ends = []
     for v in sides:
         low, high = np.percentile([fit.law.friction(v, p) for p in drawn], _TAILS, axis=0)
-        held = np.array([fit.law.friction(v, p) for p in certain])
-        low, high = np.minimum(low, held.min(axis=0)), np.maximum(high, held.max(axis=0))
+        curves = np.array([fit.law.friction(v, p) for p in certain])
+        low, high = np.minimum(low, curves.min(axis=0)), np.maximum(high, curves.max(axis=0))
         if not np.isfinite(low + high).all():
             return None
         ends.append((low, high))

@@ -36,12 +36,12 @@ def corners(lines: Sequence[Array], most: int) -> NDArray[np.int64]:
     if n <= most:
         return np.arange(n)
     gaps = np.flatnonzero(np.any([~np.isfinite(y) for y in lines], axis=0))
-    kept = np.arange(0)
+    rows = np.arange(0)
     for spans in _SPANS:
-        kept = np.unique(np.concatenate([_marks(y, min(spans, n)) for y in lines]))
-        if len(kept) <= most:
+        rows = np.unique(np.concatenate([_marks(y, min(spans, n)) for y in lines]))
+        if len(rows) <= most:
             break
-    return np.union1d(kept, gaps)
+    return np.union1d(rows, gaps)
 
 
 def _marks(y: Array, spans: int) -> NDArray[np.int64]:

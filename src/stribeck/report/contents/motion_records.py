@@ -38,9 +38,9 @@ _QUANTITIES: tuple[Literal["position"], Literal["velocity"]] = ("position", "vel
 def simulated_traces(fit: Fit) -> Iterator[tuple[str, list[MotionTraces]]]:
     """The simulated motions, of the training data and of each range held out."""
     yield "training", motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
-    for held in fit.holdout:
-        name = held.within.text if held.within else "all"
-        yield name, motion_traces(fit, held.segments, held.motions)
+    for held_out in fit.holdout:
+        name = held_out.within.text if held_out.within else "all"
+        yield name, motion_traces(fit, held_out.segments, held_out.motions)
 
 
 def balanced_traces(fit: Fit) -> Iterator[tuple[str, list[MotionTraces]]]:
@@ -49,16 +49,16 @@ def balanced_traces(fit: Fit) -> Iterator[tuple[str, list[MotionTraces]]]:
     rig = as_balanced(fit.rig)
     both = zip(fit.recordings, fit.balance.signals, strict=True)
     yield "training", [balance_traces(rig, log, b) for log, b in both]
-    for held in fit.holdout:
-        if held.within is None:
+    for held_out in fit.holdout:
+        if held_out.within is None:
             continue
         try:
-            logs, rows = counting(fit.recordings, [held.within])
+            logs, rows = counting(fit.recordings, [held_out.within])
         except InputError:  # the range lies in logs that were not trained on
             continue
         validated = balance.validate(logs, fit.parameters, fit.p, rows=rows)
         both = zip(logs, validated.signals, strict=True)
-        yield held.within.text, [balance_traces(rig, log, b) for log, b in both]
+        yield held_out.within.text, [balance_traces(rig, log, b) for log, b in both]
 
 
 def log_record(fit: Fit, log: Recording, most: int) -> LogRecord:
@@ -128,8 +128,8 @@ def motion_lines(r: MotionTraces, most: int, detail: Detail) -> dict[str, Any]:
 
 def _residual(r: MotionTraces) -> tuple[Array, Array]:
     """Times and residual of what counts, and the gaps between legs."""
-    kept = np.flatnonzero(r.scored | ~np.isfinite(r.t))
-    return r.t[kept], r.residual[kept]
+    rows = np.flatnonzero(r.scored | ~np.isfinite(r.t))
+    return r.t[rows], r.residual[rows]
 
 
 def motion_record(part: str, r: MotionTraces, most: int) -> MotionRecord:

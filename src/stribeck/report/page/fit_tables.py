@@ -128,13 +128,13 @@ def baselines(report: Report) -> Table:
     unit_shown = report.card.objective.unit
     heads = [f"{misfit(report)} / {unit_shown}", "model"]
     names = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
-    kept = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
+    present = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
     rows = [
-        [name, number(s.value, 4), *(_known(s.baselines.get(k)) for k in kept), f"{s.samples:,}"]
+        [name, number(s.value, 4), *(_known(s.baselines.get(k)) for k in present), f"{s.samples:,}"]
         for name, s in scores
     ]
     return Table.of_texts(
-        "Misfit of the model and of none", [*heads, *kept.values(), "samples"], rows
+        "Misfit of the model and of none", [*heads, *present.values(), "samples"], rows
     )
 
 

@@ -129,8 +129,8 @@ def answer(report: Report) -> str:
     if smooth is not None:
         text += f" (the best smooth motion without stick-slip: {number(smooth, 3)} {score.unit})"
     if card.holdout:
-        held = ", ".join(f"{number(h.value, 3)} {h.unit} on {h.range}" for h in card.holdout)
-        text += f"; held out: {held}"
+        held_out = ", ".join(f"{number(h.value, 3)} {h.unit} on {h.range}" for h in card.holdout)
+        text += f"; held out: {held_out}"
     return f"{text}. {_verdicts(report)}."
 
 
