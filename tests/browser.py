@@ -1,4 +1,4 @@
-"""A headless Chromium for tests, told what to do over the pipe of its DevTools protocol."""
+"""A headless Chromium for tests, driven over the pipe of its DevTools protocol."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FLAGS = [
     "--disable-component-update", "--disable-sync", "--no-first-run", "--disable-dev-shm-usage",
     "--hide-scrollbars", "--disable-extensions", "--remote-debugging-pipe",
 ]  # fmt: skip
-#: Its pipe is file descriptors 3 and 4, which Popen cannot promise to a child.
+#: Puts its pipe at file descriptors 3 and 4, which Popen cannot promise to a child.
 START = """
 import fcntl, os, sys
 ends = [fcntl.fcntl(int(fd), fcntl.F_DUPFD, 10) for fd in sys.argv[1:3]]
@@ -46,21 +46,21 @@ class Browser:
         self._session = self.ask("Target.attachToTarget", targetId=target, flatten=True)[
             "sessionId"
         ]
-        for part in ("Page", "Runtime", "Log", "Network"):
-            self.ask(f"{part}.enable")
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.ask(f"{domain}.enable")
 
     def ask(self, method: str, **params: Any) -> dict[str, Any]:
-        """Send a command and wait for its answer; what happens meanwhile is kept."""
+        """Send a command and wait for its answer; events that come before it are recorded."""
         self._count += 1
-        said: dict[str, Any] = {"id": self._count, "method": method, "params": params}
+        request: dict[str, Any] = {"id": self._count, "method": method, "params": params}
         if self._session is not None:
-            said["sessionId"] = self._session
-        os.write(self._write, json.dumps(said).encode() + b"\0")
+            request["sessionId"] = self._session
+        os.write(self._write, json.dumps(request).encode() + b"\0")
         while True:
-            heard = self._hear()
-            if heard.get("id") == said["id"]:
-                assert "error" not in heard, f"{method}: {heard['error']}"
-                answer: dict[str, Any] = heard["result"]
+            event = self._hear()
+            if event.get("id") == request["id"]:
+                assert "error" not in event, f"{method}: {event['error']}"
+                answer: dict[str, Any] = event["result"]
                 return answer
 
     def _hear(self) -> dict[str, Any]:
@@ -68,17 +68,17 @@ class Browser:
         while b"\0" not in self._buffer:
             ready, _, _ = select.select([self._read], [], [], max(end - time.monotonic(), 0.0))
             assert ready, "the browser does not answer"
-            part = os.read(self._read, 1 << 20)
-            assert part, "the browser has gone"
-            self._buffer += part
+            chunk = os.read(self._read, 1 << 20)
+            assert chunk, "the browser has gone"
+            self._buffer += chunk
         text, _, self._buffer = self._buffer.partition(b"\0")
-        heard: dict[str, Any] = json.loads(text)
-        self._keep(heard)
-        return heard
+        event: dict[str, Any] = json.loads(text)
+        self._keep(event)
+        return event
 
-    def _keep(self, heard: dict[str, Any]) -> None:
-        """Requests, and whatever lands in the console as a warning or an error."""
-        method, params = heard.get("method", ""), heard.get("params", {})
+    def _keep(self, event: dict[str, Any]) -> None:
+        """Record requests, and every warning and error in the console."""
+        method, params = event.get("method", ""), event.get("params", {})
         if method == "Page.loadEventFired":
             self._loaded = True
         elif method == "Network.requestWillBeSent":
@@ -100,7 +100,7 @@ class Browser:
         self.ask("Emulation.setEmulatedMedia", features=[theme])
 
     def open(self, file: Path) -> None:
-        """Open a file and wait until its script has said how it went."""
+        """Open a file and wait until its script has set the state of the document."""
         self.requests.clear()
         self.complaints.clear()
         self._loaded = False
@@ -114,14 +114,14 @@ class Browser:
 
     def run(self, script: str) -> Any:
         """The value of an expression, awaited."""
-        found = self.ask(
+        reply = self.ask(
             "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
         )
-        assert "exceptionDetails" not in found, found["exceptionDetails"]
-        return found["result"].get("value")
+        assert "exceptionDetails" not in reply, reply["exceptionDetails"]
+        return reply["result"].get("value")
 
     def press(self, key: str, code: int, text: str = "") -> None:
-        """Press a key and let it go."""
+        """Press and release a key."""
         for kind in ("keyDown", "keyUp"):
             self.ask(
                 "Input.dispatchKeyEvent",
@@ -132,7 +132,7 @@ class Browser:
 
 @contextmanager
 def browser(folder: Path) -> Iterator[Browser]:
-    """A browser with a profile of its own in a folder."""
+    """A browser whose profile lies in a folder."""
     assert CHROMIUM is not None
     theirs, write = os.pipe()
     read, ours = os.pipe()

@@ -11,22 +11,26 @@ import pytest
 from stribeck import cli
 
 
-class Said(NamedTuple):
+class Completed(NamedTuple):
+    """A command that has ended: its exit status and what it printed."""
+
     status: int
     out: str
     err: str
 
 
-def caller(patch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
-    """Runs a command in this process: its exit status, and what it said."""
+def caller(
+    patch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Completed]:
+    """A function that runs a command in this process."""
 
-    def run(*arguments: str) -> Said:
+    def run(*arguments: str) -> Completed:
         patch.setattr(sys, "argv", ["stribeck", *arguments])
         status = 0
         try:
             cli.main()
         except SystemExit as ended:
             status = int(ended.code or 0)
-        return Said(status, *capsys.readouterr())
+        return Completed(status, *capsys.readouterr())
 
     return run

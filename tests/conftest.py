@@ -1,4 +1,4 @@
-"""What all tests share: compiled code, and recordings that are not part of the repository."""
+"""Set-up of all tests: compiled code, and recordings that are not part of the repository."""
 
 import subprocess
 import sys
@@ -30,7 +30,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Skip what needs recordings that are absent; skipped in one place, it is told in one line."""
+    """Skip tests of absent recordings, in one place, so that pytest reports them in one line."""
     for mark in item.iter_markers("recordings"):
         if not all((RECORDINGS / folder).exists() for folder in mark.args or (".",)):
             pytest.skip(

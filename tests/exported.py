@@ -17,12 +17,12 @@ from stribeck.space import Array, Param
 MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temperature+position")
 
 
-#: A law whose function takes other ways where a parameter is not what it is fixed at.
+#: A law whose function takes other branches where a parameter differs from its fixed value.
 DAHLS = ("dahl, exponent 0.5", "dahl, exponent 1.5")
 
 
 def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Model:
-    """The model of a card that says what a law's parameters are, drawn from their ranges."""
+    """The model of a card with a law's parameters, drawn from their ranges."""
     name, _, exponent = name.partition(", exponent ")
     law = law_named(name)
     values = _values(law, seed)
@@ -32,7 +32,7 @@ def model_of(name: str, seed: int = 1, warnings: list[str] | None = None) -> Mod
 
 
 def rude(model: Model) -> Model:
-    """A model whose rig and file are called what no comment, string or file should end at."""
+    """A model whose rig's and file's names hold what ends a comment, a string or a file."""
     name = """Führung −1 *) (* */ /* ]]> <b> & " \\ \\" %{
 F = 0;
 END_FUNCTION
@@ -42,7 +42,7 @@ END_FUNCTION
 
 
 def model_with(law: Law, seed: int = 1) -> Model:
-    """The same for a law at hand that no table knows."""
+    """The model of a law that is in no table, with parameters drawn from their ranges."""
     values = _values(law, seed)
     return Model(_card(law, values, None), partition(_rig(law), law), values, "0", "card.json")
 
@@ -84,22 +84,22 @@ def _rig(law: Law) -> Rig:
     return RIGS["servo-pendulum" if law.loads else "slide-bed"]
 
 
-def _within(of: Param, share: float) -> float:
+def _within(parameter: Param, share: float) -> float:
     """A value inside a parameter's range; static friction lies above Coulomb's."""
-    if of.fixed is not None:
-        return of.fixed
+    if parameter.fixed is not None:
+        return parameter.fixed
     value = (
-        of.lower * (of.upper / of.lower) ** share
-        if of.log
-        else of.lower + share * (of.upper - of.lower)
+        parameter.lower * (parameter.upper / parameter.lower) ** share
+        if parameter.log
+        else parameter.lower + share * (parameter.upper - parameter.lower)
     )
-    return value * 3.0 if of.name.startswith("F_S") else value
+    return value * 3.0 if parameter.name.startswith("F_S") else value
 
 
-def _parameter(rig: Rig, of: Param, value: float) -> dict[str, object]:
+def _parameter(rig: Rig, parameter: Param, value: float) -> dict[str, object]:
     return {
-        "value": float(shown_in(rig, of, value)),
-        "unit": rig.unit_of(of),
+        "value": float(shown_in(rig, parameter, value)),
+        "unit": rig.unit_of(parameter),
         "low": None,
         "high": None,
         "at_bound": None,

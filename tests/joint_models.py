@@ -1,4 +1,4 @@
-"""Cards of known friction, as exporters are given them."""
+"""Models of axes of known friction, for tests of exporters."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from stribeck.identify.card import Card
 from stribeck.rig import RIGS
 from stribeck.rig.rig import shown_in
 
-#: What every card has, whatever its friction.
-_REST = {
+#: Entries that all the cards share.
+_SHARED = {
     "schema": "stribeck-card/1",
     "objective": {"name": "position_rmse", "value": 0.1, "unit": "mm", "samples": 100},
     "search": {"method": "bts", "seed": 0, "evaluations": 1, "seconds": 0.1, "ended": "budget"},
@@ -39,14 +39,21 @@ def model_of(
                 "at_bound": None,
                 "verdict": "identified",
             }
-    seen = speeds and {
+    speed_range = speeds and {
         "low": speeds[0],
         "high": speeds[1],
         "unit": "rad/s" if kind.rotary else "m/s",
     }
     return as_model(
         Card.model_validate(
-            {**_REST, "law": law, "rig": rig, "kind": rig, "parameters": parameters, "speeds": seen}
+            {
+                **_SHARED,
+                "law": law,
+                "rig": rig,
+                "kind": rig,
+                "parameters": parameters,
+                "speeds": speed_range,
+            }
         )
     )
 

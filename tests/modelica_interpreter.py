@@ -57,14 +57,14 @@ class Package:
         if len(self.classes) != len(classes) + len(frame.classes):
             raise ModelicaError("a class is declared twice")
 
-    def call(self, name: str, given: Sequence[Any]) -> list[Any]:
+    def call(self, name: str, arguments: Sequence[Any]) -> list[Any]:
         """A function's results."""
         f = self.classes.get(name)
         if f is None or f.type != "function":
             raise ModelicaError(f"no function {name}")
         inputs = [s for s in f.symbols.values() if "input" in s.prefixes]
         values = {s.name: _zero(s) for s in f.symbols.values()}
-        for symbol, value in zip(inputs, given, strict=True):
+        for symbol, value in zip(inputs, arguments, strict=True):
             size = _size(symbol)
             if size is not None and (not isinstance(value, list) or len(value) != size):
                 raise ModelicaError(f"{name}: {symbol.name} is no array of {size}")
@@ -76,12 +76,12 @@ class Package:
 
 
 class Block:
-    """An instance of a block: an equation, or what a sampled one does at an instant.
+    """An instance of a block: its equations, or the statements that it runs at an instant.
 
     Args:
         package: Where it is.
         name: Its name.
-        changed: Parameters that are not what the text says.
+        changed: Parameters that differ from the text's.
     """
 
     def __init__(self, package: Package, name: str, **changed: float | bool) -> None:
@@ -98,7 +98,7 @@ class Block:
             raise ModelicaError(f"{name} has no {set(changed) - set(self.values)}")
 
     def sampled(self) -> list[float]:
-        """When the block is sampled: at first, and how often."""
+        """The block's first sampling instant and its sampling period."""
         (when,) = self._class.statements
         (sample,) = when.conditions
         scope = _Scope(self._package, self.values)
@@ -122,7 +122,7 @@ class Block:
 
 
 class _Scope:
-    """Values of variables, and what may be done with them."""
+    """Values of variables; statements and expressions are evaluated on them."""
 
     def __init__(
         self,
@@ -140,33 +140,33 @@ class _Scope:
         for statement in statements:
             self._statement(statement)
 
-    def _statement(self, of: Any) -> None:  # noqa: C901 - one case a line
-        match of:
+    def _statement(self, statement: Any) -> None:  # noqa: C901 - one case a line
+        match statement:
             case ast.AssignmentStatement():
-                right = of.right
-                if len(of.left) == 1:
-                    self.assign(of.left[0], self.value(right))
+                right = statement.right
+                if len(statement.left) == 1:
+                    self.assign(statement.left[0], self.value(right))
                     return
                 results = self._package.call(_called(right), [*map(self.value, right.operands)])
-                for target, value in zip(of.left, results, strict=True):
+                for target, value in zip(statement.left, results, strict=True):
                     self.assign(target, value)
             case ast.IfStatement():
-                for condition, block in zip(of.conditions, of.blocks, strict=True):
+                for condition, block in zip(statement.conditions, statement.blocks, strict=True):
                     if condition is True or self._truth(condition):
                         self.run(block)
                         return
             case ast.ForStatement():
-                self._for(of)
+                self._for(statement)
             case ast.WhileStatement():
-                while self._truth(of.condition):
-                    self.run(of.statements)
+                while self._truth(statement.condition):
+                    self.run(statement.statements)
             case ast.Primary(value="return"):
                 raise _Return
             case _:
-                raise ModelicaError(f"statement {type(of).__name__}")
+                raise ModelicaError(f"statement {type(statement).__name__}")
 
-    def _for(self, of: ast.ForStatement) -> None:
-        (index,) = of.indices
+    def _for(self, loop: ast.ForStatement) -> None:
+        (index,) = loop.indices
         span = index.expression
         first, last, step = (self.value(x) for x in (span.start, span.stop, span.step))
         if step != 1 or last < first:  # first:step:last: pymoca 0.12 takes the last for the step
@@ -175,107 +175,111 @@ class _Scope:
             raise ModelicaError("a loop counts by Integers")
         for i in range(first, last + (1 if step > 0 else -1), step):
             self._loops[index.name] = i
-            self.run(of.statements)
+            self.run(loop.statements)
         self._loops.pop(index.name, None)
 
     def assign(self, target: Any, value: Any) -> None:
         name = target.name
         if name not in self._values or name in self._read_only or name in self._loops:
             raise ModelicaError(f"{name} is assigned to")
-        now = self._values[name]
+        current = self._values[name]
         index = self._index(target)
         if index is not None:
-            now[index] = _as(0.0, value)
-        elif isinstance(now, list):
-            if not isinstance(value, list) or len(value) != len(now):
+            current[index] = _as(0.0, value)
+        elif isinstance(current, list):
+            if not isinstance(value, list) or len(value) != len(current):
                 raise ModelicaError(f"{name} is assigned {value!r}")
             self._values[name] = list(value)
         else:
-            self._values[name] = _as(now, value)
+            self._values[name] = _as(current, value)
 
     # --- expressions
 
-    def _truth(self, of: Any) -> bool:
-        value = self.value(of)
+    def _truth(self, condition: Any) -> bool:
+        value = self.value(condition)
         if not isinstance(value, bool):
             raise ModelicaError("a condition is no Boolean")
         return value
 
-    def value(self, of: Any) -> Any:
-        match of:
+    def value(self, expression: Any) -> Any:
+        match expression:
             case ast.Primary(value=value):
                 return value
             case ast.Array(values=values):
                 return [self.value(v) for v in values]
             case ast.ComponentRef():
-                return self._look(of, self._values)
+                return self._look(expression, self._values)
             case ast.IfExpression(conditions=conditions, expressions=expressions):
-                for condition, expression in zip(conditions, expressions, strict=False):
+                for condition, branch in zip(conditions, expressions, strict=False):
                     if self._truth(condition):
-                        return self.value(expression)
+                        return self.value(branch)
                 return self.value(expressions[-1])
             case ast.Expression():
-                return self._operation(of)
-        raise ModelicaError(f"expression {type(of).__name__}")
+                return self._operation(expression)
+        raise ModelicaError(f"expression {type(expression).__name__}")
 
-    def _operation(self, of: ast.Expression) -> Any:
-        name = _called(of)
+    def _operation(self, expression: ast.Expression) -> Any:
+        name = _called(expression)
         if name == "pre" and self._before is not None:
-            return self._look(of.operands[0], self._before)
-        given = [self.value(x) for x in of.operands]
+            return self._look(expression.operands[0], self._before)
+        operands = [self.value(x) for x in expression.operands]
         if name in _OPERATIONS or name == "not":
-            return _number(_operated(name, given))
+            return _number(_operated(name, operands))
         if name in _BUILT_IN:
-            return _number(_BUILT_IN[name](*given))
-        return self._package.call(name, given)[0]
+            return _number(_BUILT_IN[name](*operands))
+        return self._package.call(name, operands)[0]
 
-    def _look(self, of: Any, values: dict[str, Any]) -> Any:
-        if of.name in self._loops:
-            return self._loops[of.name]
-        if of.name not in values:
-            raise ModelicaError(f"{of.name} is not declared")
-        index = self._index(of)
-        return values[of.name] if index is None else values[of.name][index]
+    def _look(self, reference: Any, values: dict[str, Any]) -> Any:
+        if reference.name in self._loops:
+            return self._loops[reference.name]
+        if reference.name not in values:
+            raise ModelicaError(f"{reference.name} is not declared")
+        index = self._index(reference)
+        return values[reference.name] if index is None else values[reference.name][index]
 
-    def _index(self, of: Any) -> int | None:
-        (indices,) = of.indices
+    def _index(self, reference: Any) -> int | None:
+        (indices,) = reference.indices
         if indices == [None]:
             return None
         (index,) = indices
-        at = self.value(index)
-        array = self._values[of.name]
-        if not isinstance(at, int) or not isinstance(array, list) or not 1 <= at <= len(array):
-            raise ModelicaError(f"{of.name}[{at}]")
-        return at - 1
+        subscript = self.value(index)
+        array = self._values[reference.name]
+        if (
+            not isinstance(subscript, int)
+            or not isinstance(array, list)
+            or not 1 <= subscript <= len(array)
+        ):
+            raise ModelicaError(f"{reference.name}[{subscript}]")
+        return subscript - 1
 
 
-def _called(of: Any) -> str:
-    return str(getattr(of.operator, "name", of.operator))
+def _called(expression: Any) -> str:
+    return str(getattr(expression.operator, "name", expression.operator))
 
 
-def _binding(of: Any) -> Any:
-    """What a declaration says that its parameter is."""
-    for argument in of.class_modification.arguments:
+def _binding(symbol: Any) -> Any:
+    """The expression that a declaration binds its parameter to."""
+    for argument in symbol.class_modification.arguments:
         if argument.value.component.name == "value":
             return argument.value.modifications[0]
-    raise ModelicaError(f"{of.name} has no value")
+    raise ModelicaError(f"{symbol.name} has no value")
 
 
-def _size(of: Any) -> int | None:
-    ((size,),) = of.dimensions
+def _size(symbol: Any) -> int | None:
+    ((size,),) = symbol.dimensions
     return None if size.value is None else int(size.value)
 
 
-def _zero(of: Any) -> Any:
-    size, zero = _size(of), _ZERO[of.type.name]
+def _zero(symbol: Any) -> Any:
+    size, zero = _size(symbol), _ZERO[symbol.type.name]
     return zero if size is None else [zero] * size
 
 
-def _as(now: Any, value: Any) -> Any:
-    if isinstance(now, float) and type(value) in (int, float):
+def _as(current: Any, value: Any) -> Any:
+    if isinstance(current, float) and type(value) in (int, float):
         return _number(float(value))
-    if type(now) is not type(value):
-        raise ModelicaError(f"{value!r} for {now!r}")
+    if type(current) is not type(value):
+        raise ModelicaError(f"{value!r} for {current!r}")
     return value
 
 
@@ -294,16 +298,16 @@ _OPERATIONS: dict[str, Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 
 
-def _operated(name: str, given: list[Any]) -> Any:
-    truths = [isinstance(x, bool) for x in given]
+def _operated(name: str, operands: list[Any]) -> Any:
+    truths = [isinstance(x, bool) for x in operands]
     if name in ("and", "or", "not"):
         if not all(truths):
-            raise ModelicaError(f"{name} of {given}")
+            raise ModelicaError(f"{name} of {operands}")
     elif any(truths):
-        raise ModelicaError(f"{name} of {given}")
-    if len(given) == 1:
-        return not given[0] if name == "not" else (-given[0] if name == "-" else given[0])
-    made = given[0]
-    for value in given[1:]:
-        made = _OPERATIONS[name](made, value)
-    return made
+        raise ModelicaError(f"{name} of {operands}")
+    if len(operands) == 1:
+        return not operands[0] if name == "not" else (-operands[0] if name == "-" else operands[0])
+    result = operands[0]
+    for value in operands[1:]:
+        result = _OPERATIONS[name](result, value)
+    return result

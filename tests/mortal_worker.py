@@ -1,13 +1,13 @@
 """A worker whose jobs may harm it: run as a program, or loaded into a Dask worker.
 
-What a job does to its worker hangs on its algorithm's label:
+The label of a job's algorithm decides what the job does to its worker:
     killer   kills it in the middle of the search, every time
     mortal   the same, the first time
-    babbler  has it answer with a line that is no outcome, the first time
-    printer  prints while it runs, from Python and from below
-    caller   says the worker's process id on the pipe $CALLER, which it keeps open
+    babbler  answers with a line that is no outcome, the first time
+    printer  prints while it runs, from Python and to the file descriptor
+    caller   writes the worker's process id to the pipe $CALLER, which it keeps open
 
-The first time is told by a file of that name in the folder $HARM.
+A file named like the label, in the folder $HARM, marks that the first time has passed.
 """
 
 import os
@@ -25,26 +25,26 @@ if worker.answer.__module__ == worker.__name__:  # Dask loads a file, and reload
 
 
 class Deadly:
-    """A problem that kills who evaluates it for the fifth time."""
+    """A problem that kills the process at its fifth evaluation."""
 
-    def __init__(self, of: BenchProblem) -> None:
-        self.of, self.calls = of, 0
+    def __init__(self, instance: BenchProblem) -> None:
+        self.instance, self.calls = instance, 0
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self.of, name)
+        return getattr(self.instance, name)
 
     def __call__(self, x: Array, /) -> Array:
         self.calls += 1
         if self.calls == 5:
             os.kill(os.getpid(), signal.SIGKILL)
-        return self.of(x)
+        return self.instance(x)
 
 
 def first_time(label: str) -> bool:
     mark = Path(os.environ["HARM"]) / label
-    seen = mark.exists()
+    harmed_before = mark.exists()
     mark.touch()
-    return not seen
+    return not harmed_before
 
 
 def harmful(job: Job, instance: BenchProblem | None = None) -> Record:

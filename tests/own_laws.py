@@ -1,4 +1,4 @@
-"""Laws of one's own, written in ways that a translation may get wrong, or has to refuse."""
+"""Laws outside the tables, written in ways that a translation may get wrong, or has to refuse."""
 
 # ruff: noqa: ARG001, FURB136, RET504 - awkward on purpose
 from __future__ import annotations

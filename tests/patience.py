@@ -1,4 +1,4 @@
-"""How long tests wait for an event that must come."""
+"""The longest wait of a test for an event that must come."""
 
-#: Seconds after which it is missed, on a machine however loaded.
+#: Seconds, on a machine however loaded.
 PATIENCE = 600.0

@@ -85,7 +85,7 @@ class Controller:
 
 
 class Instance:
-    """An instance of a function block: it keeps its inputs and its variables."""
+    """An instance of a function block, whose inputs and variables outlast a call."""
 
     def __init__(self, unit: _Unit) -> None:
         if unit.kind is not None:
@@ -108,8 +108,8 @@ class Instance:
         place, variable = self._unit.variable(name.lower())
         self.frame[place] = _as(variable.kind, value)
 
-    def initial(self, name: str) -> Any:
-        """The value that a variable has now."""
+    def value(self, name: str) -> Any:
+        """The present value of a variable."""
         return self.frame[self._unit.variable(name.lower())[0]]
 
 
@@ -149,16 +149,16 @@ class _Unit:
 
     def variable(self, name: str, section: str | None = None) -> tuple[int, Variable]:
         """A variable and its place."""
-        known = self._variables.get(name)
-        if known is None or section not in (None, known[1].section):
+        declared = self._variables.get(name)
+        if declared is None or section not in (None, declared[1].section):
             raise IecError(f"{self.name} has no {section or 'variable'} {name}")
-        return known
+        return declared
 
     def frame(self) -> Frame:
         """Its variables, before a first call."""
         frame = self._start.copy()
-        for place, new in self._fresh:
-            frame[place] = new()
+        for place, initial_value in self._fresh:
+            frame[place] = initial_value()
         return frame
 
     def result(self, frame: Frame) -> Any:
@@ -184,7 +184,7 @@ class _Unit:
         elif variable.initial is None:
             value = _ZERO[variable.kind]
         else:
-            value = _of(variable.kind, self._constant(variable.initial))([])
+            value = _checked(variable.kind, self._constant(variable.initial))([])
         self._start.append(value)
 
     # --- statements
@@ -221,11 +221,11 @@ class _Unit:
         name = statement.target.name
         value = self._expression(statement.value)
         if name == self.name.lower() and self.kind and isinstance(statement.target, Name):
-            return _stored(0, _of("LREAL", value))
+            return _stored(0, _checked("LREAL", value))
         place, variable = self.variable(name)
         if variable.section == "input" or name in self._counting:
             raise IecError(f"{self.name}: {name} is assigned to")
-        evaluate = _of(variable.kind, value)
+        evaluate = _checked(variable.kind, value)
         if isinstance(statement.target, Name):
             if variable.length is not None or variable.kind not in _ZERO:
                 raise IecError(f"{self.name}: {name} is assigned to as a whole")
@@ -259,7 +259,7 @@ class _Unit:
         if variable.kind != "DINT" or variable.length is not None or name in self._counting:
             raise IecError(f"{self.name}: no loop counts by {name}")
         ends = (statement.first, statement.last, statement.step)
-        first, last, step = (_of("DINT", self._expression(x)) for x in ends)
+        first, last, step = (_checked("DINT", self._expression(x)) for x in ends)
         self._counting.append(name)
         body = self._body(statement.body)
         self._counting.remove(name)
@@ -293,13 +293,13 @@ class _Unit:
             raise IecError(f"{statement.name} is no function block")
         inputs = []
         for name, value in statement.arguments:
-            there, declared = block.variable(name or "", "input")
-            inputs.append((there, _of(declared.kind, self._expression(value))))
+            target, declared = block.variable(name or "", "input")
+            inputs.append((target, _checked(declared.kind, self._expression(value))))
 
         def run(frame: Frame) -> bool:
             inner = frame[place].frame
-            for there, value in [(there, evaluate(frame)) for there, evaluate in inputs]:
-                inner[there] = value
+            for target, value in [(target, evaluate(frame)) for target, evaluate in inputs]:
+                inner[target] = value
             block.run(inner)
             return False
 
@@ -308,7 +308,7 @@ class _Unit:
     # --- expressions
 
     def _truth(self, expression: Expression) -> Evaluate:
-        return _of("BOOL", self._expression(expression))
+        return _checked("BOOL", self._expression(expression))
 
     def _expression(self, expression: Expression) -> _Typed:  # noqa: PLR0911 - one case a line
         match expression:
@@ -328,8 +328,8 @@ class _Unit:
                 block = self._units.get(variable.kind.lower())
                 if block is None:
                     raise IecError(f"{name} is no function block")
-                there, declared = block.variable(output, "output")
-                return _Typed(declared.kind, lambda frame: frame[place].frame[there])
+                source, declared = block.variable(output, "output")
+                return _Typed(declared.kind, lambda frame: frame[place].frame[source])
             case Unary():
                 return _unary(expression.operator, self._expression(expression.operand))
             case Binary(operator=operator, left=left, right=right):
@@ -367,7 +367,7 @@ class _Unit:
         length = variable.length
         if length is None:
             raise IecError(f"{self.name}: {element.name} is no array")
-        at = _of("DINT", self._expression(element.subscript))
+        at = _checked("DINT", self._expression(element.subscript))
         if isinstance(element.subscript, Number) and element.subscript.value in range(length):
             return operator.itemgetter(place), at
 
@@ -396,7 +396,7 @@ class _Unit:
         arguments = []
         for name, value in zip(names, values, strict=True):
             place, variable = parameters[name or ""]
-            arguments.append((place, _of(_array(variable), value)))
+            arguments.append((place, _checked(_array(variable), value)))
 
         def evaluate(frame: Frame) -> Any:
             inner = unit.frame()
@@ -417,8 +417,8 @@ def _array(variable: Variable) -> str:
     return variable.kind if variable.length is None else f"{variable.kind}[{variable.length}]"
 
 
-def _of(kind: str, value: _Typed) -> Evaluate:
-    """An expression that must be of a type."""
+def _checked(kind: str, value: _Typed) -> Evaluate:
+    """An expression's evaluation, once its type is checked."""
     if value.kind != kind:
         raise IecError(f"an expression is of {value.kind}, not of {kind}")
     return value.evaluate
@@ -454,7 +454,7 @@ def _stored(place: int, evaluate: Evaluate) -> Run:
 def _unary(sign: str, operand: _Typed) -> _Typed:
     evaluate = operand.evaluate
     if sign == "not":
-        _of("BOOL", operand)
+        _checked("BOOL", operand)
         return _Typed("BOOL", lambda frame: not evaluate(frame))
     if operand.kind not in ("LREAL", "DINT"):
         raise IecError(f"{sign} of {operand.kind}")

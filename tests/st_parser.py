@@ -190,8 +190,8 @@ class _Parser:
         return self._tokens[self._at][1].lower()
 
     def _next(self, kind: str) -> str:
-        found, text = self._tokens[self._at]
-        if found != kind:
+        token_kind, text = self._tokens[self._at]
+        if token_kind != kind:
             raise IecError(f"{text!r} is no {kind}")
         self._at += 1
         return text
@@ -269,12 +269,12 @@ class _Parser:
         return Assignment(target, self._expression())
 
     def _if(self) -> If:
-        branches, otherwise, more = [], Body(), True
-        while more:
+        branches, otherwise, another_branch = [], Body(), True
+        while another_branch:
             condition = self._expression()
             self._expect("then")
             branches.append((condition, self._body("elsif", "else", "end_if")))
-            more = self._accept("elsif") is not None
+            another_branch = self._accept("elsif") is not None
         if self._accept("else"):
             otherwise = self._body("end_if")
         self._expect("end_if")

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import stribeck
-from command import Said, caller
+from command import Completed, caller
 from patience import PATIENCE
 from stribeck import LAWS, METHODS, RIGS, cli, read, read_card
 from stribeck.identify.polish import polish_run
@@ -70,7 +70,7 @@ def test_twin_keeps_the_truth_beside_the_log_and_not_in_it(made: Path) -> None:
 def test_twin_is_a_function_of_its_seed(stribeck_: Any, made: Path) -> None:
     for name, seed in (("a.csv", "1"), ("b.csv", "2")):
         said = stribeck_("twin", name, "--direction", "up", "--seed", seed)
-        assert said == Said(0, f"{name}\n{name[0]}.truth.json\n", "")
+        assert said == Completed(0, f"{name}\n{name[0]}.truth.json\n", "")
     same, other = (made / "a.csv").read_bytes(), (made / "b.csv").read_bytes()
     assert same == (made / "up.csv").read_bytes()
     assert other != same
@@ -188,7 +188,7 @@ def test_validate_repeats_what_identify_found(stribeck_: Any, made: Path) -> Non
 
 def test_a_simulated_motion_is_a_log(stribeck_: Any, made: Path) -> None:
     said = stribeck_("simulate", "fit/card.json", "up.csv", "--out", "motion.csv")
-    assert said == Said(0, "motion.csv\n", "")
+    assert said == Completed(0, "motion.csv\n", "")
     motion, log = read(made / "motion.csv"), read(made / "up.csv")
     np.testing.assert_allclose(motion.t, log.t, atol=1e-9)
     made_, p = read_card(made / "fit" / "card.json").model()
@@ -224,7 +224,7 @@ def test_every_setting_of_every_method_has_a_meaning(
 
 def test_version_and_help(stribeck_: Any) -> None:
     for asked in ("version", "--version"):
-        assert stribeck_(asked) == Said(0, f"{stribeck.__version__}\n", "")
+        assert stribeck_(asked) == Completed(0, f"{stribeck.__version__}\n", "")
     for arguments in ([], ["--help"], ["-h"], ["identify", "--help"]):
         said = stribeck_(*arguments)
         assert said.status == 0
@@ -318,7 +318,7 @@ def test_ctrl_c_before_anything_was_evaluated(
     monkeypatch.setattr("stribeck.data.read", interrupted)
     said = stribeck_("identify", "up.csv", *QUICK, "--out", "never")
     line = "stribeck: interrupted before there was a result: nothing was written\n"
-    assert said == Said(130, "", line)
+    assert said == Completed(130, "", line)
     assert sorted(made.iterdir()) == before
 
 

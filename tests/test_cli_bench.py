@@ -14,7 +14,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from command import Said, caller
+from command import Completed, caller
 from patience import PATIENCE
 from stribeck import cli
 from stribeck.bench.study import Study
@@ -53,12 +53,12 @@ def start(place: Path, *arguments: str) -> subprocess.Popen[str]:
 @pytest.fixture
 def bench(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., Said]:
+) -> Callable[..., Completed]:
     """Runs `stribeck bench` in a folder, in this process, and draws no figures."""
     monkeypatch.setattr(Study, "figures", lambda _: iter(()))
     run = caller(monkeypatch, capsys)
 
-    def bench(place: Path, *arguments: str) -> Said:
+    def bench(place: Path, *arguments: str) -> Completed:
         monkeypatch.chdir(place)
         return run("bench", *arguments)
 
@@ -126,7 +126,7 @@ def test_the_store_has_the_records_table_that_scripts_rely_on(done: Path) -> Non
 
 
 def test_the_same_command_again_runs_nothing_and_says_the_same(
-    done: Path, bench: Callable[..., Said]
+    done: Path, bench: Callable[..., Completed]
 ) -> None:
     before = content(done / "out" / "store.sqlite")
     with sqlite3.connect(done / "out" / "store.sqlite") as db:
@@ -140,7 +140,7 @@ def test_the_same_command_again_runs_nothing_and_says_the_same(
 
 
 def test_the_store_says_what_is_done_and_what_is_left(
-    done: Path, tmp_path: Path, bench: Callable[..., Said]
+    done: Path, tmp_path: Path, bench: Callable[..., Completed]
 ) -> None:
     said = bench(done, "small.toml", "--out", "out", "--status")
     assert said.status == 0
@@ -160,7 +160,7 @@ def test_the_store_says_what_is_done_and_what_is_left(
 
 
 def test_more_trials_add_to_what_is_there(
-    done: Path, tmp_path: Path, bench: Callable[..., Said]
+    done: Path, tmp_path: Path, bench: Callable[..., Completed]
 ) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
     few = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
@@ -193,7 +193,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path: Path, engine:
     reason="COCO is not installed",
 )
 def test_bbob_runs_can_be_had_in_cocos_own_form(
-    tmp_path: Path, bench: Callable[..., Said], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, bench: Callable[..., Completed], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # COCO's own pages take long: that they are made is shown where it is called, in test_coco.
     monkeypatch.setattr("stribeck.bench.coco.postprocess", lambda folder: folder / "page.html")
@@ -210,7 +210,7 @@ def test_bbob_runs_can_be_had_in_cocos_own_form(
 
 
 def test_a_shipped_campaign_can_be_printed_and_changed(
-    tmp_path: Path, bench: Callable[..., Said]
+    tmp_path: Path, bench: Callable[..., Completed]
 ) -> None:
     shown = bench(tmp_path, "paper", "--show")
     assert shown.status == 0

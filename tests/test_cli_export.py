@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from command import Said, caller
+from command import Completed, caller
 from exported import model_of
 from stribeck.compensate.compensator import SETTINGS
 from stribeck.export import TARGETS
 
-Run = Callable[..., Said]
+Run = Callable[..., Completed]
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     return caller(monkeypatch, capsys)
 
 
-def refused(said: Said, *words: str) -> None:
+def refused(said: Completed, *words: str) -> None:
     assert said.status == 2
     assert said.out == ""
     assert said.err.startswith("stribeck: ")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from command import Said, caller
+from command import Completed, caller
 from stribeck import RIGS, Card, InputError, card, identify
 from stribeck.compensate.closed_loop import Reference, Sensor
 from stribeck.compensate.compensation import MARGIN, Compensation, ScaleCurve, compensation
@@ -321,7 +321,7 @@ def _law(name: str) -> Any:
 @pytest.fixture
 def stribeck(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., Said]:
+) -> Callable[..., Completed]:
     return caller(monkeypatch, capsys)
 
 

@@ -118,7 +118,7 @@ def test_own_mathematics_is_right_to_the_last_places(
 def test_parameters_are_the_identified_ones_and_can_be_retuned() -> None:
     model = model_of("stribeck")
     block = Controller(text_of("stribeck")).instance("Friction")
-    assert [block.initial(n) for n, _ in model.named()] == model.p.tolist()
+    assert [block.value(n) for n, _ in model.named()] == model.p.tolist()
     block(v=1e-3)
     before = block.output("force")
     block.write("F_C", float(model.p[1]) + 10.0)
@@ -130,7 +130,7 @@ def test_parameters_are_the_identified_ones_and_can_be_retuned() -> None:
 def test_settings_stand_in_the_text() -> None:
     text = st(model_of("stribeck"), compensator=BUSY)["Friction.st"].decode()
     block = Controller(text).instance("Friction_compensator")
-    assert {k: block.initial(k) for k in settings_of(BUSY)} == settings_of(BUSY)
+    assert {k: block.value(k) for k in settings_of(BUSY)} == settings_of(BUSY)
 
 
 def test_states_are_kept_relaxed_and_left_alone() -> None:
@@ -139,11 +139,11 @@ def test_states_are_kept_relaxed_and_left_alone() -> None:
     first = block.output("force")
     block(v=1e-3, h=1e-4)
     assert block.output("force") > first
-    kept = list(block.initial("z"))
+    kept = list(block.value("z"))
     block(v=1e-3, h=1e-4, steady=True)
     model = model_of("lugre")
     assert block.output("force") == pytest.approx(model.law.slip(1e-3, model.p), rel=1e-12)
-    assert block.initial("z") == kept
+    assert block.value("z") == kept
     block(v=1e-3, h=1e-4, steady=False, reset=True)
     assert block.output("force") == first
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from command import Said, caller
+from command import Completed, caller
 from stribeck import identify
 from stribeck.data.recording import Recording, Source
 from stribeck.identify.result import Fit
@@ -431,7 +431,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return caller(monkeypatch, capsys)  # type: ignore[return-value]
 
 
-def refused(said: Said) -> str:
+def refused(said: Completed) -> str:
     assert said.status == 2
     assert said.out == ""
     (line,) = said.err.splitlines()

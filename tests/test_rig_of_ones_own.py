@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from command import Said, caller
+from command import Completed, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
 from stribeck.rig.equation import FIRST, THIRD, Equation, Input
 from stribeck.rig.motion.drives import JOINT
@@ -104,7 +104,7 @@ def command(t: Array) -> Array:
 @pytest.fixture
 def stribeck(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., Said]:
+) -> Callable[..., Completed]:
     for rig in (BELT, CARRIED):
         monkeypatch.setitem(RIGS, rig.name, rig)
     return caller(monkeypatch, capsys)
@@ -123,12 +123,14 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
-def succeeded(said: Said) -> str:
+def succeeded(said: Completed) -> str:
     assert said.status == 0, said.err
     return said.out
 
 
-def test_every_command_takes_it(stribeck: Callable[..., Said], log: Path, tmp_path: Path) -> None:
+def test_every_command_takes_it(
+    stribeck: Callable[..., Completed], log: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
     told = succeeded(stribeck(
         "identify", str(log), "--rig", "belt", "--set", "pull=0.5", "--budget", "400",
@@ -155,7 +157,7 @@ def test_every_command_takes_it(stribeck: Callable[..., Said], log: Path, tmp_pa
 
 
 def test_what_it_does_not_answer_is_named(
-    stribeck: Callable[..., Said], log: Path, tmp_path: Path
+    stribeck: Callable[..., Completed], log: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     succeeded(stribeck(
