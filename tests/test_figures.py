@@ -1,4 +1,4 @@
-"""What the figures compute for themselves, and what they show."""
+"""The figures of a fit: what they compute and what they draw."""
 
 from __future__ import annotations
 
@@ -48,34 +48,34 @@ def draw(fit: Fit, folder: Path) -> list[Path]:
 
 
 def line(figure: Figure, axes: int, label: str) -> tuple[Any, Any]:
-    """The data of the line of that name."""
-    (found,) = [a for a in figure.axes[axes].get_lines() if a.get_label() == label]
-    return np.asarray(found.get_xdata()), np.asarray(found.get_ydata())
+    """The data of the line with a label."""
+    (curve,) = [a for a in figure.axes[axes].get_lines() if a.get_label() == label]
+    return np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
 
 
 def legend(figure: Figure) -> list[str]:
-    (found,) = figure.legends
-    return [text.get_text() for text in found.get_texts()]
+    (legend_,) = figure.legends
+    return [text.get_text() for text in legend_.get_texts()]
 
 
 def boxes(figure: Figure) -> list[Any]:
-    """Where all texts of a figure stand, in pixels, ticks' aside."""
-    figure.canvas.draw()  # as large as it is seen
+    """Extents of all texts of a figure but the tick labels, in pixels."""
+    figure.canvas.draw()  # positions are final only once drawn
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     texts = [t for part in figure.legends for t in part.get_texts()] + list(figure.texts)
     for axes in figure.axes:
         texts += [axes.xaxis.label, axes.yaxis.label, *axes.texts]
         texts += [child for child in axes.get_children() if isinstance(child, Text)]
-    seen = {id(t): t for t in texts if t.get_visible() and t.get_text()}
-    return [t.get_window_extent(renderer) for t in seen.values()]
+    visible = {id(t): t for t in texts if t.get_visible() and t.get_text()}
+    return [t.get_window_extent(renderer) for t in visible.values()]
 
 
 def test_local_quadratics_are_those_of_savitzky_and_golay() -> None:
     x = np.random.default_rng(0).standard_normal(200)
     inner = slice(4, -4)
-    for order, found in enumerate(local_quadratics(x, 9, 0.02)):
+    for order, derivative in enumerate(local_quadratics(x, 9, 0.02)):
         expected = savgol_filter(x, 9, 2, deriv=order, delta=0.02)[inner]
-        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(derivative, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_a_fit_is_drawn_under_names_that_are_known(fit: Fit, tmp_path: Path) -> None:
@@ -94,8 +94,8 @@ def test_the_same_fit_has_the_same_drawings(tmp_path: Path) -> None:
     first, second = (tmp_path / name for name in ("a", "b"))
     first.mkdir()
     second.mkdir()
-    for one, other in zip(draw(fit, first), draw(fit, second), strict=True):
-        assert one.read_bytes() == other.read_bytes()
+    for drawing, repetition in zip(draw(fit, first), draw(fit, second), strict=True):
+        assert drawing.read_bytes() == repetition.read_bytes()
 
 
 def test_a_motion_is_drawn_as_it_was_measured_and_modelled(
@@ -143,11 +143,11 @@ def test_free_swings_are_no_slips() -> None:
 
 def test_the_curve_names_the_levels_that_were_found(fit: Fit, drawn: dict[str, Figure]) -> None:
     axes = drawn["stribeck_curve"].axes[0]
-    said = [text.get_text() for text in axes.texts]
+    labels = [text.get_text() for text in axes.texts]
     F_S, F_C = fit.values["F_S"], fit.values["F_C"]
-    assert f"$F_{{S+}}$ = {F_S:.4g} N" in said
-    assert f"$F_{{S-}}$ = {-F_S:.4g} N" in said
-    assert said.count(f"$F_C$ = {F_C:.4g} N, slope $F_V$") == 2
+    assert f"$F_{{S+}}$ = {F_S:.4g} N" in labels
+    assert f"$F_{{S-}}$ = {-F_S:.4g} N" in labels
+    assert labels.count(f"$F_C$ = {F_C:.4g} N, slope $F_V$") == 2
     v, F = line(drawn["stribeck_curve"], 0, "law: stribeck")
     p = fit.values
     slip = F_C + (F_S - F_C) * np.exp(-v * 1e-3 / p["v_SS"]) + p["F_V"] * v * 1e-3
@@ -160,11 +160,11 @@ def test_no_text_lies_on_another(drawn: dict[str, Figure], name: str, tmp_path: 
 
     with mpl.rc_context(STYLE):
         save(drawn[name], tmp_path, name)
-        found = boxes(drawn[name])
-    overlapping = [(a, b) for k, a in enumerate(found) for b in found[:k] if a.overlaps(b)]
+        extents = boxes(drawn[name])
+    overlapping = [(a, b) for k, a in enumerate(extents) for b in extents[:k] if a.overlaps(b)]
     assert overlapping == []
     width, height = drawn[name].get_size_inches() * drawn[name].dpi
-    assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in found)
+    assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in extents)
 
 
 def trace(error: float, label: str = "log") -> MotionTraces:
@@ -175,17 +175,17 @@ def trace(error: float, label: str = "log") -> MotionTraces:
     return MotionTraces(label, log, t, x, x - error, counts, 3 * x)
 
 
-def many(motions: list[MotionTraces], fit: Fit, title: str) -> Figure:
+def figure_of_motions(motions: list[MotionTraces], fit: Fit, title: str) -> Figure:
     records = [Contents(fit).printed_motion("training", r) for r in motions]
     return draw_views(many_plot(records, title, "Angle / mrad", "mrad"), 4)
 
 
 def test_many_motions_share_a_figure_and_a_scale_of_errors(fit: Fit) -> None:
     errors = [3.0, -1.0, 5.0, 2.0, 0.5]
-    figure = many([trace(e, f"log {e}") for e in errors], fit, "Training")
-    above, strips = figure.axes[::2], figure.axes[1::2]
-    assert [a.get_title("left") for a in above] == [f"log {e}" for e in errors]
-    assert [a.get_title("right") for a in above] == [f"RMS {abs(e):.3g}" for e in errors]
+    figure = figure_of_motions([trace(e, f"log {e}") for e in errors], fit, "Training")
+    panels, strips = figure.axes[::2], figure.axes[1::2]
+    assert [a.get_title("left") for a in panels] == [f"log {e}" for e in errors]
+    assert [a.get_title("right") for a in panels] == [f"RMS {abs(e):.3g}" for e in errors]
     assert len({a.get_ylim() for a in strips}) == 1
     assert strips[0].get_ylim()[1] > 5.0
     for a, e in zip(strips, errors, strict=True):
@@ -194,7 +194,7 @@ def test_many_motions_share_a_figure_and_a_scale_of_errors(fit: Fit) -> None:
 
 def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted(fit: Fit) -> None:
     errors = np.arange(1.0, 41.0)
-    figure = many([trace(e, f"{e:.0f}") for e in errors], fit, "Held out")
+    figure = figure_of_motions([trace(e, f"{e:.0f}") for e in errors], fit, "Held out")
     shown = [a.get_title("left") for a in figure.axes[::2]]
     assert shown == [f"{e:.0f}" for e in errors[-MOST:]]
     assert f"the {MOST} of 40 with the greatest errors" in figure.texts[0].get_text()
@@ -212,17 +212,17 @@ def test_legs_between_rests_are_one_motion_with_gaps() -> None:
 
 
 def test_too_few_slips_have_no_figure(fit: Fit) -> None:
-    seen = motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
-    cut = seen[0].t < stuck_time(fit, 2)
+    traces = motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
+    cut = traces[0].t < stuck_time(fit, 2)
     first = replace(
-        seen[0], t=seen[0].t[cut], measured=seen[0].measured[cut], model=seen[0].model[cut],
-        scored=seen[0].scored[cut],
+        traces[0], t=traces[0].t[cut], measured=traces[0].measured[cut], model=traces[0].model[cut],
+        scored=traces[0].scored[cut],
     )  # fmt: skip
     assert slips_plot(Contents(fit).frame, [first]) is None
 
 
 def stuck_time(fit: Fit, k: int) -> float:
-    """When the k-th slip of the training data begins."""
+    """The start time of the k-th slip of the training data, s."""
     log, t0 = fit.recordings[0], float(fit.train[0].track.t[0])
     starts = [float(log.t[s.start]) for s in stuck_slips(log)]
     return [t for t in starts if t > t0][k]
@@ -233,12 +233,12 @@ def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
     y = np.sin(t)
     y[54_321], y[70_000] = 9.0, np.nan
     rows = corners([y], 605)
-    kept, drawn = t[rows], y[rows]
-    assert len(kept) <= 606  # and the gap
-    assert drawn[kept == 54.321] == 9.0
-    assert np.isnan(drawn[kept == 70.0]).all()
-    assert (kept[0], kept[-1]) == (t[0], t[-1])
-    assert np.interp(kept[:100], t, y) == pytest.approx(drawn[:100])
+    times, drawn = t[rows], y[rows]
+    assert len(times) <= 606  # and the gap
+    assert drawn[times == 54.321] == 9.0
+    assert np.isnan(drawn[times == 70.0]).all()
+    assert (times[0], times[-1]) == (t[0], t[-1])
+    assert np.interp(times[:100], t, y) == pytest.approx(drawn[:100])
 
 
 def test_a_long_name_loses_its_middle() -> None:

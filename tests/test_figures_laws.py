@@ -1,4 +1,4 @@
-"""What the figure of a law shows: loops of laws with states, budgets of laws under load."""
+"""The figure of a law: loops of laws with states, friction budgets of laws under load."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
     law = law_named("maxwell-slip:1")
     stiff, level = 1e5, 8.0
     p = np.array([{"W_1": level, "d_1": level / stiff, "F_V": 0.0}[q.name] for q in law.params])
-    way = 5 * level / stiff
-    x, F = loop(law, p, way, 1e-5)
-    assert (x.min(), x.max()) == (-way, way)
+    amplitude = 5 * level / stiff
+    x, F = loop(law, p, amplitude, 1e-5)
+    assert (x.min(), x.max()) == (-amplitude, amplitude)
     assert pytest.approx(level) == F.max()
     assert pytest.approx(-level) == F.min()
     # A closed loop loses what it encloses: 4 W (way - d), from the first turn to the last.
     lap = slice(np.argmax(x), None)
     lost = np.trapezoid(F[lap], x[lap])
-    assert lost == pytest.approx(4 * level * (way - level / stiff), rel=0.02)
+    assert lost == pytest.approx(4 * level * (amplitude - level / stiff), rel=0.02)
     # At first the bristle bends by its stiffness.
     assert F[1] / x[1] == pytest.approx(stiff, rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("way", "size", "expected"),
+    ("loading", "size", "expected"),
     [
         # Against each other: t_m = 0.5, t_e = -0.5, as strong: Q = K_mq t_m^2.
         ("both", 0.5, 0.01 + 0.15 + 0.02 + 0.04 + 0.4 * 0.25),
@@ -52,8 +52,8 @@ def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
         ("both", 0.0, 0.03),
     ],
 )
-def test_a_level_at_rest_under_load_by_hand(way: str, size: float, expected: float) -> None:
-    assert friction_under(law_named("bam-m6"), M6, 0.0, way, size) == pytest.approx(
+def test_a_level_at_rest_under_load_by_hand(loading: str, size: float, expected: float) -> None:
+    assert friction_under(law_named("bam-m6"), M6, 0.0, loading, size) == pytest.approx(
         expected, rel=1e-12
     )
 
@@ -67,7 +67,7 @@ def test_a_speed_takes_the_slow_part_away() -> None:
 
 @pytest.fixture(scope="module")
 def pushed() -> Fit:
-    """A presliding log: the spring of a Dahl bristle under a sine of torque."""
+    """A fit to a presliding log: a Dahl bristle under a sine of torque."""
     t = np.arange(0.0, 6.0, 0.015)
     torque = 4.0 * np.sin(np.pi * t)
     x = torque / 2e4 + 1e-6 * np.sin(40 * t)
@@ -87,10 +87,10 @@ def test_presliding_is_drawn_as_loops_of_torque_and_angle(pushed: Fit) -> None:
     np.testing.assert_array_equal(model.get_ydata(), log.force)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Angle / mrad", "Applied torque / N m")
     # The model is drawn where the residual says: positions are known up to a constant.
-    left = (np.asarray(measured.get_xdata()) - np.asarray(model.get_xdata()))[
+    residuals = (np.asarray(measured.get_xdata()) - np.asarray(model.get_xdata()))[
         pushed.train[0].track.score > 0
     ]
-    assert np.sqrt(np.mean(left**2)) == pytest.approx(pushed.score.value, rel=1e-9)
+    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(pushed.score.value, rel=1e-9)
     assert [a.get_ylabel() for a in figures["training"].axes] == [
         "Angle / mrad", "Residual / mrad", "Applied torque / N m",
     ]  # fmt: skip
@@ -121,8 +121,8 @@ def swung() -> Fit:
 
 def test_a_law_under_load_is_drawn_against_the_load(swung: Fit) -> None:
     p = np.array([0.02, 0.004, 0.25])
-    found = replace(swung, p=np.concatenate([p, swung.p[3:]]))
-    left, right = figure_of_law(found).axes
+    fit = replace(swung, p=np.concatenate([p, swung.p[3:]]))
+    left, right = figure_of_law(fit).axes
     most = float(np.asarray(right.get_lines()[0].get_xdata())[-1])
     # K_l |t_m - t_e|: twice the load where the one works against the other.
     resting, moving = (np.asarray(a.get_ydata()) for a in right.get_lines()[:2])

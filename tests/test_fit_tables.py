@@ -1,4 +1,4 @@
-"""What is said of a fit on the terminal: errors of each log, warnings, how it stuck and slipped."""
+"""The report of a fit on the terminal: errors of each log, warnings, stick-slip statistics."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def test_the_errors_of_the_logs_make_up_that_of_all(fit: Fit) -> None:
     rows = log_errors(fit)
     assert [name for name, _, _ in rows] == [log.label for log in fit.recordings]
     for part, score in enumerate((fit.score, fit.holdout[0].score)):
-        on = (fit.train, fit.holdout[0].segments)[part]
+        segments = (fit.train, fit.holdout[0].segments)[part]
         counts = [
-            sum(float(s.track.score.sum()) for s in on if s.recording is log)
+            sum(float(s.track.score.sum()) for s in segments if s.recording is log)
             for log in fit.recordings
         ]
         squares = [errors[part] ** 2 for _, _, errors in rows]
@@ -41,8 +41,8 @@ def test_the_errors_of_the_logs_make_up_that_of_all(fit: Fit) -> None:
 
 def test_each_log_has_a_line(fit: Fit, capsys: pytest.CaptureFixture[str]) -> None:
     show_fit(fit)
-    said = capsys.readouterr().out
-    _, _, table = said.partition("each log, J / mm")
+    output = capsys.readouterr().out
+    _, _, table = output.partition("each log, J / mm")
     lines = table.splitlines()[1:4]
     for line, (name, samples, errors) in zip(lines, log_errors(fit), strict=True):
         assert line.split()[-4:] == [
@@ -53,20 +53,20 @@ def test_each_log_has_a_line(fit: Fit, capsys: pytest.CaptureFixture[str]) -> No
 def test_of_very_many_logs_the_worst_have_a_line(
     fit: Fit, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    many = replace(fit, recordings=fit.recordings * 8, holdout=(), train=fit.train)
-    show_fit(many)
-    said = capsys.readouterr().out
-    worst = max(errors[0] for _, _, errors in log_errors(many))
-    _, _, table = said.partition(f"the {LISTED} worst of 24 logs, J / mm")
+    repeated = replace(fit, recordings=fit.recordings * 8, holdout=(), train=fit.train)
+    show_fit(repeated)
+    output = capsys.readouterr().out
+    worst = max(errors[0] for _, _, errors in log_errors(repeated))
+    _, _, table = output.partition(f"the {LISTED} worst of 24 logs, J / mm")
     assert table.count(f" {worst:.4g} ") == 8
 
 
 def test_how_it_stuck_and_slipped_is_said(fit: Fit, capsys: pytest.CaptureFixture[str]) -> None:
     show_fit(fit)
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     measured = fit.score.measured
     assert measured is not None
-    (line,) = [text for text in said.splitlines() if text.startswith("training, axis")]
+    (line,) = [text for text in output.splitlines() if text.startswith("training, axis")]
     assert line.split()[2:] == [
         str(measured.slips), f"{measured.jump * 1e3:.3g}", f"{measured.stuck:.0%}",
     ]  # fmt: skip
@@ -77,15 +77,15 @@ def test_many_validations_are_pooled_as_the_fit_pools_them(
 ) -> None:
     show_validation(card(fit), validate(fit, fit.recordings, "200:295"))
     *_, last = capsys.readouterr().out.splitlines()
-    held = fit.holdout[0].score
+    score = fit.holdout[0].score
     assert last.split() == [
-        "all", "of", "these", f"{held.value:.4g}", f"{held.smooth:.4g}", f"{held.still:.4g}",
-        str(held.samples),
+        "all", "of", "these", f"{score.value:.4g}", f"{score.smooth:.4g}", f"{score.still:.4g}",
+        str(score.samples),
     ]  # fmt: skip
 
 
 def test_what_is_said_of_many_logs_is_said_once() -> None:
-    said = gathered(
+    lines = gathered(
         [
             "J is 3 times the noise: look again",
             "a.csv: 90 % of the intervals last 3.4 to 5.4 ms",
@@ -94,7 +94,7 @@ def test_what_is_said_of_many_logs_is_said_once() -> None:
             "J is 4 times the noise: look again",
         ]
     )
-    assert said == [
+    assert lines == [
         "J is 3 times the noise: look again",
         "a.csv: 90 % of the intervals last 3.4 to 5.4 ms (and much the same of 1 more log)",
         "b.csv: 2 samples were dropped",
@@ -108,12 +108,12 @@ def test_long_warnings_are_paragraphs(
     monkeypatch.setenv("COLUMNS", "60")
     text = "the model explains little and the rest of this line is here to make it long indeed"
     show_warnings([text])
-    first, *others = capsys.readouterr().out.splitlines()
+    first, *continuation = capsys.readouterr().out.splitlines()
     assert first.startswith("warning: the model")
-    assert others
-    assert all(line.startswith(" " * 9) and line[9] != " " for line in others)
-    assert max(map(len, [first, *others])) <= 60
-    assert " ".join(" ".join([first, *others]).split()) == f"warning: {text}"
+    assert continuation
+    assert all(line.startswith(" " * 9) and line[9] != " " for line in continuation)
+    assert max(map(len, [first, *continuation])) <= 60
+    assert " ".join(" ".join([first, *continuation]).split()) == f"warning: {text}"
 
 
 def test_one_log_has_no_table_of_logs(capsys: pytest.CaptureFixture[str]) -> None:

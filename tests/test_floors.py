@@ -21,9 +21,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "architecture.md"
 def test_imports_only_from_lower_floors(name: str) -> None:
     package = name.split(".", maxsplit=1)[0]
     for target in GRAPH[name]:
-        other = target.split(".")[0]
-        if other != package and not (FLOORS[package] == 0 and other in GROUND):
-            assert FLOORS[other] < FLOORS[package], f"{name} imports {target}"
+        imported = target.split(".")[0]
+        if imported != package and not (FLOORS[package] == 0 and imported in GROUND):
+            assert FLOORS[imported] < FLOORS[package], f"{name} imports {target}"
 
 
 @pytest.mark.parametrize("name", [n for n in GRAPH if room(n)])
@@ -31,9 +31,9 @@ def test_rooms_import_from_the_rooms_before_them(name: str) -> None:
     package = name.split(".", maxsplit=1)[0]
     order = ROOMS[package]
     for target in GRAPH[name]:
-        other = room(target) if target.split(".")[0] == package else ""
-        if other and other != room(name):
-            assert order.index(other) < order.index(room(name)), f"{name} imports {target}"
+        imported = room(target) if target.split(".")[0] == package else ""
+        if imported and imported != room(name):
+            assert order.index(imported) < order.index(room(name)), f"{name} imports {target}"
 
 
 def test_every_folder_is_a_room() -> None:
@@ -98,9 +98,11 @@ def test_public_names_are_sorted_and_there() -> None:
 
 @pytest.mark.parametrize("first", ["stribeck.identify.problem", "stribeck.rig"])
 def test_identify_can_be_called_whatever_was_imported_first(first: str) -> None:
-    said = f"import {first}, stribeck.identify.fit; stribeck.identify.fit; stribeck.identify([])"
-    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=False)
-    assert "InputError: no recording was given" in done.stderr
+    code = f"import {first}, stribeck.identify.fit; stribeck.identify.fit; stribeck.identify([])"
+    completed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert "InputError: no recording was given" in completed.stderr
     assert "method" in inspect.signature(stribeck.identify).parameters
 
 
@@ -110,7 +112,7 @@ def test_no_two_classes_of_one_name() -> None:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name.lstrip("_"), []).append(f"{module}.{node.name}")
-    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+    assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
 #: Modules that have the name of their room: what the whole room is about.

@@ -75,20 +75,20 @@ def noisy(recording: Recording, sd: float, rng: np.random.Generator) -> Recordin
 
 @pytest.mark.parametrize("law", list(TRUTH))
 def test_exact_motion_gives_the_parameters_back(law: str) -> None:
-    found = balance(log(law), Parameters.declared(FORCED, LAWS[law]))
+    result = balance(log(law), Parameters.declared(FORCED, LAWS[law]))
     # Central differences of the fastest tone are off by (w T)^2 / 3 = 1e-6, weighted by its share.
     np.testing.assert_allclose(
-        found.values, truth(law), rtol=5e-6 if LAWS[law].directional else 1e-6
+        result.values, truth(law), rtol=5e-6 if LAWS[law].directional else 1e-6
     )
-    assert found.relative_error < 1e-3
-    assert found.at_bound == {}
+    assert result.relative_error < 1e-3
+    assert result.at_bound == {}
 
 
 def test_the_error_of_recovery_is_that_of_the_differences_and_falls_with_their_square() -> None:
     def off(rate: float) -> float:
         fine = Filtering(cutoff_hz=rate / 10, edge=(490 / rate, 490 / rate), decimation=1)
-        found = balance(log(rate=rate), Parameters.declared(FORCED, COULOMB), filtering=fine)
-        return abs(found["M"] / 95.0 - 1)
+        result = balance(log(rate=rate), Parameters.declared(FORCED, COULOMB), filtering=fine)
+        return abs(result["M"] / 95.0 - 1)
 
     assert off(250.0) / off(1000.0) == pytest.approx(16.0, rel=0.15)
 
@@ -97,15 +97,15 @@ def test_a_free_exponent_is_found_too() -> None:
     p = truth("stribeck")
     p[4] = 2.0
     params = [replace(q, fixed=None) for q in FORCED.parameters(STRIBECK)]
-    found = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK, params))
-    np.testing.assert_allclose(found.values, p, rtol=1e-3)
-    assert np.isfinite(found.standard_errors).all()
+    result = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK, params))
+    np.testing.assert_allclose(result.values, p, rtol=1e-3)
+    assert np.isfinite(result.standard_errors).all()
 
 
 def test_rotary_axis() -> None:
     p = np.array([0.3, 0.05, 0.02, 0.1])
-    found = balance(log(p=p, rig=FORCED_ROTARY), Parameters.declared(FORCED_ROTARY, COULOMB))
-    np.testing.assert_allclose(found.values, p, rtol=1e-5)
+    result = balance(log(p=p, rig=FORCED_ROTARY), Parameters.declared(FORCED_ROTARY, COULOMB))
+    np.testing.assert_allclose(result.values, p, rtol=1e-5)
     assert [q.unit for q in FORCED_ROTARY.parameters(COULOMB)] == [
         "N m", "N m s/rad", "kg m**2", "N m",
     ]  # fmt: skip
@@ -115,16 +115,16 @@ def test_rotary_axis() -> None:
 
 
 def spreads(filtering: Filtering, runs: int, seed: int) -> tuple[Array, tuple[str, ...]]:
-    """Squared errors over claimed variances, summed over runs: chi-square if errors are right."""
+    """Squared errors over estimated variances, summed over runs: chi-square distributed."""
     clean = log(rate=100.0, seconds=20.0)
     exact = balance(clean, Parameters.declared(FORCED, COULOMB), filtering=filtering)
     rng = np.random.default_rng(seed)
     total = np.zeros(4)
     for _ in range(runs):
-        found = balance(
+        result = balance(
             noisy(clean, 2.0, rng), Parameters.declared(FORCED, COULOMB), filtering=filtering
         )
-        total += ((found.values - exact.values) / found.standard_errors) ** 2
+        total += ((result.values - exact.values) / result.standard_errors) ** 2
     return total, exact.names
 
 
@@ -161,13 +161,13 @@ def test_robust_errors_hold_where_noise_is_correlated() -> None:
     for _ in range(runs):
         noise = lfilter([1.0], [1.0, -rho], rng.standard_normal(len(clean)))
         assert clean.force is not None
-        found = balance(
+        result = balance(
             replace(clean, force=clean.force + noise),
             Parameters.declared(FORCED, COULOMB),
             filtering=raw,
         )
-        claimed += ((found.values - exact) / found.standard_errors) ** 2
-        robust += ((found.values - exact) / found.robust_errors) ** 2
+        claimed += ((result.values - exact) / result.standard_errors) ** 2
+        robust += ((result.values - exact) / result.robust_errors) ** 2
     low, high = (float(chi2.ppf(q, runs)) for q in (1e-4, 1 - 1e-4))
     assert (claimed > 4 * high).all(), claimed / runs
     assert (robust > low).all(), robust / runs
@@ -176,8 +176,8 @@ def test_robust_errors_hold_where_noise_is_correlated() -> None:
 
 def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(16))
-    found = balance(data, Parameters.declared(FORCED, COULOMB), filtering=Filtering(decimation=1))
-    ratio = found.robust_errors / found.standard_errors
+    result = balance(data, Parameters.declared(FORCED, COULOMB), filtering=Filtering(decimation=1))
+    ratio = result.robust_errors / result.standard_errors
     assert (ratio >= 1.0).all()
     assert (ratio < 1.2).all(), ratio
 
@@ -185,11 +185,11 @@ def test_robust_errors_are_the_plain_ones_for_white_noise() -> None:
 def test_nothing_correlates_across_logs() -> None:
     rng = np.random.default_rng(17)
     W, e = rng.standard_normal((200, 2)), np.repeat(rng.standard_normal(20), 10)
-    one = variable_projection.robust_variances(W, e, [200])
+    variances = variable_projection.robust_variances(W, e, [200])
     np.testing.assert_allclose(
-        variable_projection.robust_variances(W, e, [200, 0]), one, rtol=1e-12
+        variable_projection.robust_variances(W, e, [200, 0]), variances, rtol=1e-12
     )
-    assert not np.allclose(variable_projection.robust_variances(W, e, [100, 100]), one)
+    assert not np.allclose(variable_projection.robust_variances(W, e, [100, 100]), variances)
     blind = variable_projection.robust_variances(np.column_stack([W, np.zeros(200)]), e, [200])
     assert np.isnan(blind[2])
     assert np.isfinite(blind[:2]).all()
@@ -205,12 +205,12 @@ def test_a_log_that_is_shorter_than_what_residuals_remember_adds_what_it_has() -
 
 def test_a_stribeck_fit_of_coulomb_data_is_not_confident() -> None:
     rng = np.random.default_rng(7)
-    found = balance(noisy(log(), 2.0, rng), Parameters.declared(FORCED, STRIBECK))
-    assert found.standard_error("v_SS") > 0.5 * found["v_SS"]
-    own = found.standard_error("F_S")  # the level at rest, in truth F_C
-    assert abs(found["F_S"] - 20.0) < 5 * own
-    assert found["F_S"] >= found["F_C"]
-    assert abs(found["M"] - 95.0) < 5 * found.standard_error("M")
+    result = balance(noisy(log(), 2.0, rng), Parameters.declared(FORCED, STRIBECK))
+    assert result.standard_error("v_SS") > 0.5 * result["v_SS"]
+    F_S_error = result.standard_error("F_S")  # the level at rest, in truth F_C
+    assert abs(result["F_S"] - 20.0) < 5 * F_S_error
+    assert result["F_S"] >= result["F_C"]
+    assert abs(result["M"] - 95.0) < 5 * result.standard_error("M")
 
 
 def test_covariance_is_the_textbook_s_and_says_what_it_cannot_see() -> None:
@@ -239,38 +239,38 @@ def with_(law: str, **changes: dict[str, float]) -> list[Param]:
 
 def test_a_fixed_parameter_stays_and_the_others_make_do() -> None:
     params = with_("coulomb-viscous", M={"fixed": 95.0}, offset={"fixed": -3.0})
-    found = balance(log(), Parameters.declared(FORCED, COULOMB, params))
-    assert found.free == ("F_C", "F_V")
-    assert (found["M"], found["offset"]) == (95.0, -3.0)
-    assert np.isnan(found.standard_error("M"))
-    assert found.covariance.shape == (2, 2)
-    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-5)
+    result = balance(log(), Parameters.declared(FORCED, COULOMB, params))
+    assert result.free == ("F_C", "F_V")
+    assert (result["M"], result["offset"]) == (95.0, -3.0)
+    assert np.isnan(result.standard_error("M"))
+    assert result.covariance.shape == (2, 2)
+    np.testing.assert_allclose(result.values, truth("coulomb-viscous"), rtol=1e-5)
 
 
 def test_a_bound_holds_and_is_said() -> None:
-    found = balance(
+    result = balance(
         log(), Parameters.declared(FORCED, COULOMB, with_("coulomb-viscous", F_V={"upper": 150.0}))
     )
-    assert found["F_V"] == 150.0
-    assert found.at_bound == {"F_V": "upper"}
-    assert found.standard_error("F_V") == np.inf
-    assert any("F_V is stopped at the upper end" in note for note in found.notes)
+    assert result["F_V"] == 150.0
+    assert result.at_bound == {"F_V": "upper"}
+    assert result.standard_error("F_V") == np.inf
+    assert any("F_V is stopped at the upper end" in note for note in result.notes)
 
 
 def test_friction_never_pushes() -> None:
     p = truth("coulomb-viscous")
     p[1] = -50.0  # a log that no friction explains
-    found = balance(log(p=p), Parameters.declared(FORCED, COULOMB))
-    assert found["F_V"] == 0.0
-    assert found.at_bound == {"F_V": "lower"}
+    result = balance(log(p=p), Parameters.declared(FORCED, COULOMB))
+    assert result["F_V"] == 0.0
+    assert result.at_bound == {"F_V": "lower"}
 
 
 def test_static_friction_may_not_fall_below_coulomb_s() -> None:
     p = truth("stribeck")
     p[0] = 10.0  # the reverse of a Stribeck curve
-    found = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK))
-    assert found["F_S"] == found["F_C"]
-    assert found.at_bound["F_S"] == "F_C"
+    result = balance(log("stribeck", p=p), Parameters.declared(FORCED, STRIBECK))
+    assert result["F_S"] == result["F_C"]
+    assert result.at_bound["F_S"] == "F_C"
 
 
 @pytest.mark.parametrize(
@@ -293,21 +293,21 @@ def test_both_directions_tied_are_the_symmetric_law() -> None:
     rng = np.random.default_rng(3)
     data = noisy(log(p=p), 2.0, rng)
     tied = {"F_C-": "F_C+", "F_V-": "F_V+"}
-    two = balance(data, Parameters.declared(FORCED, DIRECTIONAL, tied=tied))
-    one = balance(
+    tied_fit = balance(data, Parameters.declared(FORCED, DIRECTIONAL, tied=tied))
+    symmetric_fit = balance(
         data, Parameters.declared(FORCED, COULOMB, with_("coulomb-viscous", offset={"fixed": 0.0}))
     )
-    np.testing.assert_allclose(two.values[[0, 1, 4]], one.values[:3], rtol=1e-9)
-    assert two["F_C-"] == two["F_C+"]
-    assert two.relative_error == pytest.approx(one.relative_error, rel=1e-9)
-    assert two.free == ("F_C+", "F_V+", "M")
+    np.testing.assert_allclose(tied_fit.values[[0, 1, 4]], symmetric_fit.values[:3], rtol=1e-9)
+    assert tied_fit["F_C-"] == tied_fit["F_C+"]
+    assert tied_fit.relative_error == pytest.approx(symmetric_fit.relative_error, rel=1e-9)
+    assert tied_fit.free == ("F_C+", "F_V+", "M")
 
 
 def test_equal_directions_are_found_equal() -> None:
     p = truth("coulomb-viscous")
     p[3] = 0.0
-    found = balance(log(p=p), Parameters.declared(FORCED, DIRECTIONAL))
-    np.testing.assert_allclose(found.values, p[[0, 1, 0, 1, 2]], rtol=1e-5)
+    result = balance(log(p=p), Parameters.declared(FORCED, DIRECTIONAL))
+    np.testing.assert_allclose(result.values, p[[0, 1, 0, 1, 2]], rtol=1e-5)
 
 
 matrices = st.integers(0, 2**32 - 1).map(np.random.default_rng)
@@ -341,12 +341,12 @@ def test_ordered_least_squares_is_beaten_by_no_other_ordered_point(
     x, stops = variable_projection.bounded(W, y, lower, upper, [(0, 1)])
     assert x[0] >= x[1] - 1e-12
     assert (stops.get(0) == 1) == (x[0] == pytest.approx(x[1], abs=1e-9))
-    near = np.clip(
+    candidates = np.clip(
         x + rng.standard_normal((200, 3)) * rng.choice([1e-3, 0.1, 1.0], (200, 1)), -5, 5
     )
-    near = near[near[:, 0] >= near[:, 1]]
-    others = ((near @ W.T - y) ** 2).sum(axis=1)
-    assert (others >= np.sum((W @ x - y) ** 2) - 1e-9).all()
+    candidates = candidates[candidates[:, 0] >= candidates[:, 1]]
+    squares = ((candidates @ W.T - y) ** 2).sum(axis=1)
+    assert (squares >= np.sum((W @ x - y) ** 2) - 1e-9).all()
 
 
 @given(rng=matrices, k=st.integers(1, 6), extra=st.integers(0, 30))
@@ -367,33 +367,37 @@ def test_triangle_keeps_every_length_and_angle(
 @pytest.mark.parametrize(("force", "length"), [(1000.0, 1.0), (1.0, 1e-3), (0.2, 30.0)])
 def test_other_units_give_the_same_physics(force: float, length: float) -> None:
     data = noisy(log(), 2.0, np.random.default_rng(11))
-    one = balance(data, Parameters.declared(FORCED, COULOMB))
+    metric = balance(data, Parameters.declared(FORCED, COULOMB))
     assert data.force is not None
     scaled = replace(data, force=force * data.force, position=length * data.position)
     wide = [replace(q, lower=-1e9, upper=1e9) for q in FORCED.parameters(COULOMB)]
-    two = balance(scaled, Parameters.declared(FORCED, COULOMB, wide))
+    rescaled = balance(scaled, Parameters.declared(FORCED, COULOMB, wide))
     factors = np.array([force, force / length, force / length, force])
-    np.testing.assert_allclose(two.values, factors * one.values, rtol=1e-8)
-    np.testing.assert_allclose(two.standard_errors, factors * one.standard_errors, rtol=1e-8)
-    assert two.relative_error == pytest.approx(one.relative_error, rel=1e-8)
-    assert two.collinearity == pytest.approx(one.collinearity, rel=1e-6)
+    np.testing.assert_allclose(rescaled.values, factors * metric.values, rtol=1e-8)
+    np.testing.assert_allclose(
+        rescaled.standard_errors, factors * metric.standard_errors, rtol=1e-8
+    )
+    assert rescaled.relative_error == pytest.approx(metric.relative_error, rel=1e-8)
+    assert rescaled.collinearity == pytest.approx(metric.collinearity, rel=1e-6)
 
 
 def test_a_log_twice_is_the_same_answer_with_smaller_errors() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(12))
-    one, two = (
+    single, double = (
         balance(data, Parameters.declared(FORCED, COULOMB)),
         balance([data, data], Parameters.declared(FORCED, COULOMB)),
     )
-    np.testing.assert_allclose(two.values, one.values, rtol=1e-9)
-    np.testing.assert_allclose(two.standard_errors, one.standard_errors / np.sqrt(2), rtol=1e-3)
-    assert two.rows == 2 * one.rows
-    assert len(two.signals) == 2
+    np.testing.assert_allclose(double.values, single.values, rtol=1e-9)
+    np.testing.assert_allclose(
+        double.standard_errors, single.standard_errors / np.sqrt(2), rtol=1e-3
+    )
+    assert double.rows == 2 * single.rows
+    assert len(double.signals) == 2
 
 
 def test_logs_of_different_rates_stack() -> None:
-    found = balance([log(), log(rate=250.0)], Parameters.declared(FORCED, COULOMB))
-    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
+    result = balance([log(), log(rate=250.0)], Parameters.declared(FORCED, COULOMB))
+    np.testing.assert_allclose(result.values, truth("coulomb-viscous"), rtol=1e-4)
 
 
 def test_signals_are_the_forces_themselves() -> None:
@@ -418,28 +422,31 @@ def test_rows_left_out_do_not_matter() -> None:
     assert data.force is not None
     spoilt = data.force.copy()
     spoilt[12_000:13_000] += 500.0
-    bad = replace(data, force=spoilt)
+    spoilt_log = replace(data, force=spoilt)
     keep = np.ones(len(data), dtype=bool)
     keep[11_500:13_500] = False  # and what the decimation filter spreads around them
-    found = balance(bad, Parameters.declared(FORCED, COULOMB), rows=[keep])
-    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-4)
+    result = balance(spoilt_log, Parameters.declared(FORCED, COULOMB), rows=[keep])
+    np.testing.assert_allclose(result.values, truth("coulomb-viscous"), rtol=1e-4)
     assert (
         validate(
-            bad, Parameters.declared(FORCED, COULOMB), found.values, rows=[keep]
+            spoilt_log, Parameters.declared(FORCED, COULOMB), result.values, rows=[keep]
         ).relative_error
         < 0.01
     )
-    assert validate(bad, Parameters.declared(FORCED, COULOMB), found.values).relative_error > 10
+    assert (
+        validate(spoilt_log, Parameters.declared(FORCED, COULOMB), result.values).relative_error
+        > 10
+    )
 
 
 def test_validation_of_the_same_log_repeats_the_fit_s_numbers() -> None:
     data = noisy(log(), 2.0, np.random.default_rng(13))
-    found = balance(data, Parameters.declared(FORCED, COULOMB))
-    seen = validate(data, Parameters.declared(FORCED, COULOMB), found.values)
-    assert seen.relative_error == pytest.approx(found.relative_error, rel=1e-12)
-    assert seen.residual_sd == pytest.approx(found.residual_sd, rel=1e-12)
+    result = balance(data, Parameters.declared(FORCED, COULOMB))
+    validation = validate(data, Parameters.declared(FORCED, COULOMB), result.values)
+    assert validation.relative_error == pytest.approx(result.relative_error, rel=1e-12)
+    assert validation.residual_sd == pytest.approx(result.residual_sd, rel=1e-12)
     # White noise of 2 N keeps 0.8 of a tenth of its power.
-    assert found.residual_sd == pytest.approx(2.0 * np.sqrt(0.08) * DECIMATION_GAIN, rel=0.05)
+    assert result.residual_sd == pytest.approx(2.0 * np.sqrt(0.08) * DECIMATION_GAIN, rel=0.05)
 
 
 # Filtering
@@ -494,9 +501,9 @@ def test_filtering_follows_the_rate() -> None:
 def test_irregular_sampling_is_resampled_and_said() -> None:
     rng = np.random.default_rng(15)
     t = np.cumsum(rng.uniform(0.5e-3, 1.5e-3, 30_000))
-    found = balance(log(t=t), Parameters.declared(FORCED, COULOMB))
-    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=1e-3)
-    assert any("sampled irregularly, resampled" in note for note in found.notes)
+    result = balance(log(t=t), Parameters.declared(FORCED, COULOMB))
+    np.testing.assert_allclose(result.values, truth("coulomb-viscous"), rtol=1e-3)
+    assert any("sampled irregularly, resampled" in note for note in result.notes)
 
 
 def test_what_lies_in_a_gap_is_not_used() -> None:
@@ -508,11 +515,11 @@ def test_what_lies_in_a_gap_is_not_used() -> None:
     missing = (e.t > 8.9995) & (e.t < 11.9995)
     assert not e.known[missing].any()
     assert e.known[~missing].all()
-    found = balance(data, Parameters.declared(FORCED, COULOMB))
-    assert found.rows == pytest.approx(
+    result = balance(data, Parameters.declared(FORCED, COULOMB))
+    assert result.rows == pytest.approx(
         0.9 * balance(whole, Parameters.declared(FORCED, COULOMB)).rows, abs=2
     )
-    np.testing.assert_allclose(found.values, truth("coulomb-viscous"), rtol=2e-3)
+    np.testing.assert_allclose(result.values, truth("coulomb-viscous"), rtol=2e-3)
 
 
 def test_rest_is_noticed_and_can_be_left_out() -> None:
@@ -525,9 +532,9 @@ def test_rest_is_noticed_and_can_be_left_out() -> None:
     force = FORCED.force(COULOMB, truth("coulomb-viscous"), v, a)
     force = np.where(moving, force, 15.0)  # held below breakaway
     data = Recording(t=t, position=x, force=force)
-    found = balance(data, Parameters.declared(FORCED, COULOMB))
-    assert any("at or near rest" in note for note in found.notes)
-    assert abs(found["offset"] + 3.0) > 1.0  # rest pulls it away
+    result = balance(data, Parameters.declared(FORCED, COULOMB))
+    assert any("at or near rest" in note for note in result.notes)
+    assert abs(result["offset"] + 3.0) > 1.0  # rest pulls it away
     better = balance(data, Parameters.declared(FORCED, COULOMB), filtering=Filtering(slowest=0.02))
     np.testing.assert_allclose(better.values, truth("coulomb-viscous"), rtol=0.01)
     assert not any("at or near rest" in note for note in better.notes)
@@ -600,13 +607,13 @@ def fixed_all() -> list[Param]:
 
 
 def test_force_that_motion_does_not_explain_is_said() -> None:
-    found = balance(
+    result = balance(
         noisy(log(), 200.0, np.random.default_rng(18)), Parameters.declared(FORCED, COULOMB)
     )
-    assert found.relative_error > 25
-    assert any("is not explained by this model" in note for note in found.notes)
+    assert result.relative_error > 25
+    assert any("is not explained by this model" in note for note in result.notes)
 
 
 def test_few_rows_are_said() -> None:
-    found: Balance = balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 300)])
-    assert any("standard errors are too small" in note for note in found.notes)
+    result: Balance = balance(log(), Parameters.declared(FORCED, COULOMB), rows=[slice(0, 300)])
+    assert any("standard errors are too small" in note for note in result.notes)

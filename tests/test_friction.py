@@ -1,4 +1,4 @@
-"""Every friction law by its properties, the paper's law by its numbers."""
+"""Properties of every friction law; published numbers of the paper's law."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TWINNED = [law for law in SYMMETRIC if f"{law.name}-directional" in LAWS]
 STATIC = [law for law in LAWS.values() if law.static]
 SPEEDS = np.concatenate([s * np.geomspace(1e-7, 1.0, 60) for s in (1.0, -1.0)])
 
-every = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
+every_law = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 symmetric = pytest.mark.parametrize("law", SYMMETRIC, ids=lambda law: law.name)
 twinned = pytest.mark.parametrize("law", TWINNED, ids=lambda law: law.name)
 static = pytest.mark.parametrize("law", STATIC, ids=lambda law: law.name)
@@ -35,11 +35,11 @@ def draws(law: Law, n: int, seed: int = 0) -> Array:
     """`n` parameter sets of a law, uniform in its search ranges, in a meaningful order."""
     u = np.random.default_rng(seed).random((20 * n, len(law.params)))
     p = Space(law.params).decode(u)
-    found: Array = p[law.physical(p)][:n]
-    return found
+    sets: Array = p[law.physical(p)][:n]
+    return sets
 
 
-@every
+@every_law
 def test_friction_opposes_motion_and_never_gives_energy(law: Law) -> None:
     for p in draws(law, 40):
         F = law.friction(SPEEDS, p)
@@ -47,13 +47,13 @@ def test_friction_opposes_motion_and_never_gives_energy(law: Law) -> None:
         assert np.all(F * SPEEDS >= 0)
 
 
-@every
+@every_law
 def test_levels_are_the_limits_at_zero_speed(law: Law) -> None:
     for p in draws(law, 40):
         minus, plus = law.levels(p)
         assert minus <= 0 <= plus
-        near = law.friction(np.array([-1e-20, 1e-20]), p)
-        np.testing.assert_allclose(near, [minus, plus], rtol=1e-5, atol=1e-6)
+        limits = law.friction(np.array([-1e-20, 1e-20]), p)
+        np.testing.assert_allclose(limits, [minus, plus], rtol=1e-5, atol=1e-6)
 
 
 @symmetric
@@ -67,12 +67,12 @@ def test_every_parameter_changes_the_force(law: Law) -> None:
     (p,) = draws(law, 1, seed=5)
     before = law.friction(SPEEDS, p)
     for k, name in enumerate(law.names):
-        other = p.copy()
-        other[k] *= 1.5
-        assert np.abs(law.friction(SPEEDS, other) - before).max() > 1e-6, name
+        changed = p.copy()
+        changed[k] *= 1.5
+        assert np.abs(law.friction(SPEEDS, changed) - before).max() > 1e-6, name
 
 
-@every
+@every_law
 def test_the_force_is_linear_in_the_parameters_said_to_be(law: Law) -> None:
     linear = np.isin(law.names, law.linear)
     for p in draws(law, 20, seed=1):
@@ -94,7 +94,7 @@ def test_other_parameters_bend_the_curve(law: Law) -> None:
             assert np.abs(bend).max() > 1e-6, name
 
 
-@every
+@every_law
 def test_a_law_reads_si_units_and_scales_with_them(law: Law) -> None:
     for q in law.params:
         assert unit(q.unit).factor == 1.0, q.name
@@ -103,7 +103,7 @@ def test_a_law_reads_si_units_and_scales_with_them(law: Law) -> None:
         }
 
 
-@every
+@every_law
 def test_a_law_says_what_it_is(law: Law) -> None:
     assert LAWS[law.name] is law
     assert law.doc
@@ -113,7 +113,7 @@ def test_a_law_says_what_it_is(law: Law) -> None:
     assert len(set(law.names)) == len(law.names)
 
 
-@every
+@every_law
 def test_the_order_of_a_law_refuses_what_friction_cannot_be(law: Law) -> None:
     p = draws(law, 5)
     assert np.all(law.physical(p))
@@ -139,8 +139,10 @@ def test_equal_sets_for_both_directions_are_the_symmetric_law(law: Law) -> None:
     directional = LAWS[f"{law.name}-directional"]
     for p in draws(law, 20, seed=3):
         value = dict(zip(law.names, p, strict=True))
-        both = np.array([value[name.rstrip("+-")] for name in directional.names])
-        np.testing.assert_array_equal(directional.friction(SPEEDS, both), law.friction(SPEEDS, p))
+        doubled = np.array([value[name.rstrip("+-")] for name in directional.names])
+        np.testing.assert_array_equal(
+            directional.friction(SPEEDS, doubled), law.friction(SPEEDS, p)
+        )
 
 
 @twinned
@@ -156,11 +158,11 @@ def test_a_direction_reads_its_own_set(law: Law) -> None:
     for name in shared:
         left[law.names.index(name)] = right[law.names.index(name)]
         value[name] = right[law.names.index(name)]
-    both = np.array([value[name] for name in directional.names])
-    F = directional.friction(SPEEDS, both)
+    combined = np.array([value[name] for name in directional.names])
+    F = directional.friction(SPEEDS, combined)
     np.testing.assert_array_equal(F[SPEEDS > 0], law.friction(SPEEDS[SPEEDS > 0], right))
     np.testing.assert_array_equal(F[SPEEDS < 0], law.friction(SPEEDS[SPEEDS < 0], left))
-    assert directional.levels(both) == (law.levels(left)[0], law.levels(right)[1])
+    assert directional.levels(combined) == (law.levels(left)[0], law.levels(right)[1])
 
 
 @pytest.mark.parametrize(
@@ -194,9 +196,9 @@ def test_exponents_meet_at_the_stribeck_velocity_and_part_elsewhere() -> None:
     p = np.array([100.0, 40.0, 0.0, 2e-3, 1.0])
     gauss = np.array([100.0, 40.0, 0.0, 2e-3, 2.0])
     v = np.array([1e-3, 2e-3, 4e-3])
-    one, two = STRIBECK.friction(v, p), STRIBECK.friction(v, gauss)
-    np.testing.assert_allclose(one, 40 + 60 * np.exp([-0.5, -1.0, -2.0]), rtol=1e-14)
-    np.testing.assert_allclose(two, 40 + 60 * np.exp([-0.25, -1.0, -4.0]), rtol=1e-14)
+    exponential, gaussian = STRIBECK.friction(v, p), STRIBECK.friction(v, gauss)
+    np.testing.assert_allclose(exponential, 40 + 60 * np.exp([-0.5, -1.0, -2.0]), rtol=1e-14)
+    np.testing.assert_allclose(gaussian, 40 + 60 * np.exp([-0.25, -1.0, -4.0]), rtol=1e-14)
 
 
 def test_stribeck_without_its_drop_is_coulomb_with_a_viscous_term() -> None:
@@ -236,10 +238,10 @@ def test_laws_come_compiled_from_the_disk_of_an_earlier_process() -> None:
         "    if not all(f.stats.cache_hits for f in (law.slip, law.rub) if f):\n"
         "        print(name)"
     )
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=PATIENCE
     )
-    assert done.stdout.strip() == ""
+    assert completed.stdout.strip() == ""
 
 
 E = math.e
@@ -314,7 +316,7 @@ def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("stribek", "no law 'stribek': there are coulomb-viscous, "),
         ("stribeck:3", "law stribeck:3: only maxwell-slip, gms have a number of elements"),
@@ -326,34 +328,34 @@ def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> 
         ("gms:6+position+position", "law gms:6+position: cannot add a term 'position'"),
     ],
 )
-def test_a_name_that_means_no_law_is_refused_in_a_line(name: str, said: str) -> None:
+def test_a_name_that_means_no_law_is_refused_in_a_line(name: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         law_named(name)
-    assert str(refused.value).startswith(said)
+    assert str(refused.value).startswith(message)
     assert "\n" not in str(refused.value)
 
 
-@every
+@every_law
 def test_terms_leave_a_law_its_function_and_add_their_parameters(law: Law) -> None:
-    both = law_named(f"{law.name}+temperature+position")
-    assert both.slip is law.slip
-    assert both.rub is law.rub
-    assert both.params == law.params + TERMS["temperature"] + TERMS["position"]
-    p = draws(both, 4, seed=7)
+    termed = law_named(f"{law.name}+temperature+position")
+    assert termed.slip is law.slip
+    assert termed.rub is law.rub
+    assert termed.params == law.params + TERMS["temperature"] + TERMS["position"]
+    p = draws(termed, 4, seed=7)
     assert len(p) == 4
     for q in p:  # a law does not look at what follows its own parameters
         np.testing.assert_array_equal(
-            both.friction(SPEEDS, q), law.friction(SPEEDS, q[: len(law.params)])
+            termed.friction(SPEEDS, q), law.friction(SPEEDS, q[: len(law.params)])
         )
 
 
-@every
+@every_law
 def test_loads_that_a_law_reads_are_among_the_loads_there_are(law: Law) -> None:
     assert set(law.loads) <= set(LOADS)
     assert (law.rub is None) == (law.states == 0 and not law.loads)
 
 
-@every
+@every_law
 def test_a_kernel_that_is_given_an_address_calls_the_law_behind_it(law: Law) -> None:
     """The same bits as the law itself, and one address however often it is asked for."""
     assert addressed(law.slip) is addressed(law.slip)

@@ -1,4 +1,4 @@
-"""The simulation road: the problem, the fit, its honesty about what it does not know."""
+"""Identification by output error: the problem, the fit, and its uncertainty."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def log() -> Recording:
 
 @pytest.fixture(scope="module")
 def quiet() -> Recording:
-    """A twin without sensor errors: noiseless, every sample fresh, a fine converter."""
+    """A twin without sensor errors: no noise, no repeated samples, a fine converter."""
     bed = TestBed(echo_noise=0.0, current_noise=0.0, echo_rate=100.0, bits=24)
     return bed.run("both", seed=0).recording
 
@@ -49,60 +49,62 @@ def test_truth_is_near_the_noise(log: Recording, side: str) -> None:
 
 
 def test_least_squares_returns_to_the_truth(quiet: Recording, side: str) -> None:
-    on = problem(quiet, train=TRAIN[side])
+    objective = problem(quiet, train=TRAIN[side])
     truth = PUBLISHED[side][FREE]
-    start = np.clip(truth * [1.01, 0.99, 0.99, 1.03, 1.01], on.space.lower, on.space.upper)
-    found = polish(on, start, float(on(start[None])[0]), 600)
-    assert found.cost < 0.01
-    np.testing.assert_allclose(found.x[:3], truth[:3], rtol=0.02)
+    start = np.clip(
+        truth * [1.01, 0.99, 0.99, 1.03, 1.01], objective.space.lower, objective.space.upper
+    )
+    minimum = polish(objective, start, float(objective(start[None])[0]), 600)
+    assert minimum.cost < 0.01
+    np.testing.assert_allclose(minimum.x[:3], truth[:3], rtol=0.02)
 
 
 def test_J_is_the_root_mean_square_of_its_residuals(log: Recording, side: str) -> None:
-    on = problem(log, train=TRAIN[side])
-    x = on.space.decode(on.space.sample(np.random.default_rng(5), 20))
-    r = on.residuals(x)
-    assert r.shape == (20, on.samples)
-    np.testing.assert_allclose(on(x), np.sqrt(np.mean(r**2, axis=1)), rtol=1e-9)
+    objective = problem(log, train=TRAIN[side])
+    x = objective.space.decode(objective.space.sample(np.random.default_rng(5), 20))
+    r = objective.residuals(x)
+    assert r.shape == (20, objective.samples)
+    np.testing.assert_allclose(objective(x), np.sqrt(np.mean(r**2, axis=1)), rtol=1e-9)
 
 
 def test_rows_do_not_know_of_each_other(log: Recording) -> None:
-    on = problem(log, train="112:295")
-    x = on.space.decode(on.space.sample(np.random.default_rng(6), 33))
-    whole = on(x)
-    assert np.array_equal(whole, np.concatenate([on(x[k : k + 1]) for k in range(33)]))
-    assert np.array_equal(whole[::-1], on(x[::-1]))
+    objective = problem(log, train="112:295")
+    x = objective.space.decode(objective.space.sample(np.random.default_rng(6), 33))
+    whole = objective(x)
+    assert np.array_equal(whole, np.concatenate([objective(x[k : k + 1]) for k in range(33)]))
+    assert np.array_equal(whole[::-1], objective(x[::-1]))
 
 
 def test_several_stretches_pool_their_samples(log: Recording) -> None:
     a, b = problem(log, train="112:200"), problem(log, train="200:295")
-    both = problem(log, train=["112:200", "200:295"])
+    pooled_problem = problem(log, train=["112:200", "200:295"])
     x = PUBLISHED["right"][None, FREE]
     pooled = np.sqrt((a(x) ** 2 * a.samples + b(x) ** 2 * b.samples) / (a.samples + b.samples))
-    np.testing.assert_allclose(both(x), pooled, rtol=1e-12)
+    np.testing.assert_allclose(pooled_problem(x), pooled, rtol=1e-12)
 
 
 def test_several_logs_pool_too(log: Recording) -> None:
-    other = TestBed().run("up", seed=9).recording
-    one, two = problem(log, train="112:295"), problem(other, train="112:295")
-    both = problem([log, other], train="112:295")
-    assert both.samples == one.samples + two.samples
+    second_log = TestBed().run("up", seed=9).recording
+    first, second = problem(log, train="112:295"), problem(second_log, train="112:295")
+    pooled = problem([log, second_log], train="112:295")
+    assert pooled.samples == first.samples + second.samples
 
 
 def test_an_unphysical_point_costs_nan(log: Recording) -> None:
-    on = problem(log, train="112:295", bounds={"F_C": (40, 300)})
-    good = PUBLISHED["right"][FREE]
-    bad = good.copy()
-    bad[1] = 200.0  # F_C above F_S
-    J = on(np.array([good, bad]))
+    objective = problem(log, train="112:295", bounds={"F_C": (40, 300)})
+    physical = PUBLISHED["right"][FREE]
+    unphysical = physical.copy()
+    unphysical[1] = 200.0  # F_C above F_S
+    J = objective(np.array([physical, unphysical]))
     assert np.isfinite(J[0])
     assert np.isnan(J[1])
 
 
 def test_held_sensor_values_do_not_count(log: Recording) -> None:
     """The transducer measures at 50 Hz and is logged at 100: half the rows repeat."""
-    on = problem(log, train="112:295")
-    rows = on.train[0].rows
-    assert 0.4 < on.samples / (rows.stop - rows.start) < 0.5
+    objective = problem(log, train="112:295")
+    rows = objective.train[0].rows
+    assert 0.4 < objective.samples / (rows.stop - rows.start) < 0.5
 
 
 def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
@@ -110,13 +112,16 @@ def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
 
     Were both equally good, nine or more of ten would happen once in 93 times.
     """
-    on = problem(log, train=TRAIN[side])
+    objective = problem(log, train=TRAIN[side])
     costs = {
         method: [
             run.cost
             for run in lockstep(
-                on,
-                [Search(on.space, configure(method), budget=3000, seed=k) for k in range(10)],
+                objective,
+                [
+                    Search(objective.space, configure(method), budget=3000, seed=k)
+                    for k in range(10)
+                ],
             )
         ]
         for method in ("bts", "random")
@@ -126,12 +131,13 @@ def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
 
 
 def test_the_papers_run_ends_at_its_target(log: Recording, side: str) -> None:
-    on = problem(log, train=TRAIN[side])
+    objective = problem(log, train=TRAIN[side])
     stops = [Target(PAPER_TARGET)]
     searches = [
-        Search(on.space, configure("bts"), budget=45_000, seed=k, stops=stops) for k in range(3)
+        Search(objective.space, configure("bts"), budget=45_000, seed=k, stops=stops)
+        for k in range(3)
     ]
-    runs = lockstep(on, searches)
+    runs = lockstep(objective, searches)
     assert [run.ended for run in runs] == ["target"] * 3
     assert max(run.cost for run in runs) <= PAPER_TARGET
 
@@ -158,34 +164,34 @@ def test_same_seed_same_fit(log: Recording) -> None:
 def test_budget_is_never_exceeded(
     log: Recording, budget: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = 0
+    evaluations = 0
     search, residual = MotionProblem.__call__, MotionProblem.residuals
 
     def counted(self: MotionProblem, x: np.ndarray) -> np.ndarray:
-        nonlocal asked
-        asked += len(x)
+        nonlocal evaluations
+        evaluations += len(x)
         return search(self, x)
 
     def counted_too(self: MotionProblem, x: np.ndarray) -> np.ndarray:
-        nonlocal asked
-        asked += len(x)
+        nonlocal evaluations
+        evaluations += len(x)
         return residual(self, x)
 
     monkeypatch.setattr(MotionProblem, "__call__", counted)
     monkeypatch.setattr(MotionProblem, "residuals", counted_too)
     fit = identify(log, train="112:295", budget=budget, repeats=1)
     assert fit.search.evaluations <= budget
-    # the look back at the answer has a budget of its own
+    # the uncertainty of the answer has a budget of its own
     assert fit.uncertainty.profiles.rows <= PROFILES
-    assert asked <= budget + fit.uncertainty.rows
+    assert evaluations <= budget + fit.uncertainty.rows
 
 
 def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
-    on = problem(
+    objective = problem(
         log, law="stribeck-directional", train=list(TRAIN.values()),
         fixed={"F_S+": 144.5, "v_SS-": 3.2}, tied={"F_V-": "F_V+"}, bounds={"exponent": (0.8, 1.2)},
     )  # fmt: skip
-    assert on.space.names == (
+    assert objective.space.names == (
         "F_C+",
         "F_V+",
         "v_SS+",
@@ -195,14 +201,16 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
         "k_spring+",
         "k_spring-",
     )
-    p = on.parameters.full(on.space.decode(on.space.sample(np.random.default_rng(0), 4)))
-    named = [on.parameters.values(row) for row in p]
+    p = objective.parameters.full(
+        objective.space.decode(objective.space.sample(np.random.default_rng(0), 4))
+    )
+    named = [objective.parameters.values(row) for row in p]
     assert all(n["F_V-"] == n["F_V+"] and n["F_S+"] == 144.5 for n in named)
     assert all(n["v_SS-"] == pytest.approx(3.2e-3) for n in named)
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("options", "message"),
     [
         ({"fixed": {"F_X": 1.0}}, "no parameter 'F_X'"),
         ({"fixed": {"F_S": float("nan")}}, "finite"),
@@ -223,19 +231,19 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
         ({"law": "nope"}, "no law"),
     ],
 )
-def test_what_cannot_be_asked_is_refused(asked: dict[str, object], said: str) -> None:
+def test_what_cannot_be_asked_is_refused(options: dict[str, object], message: str) -> None:
     log = TestBed(rate=50.0).run("up", seed=2).recording
-    with pytest.raises(InputError, match=said):
-        problem(log, **asked)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=message):
+        problem(log, **options)  # type: ignore[arg-type]
 
 
 def test_unknown_names_of_the_search_are_refused(log: Recording) -> None:
-    for asked, said in (
+    for options, message in (
         ({"method": "nope"}, "no method"), ({"settings": {"nope": 1}}, "no setting"),
         ({"budget": 0}, "budget"), ({"repeats": 0}, "repeats"), ({"seed": -1}, "seed"),
     ):  # fmt: skip
-        with pytest.raises(InputError, match=said):
-            identify(log, train="112:295", **asked)
+        with pytest.raises(InputError, match=message):
+            identify(log, train="112:295", **options)
 
 
 def test_constants_that_cannot_be_simulated_are_refused(log: Recording) -> None:
@@ -258,15 +266,17 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
 
 
 def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
-    on = problem(log, train="112:295")
-    u = on.space.encode(PUBLISHED["right"][None, FREE])[0]
-    slopes = linearised(Counted(on, 100), box_of(on), PUBLISHED["right"][FREE]).J.T
-    way = np.array([0.3, -0.5, 0.2, 0.4, -0.1])
+    objective = problem(log, train="112:295")
+    u = objective.space.encode(PUBLISHED["right"][None, FREE])[0]
+    slopes = linearised(Counted(objective, 100), box_of(objective), PUBLISHED["right"][FREE]).J.T
+    direction = np.array([0.3, -0.5, 0.2, 0.4, -0.1])
     h = 2e-4
-    ahead, behind = on.residuals(on.space.decode(np.array([u + h * way, u - h * way])))
+    ahead, behind = objective.residuals(
+        objective.space.decode(np.array([u + h * direction, u - h * direction]))
+    )
     moved = (ahead - behind) / (2 * h)
     scale = np.sqrt(np.mean(moved**2))
-    assert np.sqrt(np.mean((slopes @ way - moved) ** 2)) < 0.05 * scale
+    assert np.sqrt(np.mean((slopes @ direction - moved) ** 2)) < 0.05 * scale
 
 
 def test_standard_errors_grow_with_noise(log: Recording, quiet: Recording) -> None:
@@ -279,12 +289,12 @@ def test_standard_errors_grow_with_noise(log: Recording, quiet: Recording) -> No
 
 
 def test_what_the_data_do_not_see_leaves_the_rest_alone(log: Recording) -> None:
-    """A law for both directions, trained on one: the other direction's set is unknown, no more."""
+    """A law for both directions, trained on one: the other direction's set is unidentified."""
     x = PUBLISHED["right"]
     alone, _ = standard_errors(problem(log, train="112:295"), x[FREE])
-    both = problem(log, law="stribeck-directional", train="112:295")
-    errors, _ = standard_errors(both, np.concatenate([x[:4], x[:4], x[5:], x[5:]]))
-    named = dict(zip(both.space.names, errors, strict=True))
+    directional = problem(log, law="stribeck-directional", train="112:295")
+    errors, _ = standard_errors(directional, np.concatenate([x[:4], x[:4], x[5:], x[5:]]))
+    named = dict(zip(directional.space.names, errors, strict=True))
     assert all(np.isinf(e) for n, e in named.items() if n.endswith("-"))
     assert [named[f"{n}+"] for n in ("F_S", "F_C", "F_V", "v_SS", "k_spring")] == pytest.approx(
         alone, rel=0.05

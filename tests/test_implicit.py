@@ -1,4 +1,4 @@
-"""Rigs that are stepped: closed forms, other integrators, order, stick, starts, refusals."""
+"""Rigs on the implicit stepper: closed forms, reference integrators, order, stick, refusals."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ G = 9.80665
 
 
 def rig(name: str) -> SteppedRig:
-    found = RIGS[name]
-    assert isinstance(found, SteppedRig)
-    return found
+    stepped_rig = RIGS[name]
+    assert isinstance(stepped_rig, SteppedRig)
+    return stepped_rig
 
 
-def made_ready(on: SimulatedRig, log: Recording) -> Track:
+def track_of(axis: SimulatedRig, log: Recording) -> Track:
     rows = slice(0, len(log))
-    return on.track(log, rows, float(log.position[0]), np.ones(len(log)))
+    return axis.track(log, rows, float(log.position[0]), np.ones(len(log)))
 
 
 def pushed(t: Array, F: Array, v0: float = 0.0) -> Recording:
@@ -42,11 +42,11 @@ def pushed(t: Array, F: Array, v0: float = 0.0) -> Recording:
 
 
 def moved(law: Law, p: list[float], log: Recording, **set_: float) -> tuple[Array, Array]:
-    on = rig("presliding").set(**set_) if set_ else rig("presliding")
-    made = made_ready(on, log)
+    axis = rig("presliding").set(**set_) if set_ else rig("presliding")
+    log_track = track_of(axis, log)
     if log.velocity is not None:
-        made = made._replace(v0=float(log.velocity[0]), x0=0.0)
-    motion = on.move(law, np.array([p]), made)
+        log_track = log_track._replace(v0=float(log.velocity[0]), x0=0.0)
+    motion = axis.move(law, np.array([p]), log_track)
     return motion.position[0], motion.velocity[0]
 
 
@@ -69,16 +69,16 @@ def test_coasting_stops_where_the_closed_form_does_and_stays() -> None:
     assert (v[t > 0.61] == 0.0).all()
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_what_sticks_breaks_away_at_its_own_level(way: float) -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_sticks_breaks_away_at_its_own_level(sign: float) -> None:
     t = np.linspace(0.0, 10.0, 1001)
     directional = LAWS["coulomb-viscous-directional"]
     # Levels 3 N rightward, 5 N leftward; the ramp passes them after 3 s and 5 s.
-    on = rig("presliding")
+    axis = rig("presliding")
     p = np.array([[3.0, 10.0, 5.0, 10.0, 2.0, 0.0]])
-    x = on.move(directional, p, made_ready(on, pushed(t, way * t))).position[0]
+    x = axis.move(directional, p, track_of(axis, pushed(t, sign * t))).position[0]
     moving = t[np.abs(x - x[0]) > 1e-7][0]
-    assert moving == pytest.approx(3.0 if way > 0 else 5.0, abs=0.05)
+    assert moving == pytest.approx(3.0 if sign > 0 else 5.0, abs=0.05)
     assert (x[t < moving - 0.06] == x[0]).all()
 
 
@@ -90,7 +90,7 @@ def test_a_pendulum_without_friction_keeps_its_energy() -> None:
         extra={"torque_enable": np.zeros(301)}, rotary=True,
     )  # fmt: skip
     p = np.array([[0.0, 0.0, 0.3, 3.0, 0.002, 0.0]])
-    motion = servo.move(COULOMB, p, made_ready(servo, off))
+    motion = servo.move(COULOMB, p, track_of(servo, off))
     J, m, length = 0.49 * 0.01 + 0.002, 0.49, 0.1
     energy = 0.5 * J * motion.velocity[0] ** 2 - m * G * length * np.cos(motion.position[0])
     assert np.ptp(motion.position[0]) > 1.9  # it swings
@@ -100,7 +100,7 @@ def test_a_pendulum_without_friction_keeps_its_energy() -> None:
         t=t, position=0.01 + 1e-9 * t, velocity=np.full(301, 1e-9), command=np.zeros(301),
         extra={"torque_enable": np.zeros(301)}, rotary=True,
     )  # fmt: skip
-    x = servo.move(COULOMB, p, made_ready(servo, small)).position[0]
+    x = servo.move(COULOMB, p, track_of(servo, small)).position[0]
     omega = np.sqrt(m * G * length / J)
     np.testing.assert_allclose(x, 0.01 * np.cos(omega * t), atol=1e-5)
 
@@ -110,7 +110,7 @@ def test_a_servo_holds_where_gravity_and_its_spring_balance() -> None:
     t = np.linspace(0.0, 6.0, 601)
     log = Recording(t=t, position=np.zeros(601) + 1e-9 * t, command=np.full(601, 0.8), rotary=True)
     p = np.array([[0.0, 0.01, 0.3, 3.0, 0.002, 0.05]])
-    at = servo.move(COULOMB, p, made_ready(servo, log)).position[0, -1]
+    at = servo.move(COULOMB, p, track_of(servo, log)).position[0, -1]
     volts = servo["vin"] * servo["kp"] * servo["duty"] * (0.8 - at)
     assert abs(volts) < servo["vin"]
     assert 0.3 / 3.0 * volts == pytest.approx(0.49 * G * 0.1 * np.sin(at + 0.05), rel=1e-6)
@@ -120,12 +120,12 @@ def test_a_saturated_servo_gives_no_more_than_its_supply() -> None:
     servo = rig("servo-pendulum")
     t = np.linspace(0.0, 0.05, 51)
     p = np.array([[0.0, 0.0, 0.3, 3.0, 0.002, 0.0]])
-    there = []
+    forces = []
     for goal in (3.0, 30.0):
         log = Recording(t=t, position=1e-9 * t, command=np.full(51, goal), rotary=True)
-        there.append(servo.move(COULOMB, p, made_ready(servo, log)).force[0])
-    np.testing.assert_array_equal(there[0], there[1])
-    assert there[0][0] == pytest.approx(0.3 * 7.4 / 3.0)
+        forces.append(servo.move(COULOMB, p, track_of(servo, log)).force[0])
+    np.testing.assert_array_equal(forces[0], forces[1])
+    assert forces[0][0] == pytest.approx(0.3 * 7.4 / 3.0)
 
 
 def test_the_torque_of_a_joint_is_limited() -> None:
@@ -133,7 +133,7 @@ def test_the_torque_of_a_joint_is_limited() -> None:
     t = np.linspace(0.0, 1.0, 101)
     log = Recording(t=t, position=1e-9 * t, command=np.full(101, 1.0), rotary=True)
     p = np.array([[0.0, 0.0, 0.5, 0.0, 0.0, 0.0]])
-    motion = joint.move(COULOMB, p, made_ready(joint, log))
+    motion = joint.move(COULOMB, p, track_of(joint, log))
     assert np.abs(motion.force).max() == 2.0
     np.testing.assert_allclose(motion.position[0][t < 0.4], 2.0 * t[t < 0.4] ** 2, atol=1e-6)
 
@@ -145,7 +145,7 @@ def test_a_joint_rests_where_its_gains_carry_its_weight() -> None:
     log = Recording(t=t, position=0.2 + 1e-9 * t, command=np.full(401, 0.5),
                     extra={"tau_ff_Nm": ahead}, rotary=True)  # fmt: skip
     p = np.array([[0.0, 0.3, 0.1, 2.0, 1.0, -0.4]])
-    q = joint.move(COULOMB, p, made_ready(joint, log)).position[0, -1]
+    q = joint.move(COULOMB, p, track_of(joint, log)).position[0, -1]
     weight = 2.0 * np.sin(q) + np.cos(q) - 0.4
     assert 0.7 + 0.5 * 50.0 * (0.5 - q) == pytest.approx(weight, rel=1e-6)
 
@@ -159,32 +159,32 @@ def test_lugre_is_what_a_stiff_solver_finds() -> None:
     force = 1.4 * np.sin(2.0 * t) + 0.1 * t
     at, slopes = force.tolist(), (np.diff(force) / 0.01).tolist()
 
-    def F(now: float) -> float:
-        i = min(int(100.0 * now), 399)
-        return float(at[i] + slopes[i] * (now - 0.01 * i))
+    def F(time: float) -> float:
+        i = min(int(100.0 * time), 399)
+        return float(at[i] + slopes[i] * (time - 0.01 * i))
 
-    def rates(now: float, y: Array) -> list[float]:
+    def rates(time: float, y: Array) -> list[float]:
         _, v, z = y.tolist()
         g = F_C + (F_S - F_C) * math.exp(-((v / v_s) ** 2))
         dz = v - sigma_0 * abs(v) * z / g
-        return [v, (F(now) - sigma_0 * z - sigma_1 * dz - F_V * v) / M, dz]
+        return [v, (F(time) - sigma_0 * z - sigma_1 * dz - F_V * v) / M, dz]
 
-    there = solve_ivp(rates, (0.0, 4.0), [0.0, 0.0, 0.0], "Radau", t, rtol=1e-9, atol=1e-13,
+    solution = solve_ivp(rates, (0.0, 4.0), [0.0, 0.0, 0.0], "Radau", t, rtol=1e-9, atol=1e-13,
                       max_step=2e-3)  # fmt: skip
-    assert np.ptp(there.y[0]) > 0.05  # it slides
+    assert np.ptp(solution.y[0]) > 0.05  # it slides
     log = pushed(t, force)
     x, v = moved(LUGRE, [sigma_0, sigma_1, F_S, F_C, v_s, F_V, M, 0.0], log, step=0.5)
-    assert np.abs(x - there.y[0]).max() < 2e-4 * np.ptp(there.y[0])
-    assert np.abs(v - there.y[1]).max() < 2e-3 * np.ptp(there.y[1])
+    assert np.abs(x - solution.y[0]).max() < 2e-4 * np.ptp(solution.y[0])
+    assert np.abs(v - solution.y[1]).max() < 2e-3 * np.ptp(solution.y[1])
 
 
 def test_a_static_law_that_is_stepped_is_what_the_fast_kernel_finds() -> None:
     p = np.array([[144.5463, 47.8514, 958.3, 1.0964e-3, 1.0, 967.98]])
-    on = track(Drive.line(0.0, 0.1, 20.0, 5e-3), np.arange(0.0, 20.0, 0.02), 0.1)
+    ramp = track(Drive.line(0.0, 0.1, 20.0, 5e-3), np.arange(0.0, 20.0, 0.02), 0.1)
     # The kernel's dead band of rest, 0.1 mm/s, ends slips 0.5 mm late; stepping has none.
-    fast = SLIDE_BED.set(dv=1e-4).move(STRIBECK, p, on).position
+    fast = SLIDE_BED.set(dv=1e-4).move(STRIBECK, p, ramp).position
     idle = np.hstack([p[:, :5], [[0.0, 293.15]], p[:, 5:]])
-    stepped = SLIDE_BED.set(step=0.05).move(law_named("stribeck+temperature"), idle, on).position
+    stepped = SLIDE_BED.set(step=0.05).move(law_named("stribeck+temperature"), idle, ramp).position
     assert np.ptp(fast) > 0.05
     assert np.sqrt(np.mean((fast - stepped) ** 2)) < 2e-5  # of jumps of 27 mm
 
@@ -202,15 +202,15 @@ def test_errors_fall_with_the_square_of_the_step() -> None:
 @pytest.mark.parametrize("name", [n for n, law in LAWS.items() if law.states])
 def test_every_law_with_states_converges_with_the_step(name: str) -> None:
     law, t = LAWS[name], np.linspace(0.0, 3.0, 61)
-    on = rig("presliding")
+    axis = rig("presliding")
     log = pushed(t, 60.0 * np.sin(3.0 * t))
     p = middling(law)
     levels = law.levels(p)
     p = np.concatenate([p, [5.0, 0.0]])
     assert levels[1] < 60.0 * 0.99  # or it would never slide
-    made = made_ready(on, log)
+    log_track = track_of(axis, log)
     runs = [
-        on.set(step=h, tolerance=1e9).move(law, p[None], made).position[0]
+        axis.set(step=h, tolerance=1e9).move(law, p[None], log_track).position[0]
         for h in (8.0, 4.0, 2.0, 1.0, 0.02)
     ]
     errors = [np.abs(run - runs[-1]).max() for run in runs[:-1]]
@@ -240,20 +240,22 @@ def test_bristles_carry_the_force_of_the_first_sample(name: str) -> None:
     law, t = LAWS[name], np.linspace(0.0, 2.0, 101)
     p = np.concatenate([middling(law), [5.0, 0.0]])
     F = 0.5 * law.levels(p[: len(law.params)])[1]
-    on = rig("presliding")
-    x = on.move(law, p[None], made_ready(on, pushed(t, np.full(101, F)))).position[0]
-    again = on.move(law, p[None], made_ready(on, pushed(t, np.linspace(F, 0.0, 101)))).position[0]
-    assert np.ptp(x) < 0.02 * np.ptp(again)  # it was at rest under that force, and stays there
+    axis = rig("presliding")
+    x = axis.move(law, p[None], track_of(axis, pushed(t, np.full(101, F)))).position[0]
+    released = axis.move(
+        law, p[None], track_of(axis, pushed(t, np.linspace(F, 0.0, 101)))
+    ).position[0]
+    assert np.ptp(x) < 0.02 * np.ptp(released)  # it was at rest under that force, and stays there
 
 
 def test_rows_do_not_depend_on_their_company() -> None:
     servo, t = rig("servo-pendulum"), np.linspace(0.0, 2.0, 201)
     log = Recording(t=t, position=1e-9 * t, command=np.sin(4.0 * t), rotary=True)
-    made = made_ready(servo, log)
+    log_track = track_of(servo, log)
     p = servo.sample(STRIBECK, np.random.default_rng(0), 23)
-    together = servo.move(STRIBECK, p, made).position
-    apart = np.concatenate([servo.move(STRIBECK, row[None], made).position for row in p])
-    assert np.array_equal(together, apart)
+    together = servo.move(STRIBECK, p, log_track).position
+    separate = np.concatenate([servo.move(STRIBECK, row[None], log_track).position for row in p])
+    assert np.array_equal(together, separate)
     assert len(np.unique(together[:, -1])) == 23
 
 
@@ -261,13 +263,13 @@ def test_a_term_scales_the_friction_of_any_law() -> None:
     t = np.linspace(0.0, 2.0, 201)
     F = 9.0 * np.sin(3.0 * t)
     warm = Recording(t=t, position=1e-9 * t, force=F, temperature=np.full(201, 303.15))
-    on = rig("presliding")
+    axis = rig("presliding")
     p = [6.0, 4.0, 3.0, 1e-2, 1.0]
     termed = [[*p, 0.02, 293.15, 2.0, 0.0]]
     law = law_named("stribeck+temperature")
-    x = on.move(law, np.array(termed), made_ready(on, warm)).position
+    x = axis.move(law, np.array(termed), track_of(axis, warm)).position
     scaled = [[*(1.2 * np.array(p[:3])), *p[3:], 2.0, 0.0]]
-    y = on.move(STRIBECK, np.array(scaled), made_ready(on, warm)).position
+    y = axis.move(STRIBECK, np.array(scaled), track_of(axis, warm)).position
     np.testing.assert_allclose(x, y, atol=1e-12)
     assert np.ptp(x) > 1e-3
 
@@ -290,40 +292,40 @@ def test_a_torque_that_is_off_neither_drives_nor_brakes() -> None:
     log = Recording(t=t, position=1e-9 * t, command=np.full(101, 1.0),
                     extra={"torque_enable": enabled}, rotary=True)  # fmt: skip
     p = np.array([[0.0, 0.0, 0.3, 3.0, 0.002, 0.0]])
-    force = servo.move(COULOMB, p, made_ready(servo, log)).force[0]
+    force = servo.move(COULOMB, p, track_of(servo, log)).force[0]
     assert (force[enabled == 0] == 0.0).all()
     assert np.abs(force[enabled == 1]).max() > 0.1
 
 
 def test_a_log_says_its_own_mass_length_gain_and_supply() -> None:
     servo, t = rig("servo-pendulum"), np.linspace(0.0, 1.0, 101)
-    own = {"mass": 0.7, "length": 0.2, "kp": 100.0, "vin": 6.0}
+    constants = {"mass": 0.7, "length": 0.2, "kp": 100.0, "vin": 6.0}
     log = Recording(t=t, position=1e-9 * t, command=np.sin(t), rotary=True,
-                    extra={n: np.full(101, v) for n, v in own.items()})  # fmt: skip
+                    extra={n: np.full(101, v) for n, v in constants.items()})  # fmt: skip
     bare = Recording(t=t, position=1e-9 * t, command=np.sin(t), rotary=True)
     p = np.array([[0.01, 0.01, 0.3, 3.0, 0.002, 0.0]])
-    told = servo.set(m=0.7, l=0.2, kp=100.0, vin=6.0)
-    x = servo.move(COULOMB, p, made_ready(servo, log)).position
-    assert np.array_equal(x, told.move(COULOMB, p, made_ready(told, bare)).position)
-    assert not np.array_equal(x, servo.move(COULOMB, p, made_ready(servo, bare)).position)
+    adjusted = servo.set(m=0.7, l=0.2, kp=100.0, vin=6.0)
+    x = servo.move(COULOMB, p, track_of(servo, log)).position
+    assert np.array_equal(x, adjusted.move(COULOMB, p, track_of(adjusted, bare)).position)
+    assert not np.array_equal(x, servo.move(COULOMB, p, track_of(servo, bare)).position)
 
 
 def test_a_range_starts_from_the_measured_state() -> None:
     joint, t = rig("joint"), np.linspace(0.0, 4.0, 401)
     x = np.sin(t)
     log = Recording(t=t, position=x, command=x, rotary=True)
-    asked = problem(log, rig=joint, law="coulomb-viscous", train="2s:3s")
-    (stretch,) = asked.train
+    objective = problem(log, rig=joint, law="coulomb-viscous", train="2s:3s")
+    (stretch,) = objective.train
     assert stretch.track.x0 == x[200]
     assert stretch.track.v0 == pytest.approx(np.cos(2.0), abs=0.02)
-    assert asked.samples == 100
+    assert objective.samples == 100
 
 
 # --- refusals -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("name", "rotary", "said"),
+    ("name", "rotary", "message"),
     [
         ("servo-pendulum", True, "needs the goal of the servo"),
         ("joint", True, "needs the commanded angle"),
@@ -332,9 +334,9 @@ def test_a_range_starts_from_the_measured_state() -> None:
         ("joint", False, "position is a length"),
     ],
 )
-def test_logs_that_do_not_fit_are_refused(name: str, rotary: bool, said: str) -> None:
+def test_logs_that_do_not_fit_are_refused(name: str, rotary: bool, message: str) -> None:
     t = np.linspace(0.0, 1.0, 101)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         problem(Recording(t=t, position=np.sin(t), rotary=rotary), rig=name, law="coulomb-viscous")
 
 
@@ -350,11 +352,11 @@ def test_a_temperature_term_needs_a_temperature() -> None:
         problem(log, rig="joint", law="coulomb-viscous+temperature")
 
 
-@pytest.mark.parametrize("bad", [{"step": 0.0}, {"step": np.inf}, {"tolerance": 0.0}])
-def test_steps_must_be_above_zero(bad: dict[str, float]) -> None:
+@pytest.mark.parametrize("constants", [{"step": 0.0}, {"step": np.inf}, {"tolerance": 0.0}])
+def test_steps_must_be_above_zero(constants: dict[str, float]) -> None:
     t = np.linspace(0.0, 1.0, 101)
     with pytest.raises(InputError, match="must be above zero"):
-        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), **bad)
+        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), **constants)
 
 
 @pytest.mark.parametrize("step", [1e-9, 1e-300])
@@ -375,11 +377,11 @@ def test_a_motion_of_too_many_halved_steps_is_given_up() -> None:
     t = np.linspace(0.0, 20.0, 1001)
     push = pushed(t, 5.0 + 4.0 * np.sin(3.0 * t))
     x, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push, tolerance=1e-30)
-    done = np.isfinite(x)
-    assert 10 < done.sum() < 200
-    assert done[: done.sum()].all()
+    finite = np.isfinite(x)
+    assert 10 < finite.sum() < 200
+    assert finite[: finite.sum()].all()
     plain, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push)
-    np.testing.assert_allclose(x[done], plain[done], atol=1e-5)
+    np.testing.assert_allclose(x[finite], plain[finite], atol=1e-5)
 
 
 def test_too_few_parameters_are_refused() -> None:

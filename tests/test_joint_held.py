@@ -1,4 +1,4 @@
-"""A joint whose controller holds its torque between samples, against a plain loop."""
+"""A joint whose controller holds its torque between samples, against an explicit loop."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ def log() -> Recording:
 
 
 def joint(hold: float) -> SteppedRig:
-    found = RIGS["joint"]
-    assert isinstance(found, SteppedRig)
-    return found.set(kp=KP, kd=KD, gain=GAIN, limit=LIMIT, hold=hold)
+    stepped_rig = RIGS["joint"]
+    assert isinstance(stepped_rig, SteppedRig)
+    return stepped_rig.set(kp=KP, kd=KD, gain=GAIN, limit=LIMIT, hold=hold)
 
 
 def looped(late: int, steps: int = 1000) -> tuple[Array, Array]:
-    """Positions and torques sample by sample, Coulomb friction as a comparison of forces."""
+    """Positions and torques sample by sample; Coulomb friction by comparing forces."""
     q, v, before = float(log().position[0]), 0.0, 0.0
     out, torque = np.empty(len(T)), np.empty(len(T))
     for k in range(len(T)):
         error, rate = COMMAND[k] - q, RATE[k] - v
-        asked = float(np.clip(AHEAD[k] + GAIN * (KP * error + KD * rate), -LIMIT, LIMIT))
-        out[k], torque[k] = q, asked if k == 0 or late == 0 else before
-        before = asked
+        demand = float(np.clip(AHEAD[k] + GAIN * (KP * error + KD * rate), -LIMIT, LIMIT))
+        out[k], torque[k] = q, demand if k == 0 or late == 0 else before
+        before = demand
         if k == len(T) - 1:
             break
         h = (T[k + 1] - T[k]) / steps

@@ -1,4 +1,4 @@
-"""What stands beside the records of a JSON log: numbers count, texts that mean numbers are told."""
+"""Scalars beside the records of a JSON log: numbers are read, texts of numbers are reported."""
 
 import json
 from pathlib import Path
@@ -6,10 +6,10 @@ from pathlib import Path
 from stribeck import read
 
 
-def log(folder: Path, **beside: object) -> Path:
+def log(folder: Path, **scalars: object) -> Path:
     records = [{"t_s": 0.01 * k, "position_m": 0.001 * k} for k in range(50)]
     file = folder / "log.json"
-    file.write_text(json.dumps({"entries": records, **beside}), encoding="utf-8")
+    file.write_text(json.dumps({"entries": records, **scalars}), encoding="utf-8")
     return file
 
 

@@ -1,4 +1,4 @@
-"""Every law on an axis of its own kind: simulated, recorded with noise, identified, found again."""
+"""Every law on an axis of its kind: simulated, recorded with noise, identified, recovered."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ BUDGET, PROFILES = 6000, 20_000
 
 @dataclass(frozen=True)
 class Axis:
-    """A kind of axis, what drives it, and its sensor.
+    """A kind of axis, its drive and its sensor.
 
     Args:
         rig: Its name.
-        own: Its own parameters, SI, which are known.
+        parameters: Those of the axis itself, SI, taken as known.
         blank: The log of a drive, its positions not yet known.
         noise: Standard deviation of the measured position, m or rad.
         constants: Of the rig, in the units that it shows.
     """
 
     rig: str
-    own: dict[str, float]
+    parameters: dict[str, float]
     blank: Callable[[], Recording]
     noise: float
     constants: dict[str, float]
@@ -63,14 +63,14 @@ class Case:
     Args:
         axis: The axis.
         truth: Parameters of the law, SI, in its order.
-        known: Those that such a log must tell within a tenth.
+        identified: Parameters that such a log shows within a tenth, names with spaces between.
         fixed: Those that are not searched, beside what the law itself holds.
         settle: Evaluations a parameter after which a search has settled.
     """
 
     axis: Axis
     truth: list[float]
-    known: str
+    identified: str
     fixed: tuple[str, ...] = ()
     settle: int = 120
 
@@ -84,7 +84,7 @@ def _pushed() -> Recording:
 
 
 def _rocked(to: float) -> Recording:
-    """2 kg under forces that rock it within its contact, ever further, up to so many newtons."""
+    """2 kg under forces that rock it within its contact, with amplitudes that grow to `to`, N."""
     t = np.arange(0.0, 1.4, 0.01)
     F = np.interp(t, [0.0, 1.4], [3.0, to]) * np.sin(2 * np.pi * 2.9 * t)
     still = np.zeros(len(t))
@@ -96,10 +96,10 @@ def _swung() -> Recording:
     t = np.arange(0.0, 2.2, 0.01)
     goal = 1.3 * np.sin(2 * np.pi * 0.9 * t) + 0.4 * np.sin(2 * np.pi * 2.3 * t)
     goal = np.where(t < 1.2, goal, 1.2)
-    on = (t < 1.6).astype(float)
+    torque_enable = (t < 1.6).astype(float)
     still = np.zeros(len(t))
     return Recording(
-        t, still, velocity=still, command=goal, extra={"torque_enable": on}, rotary=True
+        t, still, velocity=still, command=goal, extra={"torque_enable": torque_enable}, rotary=True
     )
 
 
@@ -120,9 +120,9 @@ OTHER = [15.0, 10.0, 50.0, 0.03]
 SMOOTH = [18.0, 12.0, 40.0, 0.01]
 MAKKAR = [8.0, 300.0, 20.0, 12.0, 300.0, 40.0]
 GEARS = [0.02, 0.015, 0.03, 0.5, 1.3]
-# The pushed axis goes through speeds up to 0.4 m/s, so what rubs there, F_C and F_V, must be told.
-# The drop lies within a twentieth of that, and is passed in few samples: F_S and where it drops
-# are told by some laws and not by others.
+# The pushed axis reaches 0.4 m/s, so F_C and F_V, which act there, must be identified. The drop
+# lies within a twentieth of that, and is passed in few samples: F_S and the velocity of the drop
+# are identified with some laws and not with others.
 TWO = "F_C+ F_V+ F_C- F_V-"
 
 CASES: dict[str, Case] = {
@@ -171,13 +171,13 @@ CASES: dict[str, Case] = {
         PUSHED, [12, 40, 0.3, 0.2, 0.08], "F_C F_V pos_cos pos_sin", ("pos_period",)
     ),
 }
-every = pytest.mark.parametrize("name", CASES)
+every_case = pytest.mark.parametrize("name", CASES)
 
 
 def rig_of(case: Case) -> SimulatedRig:
-    found = RIGS[case.axis.rig]
-    assert isinstance(found, SimulatedRig)
-    return found.set(**case.axis.constants)
+    simulated_rig = RIGS[case.axis.rig]
+    assert isinstance(simulated_rig, SimulatedRig)
+    return simulated_rig.set(**case.axis.constants)
 
 
 def moved(name: str, rows: Array, **constants: float) -> Array:
@@ -185,16 +185,16 @@ def moved(name: str, rows: Array, **constants: float) -> Array:
     case, rig = CASES[name], rig_of(CASES[name])
     if constants:
         rig = rig.set(**constants)
-    own = [case.axis.own[q.name] for q in rig.own(law_named(name))]
-    p = np.hstack([rows, np.tile(own, (len(rows), 1))])
+    axis_parameters = [case.axis.parameters[q.name] for q in rig.own(law_named(name))]
+    p = np.hstack([rows, np.tile(axis_parameters, (len(rows), 1))])
     blank = case.axis.blank()
-    on = rig.track(blank, slice(0, len(blank)), 0.0, np.ones(len(blank)))
-    return rig.move(law_named(name), p, on).position
+    log_track = rig.track(blank, slice(0, len(blank)), 0.0, np.ones(len(blank)))
+    return rig.move(law_named(name), p, log_track).position
 
 
 @cache
 def twin(name: str) -> Recording:
-    """What the sensor saw; the axis starts where it is known to be."""
+    """The recording of the sensor; the axis starts at a known position."""
     case, blank = CASES[name], CASES[name].axis.blank()
     x = moved(name, np.array([case.truth], dtype=float))[0]
     noise = case.axis.noise * np.random.default_rng(crc32(name.encode())).standard_normal(len(x))
@@ -206,7 +206,7 @@ def twin(name: str) -> Recording:
 
 
 def free_of(name: str) -> dict[str, float]:
-    """The true values of what is searched."""
+    """The true values of the searched parameters."""
     case, law = CASES[name], law_named(name)
     return {
         q.name: value
@@ -221,17 +221,19 @@ def test_every_law_has_its_twin() -> None:
     assert "coulomb-load" not in CASES
 
 
-@every
+@every_case
 def test_a_law_finds_its_own_twin_again(name: str) -> None:
     case, law, rig = CASES[name], law_named(name), rig_of(CASES[name])
     free = free_of(name)
-    held = {q.name: v for q, v in zip(law.params, case.truth, strict=True) if q.name not in free}
-    shown = {n: v * (1e3 if rig.shows.get(n) == "mrad" else 1) for n, v in case.axis.own.items()}
-    asked = {
-        "fixed": held | shown,
+    fixed = {q.name: v for q, v in zip(law.params, case.truth, strict=True) if q.name not in free}
+    shown = {
+        n: v * (1e3 if rig.shows.get(n) == "mrad" else 1) for n, v in case.axis.parameters.items()
+    }
+    options = {
+        "fixed": fixed | shown,
         "bounds": {n: (LOW * v, HIGH * v) for n, v in free.items()},
     }
-    on = problem(twin(name), rig=rig, law=law, **asked)  # type: ignore[arg-type]
+    objective = problem(twin(name), rig=rig, law=law, **options)  # type: ignore[arg-type]
     truth = np.array([*free.values()])
     if name in SEARCHED:
         fit = identify(
@@ -241,34 +243,35 @@ def test_a_law_finds_its_own_twin_again(name: str) -> None:
             budget=BUDGET,
             repeats=2,
             settings={"settle": case.settle},
-            **asked,  # type: ignore[arg-type]
+            **options,  # type: ignore[arg-type]
         )
-        known = fit.uncertainty
+        assessment = fit.uncertainty
     else:
         x = truth * np.random.default_rng(crc32(name.encode())).uniform(0.9, 1.1, len(truth))
-        best = polish(on, x, float(on(x[None])[0]), BUDGET)
-        known = uncertainty(on, best.x, budget=PROFILES)
-    if not known.profiles.complete:  # as long as it takes: the question is whether they are right
-        known = uncertainty(on, known.x, budget=PROFILES)
+        best = polish(objective, x, float(objective(x[None])[0]), BUDGET)
+        assessment = uncertainty(objective, best.x, budget=PROFILES)
+    # As long as it takes: the question is whether the profiles are right.
+    if not assessment.profiles.complete:
+        assessment = uncertainty(objective, assessment.x, budget=PROFILES)
     # No worse than the truth itself, which the noise keeps from being best.
-    least, cost = on(np.array([truth, known.x]))
+    least, cost = objective(np.array([truth, assessment.x]))
     assert cost <= least * (1 + 1e-6)
-    assert least == pytest.approx(case.axis.noise / on.scale, rel=0.25)  # of 140 samples
-    p = on.parameters.full(known.x[None])[0]
-    said = {e.name: e for e in estimates(on.parameters, p, known) if e.name in free}
-    identified = {n for n, e in said.items() if e.verdict == "identified"}
-    assert set(case.known.split()) <= identified
+    assert least == pytest.approx(case.axis.noise / objective.scale, rel=0.25)  # of 140 samples
+    p = objective.parameters.full(assessment.x[None])[0]
+    by_name = {e.name: e for e in estimates(objective.parameters, p, assessment) if e.name in free}
+    identified = {n for n, e in by_name.items() if e.verdict == "identified"}
+    assert set(case.identified.split()) <= identified
     # An interval of 95 % misses one time in twenty, one of twice its width in ten thousand.
     missed = 0
     for n in identified:
-        off = free[n] - said[n].value
-        half = said[n].high - said[n].value if off > 0 else said[n].value - said[n].low
+        off = free[n] - by_name[n].value
+        half = by_name[n].high - by_name[n].value if off > 0 else by_name[n].value - by_name[n].low
         assert abs(off) <= 2 * half, n
         missed += abs(off) > half
     assert missed <= (len(identified) + 1) // 2
 
 
-@every
+@every_case
 def test_every_parameter_changes_the_motion(name: str) -> None:
     case, law = CASES[name], law_named(name)
     truth = np.array(case.truth, dtype=float)
@@ -279,7 +282,7 @@ def test_every_parameter_changes_the_motion(name: str) -> None:
     assert [n for n, c in zip(law.names, change, strict=True) if c < 1e-7 * np.ptp(x[0])] == []
 
 
-@every
+@every_case
 def test_the_motion_converges_with_the_step(name: str) -> None:
     rig = rig_of(CASES[name])
     truth = np.array([CASES[name].truth], dtype=float)
@@ -312,10 +315,15 @@ def test_a_seal_finds_its_friction_per_pressure_again() -> None:
         F += 0.05 * np.random.default_rng(k).standard_normal(len(t))
         logs.append(Recording(t, x, force=F, pressure=p))
     fit = identify(logs, rig=CYLINDER, law=law)
-    said = {q.name: e for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
-    assert {n for n, e in said.items() if e.verdict == "identified"} >= {"F_V", "mu", "M", "offset"}
+    by_name = {q.name: e for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
+    assert {n for n, e in by_name.items() if e.verdict == "identified"} >= {
+        "F_V",
+        "mu",
+        "M",
+        "offset",
+    }
     for n, value in truth.items():
-        e = said[n]
+        e = by_name[n]
         half = e.high - e.value if value > e.value else e.value - e.low
         assert abs(value - e.value) <= 2 * half, n
 
@@ -333,25 +341,25 @@ SMOOTH_SETS = {
 def test_on_the_slide_bed_they_move_as_another_integrator_has_it(name: str) -> None:
     law, p = LAWS[name], np.array([SMOOTH_SETS[name]])
     t = np.arange(0.0, 10.0, 0.01)
-    on = track(Drive.line(0.0, 0.112, 10.0, 5e-3), t, 0.112)
-    x = SLIDE_BED.move(law, p, on).position[0]
-    own, ((m, k_p, k_m, s_p, s_m, F_fm, inertia, damping, clamp, _),) = SLIDE_BED.split(law, p)
+    ramp = track(Drive.line(0.0, 0.112, 10.0, 5e-3), t, 0.112)
+    x = SLIDE_BED.move(law, p, ramp).position[0]
+    law_p, ((m, k_p, k_m, s_p, s_m, F_fm, inertia, damping, clamp, _),) = SLIDE_BED.split(law, p)
 
     def slope(at: float, y: Array) -> list[float]:
         e, v = 0.112 + 5e-3 * at - y[0], y[1]
         F = s_p * e + max(k_p * e - F_fm, 0.0) if e > 0 else s_m * e + min(k_m * e + F_fm, 0.0)
-        F -= law.slip(v, own[0])
+        F -= law.slip(v, law_p[0])
         a = (F - damping * v) / (m + inertia)
-        back = inertia * a + damping * v
-        return [v, a if abs(back) <= clamp else (F - np.copysign(clamp, back)) / m]
+        reaction = inertia * a + damping * v
+        return [v, a if abs(reaction) <= clamp else (F - np.copysign(clamp, reaction)) / m]
 
-    other = solve_ivp(
+    solution = solve_ivp(
         slope, (0.0, 10.0), [0.112, 0.0], "Radau", t, rtol=1e-8, atol=1e-12, max_step=0.01
     ).y[0]
-    slip = t[np.argmax(np.diff(other) > 2e-4)]
+    slip = t[np.argmax(np.diff(solution) > 2e-4)]
     assert slip > 5.0  # it creeps for long, and then it slips
     assert np.ptp(x) > 0.02
-    np.testing.assert_allclose(x, other, atol=2e-5)
+    np.testing.assert_allclose(x, solution, atol=2e-5)
     np.testing.assert_allclose(
-        SLIDE_BED.misfits(law, p, on), np.sum(np.square(on.measured - x)), rtol=1e-12
+        SLIDE_BED.misfits(law, p, ramp), np.sum(np.square(ramp.measured - x)), rtol=1e-12
     )

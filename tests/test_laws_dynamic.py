@@ -41,20 +41,20 @@ def walk(law: Law, p: Array, v: Array, h: Array, z: Array | None = None) -> tupl
 
 
 def spread(law: Law, n: int, seed: int) -> Array:
-    """`n` parameter sets from all over the search ranges."""
+    """`n` parameter sets, uniform in the search ranges."""
     u = np.random.default_rng(seed).random((20 * n, len(law.params)))
     p = Space(law.params).decode(u)
-    found: Array = p[law.physical(p)][:n]
-    return found
+    sets: Array = p[law.physical(p)][:n]
+    return sets
 
 
 def contacts(law: Law) -> list[Array]:
-    """Parameter sets under one of which each parameter is at work: SETS, else from all ranges."""
+    """Parameter sets, each parameter active in at least one: SETS, else random ones."""
     return [np.array(SETS[law.name])] if law.name in SETS else list(spread(law, 20, 13))
 
 
 def sliding(p: Array, law: Law) -> Array:
-    """The same with Dahl's exponent at most 1: above, steady sliding is a matter of kilometres."""
+    """The sets with Dahl's exponent at most 1: above it, steady sliding takes kilometres."""
     if law.name == "dahl":
         p[:, 2] = np.minimum(p[:, 2], 1.0)
     return p
@@ -124,17 +124,17 @@ def test_nothing_runs_away_however_long_the_span_and_whatever_the_speed(law: Law
 def test_where_an_explicit_step_blows_up_the_bristle_stays_below_static_friction(
     law: Law, excess: float
 ) -> None:
-    # sigma_0 |v| h / s(v) >> 2: each span of a reversing motion is `excess` steady deflections.
+    # sigma_0 |v| h / s(v) >> 2: each span of a reversing motion is `excess` steady holding_forces.
     for p in spread(law, 20, 4):
         F_S = law.slip(0.0, p)
         for v in (1e-5, 1e-2):
             signs = np.where(np.arange(40) // 3 % 2, -1.0, 1.0)
-            way = excess * 1e-3
-            held = [
+            distance = excess * 1e-3
+            holding_forces = [
                 law.rub(0.0, 0.0, z, NONE, p, np.empty(law.states))
-                for z in walk(law, p, signs * v, np.full(40, way / v))[1]
+                for z in walk(law, p, signs * v, np.full(40, distance / v))[1]
             ]
-            assert np.abs(held).max() <= F_S * (1 + 1e-12)
+            assert np.abs(holding_forces).max() <= F_S * (1 + 1e-12)
 
 
 @dynamic
@@ -155,9 +155,9 @@ def test_the_force_is_odd(law: Law) -> None:
 @dynamic
 def test_every_parameter_matters_on_the_way(law: Law) -> None:
     def matters(p: Array, k: int) -> bool:
-        before, other = walk(law, p, *strokes())[0], p.copy()
-        other[k] *= 1.1
-        change: float = np.abs(walk(law, other, *strokes())[0] - before).max()
+        before, changed = walk(law, p, *strokes())[0], p.copy()
+        changed[k] *= 1.1
+        change: float = np.abs(walk(law, changed, *strokes())[0] - before).max()
         return change > 1e-3 * float(np.std(before))
 
     for k, name in enumerate(law.names):
@@ -181,7 +181,7 @@ def test_the_force_is_linear_on_the_way_in_what_is_said_to_be_and_in_nothing_els
         assert any(bends(p, k) for p in contacts(law)), law.names[k]
 
 
-# --- against the equations, solved by others ------------------------------------------------------
+# --- against the equations, solved by scipy ------------------------------------------------------
 
 
 def swing(t: Any) -> Any:
@@ -234,7 +234,7 @@ def test_bristles_follow_their_equation_with_an_error_of_second_order(
     if shape is not None:
         values[2] = shape
     p, rate, T = np.array(values), RATES[name](values), 0.2
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, z: [1e6 * rate(swing(t), 1e-6 * z[0])], (0, T), [0.0],
         method="RK45", rtol=1e-9, atol=1e-9, max_step=2e-4, dense_output=True,
     )  # fmt: skip
@@ -242,7 +242,7 @@ def test_bristles_follow_their_equation_with_an_error_of_second_order(
     for n in (400, 800, 1600, 3200):
         t = np.linspace(0, T, n + 1)
         _, z = walk(law, p, swing(0.5 * (t[1:] + t[:-1])), np.diff(t))
-        exact = 1e-6 * found.sol(t[1:])[0]  # type: ignore[misc]  # dense_output was asked for
+        exact = 1e-6 * solution.sol(t[1:])[0]  # type: ignore[misc]  # dense_output was asked for
         errors.append(np.sqrt(np.mean((z[:, 0] - exact) ** 2)) * p[0] / 12)
     assert errors[-1] < 3e-4  # of Coulomb friction
     assert np.log2(errors[0] / errors[-1]) / 3 > 1.85
@@ -268,13 +268,13 @@ def gms_by_hand(p: list[float], v: list[float], h: float) -> list[float]:
 
 
 def test_gms_is_what_its_published_equations_say() -> None:
-    h, n, every = 1e-6, 4000, 50
-    fine = gms_by_hand(SETS["gms"], swing((np.arange(n * every) + 0.5) * h).tolist(), h)
-    ends = every * h * np.arange(1, n + 1)
-    v = swing(ends - 0.5 * every * h)
-    F, _ = walk(LAWS["gms"], np.array(SETS["gms"]), v, np.full(n, every * h))
+    h, n, substeps = 1e-6, 4000, 50
+    fine = gms_by_hand(SETS["gms"], swing((np.arange(n * substeps) + 0.5) * h).tolist(), h)
+    ends = substeps * h * np.arange(1, n + 1)
+    v = swing(ends - 0.5 * substeps * h)
+    F, _ = walk(LAWS["gms"], np.array(SETS["gms"]), v, np.full(n, substeps * h))
     F += 50 * (swing(ends) - v)  # viscous friction at the end, not half-way
-    off = F - fine[every - 1 :: every]
+    off = F - fine[substeps - 1 :: substeps]
     assert np.sqrt(np.mean(off**2)) < 2e-3 * 12
 
 
@@ -415,14 +415,14 @@ def test_an_elastic_contact_holds_what_a_lugre_bristle_lets_creep() -> None:
     # 10,000 nudges of 0.1 µm about a deflection of half the Coulomb one.
     n, nudge = 10_000, 1e-7
     v = np.concatenate([[5e-6], np.tile([nudge, -nudge], n)])
-    held = {}
+    remainder = {}
     for name in ("lugre", "elasto-plastic"):
         p = np.array(SETS[name])
         p[1] = p[5] = 0.0
         F, _ = walk(LAWS[name], p, v, np.ones(len(v)))
-        held[name] = F[-1] / F[0]
-    assert math.isclose(held["elasto-plastic"], 1.0, rel_tol=1e-9)
-    assert held["lugre"] < 0.1  # it has crept back to where nothing pulls
+        remainder[name] = F[-1] / F[0]
+    assert math.isclose(remainder["elasto-plastic"], 1.0, rel_tol=1e-9)
+    assert remainder["lugre"] < 0.1  # it has crept back to where nothing pulls
 
 
 # --- energy ---------------------------------------------------------------------------------------
@@ -432,16 +432,16 @@ def loops(rng: np.random.Generator) -> list[tuple[Array, float]]:
     """Velocities of closed motions over one period, presliding to sliding, and their steps."""
     n = 600
     phase = 2 * math.pi * (np.arange(n) + 0.5) / n
-    found = []
+    motions = []
     for amplitude in (1e-7, 2e-6, 1e-5, 1e-4, 5e-3):
         for period in (0.05, 2.0):
             scale, h = amplitude * 2 * math.pi / period, period / n
-            found.append((scale * np.cos(phase), h))
+            motions.append((scale * np.cos(phase), h))
             c, s = rng.normal(size=(2, 5))
             wild = sum(c[k] * np.cos((k + 1) * phase) + s[k] * np.sin((k + 1) * phase)
                        for k in range(5))  # fmt: skip
-            found.append((scale * wild, h))
-    return found
+            motions.append((scale * wild, h))
+    return motions
 
 
 @dynamic

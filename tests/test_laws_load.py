@@ -1,4 +1,4 @@
-"""Laws that depend on a load: budgets by hand, one nested in the other, and what they read."""
+"""Laws that depend on a load: friction budgets by hand, nesting, the loads that each reads."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ def test_it_opposes_motion_and_mirrors_with_its_loads(law: Law) -> None:
 def test_it_reads_the_loads_that_it_names_and_no_others(law: Law) -> None:
     (p,), (load,) = draws(law, 1), loads(1)
     for k, name in enumerate(LOADS):
-        other = load.copy()
-        other[k] *= 1.3
-        changed = [rub(law, v, other, p) != rub(law, v, load, p) for v in SPEEDS]
+        changed_load = load.copy()
+        changed_load[k] *= 1.3
+        changed = [rub(law, v, changed_load, p) != rub(law, v, load, p) for v in SPEEDS]
         assert any(changed) == (name in law.loads), name
 
 
@@ -80,10 +80,10 @@ def test_no_time_passes_in_it(law: Law) -> None:
 def test_every_parameter_matters_under_load(law: Law) -> None:
     (p,) = draws(law, 1)
     for k, name in enumerate(law.names):
-        other = p.copy()
-        other[k] *= 1.01
+        changed = p.copy()
+        changed[k] *= 1.01
         off = max(
-            abs(rub(law, v, load, other) - rub(law, v, load, p))
+            abs(rub(law, v, load, changed) - rub(law, v, load, p))
             for v in SPEEDS for load in loads(20)
         )  # fmt: skip
         assert off > 1e-6, name
@@ -156,15 +156,15 @@ NESTED = [
 ]
 
 
-@pytest.mark.parametrize(("greater", "smaller", "how"), NESTED)
+@pytest.mark.parametrize(("greater", "smaller", "mapping"), NESTED)
 def test_each_law_contains_the_one_before(
-    greater: str, smaller: str, how: dict[str, str | float]
+    greater: str, smaller: str, mapping: dict[str, str | float]
 ) -> None:
     big, small = LAWS[greater], LAWS[smaller]
     for p, load in zip(draws(small, 20), loads(20), strict=True):
         value: dict[str, float] = dict(zip(small.names, p.tolist(), strict=True))
-        for name, what in how.items():
-            value[name] = value[what] if isinstance(what, str) else what
+        for name, source in mapping.items():
+            value[name] = value[source] if isinstance(source, str) else source
         q = np.array([value[name] for name in big.names])
         for v in [*SPEEDS, 0.0, -0.0]:
             assert math.isclose(

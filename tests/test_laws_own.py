@@ -1,4 +1,4 @@
-"""The law of one's own that docs/laws.md shows, run as it stands there."""
+"""The user-defined law of docs/laws.md, run as printed there."""
 
 from __future__ import annotations
 
@@ -56,54 +56,54 @@ print(json.dumps({
 
 
 @pytest.fixture(scope="module")
-def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the block finds on a twin made for it, in a process and a folder of its own."""
+def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The results of the block on its twin, in a process and a folder of its own."""
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (block,) = (b for b in blocks if "@slip_law" in b)
     folder = tmp_path_factory.mktemp("own")
     (folder / "demo").mkdir()
     (folder / "mine.py").write_text(block + _TELL, encoding="utf-8")
     for command in (["-m", "stribeck", "twin", "demo/twin.csv"], ["mine.py"]):
-        done = subprocess.run(
+        completed = subprocess.run(
             [sys.executable, *command], cwd=folder, capture_output=True, text=True, check=False
         )
-        assert done.returncode == 0, done.stderr
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return found
+        assert completed.returncode == 0, completed.stderr
+    output: dict[str, Any] = json.loads(completed.stdout.splitlines()[-1])
+    return output
 
 
-def test_the_law_of_the_page_is_the_function_it_shows(said: dict[str, Any]) -> None:
-    v, F = np.array([-1e-2, 0.0, 1e-3, 1e-2]), np.array(said["force"])
+def test_the_law_of_the_page_is_the_function_it_shows(findings: dict[str, Any]) -> None:
+    v, F = np.array([-1e-2, 0.0, 1e-3, 1e-2]), np.array(findings["force"])
     expected = np.where(v < 0, -1, 1) * (40 + 60 * 2 / (np.exp(v / 2e-3) + np.exp(-v / 2e-3)))
     np.testing.assert_allclose(F, expected + 500 * v, rtol=1e-12)
 
 
-def test_it_finds_the_friction_of_the_twin(said: dict[str, Any]) -> None:
+def test_it_finds_the_friction_of_the_twin(findings: dict[str, Any]) -> None:
     # Sensor noise is 0.3 mm: a law that differs from the twin's by the shape of its drop comes
     # down to the noise, on what it saw and on what it did not.
-    assert 0.28 < said["J"] < 0.35
-    assert 0.28 < said["held"] < 0.40
-    assert abs(said["values"]["F_S"] / F_S - 1) < 0.1
-    assert abs(said["values"]["F_C"] / F_C - 1) < 0.1
+    assert 0.28 < findings["J"] < 0.35
+    assert 0.28 < findings["held"] < 0.40
+    assert abs(findings["values"]["F_S"] / F_S - 1) < 0.1
+    assert abs(findings["values"]["F_C"] / F_C - 1) < 0.1
 
 
-def test_it_finds_its_own_twin_again(said: dict[str, Any]) -> None:
-    assert 0.28 < said["own_J"] < 0.32
-    identified = {n for n, (*_, verdict) in said["own"].items() if verdict == "identified"}
+def test_it_finds_its_own_twin_again(findings: dict[str, Any]) -> None:
+    assert 0.28 < findings["own_J"] < 0.32
+    identified = {n for n, (*_, verdict) in findings["own"].items() if verdict == "identified"}
     assert identified >= {"F_S", "F_C"}  # where it starts and stops; the drop passes in a few ms
     for name in identified:
-        truth, value, low, high, _ = said["own"][name]
+        truth, value, low, high, _ = findings["own"][name]
         half = high - value if truth > value else value - low
         assert abs(truth - value) <= 2 * half, name
 
 
-def test_it_takes_energy_and_each_of_its_parameters_matters(said: dict[str, Any]) -> None:
-    assert said["power"] >= 0
-    assert min(said["change"]) > 1e-4
+def test_it_takes_energy_and_each_of_its_parameters_matters(findings: dict[str, Any]) -> None:
+    assert findings["power"] >= 0
+    assert min(findings["change"]) > 1e-4
 
 
-def test_its_motion_is_that_of_ever_finer_plain_steps(said: dict[str, Any]) -> None:
-    coarse, fine, finest = said["off"]
+def test_its_motion_is_that_of_ever_finer_plain_steps(findings: dict[str, Any]) -> None:
+    coarse, fine, finest = findings["off"]
     assert coarse > 1.5 * fine > 2.2 * finest
     assert finest < 1e-4
 
