@@ -32,23 +32,23 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
 def _kept(file: Path) -> Callable[[str, Callable[[], Any]], Any]:
     """What a key stands for, measured if the file does not say."""
 
-    def keep(key: str, made: Callable[[], Any]) -> Any:
-        known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-        if key not in known:
+    def keep(key: str, measurement: Callable[[], Any]) -> Any:
+        results = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        if key not in results:
             print(f"  {key}", flush=True)
-            known[key] = made()
-            beside = file.with_name(f".{file.name}.new")
-            beside.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
-            beside.replace(file)
-        return known[key]
+            results[key] = measurement()
+            draft = file.with_name(f".{file.name}.new")
+            draft.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+            draft.replace(file)
+        return results[key]
 
     return keep
 
 
-def tables(found: Mapping[str, Any]) -> list[str]:
+def tables(results: Mapping[str, Any]) -> list[str]:
     """Markdown, the servo's tables first."""
-    made = [*axis_servo.tables(found["servo"]), *axis_joints.tables(found["joints"])]
-    return made or ["The logs are not beside the repository: nothing was measured.\n"]
+    texts = [*axis_servo.tables(results["servo"]), *axis_joints.tables(results["joints"])]
+    return texts or ["The logs are not beside the repository: nothing was measured.\n"]
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ class Half(NamedTuple):
     """Half a log, cut at a rest."""
 
     log: Recording
-    within: str
+    range: str
 
 
 def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
@@ -90,8 +90,8 @@ def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
 
 def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
     log = recording(joint)
-    both = halves(log)
-    found: dict[str, Any] = {
+    parts = halves(log)
+    results: dict[str, Any] = {
         "onsets": keep(f"joints/{joint}/onsets", partial(onsets, log)),
         "halves": {},
         "known": {},
@@ -101,15 +101,15 @@ def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
             for road in ("rest to rest",) if quick else MODELS[name].roads:
                 key = f"{k + 1}/{name}/{road}"
                 task = partial(
-                    predicted, joint, both[k], both[1 - k], MODELS[name], restart=ROADS[road]
+                    predicted, joint, parts[k], parts[1 - k], MODELS[name], restart=ROADS[road]
                 )
-                found["halves"][key] = keep(f"joints/{joint}/{key}", task)
+                results["halves"][key] = keep(f"joints/{joint}/{key}", task)
     for kind in () if quick else KINDS:
         for seed in SEEDS if KINDS[kind] else SEEDS[:1]:
             key = f"{kind}/{seed}"
-            task = partial(known_axis, joint, found, seed, KINDS[kind])
-            found["known"][key] = keep(f"joints/{joint}/known/{key}", task)
-    return found
+            task = partial(known_axis, joint, results, seed, KINDS[kind])
+            results["known"][key] = keep(f"joints/{joint}/known/{key}", task)
+    return results
 
 
 def recording(joint: int) -> Recording:
@@ -120,9 +120,9 @@ def recording(joint: int) -> Recording:
 def rig(joint: int) -> SimulatedRig:
     """The rig of a joint: the gains that its authors state, a torque held from row to row."""
     kp, kd = GAINS[joint]
-    made = RIGS["joint"].set(kp=kp, kd=kd, gain=GAIN, hold=1.0, step=STEP)
-    assert isinstance(made, SimulatedRig)  # noqa: S101 - it is
-    return made
+    servo = RIGS["joint"].set(kp=kp, kd=kd, gain=GAIN, hold=1.0, step=STEP)
+    assert isinstance(servo, SimulatedRig)  # noqa: S101 - it is
+    return servo
 
 
 def halves(log: Recording) -> tuple[Half, Half]:
@@ -150,16 +150,16 @@ def predicted(
     }
 
 
-def _fitted(joint: int, on: Half, model: Model, *, restart: bool) -> Fit:
+def _fitted(joint: int, half: Half, model: Model, *, restart: bool) -> Fit:
     fixed = dict(FIXED)
     if model.onsets:
-        fixed["F_S"] = onsets(on.log, on.within)["F_S"]
+        fixed["F_S"] = onsets(half.log, half.range)["F_S"]
     names = [q.name for q in rig(joint).parameters(law_named(model.law)) if q.name not in fixed]
     return identify(
-        on.log,
+        half.log,
         rig=rig(joint),
         law=model.law,
-        train=on.within,
+        train=half.range,
         fixed=fixed,
         bounds={n: BOUNDS[n.rstrip("+-")] for n in names if n.rstrip("+-") in BOUNDS},
         restart=restart,
@@ -168,12 +168,12 @@ def _fitted(joint: int, on: Half, model: Model, *, restart: bool) -> Fit:
 
 def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
     """RMSE of the whole half and from rest to rest, mrad, and both staircases."""
-    within = Range.parse(test.within, "mrad")
+    tested = Range.parse(test.range, "mrad")
     assert isinstance(parameters.rig, SimulatedRig)  # noqa: S101 - it is
     whole = scores(
-        replace(parameters, objective=SQUARES), p, segments([test.log], parameters.rig, within)
+        replace(parameters, objective=SQUARES), p, segments([test.log], parameters.rig, tested)
     )
-    legs = segments([test.log], parameters.rig, within, restart=True)
+    legs = segments([test.log], parameters.rig, tested, restart=True)
     rested = scores(replace(parameters, objective=Objective(restart=True)), p, legs)
     return {
         "whole": whole.value,
@@ -184,15 +184,17 @@ def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]
     }
 
 
-def _stairs(of: StickSlipStatistics | None) -> list[float] | None:
-    return None if of is None else [of.slips, 1e3 * of.jump, of.stuck]
+def _stairs(statistics: StickSlipStatistics | None) -> list[float] | None:
+    if statistics is None:
+        return None
+    return [statistics.slips, 1e3 * statistics.jump, statistics.stuck]
 
 
 # --- breakaway at the onsets of slips -------------------------------------------------------------
 
 
 def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
-    """What torque the axis broke away at, slip by slip: its mean, its scatter, its interval.
+    """The breakaway torque over all slips: its mean, scatter and interval.
 
     The last row before slip i computed a torque that the axis did not bear; the one before that
     it did. Half-way between them, friction is at its breakaway level: the torque there is
@@ -209,9 +211,9 @@ def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
     torque = 0.5 * (commanded[at] + commanded[np.maximum(at - 1, 0)])
     A = np.column_stack([s, np.sin(log.position[at]), np.ones(len(at))])
     weights, *_ = np.linalg.lstsq(A, torque, rcond=None)
-    left = torque - A @ weights
+    residuals = torque - A @ weights
     dof = len(at) - A.shape[1]
-    sd = float(np.sqrt(left @ left / dof))
+    sd = float(np.sqrt(residuals @ residuals / dof))
     error = sd * float(np.sqrt(np.linalg.inv(A.T @ A)[0, 0])) * float(stats.t.ppf(0.975, dof))
     return {
         "slips": len(at),
@@ -254,7 +256,7 @@ def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -
 def made_log(
     log: Recording, joint: int, p: Mapping[str, float], share: float, seed: int
 ) -> Recording:
-    """What the joint would have done on the same command; a plain loop, F_S drawn at each stick."""
+    """A twin of the log with the same command; a plain loop, F_S drawn at each stick."""
     rng = np.random.default_rng(seed)
     kp, kd = GAINS[joint]
     t, command, q_step = log.t, _command(log), segment(log).step
@@ -280,9 +282,9 @@ def made_log(
                 level = max(level, p["F_C"])
             v = w
             q += h * v
-    seen = q_step * np.rint(x / q_step)
+    measured = q_step * np.rint(x / q_step)
     extra = dict(log.extra) | {"tau_cmd_Nm": torque}
-    return Recording(t=t, position=seen, command=command, rotary=True, extra=extra)
+    return Recording(t=t, position=measured, command=command, rotary=True, extra=extra)
 
 
 def _command(log: Recording) -> Array:
@@ -293,12 +295,12 @@ def _command(log: Recording) -> Array:
 # --- tables ---------------------------------------------------------------------------------------
 
 
-def tables(found: Mapping[str, Any]) -> Iterator[str]:
+def tables(results: Mapping[str, Any]) -> Iterator[str]:
     """Markdown: predictions, staircases, levels with intervals, the known axes."""
-    if not found:
+    if not results:
         return
-    for made in (_predictions, _staircases, _levels, _known):
-        lines = list(made(found))
+    for section in (_predictions, _staircases, _levels, _known):
+        lines = list(section(results))
         if len(lines) > _HEAD:
             yield "\n".join(lines)
 
@@ -316,14 +318,14 @@ def _rows(part: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Mapp
                 yield half, name, {road: row for road, row in by.items() if row}
 
 
-def _predictions(found: Mapping[str, Any]) -> Iterator[str]:
+def _predictions(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**Arm joints: one half predicted from the other, RMSE of position / mrad**\n"
     yield (
         "| joint | trained on | model | whole by whole | ratio | whole by legs | ratio | "
         "legs by legs | ratio |"
     )
     yield "|---|---|---|---:|---:|---:|---:|---:|---:|"
-    for joint, part in found.items():
+    for joint, part in results.items():
         plain: dict[str, list[float]] = {}
         for half, name, by in _rows(part):
             values = [
@@ -345,11 +347,11 @@ def _against(plain: Sequence[float]) -> tuple[float, float, float]:
     return whole, whole, plain[-1]
 
 
-def _staircases(found: Mapping[str, Any]) -> Iterator[str]:
+def _staircases(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**Arm joints: the staircase of the half that was not seen**\n"
     yield "| joint | trained on | model | slips | median jump / mrad | stuck |"
     yield "|---|---|---|---:|---:|---:|"
-    for joint, part in found.items():
+    for joint, part in results.items():
         for half, name, by in _rows(part):
             start = f"| {joint} | half {half} |"
             if name == PLAIN_NAME:
@@ -358,29 +360,32 @@ def _staircases(found: Mapping[str, Any]) -> Iterator[str]:
                 yield f"{start} {name}, by {WORDS[road]} | {_steps(row['modelled'])} |"
 
 
-def _steps(of: Sequence[float] | None) -> str:
-    return f"{of[0]:.0f} | {of[1]:.0f} | {100 * of[2]:.0f} %" if of else "| | "
+def _steps(staircase: Sequence[float] | None) -> str:
+    if not staircase:
+        return "| | "
+    slips, jump, stuck = staircase
+    return f"{slips:.0f} | {jump:.0f} | {100 * stuck:.0f} %"
 
 
-def _levels(found: Mapping[str, Any]) -> Iterator[str]:
+def _levels(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**Arm joints: breakaway and sliding level / N m, 95 % intervals**\n"
     yield (
         "| joint | slips | F_S at the onsets | scatter | trained on | F_S by legs | F_C by legs | "
         "F_C by legs, F_S at the onsets |"
     )
     yield "|---|---:|---|---:|---|---|---|---|"
-    for joint, part in found.items():
-        seen = part["onsets"]
+    for joint, part in results.items():
+        slips = part["onsets"]
         for half, name, by in _rows(part):
             if name != GAUSS:
                 continue
             e = by["rest to rest"]["estimates"]
-            same = part["halves"].get(f"{half}/{SEEN}/rest to rest", by["rest to rest"])
-            low, high = seen["interval"]
+            rested = part["halves"].get(f"{half}/{SEEN}/rest to rest", by["rest to rest"])
+            low, high = slips["interval"]
             yield (
-                f"| {joint} | {seen['slips']} | {seen['F_S']:.2f} ({low:.2f} to {high:.2f}) | "
-                f"± {seen['scatter']:.2f} | half {half} | {_level(e['F_S'])} | "
-                f"{_level(e['F_C'])} | {_level(same['estimates']['F_C'])} |"
+                f"| {joint} | {slips['slips']} | {slips['F_S']:.2f} ({low:.2f} to {high:.2f}) | "
+                f"± {slips['scatter']:.2f} | half {half} | {_level(e['F_S'])} | "
+                f"{_level(e['F_C'])} | {_level(rested['estimates']['F_C'])} |"
             )
 
 
@@ -389,21 +394,23 @@ def _level(row: Sequence[Any]) -> str:
     return f"{value:.2f} ({low:.2f} to {high:.2f}), {verdict}"
 
 
-def _known(found: Mapping[str, Any]) -> Iterator[str]:
+def _known(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**A known axis on the same command: second half, RMSE of position / mrad**\n"
     yield (
         "| joint | breakaway | seed | whole: Coulomb-viscous | truth | ratio | "
         "legs: Coulomb-viscous | truth | ratio |"
     )
     yield "|---|---|---:|---:|---:|---:|---:|---:|---:|"
-    for joint, part in found.items():
+    for joint, part in results.items():
         for key, row in part["known"].items():
             kind, seed = key.split("/")
-            said = f"scatters by {100 * row['share']:.0f} %" if KINDS[kind] else "always the same"
+            static_friction = (
+                f"scatters by {100 * row['share']:.0f} %" if KINDS[kind] else "always the same"
+            )
             whole = min(row["plain"][road]["whole"] for road in ROADS)
             legs = row["plain"]["rest to rest"]["rest to rest"]
             a, b = row["true"]["whole"], row["true"]["rest to rest"]
             yield (
-                f"| {joint} | {said} | {seed} | {whole:.1f} | {a:.1f} | {a / whole:.2f} | "
-                f"{legs:.1f} | {b:.1f} | {b / legs:.2f} |"
+                f"| {joint} | {static_friction} | {seed} | {whole:.1f} | {a:.1f} "
+                f"| {a / whole:.2f} | {legs:.1f} | {b:.1f} | {b / legs:.2f} |"
             )

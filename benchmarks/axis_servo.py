@@ -47,21 +47,21 @@ Keep = Callable[[str, Callable[[], Any]], Any]
 
 
 def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
-    """Whatever has been kept is not measured again."""
+    """All results of the servo; those on file are not measured again."""
     if not LOGS.exists():
         return {}
     logs = tuple(read(f, columns=dict(RIG.columns)) for f in sorted(LOGS.glob("*.json")))
     names = list(LAWS)[:3:2] if quick else list(LAWS)
-    found: dict[str, Any] = {"identify": {}, "splits": {}}
+    results: dict[str, Any] = {"identify": {}, "splits": {}}
     for name in names:
         task = partial(_identified, name, logs)
-        found["identify"][name] = keep(f"servo/identify/{name}", task)
+        results["identify"][name] = keep(f"servo/identify/{name}", task)
     for loss in LOSSES[1:] if quick else LOSSES:
-        for out in _splits(quick=quick):
-            key = f"{loss}/{'+'.join(map(str, out)) or 'none'}"
-            task = partial(_climbed, names, logs, out, loss)
-            found["splits"][key] = keep(f"servo/{key}", task)
-    return found
+        for excluded in _splits(quick=quick):
+            key = f"{loss}/{'+'.join(map(str, excluded)) or 'none'}"
+            task = partial(_climbed, names, logs, excluded, loss)
+            results["splits"][key] = keep(f"servo/{key}", task)
+    return results
 
 
 def _splits(*, quick: bool) -> Iterator[tuple[int, ...]]:
@@ -82,9 +82,9 @@ def _gain(log: Recording) -> int:
 
 
 def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
-    began, used = time.perf_counter(), time.process_time()
+    start_time, used = time.perf_counter(), time.process_time()
     fit = identify(logs, rig=RIG, law=LAWS[name], loss="absolute")
-    wall, cpu = time.perf_counter() - began, time.process_time() - used
+    wall, cpu = time.perf_counter() - start_time, time.process_time() - used
     best = fit.search.runs[0].cost
     return {
         "mae": _mae(fit, logs),
@@ -119,60 +119,60 @@ def _mae(model: Any, logs: Sequence[Recording]) -> float:
 
 
 def _climbed(
-    names: Sequence[str], logs: Sequence[Recording], out: tuple[int, ...], loss: Loss
+    names: Sequence[str], logs: Sequence[Recording], excluded: tuple[int, ...], loss: Loss
 ) -> dict[str, Any]:
     """Each law fitted to the gains that are not left out, tested on the first that is."""
-    train = [log for log in logs if _gain(log) not in out]
-    test = [log for log in logs if out and _gain(log) == out[0]]
+    train = [log for log in logs if _gain(log) not in excluded]
+    test = [log for log in logs if excluded and _gain(log) == excluded[0]]
     simpler: list[TrainedLaw] = []
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     for name in names:
         parameters = partition(RIG, law_named(LAWS[name]), objective=Objective(loss))
         settings = TrainingSettings(0, BUDGET)
         law = train_law(parameters, [LogRange(log, None) for log in train], simpler, settings)
         simpler.append(law)
-        p, more = _last(law)
+        p, polishing = _last(law)
         model = _Model(parameters, p)
-        found[name] = {
+        results[name] = {
             "train": _mae(model, train),
             "test": _mae(model, test) if test else None,
-            "evaluations": law.evaluations + more,
+            "evaluations": law.evaluations + polishing,
             "p": parameters.values(p),
         }
-    return found
+    return results
 
 
 def _last(law: TrainedLaw) -> tuple[Array, int]:
     """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
-    on, parameters = law.problem, law.parameters
-    assert isinstance(on, MotionProblem)  # noqa: S101 - no start is free here
+    problem, parameters = law.problem, law.parameters
+    assert isinstance(problem, MotionProblem)  # noqa: S101 - no start is free here
     if parameters.objective.loss != "absolute":
         return law.p, 0
-    fine = on.finer()
-    done = polish(fine, law.x, float(fine(law.x[None])[0]), _LAST * len(law.x))
-    return parameters.full(done.x[None])[0], done.evaluations + 1
+    finer = problem.finer()
+    minimum = polish(finer, law.x, float(finer(law.x[None])[0]), _LAST * len(law.x))
+    return parameters.full(minimum.x[None])[0], minimum.evaluations + 1
 
 
 # --- tables ---------------------------------------------------------------------------------------
 
 
-def tables(found: Mapping[str, Any]) -> Iterator[str]:
-    """Markdown: as identified, every split with both losses, and what the choice comes to."""
-    if not found:
+def tables(results: Mapping[str, Any]) -> Iterator[str]:
+    """Markdown: as identified, every split with both losses, and the choice of loss and law."""
+    if not results:
         return
-    yield "\n".join(_as_identified(found["identify"]))
-    for made in (_all_splits, _choice) if found["splits"] else ():
-        yield "\n".join(made(found["splits"]))
+    yield "\n".join(_as_identified(results["identify"]))
+    for section in (_all_splits, _choice) if results["splits"] else ():
+        yield "\n".join(section(results["splits"]))
 
 
-def _as_identified(found: Mapping[str, Any]) -> Iterator[str]:
+def _as_identified(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**XL330, 16 logs: mean absolute error of full roll-outs / mrad**\n"
     yield (
         "| law | published parameters | local simplex | `identify` | repeats within 1 % | "
         "evaluations | processor / s |"
     )
     yield "|---|---:|---:|---:|---:|---:|---:|"
-    for name, row in found.items():
+    for name, row in results.items():
         yield (
             f"| {name} {LAWS[name]} | {_number(PUBLISHED.get(name))} | "
             f"{_number(SIMPLEX.get(name))} | {row['mae']:.1f} | {row['agreeing']} of "
@@ -180,60 +180,60 @@ def _as_identified(found: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def _all_splits(found: Mapping[str, Any]) -> Iterator[str]:
+def _all_splits(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**XL330, a gain left out: mean absolute error on the gain that was not seen / mrad**\n"
-    names = list(next(iter(found.values())))
+    names = list(next(iter(results.values())))
     yield f"| fitted by | left out | {' | '.join(names)} |"
     yield f"|---|---|{'---:|' * len(names)}"
-    for key, rows in found.items():
-        loss, out = key.split("/")
-        tested = "train" if out == "none" else "test"
-        of = "nothing (training error)" if out == "none" else _said(out)
-        yield f"| {loss} | {of} | {' | '.join(f'{r[tested]:.1f}' for r in rows.values())} |"
+    for key, rows in results.items():
+        loss, excluded = key.split("/")
+        tested = "train" if excluded == "none" else "test"
+        test_gains = "nothing (training error)" if excluded == "none" else _gains(excluded)
+        yield f"| {loss} | {test_gains} | {' | '.join(f'{r[tested]:.1f}' for r in rows.values())} |"
 
 
-def _said(out: str) -> str:
-    first, *others = out.split("+")
-    return f"kp {first}" + "".join(f" (and {other})" for other in others)
+def _gains(excluded: str) -> str:
+    first, *others = excluded.split("+")
+    return f"kp {first}" + "".join(f" (and {gain})" for gain in others)
 
 
-def choice(found: Mapping[str, Any]) -> dict[str, Any]:
+def choice(results: Mapping[str, Any]) -> dict[str, Any]:
     """Loss and law chosen on kp 100, 200 and 400 alone, and then tested once on kp 800.
 
     `inner` are means over the three gains, each predicted from the other two.
     """
-    seen = [gain for gain in GAINS if gain != UNSEEN]
+    training = [gain for gain in GAINS if gain != UNSEEN]
     inner: dict[str, dict[str, float]] = {}
     for loss in LOSSES:
-        rows = [found.get(f"{loss}/{gain}+{UNSEEN}") for gain in seen]
-        if all(rows) and f"{loss}/{UNSEEN}" in found:
+        rows = [results.get(f"{loss}/{gain}+{UNSEEN}") for gain in training]
+        if all(rows) and f"{loss}/{UNSEEN}" in results:
             inner[loss] = {
                 name: float(np.mean([row[name]["test"] for row in rows if row])) for name in LAWS
             }
     if not inner:
         return {}
     by, law = min(((k, law) for k in inner for law in LAWS), key=lambda c: inner[c[0]][c[1]])
-    tests = {k: {n: found[f"{k}/{UNSEEN}"][n]["test"] for n in LAWS} for k in inner}
+    tests = {k: {n: results[f"{k}/{UNSEEN}"][n]["test"] for n in LAWS} for k in inner}
     return {"inner": inner, "tests": tests, "loss": by, "law": law}
 
 
-def _choice(found: Mapping[str, Any]) -> Iterator[str]:
-    made = choice(found)
-    if not made:
+def _choice(results: Mapping[str, Any]) -> Iterator[str]:
+    chosen = choice(results)
+    if not chosen:
         return
     yield "**XL330, chosen without kp 800, and what that comes to on kp 800 / mrad**\n"
     yield "| fitted by | law | kp 100, 200, 400, each from the other two | kp 800 | to m1 there |"
     yield "|---|---|---:|---:|---:|"
-    for by, of in made["inner"].items():
-        for name, error in of.items():
-            test, first = made["tests"][by][name], made["tests"][by]["m1"]
-            mark = "**" if (by, name) == (made["loss"], made["law"]) else ""
+    for by, errors in chosen["inner"].items():
+        for name, error in errors.items():
+            test, first = chosen["tests"][by][name], chosen["tests"][by]["m1"]
+            mark = "**" if (by, name) == (chosen["loss"], chosen["law"]) else ""
             yield (
                 f"| {by} | {mark}{name}{mark} | {error:.1f} | {test:.1f} | "
                 f"{100 * (test / first - 1):+.0f} % |"
             )
     yield ""
-    yield f"Chosen: **{made['law']}**, fitted by {made['loss']}."
+    yield f"Chosen: **{chosen['law']}**, fitted by {chosen['loss']}."
 
 
 def _number(value: float | None, digits: Literal[1, 2] = 1) -> str:

@@ -71,7 +71,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
         "dimensions": list(dimensions),
         "instances": instances,
         "budget_per_dim": budget,
-        "methods": {who: _seen(by[who], budget) for who in METHODS if who in by},
+        "methods": {method: _seen(by[method], budget) for method in METHODS if method in by},
     }
 
 
@@ -101,27 +101,30 @@ def area_under(runs: Sequence[Record], limit: float) -> float:
     return area(runs, limits={r.job.problem: limit for r in runs}).value
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """Areas and shares by dimension, areas by group, and what each loses, in Markdown."""
-    ranked = sorted(found["methods"].items(), key=lambda item: -_mean(item[1]["share"]))
+    ranked = sorted(results["methods"].items(), key=lambda item: -_mean(item[1]["share"]))
     return [
-        _overall(found, dict(ranked)).markdown(),
-        _groups(found, dict(ranked)).markdown(),
-        _functions(found, dict(ranked)).markdown(),
+        _overall(results, dict(ranked)).markdown(),
+        _groups(results, dict(ranked)).markdown(),
+        _functions(results, dict(ranked)).markdown(),
     ]
 
 
-def _overall(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
-    dims = [str(d) for d in found["dimensions"]]
+def _overall(results: dict[str, Any], ranked: dict[str, Any]) -> Table:
+    dims = [str(d) for d in results["dimensions"]]
     rows = [
-        (Cell.label(who), *(_three(v) for by in (of["share"], of["area"]) for v in _by(by, dims)))
-        for who, of in ranked.items()
+        (
+            Cell.label(method),
+            *(_three(v) for by in (row["share"], row["area"]) for v in _by(by, dims)),
+        )
+        for method, row in ranked.items()
     ]
-    each = [f"D = {d}" for d in dims]
+    dimensions = [f"D = {d}" for d in dims]
     return Table(
-        f"BBOB: {len(found['functions'])} functions, instances 1 to {found['instances']}, "
-        f"{found['budget_per_dim']:,} evaluations a dimension",
-        ("who", "targets met", *each, "area", *each),
+        f"BBOB: {len(results['functions'])} functions, instances 1 to {results['instances']}, "
+        f"{results['budget_per_dim']:,} evaluations a dimension",
+        ("who", "targets met", *dimensions, "area", *dimensions),
         tuple(rows),
         "Targets met: the share of 51 targets from 1e2 to 1e-8 above the minimum that was met in "
         "the end, mean over the dimensions. Area: under that share over log10 of evaluations per "
@@ -134,24 +137,24 @@ def _by(values: dict[str, float], dims: Sequence[str]) -> list[float]:
     return [_mean(values), *(values[d] for d in dims)]
 
 
-def _groups(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
-    groups = {g: [f for f in found["functions"] if FUNCTIONS[f].group == g] for g in GROUPS}
+def _groups(results: dict[str, Any], ranked: dict[str, Any]) -> Table:
+    groups = {g: [f for f in results["functions"] if FUNCTIONS[f].group == g] for g in GROUPS}
     rows = [
         (
-            Cell.label(who),
-            *(_three(_mean({f: of["by_function"][str(f)] for f in fs})) for fs in groups.values()),
+            Cell.label(method),
+            *(_three(_mean({f: row["by_function"][str(f)] for f in fs})) for fs in groups.values()),
         )
-        for who, of in ranked.items()
+        for method, row in ranked.items()
     ]
     heads = (f"{g} (f{fs[0]}–f{fs[-1]})" for g, fs in groups.items())
     return Table("Area by group of functions", ("who", *heads), tuple(rows))
 
 
-def _functions(found: dict[str, Any], ranked: dict[str, Any]) -> Table:
+def _functions(results: dict[str, Any], ranked: dict[str, Any]) -> Table:
     rows = []
-    for f in found["functions"]:
-        areas = {who: of["by_function"][str(f)] for who, of in ranked.items()}
-        best = max(areas, key=lambda who: areas[who])
+    for f in results["functions"]:
+        areas = {method: row["by_function"][str(f)] for method, row in ranked.items()}
+        best = max(areas, key=lambda method: areas[method])
         title = f"f{f} {FUNCTIONS[f].title}"
         rows.append((Cell.label(title), *(map(_three, areas.values())), Cell.label(best)))
     return Table("Area by function", ("function", *ranked, "best"), tuple(rows))

@@ -32,75 +32,75 @@ WORST = 1e3  # what costs nothing finite costs this, mm
 
 
 def main() -> None:
-    """Search the twins named, or all, and write what was found."""
-    wanted = sys.argv[1:]
-    known = json.loads(FILE.read_text(encoding="utf-8"))["twins"] if FILE.exists() else {}
+    """Search the twins named, or all, and write their minima."""
+    names = sys.argv[1:]
+    minima = json.loads(FILE.read_text(encoding="utf-8"))["twins"] if FILE.exists() else {}
     for twin in twins():
-        if wanted and twin.name not in wanted:
+        if names and twin.name not in names:
             continue
-        began = time.perf_counter()
-        known[twin.name] = search(twin)
-        found = known[twin.name]
-        write(known)
+        start_time = time.perf_counter()
+        minima[twin.name] = search(twin)
+        minimum = minima[twin.name]
+        write(minima)
         print(
-            f"{twin.name}: J {found['J']:.6f} mm by {found['by']}, at the truth "
-            f"{found['J_at_truth']:.6f}, {time.perf_counter() - began:.0f} s",
+            f"{twin.name}: J {minimum['J']:.6f} mm by {minimum['by']}, at the truth "
+            f"{minimum['J_at_truth']:.6f}, {time.perf_counter() - start_time:.0f} s",
             flush=True,
         )
 
 
-def write(known: dict[str, object]) -> None:
-    """Write what is known so far."""
-    said = {
+def write(minima: dict[str, object]) -> None:
+    """Write the best minima so far."""
+    document = {
         "command": "python benchmarks/best_known.py",
         "unit": "mm",
         "search": f"scipy differential_evolution, {SEEDS} seeds, popsize {POPULATION}, at most "
         f"{GENERATIONS} generations, tol 1e-10, each polished; bounded least squares from the "
         f"truth and from the best {STARTS} of {RANDOM} random points; the least of all, by "
         "Nelder and Mead",
-        "twins": known,
+        "twins": minima,
     }
-    FILE.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
+    FILE.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def search(twin: Twin) -> dict[str, object]:
-    """The least J of a twin, where, and who found it."""
-    on = twin.problem
-    truth = float(on(twin.truth[None])[0])
-    found = {"the truth": (truth, on.space.encode(twin.truth[None])[0])}
-    for by, u in _starts(on, twin):
-        found[by] = min((_polished(on, u, step) for step in STEPS), key=lambda ju: ju[0])
-    by = min(found, key=lambda name: found[name][0])
+    """The least J of a twin, its place and the search that reached it."""
+    problem = twin.problem
+    truth = float(problem(twin.truth[None])[0])
+    minima = {"the truth": (truth, problem.space.encode(twin.truth[None])[0])}
+    for by, u in _starts(problem, twin):
+        minima[by] = min((_polished(problem, u, step) for step in STEPS), key=lambda ju: ju[0])
+    by = min(minima, key=lambda name: minima[name][0])
 
     def clipped(u: Array) -> float:
-        return float(_costs(on, np.clip(u, 0.0, 1.0)[None])[0])
+        return float(_costs(problem, np.clip(u, 0.0, 1.0)[None])[0])
 
     last = minimize(
         clipped,
-        found[by][1],
+        minima[by][1],
         method="Nelder-Mead",
         options=cast("Any", {"xatol": 1e-9, "fatol": 1e-12, "maxfev": 3000, "adaptive": True}),
     )
-    u = min((found[by], (float(last.fun), np.clip(last.x, 0, 1))), key=lambda ju: ju[0])[1]
-    x = on.space.decode(u[None])
-    each = {name: J for name, (J, _) in found.items() if name.startswith("DE")}
+    u = min((minima[by], (float(last.fun), np.clip(last.x, 0, 1))), key=lambda ju: ju[0])[1]
+    x = problem.space.decode(u[None])
+    evolutions = {name: J for name, (J, _) in minima.items() if name.startswith("DE")}
     return {
-        "J": float(on(x)[0]),
+        "J": float(problem(x)[0]),
         "x": x[0].tolist(),
         "by": by,
         "J_at_truth": truth,
-        "J_from_truth": found["least squares from the truth"][0],
-        "J_from_random": min(J for name, (J, _) in found.items() if "random" in name),
-        "J_of_DE": list(each.values()),
+        "J_from_truth": minima["least squares from the truth"][0],
+        "J_from_random": min(J for name, (J, _) in minima.items() if "random" in name),
+        "J_of_DE": list(evolutions.values()),
     }
 
 
-def _starts(on: MotionProblem, twin: Twin) -> Iterator[tuple[str, Array]]:
-    """Where least squares begins, and what to call what it finds."""
+def _starts(problem: MotionProblem, twin: Twin) -> Iterator[tuple[str, Array]]:
+    """Starting points of least squares, (dim,) in the cube, by name."""
     for seed in range(SEEDS):
-        done = differential_evolution(
-            cast("Any", lambda u: _costs(on, u.T)),  # vectorised: (dim, n) to (n,)
-            Bounds(np.zeros(on.space.dim), np.ones(on.space.dim)),
+        minimum = differential_evolution(
+            cast("Any", lambda u: _costs(problem, u.T)),  # vectorised: (dim, n) to (n,)
+            Bounds(np.zeros(problem.space.dim), np.ones(problem.space.dim)),
             popsize=POPULATION,
             maxiter=GENERATIONS,
             tol=1e-10,
@@ -110,36 +110,36 @@ def _starts(on: MotionProblem, twin: Twin) -> Iterator[tuple[str, Array]]:
             updating="deferred",
             rng=seed,
         )
-        yield f"DE, seed {seed}", np.asarray(done.x, dtype=float)
-    yield "least squares from the truth", on.space.encode(twin.truth[None])[0]
-    u = on.space.sample(np.random.default_rng(0), RANDOM)
-    for k, i in enumerate(np.argsort(_costs(on, u))[:STARTS]):
+        yield f"DE, seed {seed}", np.asarray(minimum.x, dtype=float)
+    yield "least squares from the truth", problem.space.encode(twin.truth[None])[0]
+    u = problem.space.sample(np.random.default_rng(0), RANDOM)
+    for k, i in enumerate(np.argsort(_costs(problem, u))[:STARTS]):
         yield f"least squares from random point {k}", u[i]
 
 
-def _costs(on: MotionProblem, u: Array) -> Array:
-    """(n, dim) points of the cube to (n,) J; what cannot be simulated costs much."""
-    return np.nan_to_num(on(on.space.decode(u)), nan=WORST, posinf=WORST)
+def _costs(problem: MotionProblem, u: Array) -> Array:
+    """J, (n,), at points of the cube, (n, dim); WORST where the simulation fails."""
+    return np.nan_to_num(problem(problem.space.decode(u)), nan=WORST, posinf=WORST)
 
 
-def _polished(on: MotionProblem, u: Array, step: float) -> tuple[float, Array]:
+def _polished(problem: MotionProblem, u: Array, step: float) -> tuple[float, Array]:
     """Least squares from a point of the cube, slopes from both sides."""
 
     def residuals(u: Array) -> Array:
-        return np.asarray(on.residuals(on.space.decode(u[None]))[0])
+        return np.asarray(problem.residuals(problem.space.decode(u[None]))[0])
 
     def slopes(u: Array) -> Array:
         low, high = (
             np.clip(u - step * np.eye(len(u)), 0, 1),
             np.clip(u + step * np.eye(len(u)), 0, 1),
         )
-        wide = np.diag(high - low)
-        moved = on.residuals(on.space.decode(np.vstack([low, high])))
-        return np.asarray(((moved[len(u) :] - moved[: len(u)]) / wide[:, None]).T)
+        steps = np.diag(high - low)
+        moved = problem.residuals(problem.space.decode(np.vstack([low, high])))
+        return np.asarray(((moved[len(u) :] - moved[: len(u)]) / steps[:, None]).T)
 
-    start = float(_costs(on, u[None])[0])
+    start = float(_costs(problem, u[None])[0])
     try:
-        done = least_squares(
+        minimum = least_squares(
             residuals,
             np.clip(u, 1e-9, 1 - 1e-9),
             slopes,
@@ -151,8 +151,8 @@ def _polished(on: MotionProblem, u: Array, step: float) -> tuple[float, Array]:
         )
     except ValueError:  # a neighbour that cannot be simulated
         return start, u
-    J = float(_costs(on, done.x[None])[0])
-    return (J, np.asarray(done.x)) if start > J else (start, u)
+    J = float(_costs(problem, minimum.x[None])[0])
+    return (J, np.asarray(minimum.x)) if start > J else (start, u)
 
 
 if __name__ == "__main__":

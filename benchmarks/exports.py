@@ -107,7 +107,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
 def model(rig: str, law: str) -> Model:
     """A model of known parameters."""
     kind = RIGS[rig]
-    given = {
+    parameters = {
         kind.label(q.name): {
             "value": float(shown_in(kind, q, VALUES[rig][q.name])), "unit": kind.unit_of(q),
             "low": None, "high": None, "at_bound": None, "verdict": "identified",
@@ -115,14 +115,14 @@ def model(rig: str, law: str) -> Model:
         for q in kind.parameters(law_named(law)) if q.name in VALUES[rig]
     }  # fmt: skip
     return as_model(Card.model_validate({
-        "law": law, "rig": rig, "kind": rig, "parameters": given, "data": [], "software": {},
+        "law": law, "rig": rig, "kind": rig, "parameters": parameters, "data": [], "software": {},
         "objective": {"name": "position_rmse", "value": 1.0, "unit": "mm", "samples": 1},
         "search": {"method": "bts", "seed": 0, "evaluations": 1, "seconds": 1.0, "ended": "budget"},
     }))  # fmt: skip
 
 
 def _timed(law: str, turns: int) -> dict[str, float]:
-    """Medians, the loop around a call taken off: exp, the law, the compensator, ns."""
+    """Medians in ns, less the loop around a call: exp, the law, the compensator."""
     rig = "servo-pendulum" if law_named(law).loads else "slide-bed"
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -133,10 +133,10 @@ def _timed(law: str, turns: int) -> dict[str, float]:
         subprocess.run(  # noqa: S603 - our own
             [compiler, "-O2", "timed.c", "friction.c", "-lm", "-o", "timed"], cwd=folder, check=True
         )
-        said = subprocess.run(  # noqa: S603 - the same
+        output = subprocess.run(  # noqa: S603 - the same
             [folder / "timed"], capture_output=True, text=True, check=True
         ).stdout
-    loop, exp, force, added = np.median(np.loadtxt(said.splitlines()), axis=0)
+    loop, exp, force, added = np.median(np.loadtxt(output.splitlines()), axis=0)
     return {"exp": exp - loop, "force": force - loop, "compensate": added - loop}
 
 
@@ -145,8 +145,8 @@ def _agreements(quick: bool) -> Iterator[dict[str, Any]]:
     ramp = track(drive, np.arange(0.0, drive.t[-1], 0.01), x0)
     for law in ("stribeck", "coulomb-viscous", "stribeck+temperature", "lugre", "gms"):
         inputs = np.array([0 * ramp.t, 300.0 + 0 * ramp.t, drive(ramp.t), 0 * ramp.t])
-        on = ramp._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
-        yield _agreement("slide-bed", law, "the test bed's ramp, both ways", on)
+        both_ways = ramp._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
+        yield _agreement("slide-bed", law, "the test bed's ramp, both ways", both_ways)
     logs = sorted(axis_servo.LOGS.glob("*.json"))[: 1 if quick else 2]
     for file in logs:
         rig = RIGS["servo-pendulum"]
@@ -160,8 +160,8 @@ def _agreements(quick: bool) -> Iterator[dict[str, Any]]:
 
 
 def _whole(rig: Any, log: Recording) -> Track:
-    made: Track = rig.track(log, slice(0, len(log)), float(log.position[0]), np.ones(len(log)))
-    return made
+    whole: Track = rig.track(log, slice(0, len(log)), float(log.position[0]), np.ones(len(log)))
+    return whole
 
 
 def _emps() -> Recording:
@@ -173,75 +173,75 @@ def _emps() -> Recording:
     return Recording(t=t, position=q, force=float(raw["gtau"][0, 0]) * u)
 
 
-def _agreement(rig: str, law: str, what: str, on: Track) -> dict[str, Any]:
-    """How far the unit's positions are from ours, as shares of the range."""
-    made = model(rig, law)
-    assert isinstance(made.rig, SimulatedRig)  # noqa: S101 - every rig here is
-    want = made.rig.move(made.law, made.values[None], on).position[0]
-    got, seconds = _simulated(made, on)
-    apart = (got - want) / np.ptp(want)
+def _agreement(rig: str, law: str, motion: str, segment: Track) -> dict[str, Any]:
+    """The difference of the unit's positions from the rig's, as a share of their range."""
+    exported = model(rig, law)
+    assert isinstance(exported.rig, SimulatedRig)  # noqa: S101 - every rig here is
+    expected = exported.rig.move(exported.law, exported.values[None], segment).position[0]
+    positions, seconds = _simulated(exported, segment)
+    errors = (positions - expected) / np.ptp(expected)
     return {
-        "rig": rig, "law": law, "what": what, "most": float(np.abs(apart).max()),
-        "rms": float(np.sqrt(np.mean(apart**2))),
-        "share": seconds / float(on.t[-1] - on.t[0]),
+        "rig": rig, "law": law, "what": motion, "most": float(np.abs(errors).max()),
+        "rms": float(np.sqrt(np.mean(errors**2))),
+        "share": seconds / float(segment.t[-1] - segment.t[0]),
     }  # fmt: skip
 
 
-def _simulated(made: Model, on: Track) -> tuple[Array, float]:
+def _simulated(exported: Model, segment: Track) -> tuple[Array, float]:
     """Positions of the unit, stepped from sample to sample as a master does, and seconds."""
     import fmpy  # noqa: PLC0415 - of the extra `export`
     from fmpy.fmi2 import FMU2Slave  # noqa: PLC0415 - the same
 
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "axis.fmu"
-        path.write_bytes(fmu(made))
+        path.write_bytes(fmu(exported))
         folder = fmpy.extract(str(path), str(Path(name) / "axis"))
-        said = fmpy.read_model_description(str(path))
-        at = {v.name: v.valueReference for v in said.modelVariables}
+        description = fmpy.read_model_description(str(path))
+        at = {v.name: v.valueReference for v in description.modelVariables}
         unit = FMU2Slave(
-            guid=said.guid, unzipDirectory=folder, instanceName="axis",
-            modelIdentifier=said.coSimulation.modelIdentifier,
+            guid=description.guid, unzipDirectory=folder, instanceName="axis",
+            modelIdentifier=description.coSimulation.modelIdentifier,
         )  # fmt: skip
         unit.instantiate()
         unit.setupExperiment(startTime=0.0)
         unit.enterInitializationMode()
-        start = {"position_start": on.x0, "velocity_start": on.v0}
-        start |= dict(zip(("m", "l", "kp", "vin"), on.given.tolist(), strict=False))
+        start = {"position_start": segment.x0, "velocity_start": segment.v0}
+        start |= dict(zip(("m", "l", "kp", "vin"), segment.given.tolist(), strict=False))
         unit.setReal([at[n] for n in start], list(start.values()))
-        inputs = axis(made).of("input")
+        inputs = axis(exported).of("input")
         refs = [at[v.name] for v in inputs]
-        rows = np.array([on.inputs[v.place] for v in inputs])
+        rows = np.array([segment.inputs[v.place] for v in inputs])
         moving = [i for i, v in enumerate(inputs) if not v.fixed]
         unit.setReal(refs, rows[:, 0].tolist())
         unit.exitInitializationMode()
-        t, out = on.t - on.t[0], np.empty(len(on.t))
-        out[0] = on.x0
+        t, positions = segment.t - segment.t[0], np.empty(len(segment.t))
+        positions[0] = segment.x0
         slopes = np.diff(rows) / np.diff(t)
-        began = time.perf_counter()
+        start_time = time.perf_counter()
         for k, h in enumerate(np.diff(t)):
             unit.setReal(refs, rows[:, k].tolist())
             unit.setRealInputDerivatives(
                 [refs[i] for i in moving], [1] * len(moving), slopes[moving, k].tolist()
             )
             unit.doStep(t[k], h)
-            (out[k + 1],) = unit.getReal([at["position"]])
-        seconds = time.perf_counter() - began
+            (positions[k + 1],) = unit.getReal([at["position"]])
+        seconds = time.perf_counter() - start_time
         unit.terminate()
         unit.freeInstance()
-    return out, seconds
+    return positions, seconds
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """The cost of a call, and the agreement of the units."""
     calls = "\n".join(
         f"| {r['law']} | {r['force']:.1f} | {r['force'] / r['exp']:.1f} "
         f"| {r['compensate']:.1f} | {r['compensate'] / r['exp']:.1f} |"
-        for r in found["calls"]
+        for r in results["calls"]
     )
     units = "\n".join(
         f"| {r['rig']} | {r['law']} | {r['what']} | {r['most']:.1e} | {r['rms']:.1e} "
         f"| {1 / r['share']:,.0f} |"
-        for r in found["units"]
+        for r in results["units"]
     )
     timed = (
         "Exported C, `cc -O2`, a call in a loop over 1,024 speeds, the loop taken off; `exp` is "

@@ -35,12 +35,12 @@ def ours(method: str, **settings: Any) -> Contestant:
     """A method of stribeck's own."""
 
     def run(twin: Twin, seed: int, budget: int) -> Count:
-        on, stops = twin.problem, [Target(twin.target)]
+        problem, stops = twin.problem, [Target(twin.target)]
         search = Search(
-            on.space, configure(method, **settings), budget=budget, seed=seed, stops=stops
+            problem.space, configure(method, **settings), budget=budget, seed=seed, stops=stops
         )
-        (done,) = lockstep(on, [search])
-        return done.trace.reached(twin.target)
+        (searched,) = lockstep(problem, [search])
+        return searched.trace.reached(twin.target)
 
     return run
 
@@ -69,18 +69,18 @@ class FoundError(Exception):
 class Counted:
     """Residuals over the unit cube, every row counted, until J is low enough."""
 
-    def __init__(self, on: MotionProblem, target: float, budget: int) -> None:
-        self.on, self.target, self.budget = on, target, budget
+    def __init__(self, problem: MotionProblem, target: float, budget: int) -> None:
+        self.problem, self.target, self.budget = problem, target, budget
         self.spent, self.reached = 0, False
 
     def costs(self, u: Array) -> Array:
         """(n, dim) points to their J."""
-        self._count(J := self.on(self.on.space.decode(u)))
+        self._count(J := self.problem(self.problem.space.decode(u)))
         return np.where(np.isfinite(J), J, np.inf)
 
     def residuals(self, u: Array) -> Array:
         """(dim,) point to its residuals."""
-        r: Array = self.on.residuals(self.on.space.decode(u[None]))[0]
+        r: Array = self.problem.residuals(self.problem.space.decode(u[None]))[0]
         self._count(np.sqrt(np.mean(r**2, keepdims=True)))
         return r
 
@@ -93,16 +93,16 @@ class Counted:
 
 
 def sketch(twin: Twin, seed: int, budget: int) -> Count:
-    """What one would write in ten lines: 100 random points, scipy's least squares from the best.
+    """The ten-line approach: 100 random points, scipy's least squares from the best.
 
     From the best five in turn, 30 iterations at most; then another hundred. The step of the slopes
     and the tolerance are the best of those tried by hand: with scipy's own it takes longer.
     """
-    on, rng = twin.problem, np.random.default_rng(seed)
-    count, steps = Counted(on, twin.target, budget), [1e-3] * on.space.dim
+    problem, rng = twin.problem, np.random.default_rng(seed)
+    count, steps = Counted(problem, twin.target, budget), [1e-3] * problem.space.dim
     try:
         while True:
-            u = on.space.sample(rng, 100)
+            u = problem.space.sample(rng, 100)
             for start in u[np.argsort(count.costs(u), kind="stable")[:5]]:
                 try:
                     least_squares(
@@ -158,16 +158,16 @@ def _raced(
     for name in names:
         run, full, short = CONTESTANTS[name]
         seeds, budget = short if quick else full
-        found = [run(twin, seed, budget) for seed in range(min(seeds, most or seeds))]
-        counts[name] = {"budget": budget, "evaluations": found}
-    on = twin.problem
+        evaluations = [run(twin, seed, budget) for seed in range(min(seeds, most or seeds))]
+        counts[name] = {"budget": budget, "evaluations": evaluations}
+    problem = twin.problem
     return {
         "side": twin.side,
         "rate": twin.bed.rate,
         "noise": twin.bed.echo_noise,
-        "samples": on.samples,
+        "samples": problem.samples,
         "best": twin.best,
-        "at_truth": float(on(twin.truth[None])[0]),
+        "at_truth": float(problem(twin.truth[None])[0]),
         "counts": counts,
     }
 
@@ -179,25 +179,25 @@ def spread(counts: Sequence[Count]) -> tuple[int, float, float, float]:
     return int(np.isfinite(all_).sum()), all_[0], all_[len(all_) // 2], all_[-1]
 
 
-def tables(found: dict[str, Any]) -> list[str]:
-    """What was counted, in Markdown."""
-    return [_demo(found).markdown(), _random(found).markdown()]
+def tables(results: dict[str, Any]) -> list[str]:
+    """The counts, in Markdown."""
+    return [_demo(results).markdown(), _random(results).markdown()]
 
 
-def _demo(found: dict[str, Any]) -> Table:
+def _demo(results: dict[str, Any]) -> Table:
     rows = [
         (
             Cell.label(name),
             Cell.label(twin["side"]),
-            *_cells(of["evaluations"]),
-            _budget(of),
+            *_cells(counts["evaluations"]),
+            _budget(counts),
         )
         for name in CONTESTANTS
-        for twin in found["demo"].values()
-        if (of := twin["counts"].get(name))
+        for twin in results["demo"].values()
+        if (counts := twin["counts"].get(name))
     ]
     return Table(
-        f"Evaluations until J is within {found['within']:.1%} of the best known, the demo's twin "
+        f"Evaluations until J is within {results['within']:.1%} of the best known, the demo's twin "
         "(0.3 mm noise, 100 Hz)",
         ("who", "direction", "found", "least", "median", "most", "budget"),
         tuple(rows),
@@ -206,9 +206,9 @@ def _demo(found: dict[str, Any]) -> Table:
     )
 
 
-def _random(found: dict[str, Any]) -> Table:
+def _random(results: dict[str, Any]) -> Table:
     rows = []
-    for name, twin in found["random"].items():
+    for name, twin in results["random"].items():
         fixed = (
             Cell.label(name),
             Cell.label(twin["side"]),
@@ -216,28 +216,28 @@ def _random(found: dict[str, Any]) -> Table:
             Cell.number(1e3 * twin["noise"], 2),
             Cell.number(twin["best"], 4),
         )
-        by = [_cells(twin["counts"][who]["evaluations"]) for who in _who(found)]
+        by = [_cells(twin["counts"][method]["evaluations"]) for method in _methods(results)]
         rows.append((*fixed, *(cell for cells in by for cell in (cells[0], cells[2], cells[3]))))
-    shown = [(f"{who}: found", "median", "most") for who in _who(found)]
+    shown = [(f"{method}: found", "median", "most") for method in _methods(results)]
     return Table(
         "The same on twins with random true parameters",
         ("twin", "direction", "rate/Hz", "noise/mm", "best J/mm", *(h for hs in shown for h in hs)),
         tuple(rows),
-        " ".join(_pooled(found)),
+        " ".join(_pooled(results)),
     )
 
 
-def _who(found: dict[str, Any]) -> list[str]:
-    return list(next(iter(found["random"].values()))["counts"])
+def _methods(results: dict[str, Any]) -> list[str]:
+    return list(next(iter(results["random"].values()))["counts"])
 
 
-def _pooled(found: dict[str, Any]) -> Iterator[str]:
+def _pooled(results: dict[str, Any]) -> Iterator[str]:
     """A sentence a contestant over all random twins."""
-    for who in _who(found):
-        counts = [c for t in found["random"].values() for c in t["counts"][who]["evaluations"]]
+    for method in _methods(results):
+        counts = [c for t in results["random"].values() for c in t["counts"][method]["evaluations"]]
         hits, _, median, most = spread(counts)
         yield (
-            f"All together, {who}: found in {hits} of {len(counts)} runs, median "
+            f"All together, {method}: found in {hits} of {len(counts)} runs, median "
             f"{grouped(median)}, most {grouped(most)}."
         )
 
@@ -248,5 +248,5 @@ def _cells(counts: Sequence[Count]) -> tuple[Cell, Cell, Cell, Cell]:
     return Cell.label(text), Cell.number(least), Cell.number(median), Cell.number(most)
 
 
-def _budget(of: dict[str, Any]) -> Cell:
-    return Cell(f"{of['budget']:,}", of["budget"])
+def _budget(counts: dict[str, Any]) -> Cell:
+    return Cell(f"{counts['budget']:,}", counts["budget"])

@@ -71,8 +71,8 @@ def remembering(rng: Rng, n: int, memory: float) -> Array:
     if memory == 0:
         return white
     a = float(np.exp(-1 / memory))
-    found = lfilter([np.sqrt(1 - a * a)], [1.0, -a], white[1:], zi=[a * white[0]])[0]
-    return np.concatenate([white[:1], found])
+    later = lfilter([np.sqrt(1 - a * a)], [1.0, -a], white[1:], zi=[a * white[0]])[0]
+    return np.concatenate([white[:1], later])
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ class RememberingBed(TestBed):
     def _transducer(self, t: Array, x: Array, rng: Rng) -> Array:
         echo = np.floor(t * self.echo_rate + 1e-9).astype(int)
         noise = self.echo_noise * remembering(rng, int(echo[-1]) + 1, self.memory)
-        seen: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
-        return seen
+        position: Array = np.interp(echo / self.echo_rate, t, x) + noise[echo]
+        return position
 
 
 def bed(k: int, *, memory: float = 0.0, seed: int | None = None) -> Known:
@@ -108,8 +108,8 @@ def bed(k: int, *, memory: float = 0.0, seed: int | None = None) -> Known:
     names = [q.name for q in SLIDE_BED.parameters(law)]
     free = [i for i, q in enumerate(SLIDE_BED.parameters(law)) if q.fixed is None]
     p = next(p for p in _sliding(law, rng) if slips(p[free], side) >= SLIPS)
-    on = RememberingBed(rate=rate, echo_rate=rate, echo_noise=noise, memory=memory)
-    log = on.run(
+    test_bed = RememberingBed(rate=rate, echo_rate=rate, echo_noise=noise, memory=memory)
+    log = test_bed.run(
         "down" if side == "left" else "up", law=law, truth=p, seed=k if seed is None else seed
     )
     truth = {names[i]: float(p[i]) for i in free}
@@ -123,7 +123,7 @@ def _sliding(law: Law, rng: Rng) -> Iterator[Array]:
             yield p[0]
 
 
-def loop(k: int, *, memory: float = 0.0, held: bool = False) -> Known:
+def loop(k: int, *, memory: float = 0.0, locked: bool = False) -> Known:
     """EMPS loop number k: a sum of sines for a command, noise on the measured force.
 
     A controller's output is held from one sample to the next. What acts on the motion about a
@@ -132,7 +132,7 @@ def loop(k: int, *, memory: float = 0.0, held: bool = False) -> Known:
     Args:
         k: Its number.
         memory: Of the noise.
-        held: Whether the output is logged as the controller writes it, so that the force is half
+        locked: Whether the output is logged as the controller writes it, so that the force is half
             a sample ahead of the motion.
     """
     rng = np.random.default_rng(SeedSequence((SEED + 1, k)))
@@ -148,7 +148,7 @@ def loop(k: int, *, memory: float = 0.0, held: bool = False) -> Known:
     ready = Recording(t=t, position=command, command=command, voltage=np.zeros(len(t)))
     motion = EMPS.simulate(law, p[None], ready)
     force = motion.force[0]
-    if not held:
+    if not locked:
         force = (force + np.append(force[:1], force[:-1])) / 2
     force = force + noise * remembering(rng, len(t), memory)
     log = Recording(t=t, position=motion.position[0], command=command, voltage=force / EMPS["gtau"])
@@ -174,16 +174,16 @@ def pendulum(k: int) -> Known:
         }
         empty = Recording(t=t, position=np.zeros(len(t)), command=goal, rotary=True, extra=extra)
         x = rig.simulate(law, p[None], empty).position[0]
-        seen = x + noise * rng.standard_normal(len(t))
-        logs.append(Recording(t=t, position=seen, command=goal, rotary=True, extra=extra))
+        measured = x + noise * rng.standard_normal(len(t))
+        logs.append(Recording(t=t, position=measured, command=goal, rotary=True, extra=extra))
     return Known(tuple(logs), rig, law, truth, noise, SWING_RATE)
 
 
 def _drawn(
-    rig: Rig, law: Law, within: dict[str, tuple[float, float]], rng: Rng
+    rig: Rig, law: Law, ranges: dict[str, tuple[float, float]], rng: Rng
 ) -> tuple[Array, dict[str, float]]:
     """A parameter set, (k,), and its free ones by name."""
     params = rig.parameters(law)
-    p = np.array([q.fixed if q.fixed is not None else rng.uniform(*within[q.name]) for q in params])
+    p = np.array([q.fixed if q.fixed is not None else rng.uniform(*ranges[q.name]) for q in params])
     free = [i for i, q in enumerate(params) if q.fixed is None]
     return p, {params[i].name: float(p[i]) for i in free}

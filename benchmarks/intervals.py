@@ -60,7 +60,7 @@ class Study:
     """
 
     title: str
-    made: Callable[[int], Known]
+    recording: Callable[[int], Known]
     count: tuple[int, int]
     draws: int = 0
     note: str = ""
@@ -95,7 +95,7 @@ STUDIES = {
     ),
     "loop, held": Study(
         "EMPS loops, the force logged as the controller writes it",
-        lambda k: loop(k, held=True),
+        lambda k: loop(k, locked=True),
         (100, 1),
         note="The controller holds its output for a sample, so the logged force is half a sample "
         "ahead of the motion. No interval knows of that: these hold the truth where the noise is "
@@ -118,7 +118,7 @@ STUDIES = {
 
 
 def measure(quick: bool = False) -> dict[str, Any]:
-    """Identify all recordings, or what is left of them, and count.
+    """Identify all recordings that are not in the file yet, and count.
 
     Args:
         quick: A few of each kind.
@@ -126,8 +126,8 @@ def measure(quick: bool = False) -> dict[str, Any]:
     folder = HERE / "quick" if quick else HERE
     folder.mkdir(exist_ok=True)
     part, whole = folder / "intervals.part.jsonl", folder / "intervals.jsonl"
-    wanted = [(name, k) for name, s in STUDIES.items() for k in range(s.count[quick])]
-    rows = done(part, wanted)
+    pairs = [(name, k) for name, s in STUDIES.items() for k in range(s.count[quick])]
+    rows = identified(part, pairs)
     part.replace(whole)
     return summary(rows)
 
@@ -135,16 +135,16 @@ def measure(quick: bool = False) -> dict[str, Any]:
 # --- recordings, one by one -----------------------------------------------------------------------
 
 
-def done(file: Path, wanted: Sequence[tuple[str, int]]) -> list[Row]:
-    """Identify what is wanted and not in the file yet; every line of it, in the order asked."""
-    known = {(r["study"], r["k"]): r for r in read(file)}
-    left = [w for w in wanted if w not in known]
-    with file.open("a", encoding="utf-8") as out:
-        for row in _each(left):
-            known[row["study"], row["k"]] = row
-            out.write(json.dumps(row) + "\n")
-            out.flush()
-    return [known[w] for w in wanted]
+def identified(file: Path, pairs: Sequence[tuple[str, int]]) -> list[Row]:
+    """The rows of pairs of study and recording, in their order; missing ones are identified."""
+    rows = {(r["study"], r["k"]): r for r in read(file)}
+    missing = [w for w in pairs if w not in rows]
+    with file.open("a", encoding="utf-8") as stream:
+        for row in _each(missing):
+            rows[row["study"], row["k"]] = row
+            stream.write(json.dumps(row) + "\n")
+            stream.flush()
+    return [rows[w] for w in pairs]
 
 
 def read(file: Path) -> list[Row]:
@@ -157,28 +157,30 @@ def read(file: Path) -> list[Row]:
     return [json.loads(line) for line in lines[:-1]]
 
 
-def _each(left: Sequence[tuple[str, int]]) -> Iterator[Row]:
-    if min(cores(), len(left)) < 2:  # noqa: PLR2004 - one core needs no other process
+def _each(missing: Sequence[tuple[str, int]]) -> Iterator[Row]:
+    if min(cores(), len(missing)) < 2:  # noqa: PLR2004 - one core needs no other process
         numba.set_num_threads(1)
-        yield from (one(*w) for w in left)
+        yield from (identified_row(*w) for w in missing)
         return
     fresh = get_context("spawn")
-    with ProcessPoolExecutor(min(cores(), len(left)), fresh, numba.set_num_threads, (1,)) as pool:
-        for ended in as_completed([pool.submit(one, *w) for w in left]):
+    with ProcessPoolExecutor(
+        min(cores(), len(missing)), fresh, numba.set_num_threads, (1,)
+    ) as pool:
+        for ended in as_completed([pool.submit(identified_row, *w) for w in missing]):
             yield ended.result()
 
 
-def one(study: str, k: int) -> Row:
-    """Identify recording k of a study, or say why that was refused."""
-    known, draws = STUDIES[study].made(k), STUDIES[study].draws
-    about = {"study": study, "k": k, "noise": known.noise, "rate": round(known.rate, 3)}
-    began = time.perf_counter()
+def identified_row(study: str, k: int) -> Row:
+    """The identification of recording k of a study, or the reason of its refusal."""
+    known, draws = STUDIES[study].recording(k), STUDIES[study].draws
+    header = {"study": study, "k": k, "noise": known.noise, "rate": round(known.rate, 3)}
+    start_time = time.perf_counter()
     try:
         fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=draws)
     except InputError as error:
-        return about | {"seconds": 0.0, "refused": str(error), "parameters": {}}
-    seconds = time.perf_counter() - began
-    return about | {
+        return header | {"seconds": 0.0, "refused": str(error), "parameters": {}}
+    seconds = time.perf_counter() - start_time
+    return header | {
         "misfit": fit.score.value,
         "seconds": round(seconds, 2),
         "parameters": _parameters(fit, known.truth),
@@ -186,13 +188,13 @@ def one(study: str, k: int) -> Row:
 
 
 def _parameters(fit: Fit, truth: dict[str, float]) -> dict[str, Row]:
-    """What was found of each, with its place in the search range."""
+    """The estimate of each parameter, with its place in the search range."""
     names = (q.name for q in fit.parameters.free)
     errors = dict(zip(names, fit.uncertainty.errors.tolist(), strict=False))
-    found = {}
+    rows = {}
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
         if e.verdict != "fixed":
-            found[q.name] = {
+            rows[q.name] = {
                 "truth": _short(truth[q.name]),
                 "value": _short(e.value),
                 "at": round(_at(q, e.value), 5),
@@ -202,7 +204,7 @@ def _parameters(fit: Fit, truth: dict[str, float]) -> dict[str, Row]:
                 "verdict": e.verdict,
                 "resampled": e.resampled and [_short(x) for x in e.resampled],
             }
-    return found
+    return rows
 
 
 def _at(q: Param, value: float) -> float:
@@ -253,90 +255,92 @@ def study(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _counts(found: Sequence[Row]) -> dict[str, Any]:
-    by = {v: held([p for p in found if p["verdict"] == v]) for v in VERDICTS}
-    drawn = [p for p in found if p["resampled"] and None not in p["resampled"]]
+def _counts(rows: Sequence[Row]) -> dict[str, Any]:
+    by = {v: coverage([p for p in rows if p["verdict"] == v]) for v in VERDICTS}
+    drawn = [p for p in rows if p["resampled"] and None not in p["resampled"]]
     return {
         **by,
-        "every": held(found),
+        "every": coverage(rows),
         "bootstrap": {
-            which: held([p for p in drawn if p["verdict"] in verdicts], "resampled")
-            for which, verdicts in (("identified", VERDICTS[:1]), ("every", VERDICTS))
+            estimates: coverage([p for p in drawn if p["verdict"] in verdicts], "resampled")
+            for estimates, verdicts in (("identified", VERDICTS[:1]), ("every", VERDICTS))
         }
         if drawn
         else None,
-        "z": _z(found),
+        "z": _z(rows),
     }
 
 
-def held(found: Sequence[Row], which: str = "interval") -> dict[str, Any]:
-    """How often the truth lies in the interval, with the 95 % interval of that share.
+def coverage(rows: Sequence[Row], key: str = "interval") -> dict[str, Any]:
+    """The share of intervals that hold the truth, with its 95 % interval.
 
     The half-width is the median of half the interval over the value.
     """
-    inside = sum(_inside(p, which) for p in found)
-    wide = [(p[which][1] - p[which][0]) / 2 / abs(p["value"]) for p in found if p["value"]]
+    inside = sum(_inside(p, key) for p in rows)
+    widths = [(p[key][1] - p[key][0]) / 2 / abs(p["value"]) for p in rows if p["value"]]
     return {
-        "of": len(found),
+        "of": len(rows),
         "held": inside,
-        "share": list(binomial(inside, len(found))),
-        "half_width": float(np.median(wide)) if wide else None,
+        "share": list(binomial(inside, len(rows))),
+        "half_width": float(np.median(widths)) if widths else None,
     }
 
 
-def _inside(p: Row, which: str = "interval") -> bool:
-    return bool(p[which][0] <= p["truth"] <= p[which][1])
+def _inside(p: Row, key: str = "interval") -> bool:
+    return bool(p[key][0] <= p["truth"] <= p[key][1])
 
 
-def _z(found: Sequence[Row]) -> float | None:
+def _z(rows: Sequence[Row]) -> float | None:
     """The scale of errors over standard errors, from their median; 1 if these are right."""
-    z = [abs(p["value"] - p["truth"]) / p["error"] for p in found if p["error"]]
+    z = [abs(p["value"] - p["truth"]) / p["error"] for p in rows if p["error"]]
     return float(np.median(z)) / QUARTILE if z else None
 
 
-def binomial(hits: int, of: int, level: float = 0.95) -> tuple[float, float]:
+def binomial(hits: int, trials: int, level: float = 0.95) -> tuple[float, float]:
     """Clopper and Pearson's interval of a share (1934, doi 10.1093/biomet/26.4.404)."""
     tail = (1 - level) / 2
-    low = float(beta.ppf(tail, hits, of - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(1 - tail, hits + 1, of - hits)) if hits < of else 1.0
+    low = float(beta.ppf(tail, hits, trials - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1 - tail, hits + 1, trials - hits)) if hits < trials else 1.0
     return low, high
 
 
 def spread(rows: Sequence[Row]) -> list[Row]:
-    """For every bed and parameter: how often each verdict, and how far the estimates spread."""
-    found = []
+    """For every bed and parameter: counts of the verdicts, and the spread of the estimates."""
+    spreads = []
     for n, k in enumerate(BEDS):
         mine = [r for r in rows if r["k"] % len(BEDS) == n and r["parameters"]]
         if not mine:
             continue
         for name in mine[0]["parameters"]:
-            of = [r["parameters"][name] for r in mine]
-            verdicts = [p["verdict"] for p in of]
-            low, high = np.percentile([p["at"] for p in of], [5, 95])
-            found.append({
+            estimates = [r["parameters"][name] for r in mine]
+            verdicts = [p["verdict"] for p in estimates]
+            low, high = np.percentile([p["at"] for p in estimates], [5, 95])
+            spreads.append({
                 "bed": k,
                 "parameter": name,
-                "seeds": len(of),
+                "seeds": len(estimates),
                 "verdict": max(VERDICTS, key=verdicts.count),
                 "so_often": max(verdicts.count(v) for v in VERDICTS),
                 "spread": float(high - low),
             })  # fmt: skip
-    return found
+    return spreads
 
 
 # --- tables ---------------------------------------------------------------------------------------
 
 
-def tables(found: dict[str, Any]) -> list[str]:
-    """What was counted, in Markdown."""
-    said = [_table(STUDIES[name], of).markdown() for name, of in found["studies"].items()]
-    if found["spread"]:
-        said.append(_spread(found).markdown())
-    return said
+def tables(results: dict[str, Any]) -> list[str]:
+    """The counts, in Markdown."""
+    texts = [
+        _table(STUDIES[name], counts).markdown() for name, counts in results["studies"].items()
+    ]
+    if results["spread"]:
+        texts.append(_spread(results).markdown())
+    return texts
 
 
-def _table(study: Study, of: dict[str, Any]) -> Table:
-    counted: dict[str, Any] = of["parameters"]
+def _table(study: Study, counts: dict[str, Any]) -> Table:
+    counted: dict[str, Any] = counts["parameters"]
     drawn = counted["all"]["bootstrap"] is not None
     heads = ("parameter", "identified", "± / %", "weak", "± / %", "not identifiable", "every")
     rows = []
@@ -344,13 +348,13 @@ def _table(study: Study, of: dict[str, Any]) -> Table:
         cells = [Cell.label(name), *_held(c["identified"]), *_held(c["weak"])]
         cells += [_held(c["not identifiable"])[0], _held(c["every"])[0]]
         if drawn:
-            cells += [_held(c["bootstrap"][which])[0] for which in ("identified", "every")]
+            cells += [_held(c["bootstrap"][verdict])[0] for verdict in ("identified", "every")]
         rows.append((*cells, Cell.number(math.nan if c["z"] is None else c["z"], 3)))
     return Table(
         f"{study.title}: how often a nominal 95 % interval holds the truth",
         (*heads, *(("bootstrap: identified", "every") if drawn else ()), "z"),
         tuple(rows),
-        " ".join(_notes(study, of)),
+        " ".join(_notes(study, counts)),
     )
 
 
@@ -362,33 +366,37 @@ def _held(c: dict[str, Any]) -> tuple[Cell, Cell]:
     return Cell.label(text), Cell.number(100 * (c["half_width"] or math.nan), 2)
 
 
-def _notes(study: Study, of: dict[str, Any]) -> Iterable[str]:
-    yield f"{of['recordings']} recordings. {study.note}"
-    if of["refused"]:
-        yield f"{of['refused']} were refused: {' '.join(f'“{r}”' for r in of['refusals'])}."
+def _notes(study: Study, counts: dict[str, Any]) -> Iterable[str]:
+    yield f"{counts['recordings']} recordings. {study.note}"
+    if counts["refused"]:
+        yield f"{counts['refused']} were refused: {' '.join(f'“{r}”' for r in counts['refusals'])}."
     yield "Held/of, and the binomial 95 % interval of that share (Clopper and Pearson);"
     yield "±: median half-width over the value;"
     yield "z: error over standard error, the median over the normal's 0.6745, 1 if it is right."
-    yield f"Goal: {GOAL[0]:.0%} to {GOAL[1]:.0%} of the identified: {_met(of['parameters'])}."
+    yield f"Goal: {GOAL[0]:.0%} to {GOAL[1]:.0%} of the identified: {_met(counts['parameters'])}."
 
 
 def _met(counted: dict[str, Any]) -> str:
-    """Which parameters meet the goal: by their share, and by what so many of them can tell."""
+    """The parameters that miss the goal, by their share and by its binomial interval."""
     low, high = GOAL
     missed: list[str] = []
-    few: list[str] = []
+    insignificant: list[str] = []
     for name, by in counted.items():
         c = by["identified"]
         if name == "all" or not c["of"] or low <= c["held"] / c["of"] <= high:
             continue
-        beyond = c["share"][1] < low or c["share"][0] > high
-        (missed if beyond else few).append(f"{name} ({c['held']}/{c['of']})")
-    said = [f"missed by {', '.join(missed)}"] if missed else []
-    said += [f"outside, but within their binomial interval: {', '.join(few)}"] if few else []
-    return "; ".join(said) or "met by each"
+        significant = c["share"][1] < low or c["share"][0] > high
+        (missed if significant else insignificant).append(f"{name} ({c['held']}/{c['of']})")
+    clauses = [f"missed by {', '.join(missed)}"] if missed else []
+    clauses += (
+        [f"outside, but within their binomial interval: {', '.join(insignificant)}"]
+        if insignificant
+        else []
+    )
+    return "; ".join(clauses) or "met by each"
 
 
-def _spread(found: dict[str, Any]) -> Table:
+def _spread(results: dict[str, Any]) -> Table:
     rows = [
         (
             Cell(str(s["bed"]), s["bed"]),
@@ -397,14 +405,16 @@ def _spread(found: dict[str, Any]) -> Table:
             Cell(f"{s['so_often']}/{s['seeds']}", f"{s['so_often']}/{s['seeds']}"),
             Cell.number(100 * s["spread"], 2),
         )
-        for s in found["spread"]
+        for s in results["spread"]
     ]
-    least = min((s["spread"] for s in found["spread"] if s["verdict"] == VERDICTS[-1]), default=0)
-    said = f"Least among the not identifiable: {grouped(100 * least, 2)} %." if least else ""
+    least = min((s["spread"] for s in results["spread"] if s["verdict"] == VERDICTS[-1]), default=0)
+    least_spread = (
+        f"Least among the not identifiable: {grouped(100 * least, 2)} %." if least else ""
+    )
     return Table(
         "Estimates across seeds of the noise: the share of the search range that they take",
         ("bed", "parameter", "verdict", "so often", "spread / %"),
         tuple(rows),
-        f"{found['seeds']} seeds each; from the 5th to the 95th percentile, in the scale of the "
-        f"search; the verdict is the one given most often. {said}".strip(),
+        f"{results['seeds']} seeds each; from the 5th to the 95th percentile, in the scale of the "
+        f"search; the verdict is the one given most often. {least_spread}".strip(),
     )

@@ -45,7 +45,7 @@ class Sphere:
         cost: Array = ((x - AT) ** 2).sum(axis=1)
         return cost
 
-    def one(self, x: Array) -> float:
+    def value(self, x: Array) -> float:
         """(dim,) point to its cost."""
         self.calls += 1
         self.rows += 1
@@ -73,50 +73,53 @@ Contestant = Callable[[Sphere, int, int], None]
 
 
 def _ours(method: str) -> Contestant:
-    def run(on: Sphere, budget: int, seed: int) -> None:
-        lockstep(on, [Search(on.space, configure(method), budget=budget, seed=seed)])
+    def run(sphere: Sphere, budget: int, seed: int) -> None:
+        lockstep(sphere, [Search(sphere.space, configure(method), budget=budget, seed=seed)])
 
     return run
 
 
-def _scipy_de(on: Sphere, budget: int, seed: int) -> None:
+def _scipy_de(sphere: Sphere, budget: int, seed: int) -> None:
     optimize = importlib.import_module("scipy.optimize")
     generations = budget // (15 * DIM) - 1
     optimize.differential_evolution(
-        on.one, BOUNDS, maxiter=generations, tol=0.0, polish=False, rng=seed
+        sphere.value, BOUNDS, maxiter=generations, tol=0.0, polish=False, rng=seed
     )
 
 
-def _dual_annealing(on: Sphere, budget: int, seed: int) -> None:
+def _dual_annealing(sphere: Sphere, budget: int, seed: int) -> None:
     optimize = importlib.import_module("scipy.optimize")
-    optimize.dual_annealing(on.one, BOUNDS, maxiter=budget, maxfun=budget, rng=seed)
+    optimize.dual_annealing(sphere.value, BOUNDS, maxiter=budget, maxfun=budget, rng=seed)
 
 
-def _pycma(on: Sphere, budget: int, seed: int) -> None:
+def _pycma(sphere: Sphere, budget: int, seed: int) -> None:
     cma = importlib.import_module("cma")
     options = {"bounds": [-5.0, 5.0], "verbose": -9, "verb_log": 0, "signals_filename": None}
     rng = np.random.default_rng(seed)
-    while on.rows < budget:
-        told = options | {"maxfevals": budget - on.rows, "seed": int(rng.integers(1, 2**31))}
-        cma.fmin2(on.one, rng.uniform(-5.0, 5.0, DIM), 2.5, told)
+    while sphere.rows < budget:
+        settings = options | {
+            "maxfevals": budget - sphere.rows,
+            "seed": int(rng.integers(1, 2**31)),
+        }
+        cma.fmin2(sphere.value, rng.uniform(-5.0, 5.0, DIM), 2.5, settings)
 
 
-def _niapy_bfo(on: Sphere, budget: int, seed: int) -> None:
+def _niapy_bfo(sphere: Sphere, budget: int, seed: int) -> None:
     bfo = importlib.import_module("niapy.algorithms.basic.bfo")
     core, task = importlib.import_module("niapy.problems"), importlib.import_module("niapy.task")
-    kind = type("Counted", (core.Problem,), {"_evaluate": lambda _, x: on.one(x)})
+    kind = type("Counted", (core.Problem,), {"_evaluate": lambda _, x: sphere.value(x)})
     swarm = bfo.BacterialForagingOptimization(seed=seed)
     swarm.run(task.Task(kind(dimension=DIM, lower=-5.0, upper=5.0), max_evals=budget))
 
 
 def _pymoo(module: str, name: str) -> Contestant:
-    def run(on: Sphere, budget: int, seed: int) -> None:
+    def run(sphere: Sphere, budget: int, seed: int) -> None:
         kind = getattr(importlib.import_module(f"pymoo.algorithms.soo.nonconvex.{module}"), name)
         core = importlib.import_module("pymoo.core.problem").Problem
         optimize = importlib.import_module("pymoo.optimize")
 
         def evaluate(_: Any, x: Array, out: dict[str, Array], *__: Any, **___: Any) -> None:
-            out["F"] = on(x)[:, None]
+            out["F"] = sphere(x)[:, None]
 
         counted = type("Counted", (core,), {"_evaluate": evaluate})
         problem = counted(n_var=DIM, n_obj=1, xl=-5.0, xu=5.0)
@@ -144,63 +147,63 @@ def measure(quick: bool = False) -> dict[str, Any]:
         quick: Three rounds of 5,000 evaluations.
     """
     rounds, budget = (3, 5_000) if quick else (ROUNDS, BUDGET)
-    found: dict[str, Any] = {name: {"us": []} for name in CONTESTANTS}
+    results: dict[str, Any] = {name: {"us": []} for name in CONTESTANTS}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # theirs, of the sphere being solved
         for name in CONTESTANTS:
             _timed(name, budget // 10, 0)  # what is imported and compiled
         for seed in range(1, rounds + 1):
             for name in CONTESTANTS:
-                own, on = _timed(name, budget, seed)
-                found[name]["us"].append(1e6 * own / on.rows)
-                found[name]["rows_a_call"] = on.rows / on.calls
-                found[name]["evaluations"] = on.rows
-    return {"dim": DIM, "budget": budget, "rounds": rounds, "methods": found}
+                seconds, sphere = _timed(name, budget, seed)
+                results[name]["us"].append(1e6 * seconds / sphere.rows)
+                results[name]["rows_a_call"] = sphere.rows / sphere.calls
+                results[name]["evaluations"] = sphere.rows
+    return {"dim": DIM, "budget": budget, "rounds": rounds, "methods": results}
 
 
 def _timed(name: str, budget: int, seed: int) -> tuple[float, Sphere]:
     """Seconds of a run without those of its calls of the sphere, and the sphere."""
     run, kind = CONTESTANTS[name]
-    on = kind()
-    began = time.perf_counter()
-    run(on, budget, seed)
-    seconds = time.perf_counter() - began
-    return seconds - _called(on), on
+    sphere = kind()
+    start_time = time.perf_counter()
+    run(sphere, budget, seed)
+    seconds = time.perf_counter() - start_time
+    return seconds - _called(sphere), sphere
 
 
-def _called(on: Sphere) -> float:
-    """Seconds that as many calls with as many rows take alone."""
-    calls, rows = on.calls, on.rows
-    alone, x = type(on)(), np.zeros((max(round(rows / calls), 1), DIM))
-    began = time.perf_counter()
+def _called(sphere: Sphere) -> float:
+    """Seconds of as many calls of the sphere alone, with as many rows each."""
+    calls, rows = sphere.calls, sphere.rows
+    alone, x = type(sphere)(), np.zeros((max(round(rows / calls), 1), DIM))
+    start_time = time.perf_counter()
     if rows == calls:
         for _ in range(calls):
-            alone.one(x[0])
+            alone.value(x[0])
     else:
         for _ in range(calls):
             alone(x)
-    return time.perf_counter() - began
+    return time.perf_counter() - start_time
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """Microseconds per evaluation, in Markdown."""
     from stribeck.report.table import Cell, Table  # noqa: PLC0415 - slow, and not timed
 
     rows = []
-    for name, of in found["methods"].items():
-        least, middle = min(of["us"]), float(np.median(of["us"]))
+    for name, row in results["methods"].items():
+        least, middle = min(row["us"]), float(np.median(row["us"]))
         goal = GOALS.get(name)
         met = "" if goal is None else f"at most {goal:g}: {'met' if least <= goal else 'missed'}"
         rows.append((
             Cell.label(name),
             Cell.number(least, 2),
             Cell.number(middle, 2),
-            Cell.number(of["rows_a_call"], 3),
+            Cell.number(row["rows_a_call"], 3),
             Cell(met, met or None),
         ))  # fmt: skip
     table = Table(
-        f"The optimizer's own cost, µs per evaluation: the sphere in {found['dim']}-D, "
-        f"{found['budget']:,} evaluations, {found['rounds']} interleaved runs",
+        f"The optimizer's own cost, µs per evaluation: the sphere in {results['dim']}-D, "
+        f"{results['budget']:,} evaluations, {results['rounds']} interleaved runs",
         ("who", "least", "median", "points a call", "goal"),
         tuple(rows),
         "The cost of calling the sphere is subtracted. Goals are held against the least: what else "

@@ -40,7 +40,7 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
 
 
 def _fit(law: str, logs: dict[int, Recording], train: int) -> dict[str, Any]:
-    began = time.perf_counter()
+    start_time = time.perf_counter()
     fit = identify(logs[train], rig=str(RIG), law=law, train=SETTLED, fixed=KNOWN)
     errors = {}
     for k, log in logs.items():
@@ -53,7 +53,7 @@ def _fit(law: str, logs: dict[int, Recording], train: int) -> dict[str, Any]:
         "free": len(verdicts),
         "identified": verdicts.count("identified"),
         "evaluations": fit.search.evaluations,
-        "seconds": time.perf_counter() - began,
+        "seconds": time.perf_counter() - start_time,
     }
 
 
@@ -71,21 +71,21 @@ def _counts(log: Recording) -> Any:
     return log.t >= float(SETTLED.partition("s")[0])
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """Errors of each law: on its own log, on the others."""
     rows = []
-    for of in found["laws"]:
-        fits = of["fits"]
-        own = [fit["errors"][str(fit["train"])] for fit in fits]
-        held = [e for fit in fits for k, e in fit["errors"].items() if k != str(fit["train"])]
+    for law in results["laws"]:
+        fits = law["fits"]
+        training = [fit["errors"][str(fit["train"])] for fit in fits]
+        test = [e for fit in fits for k, e in fit["errors"].items() if k != str(fit["train"])]
         row = (
-            f"| {of['law']} | {fits[0]['free']} | {_median(fit['identified'] for fit in fits)} "
-            f"| {np.median(own):.3f} | **{np.median(held):.3f}** | {max(held):.3f} "
+            f"| {law['law']} | {fits[0]['free']} | {_median(fit['identified'] for fit in fits)} "
+            f"| {np.median(training):.3f} | **{np.median(test):.3f}** | {max(test):.3f} "
             f"| {_median(fit['evaluations'] for fit in fits):,} "
             f"| {np.median([fit['seconds'] for fit in fits]):.0f} s |"
         )
-        rows.append((float(np.median(held)), row))
-    floor = np.median(list(found["floor"].values()))
+        rows.append((float(np.median(test)), row))
+    floor = np.median(list(results["floor"].values()))
     return [
         "A direct-drive joint under a torque of ±6 N m, which breaks away at 10 N m and more: "
         "three logs of five cycles. Relative error of the angle, medians over the logs trained "

@@ -53,40 +53,40 @@ LIBRARIES = (
 
 
 def main() -> None:
-    """Measure, and write down after every part."""
+    """Measure the parts, and write the results after each."""
     ask = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     ask.add_argument("--quick", action="store_true", help="a short pass, to see that all works")
     ask.add_argument("--only", action="append", choices=PARTS, metavar="NAME", help="this part")
     ask.add_argument("--show", nargs="+", metavar="NAME", help="print a part's tables, or one")
     ask.add_argument("--out", type=Path, default=HERE, help="the folder to write to")
-    told = ask.parse_args()
-    if told.show:
-        name, *numbers = told.show
+    options = ask.parse_args()
+    if options.show:
+        name, *numbers = options.show
         if name not in PARTS or not all(n.isdecimal() for n in numbers):
             sys.exit(f"--show: a part ({', '.join(PARTS)}), and which of its tables: 1, 2, ...")
         print("\n".join(shown(name, [int(n) for n in numbers])))
         return
-    if told.quick and told.out == HERE:  # a short pass does not replace what is published
-        told.out = HERE / "quick"
-    told.out.mkdir(parents=True, exist_ok=True)
+    if options.quick and options.out == HERE:  # a short pass does not replace what is published
+        options.out = HERE / "quick"
+    options.out.mkdir(parents=True, exist_ok=True)
     missing, failed = [], []
-    for name in told.only or PARTS:
+    for name in options.only or PARTS:
         if not (HERE / f"{name}.py").exists():
             missing.append(name)
             continue
         print(f"{name} ...", flush=True)
-        began = time.perf_counter()
+        start_time = time.perf_counter()
         try:
-            found = import_module(name).measure(quick=told.quick)
+            results = import_module(name).measure(quick=options.quick)
         except Exception:  # noqa: BLE001 - one part that fails does not cost the others
             traceback.print_exc()
             failed.append(name)
             continue
-        seconds = time.perf_counter() - began
+        seconds = time.perf_counter() - start_time
         print(f"{name}: {seconds:.0f} s", flush=True)
-        part = {"quick": told.quick, "seconds": seconds, "machine": machine(), "found": found}
-        keep(told.out / RESULTS.name, name, part)
-        _write(told.out / PAGE.name, page(read(told.out / RESULTS.name)))
+        part = {"quick": options.quick, "seconds": seconds, "machine": machine(), "found": results}
+        keep(options.out / RESULTS.name, name, part)
+        _write(options.out / PAGE.name, page(read(options.out / RESULTS.name)))
     if missing:
         print(f"not there: {', '.join(missing)}")
     if failed:
@@ -112,9 +112,9 @@ def keep(file: Path, name: str, part: dict[str, Any]) -> None:
 
 
 def _write(file: Path, text: str) -> None:
-    beside = file.with_name(f".{file.name}.new")
-    beside.write_text(text, encoding="utf-8")
-    beside.replace(file)
+    draft = file.with_name(f".{file.name}.new")
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(file)
 
 
 def _plain(value: Any) -> Any:
@@ -142,11 +142,11 @@ def machine() -> dict[str, Any]:
 def _processor() -> str:
     info = Path("/proc/cpuinfo")
     text = info.read_text(encoding="utf-8") if info.exists() else ""
-    found = re.search(r"model name\s*:\s*(.+)", text)
+    model = re.search(r"model name\s*:\s*(.+)", text)
     family = re.search(r"cpu family\s*:\s*(\d+)", text)
-    if not found:
+    if not model:
         return platform.processor() or platform.machine()
-    return found[1].strip() + (f" (family {family[1]})" if family else "")
+    return model[1].strip() + (f" (family {family[1]})" if family else "")
 
 
 def _memory() -> int | None:
@@ -159,10 +159,10 @@ def _memory() -> int | None:
 
 def _gcc() -> str | None:
     try:
-        said = subprocess.run(["gcc", "--version"], check=True, capture_output=True, text=True)  # noqa: S607
+        completed = subprocess.run(["gcc", "--version"], check=True, capture_output=True, text=True)  # noqa: S607
     except (OSError, subprocess.CalledProcessError):
         return None
-    return said.stdout.partition("\n")[0]
+    return completed.stdout.partition("\n")[0]
 
 
 def _version(name: str) -> str | None:
@@ -196,10 +196,10 @@ def _page(parts: dict[str, Any]) -> Iterator[str]:
             yield "![Seconds a call over samples, candidates and strokes](scaling.png)\n"
 
 
-def tables(name: str, found: Any) -> list[str]:
-    """The tables of a part; one that gives them line by line has one."""
-    given: list[str] = import_module(name).tables(found)
-    return given if any("\n" in text for text in given) else ["\n".join(given)]
+def tables(name: str, results: Any) -> list[str]:
+    """The tables of a part; one that returns single lines has one table."""
+    texts: list[str] = import_module(name).tables(results)
+    return texts if any("\n" in text for text in texts) else ["\n".join(texts)]
 
 
 def _machines(parts: dict[str, Any]) -> list[tuple[str, list[str]]]:
@@ -210,15 +210,15 @@ def _machines(parts: dict[str, Any]) -> list[tuple[str, list[str]]]:
     return list(by.items())
 
 
-def described(of: dict[str, Any]) -> str:
+def described(host: dict[str, Any]) -> str:
     """A machine in words."""
-    libraries = ", ".join(f"{name} {v}" for name, v in of["libraries"].items())
-    threads = "" if of["threads_allowed"] == "all" else f", {of['threads_allowed']} thread(s)"
-    memory = f", {of['memory_GiB']} GiB" if of["memory_GiB"] else ""
-    gcc = f", {of['gcc']}" if of["gcc"] else ""
+    libraries = ", ".join(f"{name} {v}" for name, v in host["libraries"].items())
+    threads = "" if host["threads_allowed"] == "all" else f", {host['threads_allowed']} thread(s)"
+    memory = f", {host['memory_GiB']} GiB" if host["memory_GiB"] else ""
+    gcc = f", {host['gcc']}" if host["gcc"] else ""
     return (
-        f"{of['processor']}, {of['cores']} cores{threads}{memory}, {of['system']}; "
-        f"Python {of['python']}, {libraries}{gcc}"
+        f"{host['processor']}, {host['cores']} cores{threads}{memory}, {host['system']}; "
+        f"Python {host['python']}, {libraries}{gcc}"
     )
 
 
@@ -234,25 +234,25 @@ def shown(name: str, numbers: list[int]) -> Iterator[str]:
 
 def plain(markdown: str) -> str:
     """Markdown with its tables as aligned columns."""
-    out: list[str] = []
+    lines: list[str] = []
     rows: list[list[str]] = []
     for line in [*markdown.split("\n"), ""]:
         if line.startswith("|"):
             rows.append([_bare(cell) for cell in re.split(r"(?<!\\)\|", line.strip())[1:-1]])
             continue
         if rows:
-            out += _aligned(rows)
+            lines += _aligned(rows)
             rows = []
-        out += textwrap.wrap(_bare(line), 100) or [""]
-    return "\n".join(out).strip("\n") + "\n"
+        lines += textwrap.wrap(_bare(line), 100) or [""]
+    return "\n".join(lines).strip("\n") + "\n"
 
 
 def _aligned(rows: list[list[str]]) -> Iterable[str]:
     head, marks, *body = rows
     widths = [max(map(len, column)) for column in zip(head, *body, strict=True)]
-    right = [mark.endswith(":") and not mark.startswith(":") for mark in marks]
+    to_right = [mark.endswith(":") and not mark.startswith(":") for mark in marks]
     for k, row in enumerate([head, *body]):
-        cells = zip(row, widths, right, strict=True)
+        cells = zip(row, widths, to_right, strict=True)
         yield "  ".join(c.rjust(w) if r else c.ljust(w) for c, w, r in cells).rstrip()
         if k == 0:
             yield "  ".join("-" * w for w in widths)

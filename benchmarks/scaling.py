@@ -42,7 +42,7 @@ VARIED = {
     "candidates": (np.logspace(0, 5, 11), np.logspace(0, 3, 4)),
     "strokes": (np.array([1, 2, 5, 10, 20, 50, 100]), np.array([1, 5, 20])),
 }
-HELD = {"samples": 6_000, "candidates": 40, "strokes": 1}
+FIXED = {"samples": 6_000, "candidates": 40, "strokes": 1}
 #: Axes of the figure: what is varied, and what the others are held at.
 LABELS = {
     "samples": "Samples (40 candidates)",
@@ -77,57 +77,60 @@ def measure(quick: bool = False) -> dict[str, Any]:
     Args:
         quick: Fewer and smaller sizes.
     """
-    found: dict[str, Any] = {"varied": {}}
-    for what, (full, short) in VARIED.items():
+    results: dict[str, Any] = {"varied": {}}
+    for size, (full, short) in VARIED.items():
         sizes = [round(v) for v in (short if quick else full)]
-        seconds = _seconds(what, sizes, rounds=2 if quick else 5)
+        seconds = _seconds(size, sizes, rounds=2 if quick else 5)
         slope, from_ = exponent(np.array(sizes), np.array(seconds))
-        found["varied"][what] = {
+        results["varied"][size] = {
             "sizes": sizes,
             "seconds": seconds,
             "exponent": slope,
             "fitted_from": from_,
         }
     samples, candidates = (MEMORY[0] // 10, MEMORY[1] // 10) if quick else MEMORY
-    found["memory"] = _memory(samples, candidates) | {"samples": samples, "candidates": candidates}
+    results["memory"] = _memory(samples, candidates) | {
+        "samples": samples,
+        "candidates": candidates,
+    }
     if not quick:
-        draw(found)
-    return found
+        draw(results)
+    return results
 
 
-def _seconds(what: str, sizes: list[int], rounds: int) -> list[float]:
+def _seconds(size: str, sizes: list[int], rounds: int) -> list[float]:
     """Mean seconds of a call at each size, the least of several rounds.
 
-    Each call has candidates of its own: a processor learns the branches of the same few hundred
-    candidates asked again and again, and is twice as fast as any search sees it. Rounds go
-    through all sizes, so that a busy moment of the machine hits all.
+    No candidate repeats: a processor learns the branches of a few hundred repeated candidates, and
+    is then twice as fast as in any search. Rounds go through all sizes, so that a busy moment of
+    the machine hits all.
     """
-    passes = [_pass(what, n) for n in sizes]
+    passes = [_pass(size, n) for n in sizes]
     best = [math.inf] * len(sizes)
     for _ in range(rounds):
-        for k, (on, calls) in enumerate(passes):
-            began = time.perf_counter()
+        for k, (identification, calls) in enumerate(passes):
+            start_time = time.perf_counter()
             for x in calls:
-                on(x)
-            best[k] = min(best[k], (time.perf_counter() - began) / len(calls))
+                identification(x)
+            best[k] = min(best[k], (time.perf_counter() - start_time) / len(calls))
     return best
 
 
-def _pass(what: str, n: int) -> tuple[MotionProblem, list[Array]]:
+def _pass(varied: str, n: int) -> tuple[MotionProblem, list[Array]]:
     """A problem and candidates for as many calls as take a tenth of a second."""
-    size = HELD | {what: n}
-    if what == "strokes":
-        size["samples"] = HELD["samples"] * n
-    on, rng = posed(size["samples"], size["strokes"]), np.random.default_rng(1)
+    size = FIXED | {varied: n}
+    if varied == "strokes":
+        size["samples"] = FIXED["samples"] * n
+    identification, rng = posed(size["samples"], size["strokes"]), np.random.default_rng(1)
 
     def drawn() -> Array:
-        return on.space.decode(on.space.sample(rng, size["candidates"]))
+        return identification.space.decode(identification.space.sample(rng, size["candidates"]))
 
-    on(x := drawn())
-    began = time.perf_counter()
-    on(x)
-    calls = math.ceil(0.1 / (time.perf_counter() - began))
-    return on, [drawn() for _ in range(calls)]
+    identification(x := drawn())
+    start_time = time.perf_counter()
+    identification(x)
+    calls = math.ceil(0.1 / (time.perf_counter() - start_time))
+    return identification, [drawn() for _ in range(calls)]
 
 
 def exponent(sizes: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
@@ -139,35 +142,37 @@ def exponent(sizes: np.ndarray, seconds: np.ndarray) -> tuple[float, float]:
 
 def _memory(samples: int, candidates: int) -> dict[str, Any]:
     command = [sys.executable, __file__, "memory", str(samples), str(candidates)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)  # noqa: S603
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+    completed = subprocess.run(command, check=True, capture_output=True, text=True)  # noqa: S603
+    peaks: dict[str, Any] = json.loads(completed.stdout)
+    return peaks
 
 
 def _resident() -> int:
-    """The most memory that this process has held so far, bytes."""
+    """The peak of this process's resident memory, bytes."""
     status = Path("/proc/self/status")
     if status.exists():  # getrusage's includes what the parent held when it began this process
-        found = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="utf-8"))
-        if found:
-            return int(found[1]) * 1024
+        peak = re.search(r"VmHWM:\s*(\d+) kB", status.read_text(encoding="utf-8"))
+        if peak:
+            return int(peak[1]) * 1024
     unit = 1 if sys.platform == "darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 def memory(samples: int, candidates: int) -> None:
     """Evaluate the candidates and print the peak of memory, before and after."""
-    on = posed(samples, round(samples / 60_000) or 1)
-    x = on.space.decode(on.space.sample(np.random.default_rng(1), candidates))
+    identification = posed(samples, round(samples / 60_000) or 1)
+    x = identification.space.decode(
+        identification.space.sample(np.random.default_rng(1), candidates)
+    )
     before = _resident()
-    began = time.perf_counter()
-    costs = on(x)
-    seconds = time.perf_counter() - began
+    start_time = time.perf_counter()
+    costs = identification(x)
+    seconds = time.perf_counter() - start_time
     finite = int(np.isfinite(costs).sum())
     print(json.dumps({"before": before, "peak": _resident(), "seconds": seconds, "run": finite}))
 
 
-def draw(found: dict[str, Any]) -> None:
+def draw(results: dict[str, Any]) -> None:
     """The figure: seconds a call over each size, log by log, with a line of exponent 1."""
     import matplotlib as mpl  # noqa: PLC0415 - the process whose memory is measured has none of it
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -178,51 +183,51 @@ def draw(found: dict[str, Any]) -> None:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.6, 3.6), layout="constrained")
         FigureCanvasAgg(figure)
-        for axes, (what, of) in zip(
-            figure.subplots(1, 3, sharey=True), found["varied"].items(), strict=True
+        for axes, (size, row) in zip(
+            figure.subplots(1, 3, sharey=True), results["varied"].items(), strict=True
         ):
-            sizes, seconds = np.array(of["sizes"], dtype=float), np.array(of["seconds"])
+            sizes, seconds = np.array(row["sizes"], dtype=float), np.array(row["seconds"])
             ends = sizes[[0, -1]]
             axes.plot(ends, seconds[-1] * ends / ends[-1], "--", color=COMMAND, label="linear")
             axes.plot(sizes, seconds, "o-", ms=4, color=MODEL, label="measured")
-            axes.set(xscale="log", yscale="log", xlabel=LABELS[what], title=_title(what, of))
+            axes.set(xscale="log", yscale="log", xlabel=LABELS[size], title=_title(size, row))
         first = figure.axes[0]
         first.set(ylabel="Seconds for one call of J")
         first.legend(loc="upper left")
         figure.savefig(FIGURE, dpi=160, metadata={"Software": None})
 
 
-def _title(what: str, of: dict[str, Any]) -> str:
-    return f"{what.capitalize()}: exponent {of['exponent']:.2f}"
+def _title(size: str, row: dict[str, Any]) -> str:
+    return f"{size.capitalize()}: exponent {row['exponent']:.2f}"
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """Exponents and memory, in Markdown."""
     from stribeck.report.table import Cell, Table  # noqa: PLC0415
 
     rows = []
-    for what, of in found["varied"].items():
-        sizes, seconds = of["sizes"], of["seconds"]
+    for size, row in results["varied"].items():
+        sizes, seconds = row["sizes"], row["seconds"]
         span = f"{sizes[0]:,} to {sizes[-1]:,}"
         rows.append((
-            Cell.label(what),
+            Cell.label(size),
             Cell.label(span),
             Cell.number(1e3 * seconds[0], 3),
             Cell.number(1e3 * seconds[-1], 3),
             Cell.number(1e6 * seconds[-1] / sizes[-1], 3),
-            Cell(f"{of['exponent']:.2f}", of["exponent"]),
+            Cell(f"{row['exponent']:.2f}", row["exponent"]),
         ))  # fmt: skip
     growth = Table(
         "How the time of one call of J grows",
         ("what grows", "range", "first/ms", "last/ms", "last, µs each", "exponent"),
         tuple(rows),
-        f"Else 1 stroke, {HELD['samples']:,} samples a stroke, {HELD['candidates']} candidates; no "
-        f"candidate is asked twice in a pass. The exponent is fitted over the last {DECADES:g} "
-        "decades: 1 is linear.",
+        f"Else 1 stroke, {FIXED['samples']:,} samples a stroke, {FIXED['candidates']} candidates; "
+        "no candidate is asked twice in a pass. The exponent is fitted over the last "
+        f"{DECADES:g} decades: 1 is linear.",
     )
-    m = found["memory"]
+    m = results["memory"]
     text = f"{m['peak'] / 2**20:,.0f} MiB"
-    held = Table(
+    memory_table = Table(
         f"Peak memory: {m['candidates']:,} candidates on a log of {m['samples']:,} samples (1 kHz)",
         ("peak", "before the call", "limit", "seconds"),
         (
@@ -235,7 +240,7 @@ def tables(found: dict[str, Any]) -> list[str]:
         ),
         "Resident memory of the whole process, Python and its libraries included.",
     )
-    return [growth.markdown(), held.markdown()]
+    return [growth.markdown(), memory_table.markdown()]
 
 
 if __name__ == "__main__":

@@ -27,9 +27,9 @@ TESTED = 800.0
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
     """Compare the laws; a short pass leaves the servo's richer ones away."""
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     if (DATA / "emps").exists():
-        found["emps"] = _compared(
+        results["emps"] = _compared(
             "EMPS, trained on the smooth run, held out: the run with pulses of force",
             [_log(DATA / "emps" / "DATA_EMPS.mat", "emps")],
             [_log(DATA / "emps" / "DATA_EMPS_PULSES.mat", "emps")],
@@ -40,14 +40,14 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
         files = sorted((DATA / "bam_xl330" / "logs").glob("*.json"))
         logs = [_log(file, "servo-pendulum") for file in files]
         high = [float(log.extra["kp"][0]) == TESTED for log in logs]
-        found["servo"] = _compared(
+        results["servo"] = _compared(
             "Dynamixel XL330, trained at gains of 100, 200 and 400, held out: 800",
             [log for log, out in zip(logs, high, strict=True) if not out],
             [log for log, out in zip(logs, high, strict=True) if out],
             "servo-pendulum",
             SERVO[:3] if quick else SERVO,
         )
-    return found
+    return results
 
 
 def _log(file: Path, rig: str) -> Recording:
@@ -61,27 +61,27 @@ def _compared(
     rig: str,
     laws: Sequence[str] | None,
 ) -> dict[str, Any]:
-    began = time.perf_counter()
-    found = select(train, rig=rig, laws=laws, test=test)
-    said: dict[str, Any] = json.loads(selection_text(found))
+    start_time = time.perf_counter()
+    selection = select(train, rig=rig, laws=laws, test=test)
+    document: dict[str, Any] = json.loads(selection_text(selection))
     return {
         "title": title,
-        "seconds": time.perf_counter() - began,
-        "change": _changes(found),
-        "selection": {n: v for n, v in said.items() if n != "data"},
+        "seconds": time.perf_counter() - start_time,
+        "change": _changes(selection),
+        "selection": {n: v for n, v in document.items() if n != "data"},
     }
 
 
-def _changes(found: Selection) -> dict[str, str]:
-    return {c.name: against(c.against) for c in found.candidates}
+def _changes(selection: Selection) -> dict[str, str]:
+    return {c.name: against(c.against) for c in selection.candidates}
 
 
-def tables(found: Mapping[str, Any]) -> list[str]:
-    """What was compared, as Markdown."""
-    if not found:
+def tables(results: Mapping[str, Any]) -> list[str]:
+    """The comparisons, as Markdown."""
+    if not results:
         return ["The logs are not beside the repository: nothing was compared.", ""]
     lines: list[str] = []
-    for part in found.values():
+    for part in results.values():
         s = part["selection"]
         heads = (
             f"| law | free | training / {s['unit']} | held out / {s['unit']} | against the best | "

@@ -73,7 +73,7 @@ FILE = """<mujoco>
 
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
-    """What each axis does under each law; with `quick` one axis alone."""
+    """The motion of each axis under each law; with `quick` one axis alone."""
     import mujoco  # noqa: PLC0415 - only who measures this needs it
 
     rows = []
@@ -81,25 +81,25 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
         for law in LAWS:
             model = _model(axis, law)
             rows.append({"axis": axis.name, "law": law, "who": "ours", **_ours(axis, model)})
-            for who, options in WAYS.items():
+            for simulator, options in WAYS.items():
                 if "lugre" in options and not mujoco.__version__ >= "4":
                     continue
-                began = time.perf_counter()
-                found = _theirs(axis, model, options)
-                found["seconds"] = time.perf_counter() - began
-                rows.append({"axis": axis.name, "law": law, "who": who, **found})
+                start_time = time.perf_counter()
+                motions = _theirs(axis, model, options)
+                motions["seconds"] = time.perf_counter() - start_time
+                rows.append({"axis": axis.name, "law": law, "who": simulator, **motions})
     return {"mujoco": mujoco.__version__, "rows": rows}
 
 
 def _model(axis: Axis, law: str) -> Model:
-    rig, given = RIGS[axis.rig], {**axis.friction, "M": axis.inertia, "offset": 0.0}
+    rig, friction = RIGS[axis.rig], {**axis.friction, "M": axis.inertia, "offset": 0.0}
     cards = {
         rig.label(q.name): {
-            "value": float(shown_in(rig, q, given[q.name])), "unit": rig.unit_of(q),
+            "value": float(shown_in(rig, q, friction[q.name])), "unit": rig.unit_of(q),
             "low": None, "high": None, "at_bound": None, "verdict": "identified",
         }
         for q in rig.parameters(law_named(law))
-        if q.name in given
+        if q.name in friction
     }  # fmt: skip
     return as_model(
         Card.model_validate({
@@ -142,13 +142,13 @@ def _free(
 
 
 def _theirs(axis: Axis, model: Model, options: dict[str, bool]) -> dict[str, float]:
-    """The same by MuJoCo, from the exported file."""
+    """The axis's motions by MuJoCo, from the exported file."""
     import mujoco  # noqa: PLC0415 - the same
 
     def run(spring: float, span: float, v0: float, force: float) -> tuple[Any, Any, Any]:
         text = FILE.format(kind=axis.joint, inertia=axis.inertia, spring=spring)
-        made, _ = mjcf(model, text.encode(), "axis", **options)
-        sim = mujoco.MjModel.from_xml_string(made.decode())
+        model_text, _ = mjcf(model, text.encode(), "axis", **options)
+        sim = mujoco.MjModel.from_xml_string(model_text.decode())
         data = mujoco.MjData(sim)
         for _ in range(SLID if v0 > 0.0 else 0):  # it has slid for a while when it is let go
             data.qvel[0] = v0
@@ -165,10 +165,10 @@ def _theirs(axis: Axis, model: Model, options: dict[str, bool]) -> dict[str, flo
     command, x, _ = run(axis.spring, PULL, 0.0, 0.0)
     stretch = command - x
     # Until the axis stands still but for its creep: ours tells how long that takes.
-    still = int(np.argmax(_free(axis, model, axis.coast, 0.0, FREE)[1] <= 0.0)) * 1e-3
-    _, coast, _ = run(0.0, 1.2 * still, axis.coast, 0.0)
-    held = 0.5 * model.law.levels(model.p)[1]
-    _, creep, _ = run(0.0, HOLD, 0.0, held)
+    coast_time = int(np.argmax(_free(axis, model, axis.coast, 0.0, FREE)[1] <= 0.0)) * 1e-3
+    _, coast, _ = run(0.0, 1.2 * coast_time, axis.coast, 0.0)
+    below_static = 0.5 * model.law.levels(model.p)[1]
+    _, creep, _ = run(0.0, HOLD, 0.0, below_static)
     return {
         "breakaway": axis.spring * float(stretch.max()),
         "jump": float(np.ptp(stretch[len(stretch) // 2 :])),
@@ -178,15 +178,15 @@ def _theirs(axis: Axis, model: Model, options: dict[str, bool]) -> dict[str, flo
     }
 
 
-def tables(found: dict[str, Any]) -> list[str]:
+def tables(results: dict[str, Any]) -> list[str]:
     """One table for each axis and law."""
-    made = []
+    texts = []
     for axis in AXES:
         force, length = axis.units
         lines = []
-        for row in (r for r in found["rows"] if r["axis"] == axis.name):
+        for row in (r for r in results["rows"] if r["axis"] == axis.name):
             ours = next(
-                r for r in found["rows"]
+                r for r in results["rows"]
                 if (r["axis"], r["law"], r["who"]) == (row["axis"], row["law"], "ours")
             )  # fmt: skip
             even = 0.02 * ours["breakaway"] / axis.spring
@@ -197,11 +197,11 @@ def tables(found: dict[str, Any]) -> list[str]:
                 f"| {1e3 * row['creep']:.2g} |"
             )
         if lines:
-            made.append(
-                f"A {axis.name}, MuJoCo {found['mujoco']} at its own time step of 2 ms.\n\n"
+            texts.append(
+                f"A {axis.name}, MuJoCo {results['mujoco']} at its own time step of 2 ms.\n\n"
                 f"| card | who | breaks away at / {force} | jumps by / {length} "
                 f"| steady speed / {length}/s | stops after / {length} "
                 f"| creeps in {HOLD:g} s / {length} |\n"
                 "|---|---|---:|---:|---:|---:|---:|\n" + "\n".join(lines)
             )
-    return made
+    return texts

@@ -41,15 +41,15 @@ def measure(quick: bool = False) -> dict[str, Any]:
             "import": [sys.executable, "-c", "import stribeck"],
             "version": [*STRIBECK, "--version"],
         }
-        seen: dict[str, list[dict[str, Any]]] = {n: [] for n in (*small, "identify")}
+        timed: dict[str, list[dict[str, Any]]] = {n: [] for n in (*small, "identify")}
         for _ in range(runs):  # in turn, so that a busy minute of the machine is shared by all
             for n, command in {**small, "identify": identify}.items():
-                seen[n].append(_timed(command))
-    middle = {n: _middle(found) for n, found in seen.items()}
+                timed[n].append(_timed(command))
+    middle = {n: _middle(timings) for n, timings in timed.items()}
     return {
         "runs": runs,
         "import_above_python": median(
-            a["wall"] - b["wall"] for a, b in zip(seen["import"], seen["python"], strict=True)
+            a["wall"] - b["wall"] for a, b in zip(timed["import"], timed["python"], strict=True)
         ),
         "version": middle["version"],
         "identify": middle["identify"],
@@ -58,35 +58,35 @@ def measure(quick: bool = False) -> dict[str, Any]:
 
 
 def _timed(command: Sequence[str], **environment: str) -> dict[str, Any]:
-    """Seconds of one process, and its shares where it tells them."""
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run(  # noqa: S603 - our own command line
+    """Seconds of one process, and the shares of its steps where it prints them."""
+    before, start_time = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    completed = subprocess.run(  # noqa: S603 - our own command line
         command, check=True, capture_output=True, text=True, env={**os.environ, **environment}
     )
-    wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    wall, after = time.perf_counter() - start_time, resource.getrusage(resource.RUSAGE_CHILDREN)
     processor = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-    said = TOOK.search(done.stdout)
-    pairs = (part.rsplit(" ", 1) for part in said[1].split(", ")) if said else ()
+    listed = TOOK.search(completed.stdout)
+    pairs = (part.rsplit(" ", 1) for part in listed[1].split(", ")) if listed else ()
     shares = {n: float(seconds) for n, seconds in pairs}
     card = sum(s for n, s in shares.items() if n != LATER)
     return {"wall": wall, "processor": processor, "card": card, "shares": shares}
 
 
-def _middle(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _middle(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """The medians of several runs, and the least of them."""
-    names = found[0]["shares"]
+    names = runs[0]["shares"]
     return {
-        **{n: median(f[n] for f in found) for n in ("wall", "processor", "card")},
-        "least": {n: min(f[n] for f in found) for n in ("wall", "processor", "card")},
-        "shares": {n: median(f["shares"][n] for f in found) for n in names},
+        **{n: median(f[n] for f in runs) for n in ("wall", "processor", "card")},
+        "least": {n: min(f[n] for f in runs) for n in ("wall", "processor", "card")},
+        "shares": {n: median(f["shares"][n] for f in runs) for n in names},
     }
 
 
-def tables(found: Mapping[str, Any]) -> list[str]:
+def tables(results: Mapping[str, Any]) -> list[str]:
     """What was measured, as Markdown."""
-    warm, first, version = (found[n] for n in ("identify", "identify_first", "version"))
+    warm, first, version = (results[n] for n in ("identify", "identify_first", "version"))
     rows = [
-        ("`import stribeck`, above bare Python", found["import_above_python"], None, None),
+        ("`import stribeck`, above bare Python", results["import_above_python"], None, None),
         ("`stribeck --version`", version["wall"], version["processor"], version["least"]["wall"]),
         ("`stribeck identify`, typed to card written", warm["card"], None, warm["least"]["card"]),
         (
@@ -97,17 +97,17 @@ def tables(found: Mapping[str, Any]) -> list[str]:
         ),
         ("the first after an installation, to card written", first["card"], None, None),
     ]
-    about = (
-        f"Medians over {found['runs']} runs of a process, taken in turn; processor seconds are "
+    conditions = (
+        f"Medians over {results['runs']} runs of a process, taken in turn; processor seconds are "
         "those of all its threads. `identify` is the demo's up stroke with the default method. "
         "The first run compiles what later ones find on disk."
     )
     return [
-        about,
+        conditions,
         "",
         "| what | wall / s | processor / s | least wall / s |",
         "|---|---:|---:|---:|",
-        *(f"| {what} | {_s(a)} | {_s(b)} | {_s(c)} |" for what, a, b, c in rows),
+        *(f"| {command} | {_s(a)} | {_s(b)} | {_s(c)} |" for command, a, b, c in rows),
         "",
         "Where `identify` spends it, warm:",
         "",

@@ -61,14 +61,14 @@ def measure(quick: bool = False) -> dict[str, Any]:
     text = CAMPAIGN.format(
         repeats=trials, budget=budget, surfaces=named(SURFACES), methods=methods(METHODS)
     )
-    found = cells(records(text))
+    counts = cells(records(text))
     return {
         "trials": trials,
         "budget": budget,
         "cells": {
-            who: {p: _counted(runs) for (p, m), runs in found.items() if m == who}
-            for who in METHODS
-            if any(m == who for _, m in found)
+            method: {p: _counted(runs) for (p, m), runs in counts.items() if m == method}
+            for method in METHODS
+            if any(m == method for _, m in counts)
         },
     }
 
@@ -91,7 +91,7 @@ def _known(value: float) -> float | None:
 
 def mean_ert(by_problem: dict[str, Any]) -> float:
     """The geometric mean of a method's ERT over the problems; inf if one of them is never met."""
-    times = [of["ert"] for of in by_problem.values()]
+    times = [counts["ert"] for counts in by_problem.values()]
     if None in times:
         return math.inf
     return math.exp(sum(map(math.log, times)) / len(times))
@@ -101,29 +101,29 @@ def _shown(value: float | None) -> float:
     return math.inf if value is None else value
 
 
-def tables(found: dict[str, Any]) -> list[str]:
-    """What was counted, in Markdown."""
+def tables(results: dict[str, Any]) -> list[str]:
+    """The counts, in Markdown."""
     problems = [*SURFACES, *(f"{s}-twin" for s in SURFACES)]
-    runs = len(problems) * found["trials"]
-    rival = mean_ert(found["cells"][RIVAL]) if RIVAL in found["cells"] else math.nan
+    runs = len(problems) * results["trials"]
+    rival = mean_ert(results["cells"][RIVAL]) if RIVAL in results["cells"] else math.nan
     rows = []
-    for who, of in found["cells"].items():
-        mean = mean_ert(of)
-        reached = f"{sum(c['reached'] for c in of.values())}/{runs}"
+    for method, counts in results["cells"].items():
+        mean = mean_ert(counts)
+        reached = f"{sum(c['reached'] for c in counts.values())}/{runs}"
         rows.append((
-            Cell.label(who),
-            *(Cell.number(_shown(of[p]["ert"]), 3) for p in problems),
+            Cell.label(method),
+            *(Cell.number(_shown(counts[p]["ert"]), 3) for p in problems),
             Cell.number(mean, 3),
             Cell.number(mean / rival if math.isfinite(rival) else math.nan, 2),
             Cell.label(reached),
         ))  # fmt: skip
     table = Table(
-        f"Expected evaluations to J_min, {found['trials']} trials each",
+        f"Expected evaluations to J_min, {results['trials']} trials each",
         ("who", *problems, "mean", "ratio", "reached"),
         tuple(rows),
         "Expected running time (ERT): all evaluations spent until J_min or the end of the run, "
         "divided by the trials that reached it; ∞ where none did. Mean: geometric, over all ten. "
-        f"Ratio: to {RIVAL}. A run may spend {grouped(found['budget'])} evaluations. Goal for "
+        f"Ratio: to {RIVAL}. A run may spend {grouped(results['budget'])} evaluations. Goal for "
         "mbts: reached always, ratio at most 1, better 0.5.",
     )
     return [table.markdown()]

@@ -10,10 +10,10 @@ from stribeck.bench.engines import Processes, cores
 from stribeck.bench.record import Failure, Record
 
 
-def methods(wanted: dict[str, str]) -> str:
-    """`[[method]]` tables: a label and, in TOML, what it is."""
+def methods(settings: dict[str, str]) -> str:
+    """`[[method]]` tables of a campaign, from labels and their settings in TOML."""
     return "\n".join(
-        f"[[method]]\nname = {json.dumps(label)}\n{said}\n" for label, said in wanted.items()
+        f"[[method]]\nname = {json.dumps(label)}\n{table}\n" for label, table in settings.items()
     )
 
 
@@ -24,14 +24,14 @@ def records(campaign: str) -> list[Record]:
         RuntimeError: a run failed.
     """
     jobs = list(parsed(campaign).jobs())
-    found: list[Record] = []
+    outcomes: list[Record] = []
     for outcome in Processes(min(cores(), len(jobs))).run(iter(jobs)):
         match outcome:
             case Record():
-                found.append(outcome)
+                outcomes.append(outcome)
             case Failure(job, message):
                 raise RuntimeError(f"{job.problem}, {job.algorithm}: {message}")
-    return found
+    return outcomes
 
 
 def named(texts: Sequence[str]) -> str:

@@ -98,8 +98,8 @@ def twins(*, demo: bool = True, random: bool = True) -> list[Twin]:
 
 
 def _known() -> dict[str, dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))["twins"]
-    return found
+    minima: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))["twins"]
+    return minima
 
 
 def _demo() -> Iterator[Twin]:

@@ -66,7 +66,7 @@ def test_a_force_that_is_logged_as_held_is_half_a_sample_ahead(
     monkeypatch.setattr(interval_twins, "FORCE_NOISE", (1e-3, 1.001e-3))
     off = {}
     for held in (False, True):
-        known = loop(1, held=held)
+        known = loop(1, locked=held)
         fit = identify(list(known.recordings), rig=known.rig, law=known.law)
         named = dict(zip([q.name for q in fit.parameters.every], fit.p, strict=True))
         off[held] = abs(named["M"] / known.truth["M"] - 1)
@@ -171,15 +171,15 @@ def test_a_run_goes_on_where_it_was_cut_off(
         asked.append((study, k))
         return row(k, study)
 
-    monkeypatch.setattr(intervals, "one", one)
+    monkeypatch.setattr(intervals, "identified_row", one)
     monkeypatch.setattr(intervals, "cores", lambda: 1)
     wanted = [("bed", 0), ("bed", 1), ("loop", 0)]
     with pytest.raises(KeyboardInterrupt):
-        intervals.done(file, wanted)
+        intervals.identified(file, wanted)
     with file.open("a", encoding="utf-8") as out:
         out.write('{"study": "loop", "k":')  # the machine went down while it wrote
     asked.clear()
-    rows = intervals.done(file, wanted)
+    rows = intervals.identified(file, wanted)
     assert asked == [("loop", 0)]
     assert [(r["study"], r["k"]) for r in rows] == wanted
     assert [(r["study"], r["k"]) for r in intervals.read(file)] == wanted
@@ -192,7 +192,7 @@ def test_a_recording_that_is_refused_is_counted_and_costs_no_other(
         raise InputError("the axis never rests")
 
     monkeypatch.setattr(intervals, "identify", refused)
-    rows = [intervals.one("loop", 0), row(1, "loop", F=found(10, 9, 11))]
+    rows = [intervals.identified_row("loop", 0), row(1, "loop", F=found(10, 9, 11))]
     of = intervals.study(rows)
     assert (of["recordings"], of["refused"]) == (2, 1)
     assert of["parameters"]["F"]["every"]["of"] == 1
@@ -204,7 +204,7 @@ def test_what_is_found_of_a_loop_stands_in_its_row() -> None:
     """The row is the fit's own figures, and its tables can be made."""
     known = loop(0)
     fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=intervals.DRAWS)
-    got = json.loads(json.dumps(intervals.one("loop", 0)))["parameters"]
+    got = json.loads(json.dumps(intervals.identified_row("loop", 0)))["parameters"]
     assert list(got) == list(known.truth) == ["F_C", "F_V", "M", "offset"]
     for e, (name, p) in zip(fit.estimates, [*got.items()], strict=False):
         assert p["truth"] == pytest.approx(known.truth[name], rel=1e-6)
