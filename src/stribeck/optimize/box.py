@@ -150,6 +150,8 @@ def _ordered_minimum(
 ) -> tuple[Array, float]:
     """`box_minimum` with w_i s_i - w_j s_j >= -slack for each (i, j, slack) of `pairs`."""
     s, promise = box_minimum(A, g, lower, upper)
+    if not pairs:
+        return s, promise
     T, c, tied = np.eye(len(g)), np.zeros(len(g)), set[int]()
     for _ in pairs:
         broken = [
@@ -187,29 +189,37 @@ def box_minimum(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, 
     Returns:
         s, and by how much the quadratic falls from 0 to there.
     """
-    s, slope, total = np.zeros(len(g)), g, float(np.trace(A))
+    s, slope, total = np.zeros(len(g)), g, float(A.trace())
     if not 0.0 < total < np.inf:
         return s, 0.0
-    A = A + RIDGE * total * np.eye(len(g))
+    A = A.copy()
+    A.flat[:: len(g) + 1] += RIDGE * total
     free = np.where(slope > 0, lower < 0, upper > 0)
     for _ in range(10 * len(g)):
-        move = np.zeros(len(g))
-        if free.any():
-            move[free] = -np.linalg.solve(A[free][:, free], slope[free])
-        room = np.where(move > 0, upper - s, lower - s)
-        share = np.divide(room, move, out=np.full(len(g), np.inf), where=move != 0)
-        k = int(share.argmin())
-        if share[k] < 1:
-            s, free[k] = s + share[k] * move, False
-            s[k] = upper[k] if move[k] > 0 else lower[k]
-            slope = g + A @ s
-            continue
+        if all_free := bool(free.all()):
+            move = -np.linalg.solve(A, slope)
+        else:
+            move = np.zeros(len(g))
+            if free.any():
+                move[free] = -np.linalg.solve(A[free][:, free], slope[free])
+        down, up = lower - s, upper - s
+        if not ((down <= move) & (move <= up)).all():
+            room = np.where(move > 0, up, down)
+            share = np.divide(room, move, out=np.full(len(g), np.inf), where=move != 0)
+            k = int(share.argmin())
+            if share[k] < 1:
+                s, free[k] = s + share[k] * move, False
+                s[k] = upper[k] if move[k] > 0 else lower[k]
+                slope = g + A @ s
+                continue
         s = s + move
+        if all_free:
+            break
         slope = g + A @ s
         pull = np.where(free, 0.0, np.where(s >= upper, slope, np.where(s <= lower, -slope, 0.0)))
         k = int(pull.argmax())
         if not pull[k] > RIDGE * np.abs(g).max():
             break
         free[k] = True
-    s = np.clip(s, lower, upper)
+    s = np.minimum(np.maximum(s, lower), upper)
     return s, -float(2.0 * g @ s + s @ A @ s)

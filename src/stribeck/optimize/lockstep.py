@@ -234,15 +234,16 @@ def lockstep(
 
 def steps(problem: Problem, tasks: Sequence[Driven[Any]]) -> Iterator[int]:
     """The same a step at a time, to look at the tasks in between: yields rows evaluated."""
+    shown = problem if isinstance(problem, LeastSquares) else None  # slow to ask at every step
     while live := [t for t in tasks if not t.ended]:
         if isinstance(problem, Counted):
             live = _affordable(problem, live)
             if not live:
                 return
         plain = [t for t in live if not t.detailed]
-        plain_tasks = [t for t in live if t.detailed] if len(plain) < len(live) else []
-        rows = _step(problem, plain, detailed=False) if plain else 0
-        yield rows + (_step(problem, plain_tasks, detailed=True) if plain_tasks else 0)
+        detailed = [t for t in live if t.detailed] if len(plain) < len(live) else []
+        rows = _step(problem, plain, None) if plain else 0
+        yield rows + (_step(problem, detailed, shown) if detailed else 0)
 
 
 def _affordable(problem: Counted, live: list[Driven[Any]]) -> list[Driven[Any]]:
@@ -253,11 +254,17 @@ def _affordable(problem: Counted, live: list[Driven[Any]]) -> list[Driven[Any]]:
     return live
 
 
-def _step(problem: Problem, tasks: Sequence[Driven[Any]], detailed: bool) -> int:
-    """One step of tasks that all want the same of a problem; returns the rows evaluated."""
+def _step(problem: Problem, tasks: Sequence[Driven[Any]], shown: LeastSquares | None) -> int:
+    """One step of tasks that all want the same of a problem; returns the rows evaluated.
+
+    Args:
+        problem: Gives the costs.
+        tasks: Those to advance.
+        shown: The same problem where its residuals are wanted and it can show them.
+    """
     points = [t.ask() for t in tasks]
     x = np.concatenate(points) if len(points) > 1 else points[0]
-    residuals = _residuals(problem, x) if detailed and isinstance(problem, LeastSquares) else None
+    residuals = None if shown is None else _residuals(shown, x)
     costs = checked(problem(x) if residuals is None else rms(residuals), len(x))
     end = 0
     for task, batch in zip(tasks, points, strict=True):
