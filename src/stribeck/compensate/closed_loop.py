@@ -249,31 +249,33 @@ def _loops(
     term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array,
     held: Array, parts: Array, start: Array, v_ref: Array, noise: Array, resolution: float,
     h: float, tolerance: float, out_q: Array, out_v: Array, out_F: Array, out_u: Array,
-    out_seen: Array, taken: Array,
+    out_seen: Array, counter: Array,
 ) -> None:  # fmt: skip
-    """Simulate the loops that nobody has taken yet, one after the other, until none is left."""
+    """Simulate the loops that no thread has taken yet, one after the other, until none is left."""
     m = len(inputs)
     term, term_m, p_m = borrowed(term), borrowed(term_m), borrowed(p_m)
-    own = np.empty((6, max(states, states_m, 1)))
-    own_u, own_load, own_slopes, own_ends = np.empty(m), np.empty(5), np.empty(2), np.empty((m, 2))
-    u, load, slopes = borrowed(own_u), borrowed(own_load), borrowed(own_slopes)
-    ends = borrowed(own_ends)  # the inputs at this sample and at the end of it
+    states_owner = np.empty((6, max(states, states_m, 1)))
+    u_owner, load_owner = np.empty(m), np.empty(5)
+    slopes_owner, ends_owner = np.empty(2), np.empty((m, 2))
+    u, load, slopes = borrowed(u_owner), borrowed(load_owner), borrowed(slopes_owner)
+    ends = borrowed(ends_owner)  # the inputs at this sample and at the end of it
     z, coarse, half, fine, z_m, new = (
-        borrowed(own[0]), borrowed(own[1]), borrowed(own[2]), borrowed(own[3]),
-        borrowed(own[4]), borrowed(own[5]),
+        borrowed(states_owner[0]), borrowed(states_owner[1]), borrowed(states_owner[2]),
+        borrowed(states_owner[3]), borrowed(states_owner[4]), borrowed(states_owner[5]),
     )  # fmt: skip
     while True:
-        row = row_pool.next_row(taken)
+        row = row_pool.next_row(counter)
         if row >= len(p):
-            own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = own_ends[0, 0] = 0.0
+            states_owner[0, 0] = u_owner[0] = load_owner[0] = slopes_owner[0] = 0.0  # kept alive
+            ends_owner[0, 0] = 0.0
             return
         a, b, s = borrowed(p[row]), borrowed(c[row]), borrowed(settings[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
         z_m[:] = 0.0
-        left = ROOM + EACH * parts.sum()
+        steps_left = ROOM + EACH * parts.sum()
         hold = joint_constants(b).hold if kind == JOINT else 0.0
-        before = started(
+        last_torque = started(
             rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
         )
         output, last = 0.0, 0.0
@@ -281,7 +283,7 @@ def _loops(
             shown = q + noise[k]
             if resolution > 0.0:
                 shown = resolution * np.floor(shown / resolution + 0.5)
-            seen = 0.0 if k == 0 else (shown - last) / h
+            v_measured = 0.0 if k == 0 else (shown - last) / h
             last = shown
             # The loads are those under the output of the sample before.
             mixed(inputs, held, k, 0.0, u)
@@ -289,7 +291,7 @@ def _loops(
             driven(kind, b, u, q, v, load)
             output = compensator_output(
                 slip_m, rub_m, general_m, states_m, terms_factor(term_m, p_m, load), v_ref[k],
-                seen, h, output, z_m, load, p_m, s, new,
+                v_measured, h, output, z_m, load, p_m, s, new,
             )  # fmt: skip
             if states_m > 0:
                 z_m[:] = new
@@ -300,15 +302,16 @@ def _loops(
             ends[added, 1] += per_force * output
             mixed(ends, held, 0, 0.0, u)
             if hold > 0.0:
-                now = commanded(b, u, q, v)
-                load[DRIVE] = now if hold == 1.0 else before
-                before = now
+                torque = commanded(b, u, q, v)
+                load[DRIVE] = torque if hold == 1.0 else last_torque
+                last_torque = torque
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
-            out_u[row, k], out_seen[row, k] = output, seen
+            out_u[row, k], out_seen[row, k] = output, v_measured
             if k == len(t) - 1 or not (abs(q - start[row, 0]) < far and abs(v) < 1e12):  # noqa: PLR2004
                 break
-            q, v, left = passed(
+            q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, ends, held, 0, parts[k],
-                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes, left,
+                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes,
+                steps_left,
             )  # fmt: skip

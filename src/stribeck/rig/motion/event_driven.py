@@ -67,11 +67,11 @@ _W2 = float64[:, ::1]
 _I1 = int64[::1]
 
 
-def from_zero(on: Track) -> Track:
+def from_zero(track: Track) -> Track:
     """The same track on a clock that starts with it: seconds since 1970 leave no digits."""
-    if on.t[0] == 0.0:
-        return on
-    return on._replace(t=on.t - on.t[0], knots_t=on.knots_t - on.t[0])
+    if track.t[0] == 0.0:
+        return track
+    return track._replace(t=track.t - track.t[0], knots_t=track.knots_t - track.t[0])
 
 
 @compiled(float64(float64, _F1))
@@ -93,20 +93,20 @@ def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> floa
 
 
 @compiled(types.UniTuple(float64, 3)(_F1, _F1, int64, float64))
-def _command(knots_t: Array, knots_x: Array, j: int, now: float) -> tuple[float, float, float]:
-    """The command now, its rate, and until when that rate holds; j counts the knots passed."""
+def _command(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[float, float, float]:
+    """The command at a time, its rate, and until when that holds; j counts the knots passed."""
     if j == 0:
         return knots_x[0], 0.0, knots_t[0]
     if j == len(knots_t):
         return knots_x[j - 1], 0.0, np.inf
     rate = (knots_x[j] - knots_x[j - 1]) / (knots_t[j] - knots_t[j - 1])
-    return knots_x[j - 1] + rate * (now - knots_t[j - 1]), rate, knots_t[j]
+    return knots_x[j - 1] + rate * (time - knots_t[j - 1]), rate, knots_t[j]
 
 
 @compiled(float64(float64, float64))
-def _after(now: float, span: float) -> float:
-    """A span from now, and later than now even where the span is lost in its last digit."""
-    return max(now + span, np.nextafter(now, np.inf))  # type: ignore[no-any-return]
+def _after(time: float, span: float) -> float:
+    """The time after a span: later even where the span is lost in the last digit."""
+    return max(time + span, np.nextafter(time, np.inf))  # type: ignore[no-any-return]
 
 
 @compiled(
@@ -120,7 +120,7 @@ def _breakaway(
     knots_x: Array,
     extremes: Array,
     j: int,
-    now: float,
+    time: float,
     x: float,
     level_m: float,
     level_p: float,
@@ -136,9 +136,9 @@ def _breakaway(
     """
     P, side = 0.0, 0.0
     while True:
-        while j < len(knots_t) and knots_t[j] <= now:
+        while j < len(knots_t) and knots_t[j] <= time:
             j += 1
-        xi, rate, end = _command(knots_t, knots_x, j, now)
+        xi, rate, end = _command(knots_t, knots_x, j, time)
         e = xi - x
         if side == 0.0:  # inside the stick band: wait until the stretch reaches an edge of it
             if e >= reach_p or e <= reach_m:
@@ -149,11 +149,11 @@ def _breakaway(
                     wait, side = (reach_p - e) / rate, 1.0
                 elif rate < 0.0:
                     wait, side = (reach_m - e) / rate, -1.0
-                if now + wait >= end:
+                if time + wait >= end:
                     side = 0.0
                     if end == np.inf:
                         return np.inf, 0.0, j
-                    now = end
+                    time = end
                     # Runs of the command that stay inside the band are passed in one go.
                     k = j // RUN
                     while (
@@ -164,12 +164,12 @@ def _breakaway(
                     ):
                         k += 1
                         j = min(k * RUN, len(knots_t) - 1)
-                        now = knots_t[j]
+                        time = knots_t[j]
                 else:
-                    now += wait
+                    time += wait
                 continue
         if c[BAND] <= 0.0:
-            return now, side, j
+            return time, side, j
         # Beyond the edge: the excess force is linear in time until the drive force bends, the
         # motor's inertia force meets its clamp, or the command has a corner.
         level = level_p if side > 0.0 else level_m
@@ -178,7 +178,7 @@ def _breakaway(
         slope = c[K_SPRING_P] if side > 0.0 else c[K_SPRING_M]
         bend = c[F_FM] / k_hat if k_hat > 0.0 else np.inf
         pull = side * rate  # how fast the stretch grows
-        span = end - now
+        span = end - time
         if abs(e) > bend or (abs(e) == bend and pull > 0.0):
             slope += k_hat
             if pull < 0.0:
@@ -202,14 +202,14 @@ def _breakaway(
         if root >= 0.0 and push + np.sqrt(root) > 0.0:
             wait = 2.0 * need / (push + np.sqrt(root))
         if wait <= span:
-            return now + wait, side, j
+            return time + wait, side, j
         if span == np.inf:
             return np.inf, 0.0, j
         P += (push + 0.5 * growth * span) * span / heavy
-        now = _after(now, span)
+        time = _after(time, span)
         if growth < 0.0 and excess + growth * span <= 1e-12 * abs(level_p - level_m):
             P, side = 0.0, 0.0  # the force fell back into the stick band
-            now = _after(now, 1e-9)
+            time = _after(time, 1e-9)
 
 
 class Piece(NamedTuple):
@@ -256,10 +256,10 @@ def _piece(c: Array, e: float, clamped: float) -> Piece:
     if clamped != 0.0:
         # The unclamped force would be K_J a' + K_D v of a' = (m a + clamp - K_D v) / (m + K_J).
         share = c[INERTIA] / (c[MASS] + c[INERTIA])
-        held, w = clamped * c[CLAMP], 1.0 / c[MASS]
+        clamp_force, w = clamped * c[CLAMP], 1.0 / c[MASS]
         return Piece(
-            w * (offset - held), w * slope, 0.0, w, e_low, e_high, clamped,
-            share * c[MASS], (1.0 - share) * c[DAMPING], share * held,
+            w * (offset - clamp_force), w * slope, 0.0, w, e_low, e_high, clamped,
+            share * c[MASS], (1.0 - share) * c[DAMPING], share * clamp_force,
         )  # fmt: skip
     w = 1.0 / (c[MASS] + c[INERTIA])
     return Piece(
@@ -279,7 +279,9 @@ def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) 
 
 
 @compiled(forceinline=True, fastmath={"contract"})
-def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, level: float) -> float:
+def _acceleration(
+    piece: Piece, e: float, v: float, s: float, friction: float, level: float
+) -> float:
     """Acceleration in slip in direction s.
 
     The stages of a step near rest look beyond it. There friction is mirrored about its level at
@@ -287,7 +289,7 @@ def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, leve
     polynomial of the step. The law is called by who calls this: its array is then not counted.
 
     Args:
-        on: The piece.
+        piece: The piece.
         e: Stretch, m.
         v: Velocity, m/s.
         s: +1.0 or -1.0.
@@ -296,7 +298,7 @@ def _acceleration(on: Piece, e: float, v: float, s: float, friction: float, leve
     """
     if v * s < 0.0:
         friction = 2.0 * level - friction
-    return on.offset + on.slope * e - on.damping * v - on.inverse * friction
+    return piece.offset + piece.slope * e - piece.damping * v - piece.inverse * friction
 
 
 #: What can end a piece of a slip: rest, a bend of the drive force on either side of it, the clamp
@@ -306,7 +308,7 @@ _AT_REST, _LOW, _HIGH, _CLAMP_P, _CLAMP_M = 0, 1, 2, 3, 4
 
 @compiled(fastmath={"contract"})
 def _margin(
-    kind: int, c: Array, s: float, on: Piece, e: float, ahead: float, path: Array, m: int
+    kind: int, c: Array, s: float, piece: Piece, e: float, ahead: float, path: Array, m: int
 ) -> tuple[float, float, float, float, float, float]:
     """How far a step is from leaving its piece, by powers of the share of it that has passed.
 
@@ -315,18 +317,18 @@ def _margin(
     x1, x2, x3 = path[m, TRAVEL + 1], path[m, TRAVEL + 2], path[m, TRAVEL + 3]
     x4, x5 = path[m, TRAVEL + 4], path[m, TRAVEL + 5]
     if kind == _LOW:
-        return e - on.e_low, ahead - x1, -x2, -x3, -x4, -x5
+        return e - piece.e_low, ahead - x1, -x2, -x3, -x4, -x5
     if kind == _HIGH:
-        return on.e_high - e, x1 - ahead, x2, x3, x4, x5
+        return piece.e_high - e, x1 - ahead, x2, x3, x4, x5
     per = 1.0 / path[m, LENGTH]
     v0, v1, v2, v3, v4 = per * x1, per * 2 * x2, per * 3 * x3, per * 4 * x4, per * 5 * x5
     if kind == _AT_REST:
         return s * v0 - c[BAND], s * v1, s * v2, s * v3, s * v4, 0.0
     side = -1.0 if kind == _CLAMP_P else 1.0
-    if on.clamped != 0.0:
-        side = on.clamped
-    ma, mv, room = side * on.of_a * per, side * on.of_v, side * on.of_1
-    room += c[CLAMP] if on.clamped == 0.0 else -c[CLAMP]
+    if piece.clamped != 0.0:
+        side = piece.clamped
+    ma, mv, room = side * piece.of_a * per, side * piece.of_v, side * piece.of_1
+    room += c[CLAMP] if piece.clamped == 0.0 else -c[CLAMP]
     return (
         room + mv * v0 + ma * v1,
         mv * v1 + ma * 2 * v2,
@@ -355,28 +357,28 @@ def _crossing(q: tuple[float, float, float, float, float, float], low: float, hi
         else:
             high = u
         slope = q[1] + u * (2 * q[2] + u * (3 * q[3] + u * (4 * q[4] + u * 5 * q[5])))
-        near = u - f / slope if slope < 0.0 else low
-        if not low < near < high:
-            near = 0.5 * (low + high)
-        if abs(near - u) <= 1e-13 or high - low <= 1e-13:
-            return near
-        u = near
+        guess = u - f / slope if slope < 0.0 else low
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        if abs(guess - u) <= 1e-13 or high - low <= 1e-13:
+            return guess
+        u = guess
     return u
 
 
 @compiled()
 def _cut(
-    c: Array, s: float, on: Piece, e: float, ahead: float, path: Array, m: int
+    c: Array, s: float, piece: Piece, e: float, ahead: float, path: Array, m: int
 ) -> tuple[float, int]:  # fmt: skip
     """The share of a step at which it leaves its piece, and how; (1.0, -1) if it stays inside."""
     theta, how = 1.0, -1
     for kind in range(5):
         # Each edge of the stretch by itself: a step that starts on one may leave by the other.
-        if (kind == _LOW and on.e_low == -np.inf) or (kind == _HIGH and on.e_high == np.inf):
+        if (kind == _LOW and piece.e_low == -np.inf) or (kind == _HIGH and piece.e_high == np.inf):
             continue
-        if kind >= _CLAMP_P and (c[CLAMP] == np.inf or (on.clamped != 0.0 and kind != _CLAMP_P)):
+        if kind >= _CLAMP_P and (c[CLAMP] == np.inf or (piece.clamped != 0.0 and kind != _CLAMP_P)):
             continue
-        q = _margin(kind, c, s, on, e, ahead, path, m)
+        q = _margin(kind, c, s, piece, e, ahead, path, m)
         if q[0] > abs(q[1]) + abs(q[2]) + abs(q[3]) + abs(q[4]) + abs(q[5]):
             continue
         before = 0.0
@@ -384,9 +386,9 @@ def _cut(
             if before >= theta:
                 break
             if _at(q, probe) < 0.0:
-                found = _crossing(q, before, probe)
-                if found < theta or how < 0:
-                    theta, how = found, kind
+                share = _crossing(q, before, probe)
+                if share < theta or how < 0:
+                    theta, how = share, kind
                 break
             before = probe
     return theta, how
@@ -394,7 +396,7 @@ def _cut(
 
 @compiled()
 def _inside(
-    c: Array, s: float, on: Piece, e: float, ahead: float, dx: float,
+    c: Array, s: float, piece: Piece, e: float, ahead: float, dx: float,
     v: float, k1: float, w: float, k7: float, h: float,
 ) -> bool:  # fmt: skip
     """Whether a step certainly stays in its piece: the control points of its quintic do.
@@ -408,28 +410,28 @@ def _inside(
         return False
     # The slide moves one way only: the stretch lies between what the two could do alone.
     if s > 0.0:
-        gone, back = max(ahead, 0.0), min(ahead, 0.0) - dx
+        most, least = max(ahead, 0.0), min(ahead, 0.0) - dx
     else:
-        gone, back = max(ahead, 0.0) - dx, min(ahead, 0.0)
-    if e + back <= on.e_low or e + gone >= on.e_high:
+        most, least = max(ahead, 0.0) - dx, min(ahead, 0.0)
+    if e + least <= piece.e_low or e + most >= piece.e_high:
         return False
     fast = max(abs(v), abs(v1), abs(v2), abs(v3), abs(w))
     a1, a2 = 4.0 / h * (v2 - v1), 4.0 / h * (v3 - v2)
-    if on.clamped == 0.0:
+    if piece.clamped == 0.0:
         strong = max(abs(k1), abs(a1), abs(a2), abs(k7))
-        return on.of_a * strong + on.of_v * fast < c[CLAMP]  # type: ignore[no-any-return]
-    t = on.clamped
+        return piece.of_a * strong + piece.of_v * fast < c[CLAMP]  # type: ignore[no-any-return]
+    t = piece.clamped
     weak = min(t * k1, t * a1, t * a2, t * k7)
-    return on.of_a * weak - on.of_v * fast + t * on.of_1 > c[CLAMP]  # type: ignore[no-any-return]
+    return piece.of_a * weak - piece.of_v * fast + t * piece.of_1 > c[CLAMP]  # type: ignore[no-any-return]
 
 
 @compiled()
-def _first(slip: Any, p: Array, e: float, v: float, s: float, on: Piece, k1: float) -> float:
+def _first(slip: Any, p: Array, e: float, v: float, s: float, piece: Piece, k1: float) -> float:
     """A first step, s: half the time in which friction's fall lets a slip grow e-fold."""
     more = max(abs(v), 1e-5)
     w = v + s * more
-    growth = abs(_acceleration(on, e, w, s, slip(s * abs(w), p), 0.0) - k1) / more
-    rate = growth + np.sqrt(on.slope) + on.damping
+    growth = abs(_acceleration(piece, e, w, s, slip(s * abs(w), p), 0.0) - k1) / more
+    rate = growth + np.sqrt(piece.slope) + piece.damping
     return min(0.5 / rate, 1.0) if rate > 0.0 else 1e-3
 
 
@@ -468,42 +470,42 @@ def leg(
         Rows written, how long the leg took, the travel, the velocity at its end, how it ended,
         the next wish, and the steps tried.
     """
-    on = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s))
-    k1 = _acceleration(on, e, v, s, slip(s * abs(v), p), level)
-    now, moved, tries, m = 0.0, 0.0, 0, 0
+    piece = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s))
+    k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
+    time, moved, tries, m = 0.0, 0.0, 0, 0
     if wish <= 0.0:
-        wish = _first(slip, p, e, v, s, on, k1) * min(tolerance, 1.0) ** 0.2
+        wish = _first(slip, p, e, v, s, piece, k1) * min(tolerance, 1.0) ** 0.2
     before_h, before_r = 0.0, 1.0
     while m < LEG:
-        h = min(wish, span - now)
-        last = h == span - now
+        h = min(wish, span - time)
+        last = h == span - time
         tries += 1
         v2 = v + h * (0.161 * k1)
-        k2 = _acceleration(on, e + h * (0.161 * (rate - v)), v2, s, slip(s * abs(v2), p), level)
+        k2 = _acceleration(piece, e + h * (0.161 * (rate - v)), v2, s, slip(s * abs(v2), p), level)
         a31, a32 = -0.008480655492356989, 0.335480655492357
         v3 = v + h * (a31 * k1 + a32 * k2)
         e3 = e + h * (0.327 * rate - (a31 * v + a32 * v2))
-        k3 = _acceleration(on, e3, v3, s, slip(s * abs(v3), p), level)
+        k3 = _acceleration(piece, e3, v3, s, slip(s * abs(v3), p), level)
         a41, a42, a43 = 2.8971530571054935, -6.359448489975075, 4.3622954328695815
         v4 = v + h * (a41 * k1 + a42 * k2 + a43 * k3)
         e4 = e + h * (0.9 * rate - (a41 * v + a42 * v2 + a43 * v3))
-        k4 = _acceleration(on, e4, v4, s, slip(s * abs(v4), p), level)
+        k4 = _acceleration(piece, e4, v4, s, slip(s * abs(v4), p), level)
         a51, a52, a53 = 5.325864828439257, -11.748883564062828, 7.4955393428898365
         a54 = -0.09249506636175525
         v5 = v + h * (a51 * k1 + a52 * k2 + a53 * k3 + a54 * k4)
         e5 = e + h * (0.9800255409045097 * rate - (a51 * v + a52 * v2 + a53 * v3 + a54 * v4))
-        k5 = _acceleration(on, e5, v5, s, slip(s * abs(v5), p), level)
+        k5 = _acceleration(piece, e5, v5, s, slip(s * abs(v5), p), level)
         a61, a62, a63 = 5.86145544294642, -12.92096931784711, 8.159367898576159
         a64, a65 = -0.071584973281401, -0.028269050394068383
         v6 = v + h * (a61 * k1 + a62 * k2 + a63 * k3 + a64 * k4 + a65 * k5)
         e6 = e + h * (rate - (a61 * v + a62 * v2 + a63 * v3 + a64 * v4 + a65 * v5))
-        k6 = _acceleration(on, e6, v6, s, slip(s * abs(v6), p), level)
+        k6 = _acceleration(piece, e6, v6, s, slip(s * abs(v6), p), level)
         b1, b2, b3 = 0.09646076681806523, 0.01, 0.4798896504144996
         b4, b5, b6 = 1.379008574103742, -3.290069515436081, 2.324710524099774
         dv = h * (b1 * k1 + b2 * k2 + b3 * k3 + b4 * k4 + b5 * k5 + b6 * k6)
         dx = h * (b1 * v + b2 * v2 + b3 * v3 + b4 * v4 + b5 * v5 + b6 * v6)
         w = v + dv
-        k7 = _acceleration(on, e + h * rate - dx, w, s, slip(s * abs(w), p), level)
+        k7 = _acceleration(piece, e + h * rate - dx, w, s, slip(s * abs(w), p), level)
         d1, d2, d3 = -0.00178001105222577714, -0.0008164344596567469, 0.007880878010261995
         d4, d5, d6 = -0.1447110071732629, 0.5823571654525552, -0.45808210592918697
         d7 = 0.015151515151515152
@@ -515,7 +517,7 @@ def leg(
         )
         error /= tolerance
         if not error < np.inf:
-            return m, now, moved, v, FAILED, wish, tries
+            return m, time, moved, v, FAILED, wish, tries
         r = max(error, 1e-4) ** -0.2  # by how much the step could have been longer
         if error > 1.0:
             wish = h * max(0.2, 0.9 * r)
@@ -531,66 +533,66 @@ def leg(
         c3 = 10.0 * far - 4.0 * turn + bend
         c4 = -15.0 * far + 7.0 * turn - 2.0 * bend
         c5 = 6.0 * far - 3.0 * turn + bend
-        path[m, BEGIN], path[m, LENGTH], path[m, TRAVEL] = now, h, moved
+        path[m, BEGIN], path[m, LENGTH], path[m, TRAVEL] = time, h, moved
         path[m, TRAVEL + 1], path[m, TRAVEL + 2], path[m, TRAVEL + 3] = c1, c2, c3
         path[m, TRAVEL + 4], path[m, TRAVEL + 5] = c4, c5
         m += 1
         theta, how = 1.0, -1
-        if not _inside(c, s, on, e, rate * h, dx, v, k1, w, k7, h):
-            theta, how = _cut(c, s, on, e, rate * h, path, m - 1)
+        if not _inside(c, s, piece, e, rate * h, dx, v, k1, w, k7, h):
+            theta, how = _cut(c, s, piece, e, rate * h, path, m - 1)
         if how < 0:
-            now = span if last else now + h
-            path[m - 1, END] = now
+            time = span if last else time + h
+            path[m - 1, END] = time
             moved += dx
             e += h * rate - dx
             v, k1 = w, k7
             wish = h * factor if h == wish else max(wish, h * factor)
             if last:
-                return m, now, moved, v, LIMIT, wish, tries
+                return m, time, moved, v, LIMIT, wish, tries
             continue
         u = theta
         dx = u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
         v = (c1 + u * (2 * c2 + u * (3 * c3 + u * (4 * c4 + u * 5 * c5)))) / h
         moved += dx
         e += u * h * rate - dx
-        now = max(now + u * h, now + 1e-10)  # time goes on whatever happens
-        path[m - 1, END] = now
+        time = max(time + u * h, time + 1e-10)  # time goes on whatever happens
+        path[m - 1, END] = time
         if how == _AT_REST:
-            return m, now, moved, v, REST, wish, tries
-        if now >= span:
-            return m, now, moved, v, LIMIT, wish, tries
-        clamped = on.clamped
+            return m, time, moved, v, REST, wish, tries
+        if time >= span:
+            return m, time, moved, v, LIMIT, wish, tries
+        clamped = piece.clamped
         if how >= _CLAMP_P:
             clamped = 0.0
-            if on.clamped == 0.0:
+            if piece.clamped == 0.0:
                 clamped = 1.0 if how == _CLAMP_P else -1.0
         nudge = (rate - v) * 1e-9  # onto the far side of a bend
-        heavy = on.inverse
-        on = _piece(c, e + nudge, clamped)
-        k1 = _acceleration(on, e, v, s, slip(s * abs(v), p), level)
+        heavy = piece.inverse
+        piece = _piece(c, e + nudge, clamped)
+        k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
         wish = h * factor
-        if on.inverse != heavy:  # all goes faster with less mass, and slower with more
-            wish *= (heavy / on.inverse) ** 0.75
+        if piece.inverse != heavy:  # all goes faster with less mass, and slower with more
+            wish *= (heavy / piece.inverse) ** 0.75
         before_h = 0.0
-    return m, now, moved, v, LIMIT, wish, tries
+    return m, time, moved, v, LIMIT, wish, tries
 
 
 @compiled(int64(_F1, int64, float64, float64))
-def _passed(t: Array, i: int, now: float, pace: float) -> int:
-    """How many samples are at or before now, i of which are known to be.
+def _passed(t: Array, i: int, time: float, pace: float) -> int:
+    """How many samples are at or before a time, i of which are known to be.
 
     A guess from the mean rate is right at once where samples are even; else halving finds it.
     """
     n = len(t)
-    if i == n or t[i] > now:
+    if i == n or t[i] > time:
         return i
-    if t[n - 1] <= now:
+    if t[n - 1] <= time:
         return n
     low, high = i, n - 1  # t[low] <= now < t[high]
-    k = min(max(i + int((now - t[i]) * pace), low), high - 1)
+    k = min(max(i + int((time - t[i]) * pace), low), high - 1)
     reach = 1
     while high - low > 1:
-        if t[k] <= now:
+        if t[k] <= time:
             low = k
             k = min(low + reach, high - 1)
         else:
@@ -622,7 +624,7 @@ def _possible(c: Array) -> bool:
 def _read(
     path: Array,
     rows: int,
-    now: float,
+    time: float,
     x: float,
     t: Array,
     i: int,
@@ -635,14 +637,14 @@ def _read(
     """Read the samples from i on that lie on a path; those done then, and their misfit, m^2."""
     n, sse = len(t), 0.0
     for k in range(rows):
-        until = now + path[k, END]
+        until = time + path[k, END]
         if i == n:
             break
         if t[i] > until:
             continue
         c0, c1, c2 = path[k, TRAVEL], path[k, TRAVEL + 1], path[k, TRAVEL + 2]
         c3, c4, c5 = path[k, TRAVEL + 3], path[k, TRAVEL + 4], path[k, TRAVEL + 5]
-        begin, per = now + path[k, BEGIN], 1.0 / path[k, LENGTH]
+        begin, per = time + path[k, BEGIN], 1.0 / path[k, LENGTH]
         while i < n and t[i] <= until:
             u = (t[i] - begin) * per
             at = x + (c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5)))))
@@ -689,18 +691,18 @@ def _walk(
     reach_m = -stretch_at(-level_m, c[K_HAT_M], c[K_SPRING_M], c[F_FM])
     n = len(t)
     pace = (n - 1) / (t[n - 1] - t[0]) if n > 1 else 0.0
-    now, x = t[0], x0
+    time, x = t[0], x0
     i, j = 0, 0  # samples done, command knots passed
     sse, steps, most = 0.0, 0, MOST_STEPS + MOST_STEPS_A_KNOT * len(knots_t)
     # The path of the last whole slip, and how that one began.
     known, known_e, known_rate, known_s, known_span, known_travel = 0, 0.0, 0.0, 0.0, 0.0, 0.0
     while True:
         # --- stuck, until the command has pulled the slide loose ---
-        now, s, j = _breakaway(
-            c, knots_t, knots_x, extremes, j, now, x, level_m, level_p, reach_m, reach_p
+        time, s, j = _breakaway(
+            c, knots_t, knots_x, extremes, j, time, x, level_m, level_p, reach_m, reach_p
         )  # fmt: skip
         first = i
-        i = _passed(t, i, now, pace)
+        i = _passed(t, i, time, pace)
         if store:
             out_x[first:i] = x
             out_v[first:i] = 0.0
@@ -710,21 +712,21 @@ def _walk(
         if i == n:
             return sse  # type: ignore[no-any-return]
         # --- slip, until the slide comes to rest ---
-        while j < len(knots_t) and knots_t[j] <= now:
+        while j < len(knots_t) and knots_t[j] <= time:
             j += 1
-        xi, rate, end = _command(knots_t, knots_x, j, now)
+        xi, rate, end = _command(knots_t, knots_x, j, time)
         again = (
             known > 0
             and s == known_s
             and rate == known_rate
             and abs(xi - x - known_e) <= SAME
-            and now + known_span <= end
+            and time + known_span <= end
         )
         if again:
-            i, miss = _read(path, known, now, x, t, i, measured, score, out_x, out_v, store)
+            i, miss = _read(path, known, time, x, t, i, measured, score, out_x, out_v, store)
             sse += miss
             x += known_travel
-            now = _after(now, known_span)
+            time = _after(time, known_span)
             if i == n:
                 return sse  # type: ignore[no-any-return]
             continue
@@ -733,25 +735,25 @@ def _walk(
         while True:
             level = level_p if s > 0.0 else level_m
             rows, span, travel, v, how, wish, tries = leg(
-                slip, p, c, xi - x, v, rate, s, level, end - now, wish, tolerance, path
+                slip, p, c, xi - x, v, rate, s, level, end - time, wish, tolerance, path
             )
             steps += tries
             if how == FAILED or steps > most:
                 return np.nan
-            i, miss = _read(path, rows, now, x, t, i, measured, score, out_x, out_v, store)
+            i, miss = _read(path, rows, time, x, t, i, measured, score, out_x, out_v, store)
             sse += miss
             x += travel
             if i == n:
                 return sse  # type: ignore[no-any-return]
-            now = _after(now, span)
+            time = _after(time, span)
             if how == REST:
                 if whole:
                     known, known_span, known_travel = rows, span, travel
                 break
-            now = min(now, end)
-            while j < len(knots_t) and knots_t[j] <= now:
+            time = min(time, end)
+            while j < len(knots_t) and knots_t[j] <= time:
                 j += 1
-            xi, rate, end = _command(knots_t, knots_x, j, now)
+            xi, rate, end = _command(knots_t, knots_x, j, time)
             whole = False
 
 
@@ -779,18 +781,18 @@ def _rows(
     sse: Array,
     store: bool,
     tolerance: float,
-    taken: Array,
+    counter: Array,
 ) -> None:
-    """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
-    own = np.empty((LEG, WIDTH))
-    path = borrowed(own)
+    """Simulate the rows that no thread has taken yet, one after the other, until none is left."""
+    path_owner = np.empty((LEG, WIDTH))
+    path = borrowed(path_owner)
     knots_t, knots_x = borrowed(knots_t), borrowed(knots_x)
     extremes, sums = borrowed(extremes), borrowed(sums)
     t, measured, score = borrowed(t), borrowed(measured), borrowed(score)
     while True:
-        row = row_pool.next_row(taken)
+        row = row_pool.next_row(counter)
         if row >= len(p):
-            own[0, 0] = 0.0  # it lives until here
+            path_owner[0, 0] = 0.0  # it lives until here
             return
         k = row if store else 0
         sse[row] = _walk(
@@ -800,34 +802,34 @@ def _rows(
         )  # fmt: skip
 
 
-def _spread(law: Law, p: Array, c: Array, on: Track, arguments: tuple[Any, ...]) -> None:
+def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
-    on = from_zero(on)
+    track = from_zero(track)
     row_pool.pool().share(
         _rows, len(p),
-        (addressed(law.slip), p, c, on.knots_t, on.knots_x, on.extremes, on.t, on.x0, on.measured,
-         on.score, on.sums, *arguments),
+        (addressed(law.slip), p, c, track.knots_t, track.knots_x, track.extremes, track.t, track.x0,
+         track.measured, track.score, track.sums, *arguments),
     )  # fmt: skip
 
 
-def misfits(law: Law, p: Array, c: Array, on: Track, tolerance: float = 1.0) -> Array:
+def misfits(law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0) -> Array:
     """Sums of squared position misfits, m^2, of (n, k) law parameters with (n, 10) constants.
 
     A candidate whose simulation fails has nan. `tolerance` scales the error allowed in a step.
     """
     sse, nothing = np.empty(len(p)), np.empty((1, 0))
     if len(p):
-        _spread(law, _rows_of(p), _rows_of(c), on, (nothing, nothing, sse, False, tolerance))
+        _spread(law, _rows_of(p), _rows_of(c), track, (nothing, nothing, sse, False, tolerance))
     return sse
 
 
 def trajectories(
-    law: Law, p: Array, c: Array, on: Track, tolerance: float = 1.0
+    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0
 ) -> tuple[Array, Array]:
     """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 10) constants."""
-    x, v = np.full((2, len(p), len(on.t)), np.nan)
+    x, v = np.full((2, len(p), len(track.t)), np.nan)
     if len(p):
-        _spread(law, _rows_of(p), _rows_of(c), on, (x, v, np.empty(len(p)), True, tolerance))
+        _spread(law, _rows_of(p), _rows_of(c), track, (x, v, np.empty(len(p)), True, tolerance))
     return x, v
 
 

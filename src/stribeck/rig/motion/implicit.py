@@ -153,10 +153,10 @@ def driven(
         servo, control = servo_constants(c), servo_inputs(u)
         volts = servo.stiffness * (control.goal - q) + control.volts
         volts = min(max(volts, -servo.volts_max), servo.volts_max)
-        on = 1.0 if control.enabled > 0.5 else 0.0  # noqa: PLR2004 - a flag
+        enabled = 1.0 if control.enabled > 0.5 else 0.0  # noqa: PLR2004 - a flag
         load[EXTERNAL] = -servo.weight * np.sin(q + servo.q_offset)
-        load[DRIVE] = on * (servo.per_volt * volts - servo.damping * v)
-        return servo.J, on * servo.per_volt * volts + load[EXTERNAL], on * servo.damping
+        load[DRIVE] = enabled * (servo.per_volt * volts - servo.damping * v)
+        return servo.J, enabled * servo.per_volt * volts + load[EXTERNAL], enabled * servo.damping
     if kind == JOINT:
         joint, wish = joint_constants(c), joint_inputs(u)
         load[EXTERNAL] = -(joint.g_sin * np.sin(q) + joint.g_cos * np.cos(q) + joint.g_0)
@@ -463,7 +463,7 @@ def passed(
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, k: int, n: int, span: float, tolerance: float, q: float, v: float,
     z: Array, coarse: Array, half: Array, fine: Array, u: Array, load: Array, slopes: Array,
-    left: int,
+    steps_left: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Position and velocity after the interval that begins with sample k, and steps still left.
 
@@ -473,8 +473,8 @@ def passed(
     base = span / n
     for j in range(n):
         at, level = 0, 0  # how far the step has been passed, in its 2^-FINEST parts
-        while at < WHOLE and left > 0:
-            left -= 1
+        while at < WHOLE and steps_left > 0:
+            steps_left -= 1
             share = WHOLE >> level
             h = base * (share / WHOLE)
             mixed(inputs, held, k, (j + (at + 0.5 * share) / WHOLE) / n, u)
@@ -508,8 +508,8 @@ def passed(
             if level > 0 and at % (2 * share) == 0:
                 level -= 1
         if at < WHOLE:  # no steps are left for the rest of the way
-            return np.nan, np.nan, left
-    return q, v, left
+            return np.nan, np.nan, steps_left
+    return q, v, steps_left
 
 
 @compiled(forceinline=True)
@@ -537,30 +537,33 @@ def started(
 def _rows(  # a loop over candidates and samples
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
     t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
-    out_q: Array, out_v: Array, out_F: Array, taken: Array,
+    out_q: Array, out_v: Array, out_F: Array, counter: Array,
 ) -> None:  # fmt: skip
-    """Simulate the rows that nobody has taken yet, one after the other, until none is left."""
+    """Simulate the rows that no thread has taken yet, one after the other, until none is left."""
     m = len(inputs)
     term, t, parts = borrowed(term), borrowed(t), borrowed(parts)
     inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
-    own = np.empty((6, max(states, 1)))
-    own_u, own_load, own_slopes, own_last = np.empty(m), np.empty(5), np.empty(2), np.empty(4)
-    u, load, slopes = borrowed(own_u), borrowed(own_load), borrowed(own_slopes)
-    last = borrowed(own_last)
+    states_owner = np.empty((6, max(states, 1)))
+    u_owner, load_owner = np.empty(m), np.empty(5)
+    slopes_owner, last_owner = np.empty(2), np.empty(4)
+    u, load, slopes = borrowed(u_owner), borrowed(load_owner), borrowed(slopes_owner)
+    last = borrowed(last_owner)
     z, coarse, half, fine = (
-        borrowed(own[0]), borrowed(own[1]), borrowed(own[2]), borrowed(own[3]),
+        borrowed(states_owner[0]), borrowed(states_owner[1]), borrowed(states_owner[2]),
+        borrowed(states_owner[3]),
     )  # fmt: skip
     while True:
-        row = row_pool.next_row(taken)
+        row = row_pool.next_row(counter)
         if row >= len(p):
-            own[0, 0] = own_u[0] = own_load[0] = own_slopes[0] = own_last[0] = 0.0  # kept alive
+            states_owner[0, 0] = u_owner[0] = load_owner[0] = slopes_owner[0] = 0.0  # kept alive
+            last_owner[0] = 0.0
             return
         a, b = borrowed(p[row]), borrowed(c[row])
         q, v = start[row, 0], start[row, 1]
         slopes[:] = 0.0
-        left = ROOM + EACH * parts.sum()
+        steps_left = ROOM + EACH * parts.sum()
         hold = joint_constants(b).hold if kind == JOINT else 0.0
-        before = started(
+        last_torque = started(
             rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
         )
         if kind == CASCADE:
@@ -568,23 +571,24 @@ def _rows(  # a loop over candidates and samples
         for k in range(len(t)):
             mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
-                now = commanded(b, u, q, v)
-                load[DRIVE] = now if hold == 1.0 else before
-                before = now
+                torque = commanded(b, u, q, v)
+                load[DRIVE] = torque if hold == 1.0 else last_torque
+                last_torque = torque
             elif kind == CASCADE:
                 load[DRIVE] = _cascade(b, u, q, last)
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
-            q, v, left = passed(
+            q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, inputs, held, k, parts[k],
-                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes, left,
+                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes,
+                steps_left,
             )  # fmt: skip
 
 
 def motions(
-    law: Law, kind: int, p: Array, c: Array, on: Track, step: float, tolerance: float
+    law: Law, kind: int, p: Array, c: Array, track: Track, step: float, tolerance: float
 ) -> tuple[Array, Array, Array]:
     """Position, velocity and drive force, (n, N) each; nan from where a motion runs away.
 
@@ -595,7 +599,7 @@ def motions(
         kind: The kind of drive.
         p: (n, k) parameters of the law.
         c: (n, WIDTH) constants of the drive.
-        on: Sample times, inputs (m, N), which of them are held, and the start.
+        track: Sample times, inputs (m, N), which of them are held, and the start.
         step: No step is longer, s.
         tolerance: Steps are halved until the way of a coarse and a fine one differ by less, m
             or rad.
@@ -603,11 +607,11 @@ def motions(
     Raises:
         InputError: so many steps that nobody would wait for them.
     """
-    n, N = len(p), len(on.t)
+    n, N = len(p), len(track.t)
     q, v, F = np.full((3, n, N), np.nan)
     if not n:
         return q, v, F
-    t = np.ascontiguousarray(on.t - on.t[0])
+    t = np.ascontiguousarray(track.t - track.t[0])
     with np.errstate(over="ignore"):
         many = np.maximum(np.ceil(np.diff(t) / step - 1e-9), 1)
     if not many.sum() <= MOST_STEPS:
@@ -616,14 +620,14 @@ def motions(
             f"{MOST_STEPS:,} is the most: set a longer step, or split the log at its gaps"
         )
     parts = many.astype(np.int64)
-    start = np.column_stack([np.full(n, on.x0), np.full(n, on.v0)])
+    start = np.column_stack([np.full(n, track.x0), np.full(n, track.v0)])
     general = law.rub is not None
     row_pool.pool().share(
         _rows, n,
         (
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p), term_places(law), _ready(c), t, _ready(on.inputs),
-            on.held.astype(np.int64), parts, start, tolerance, q, v, F,
+            general, law.states, kind, _ready(p), term_places(law), _ready(c), t,
+            _ready(track.inputs), track.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
         FEWEST,
     )  # fmt: skip

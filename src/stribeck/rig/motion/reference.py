@@ -46,13 +46,13 @@ def implicit(
     """Position and velocity at the samples t, from rest at x0, in steps of dt (Heun's rule)."""
     F_S_plus, F_S_minus = slip(0.0, p), slip(-0.0, p)
     xs, vs = np.empty(len(t)), np.empty(len(t))
-    now, x, v, s, P = t[0], x0, 0.0, 0.0, 0.0
+    time, x, v, s, P = t[0], x0, 0.0, 0.0, 0.0
     i = 0
     while i < len(t):
-        step = min(dt, t[i] - now)  # a sample is always met exactly
+        step = min(dt, t[i] - time)  # a sample is always met exactly
         if s == 0.0:  # stuck
-            F_now = drive(c, command(knots_t, knots_x, now) - x)
-            F_next = drive(c, command(knots_t, knots_x, now + step) - x)
+            F_now = drive(c, command(knots_t, knots_x, time) - x)
+            F_next = drive(c, command(knots_t, knots_x, time + step) - x)
             rate_now = push(c, F_now, F_S_minus, F_S_plus)
             rate_next = push(c, F_next, F_S_minus, F_S_plus)
             P_next = P + 0.5 * step * (rate_now + rate_next)
@@ -62,24 +62,24 @@ def implicit(
             if leaves:  # out of the dead band: where in this step?
                 s = 1.0 if P_next > 0.0 else -1.0
                 share = (c[BAND] - abs(P)) / (abs(P_next) - abs(P)) if c[BAND] > 0.0 else 0.0
-                now, v, P = now + share * step, s * c[BAND], 0.0
+                time, v, P = time + share * step, s * c[BAND], 0.0
                 continue
-            now, P = now + step, P_next
+            time, P = time + step, P_next
         else:  # slip
-            e = command(knots_t, knots_x, now) - x
+            e = command(knots_t, knots_x, time) - x
             a = acceleration(slip, p, c, e, v, s)
             v_guess = v + step * a
-            e_guess = command(knots_t, knots_x, now + step) - (x + step * v)
+            e_guess = command(knots_t, knots_x, time + step) - (x + step * v)
             a_guess = acceleration(slip, p, c, e_guess, v_guess, s)
             v_next = v + 0.5 * step * (a + a_guess)
             if s * v_next < c[BAND] and step > 0.0:  # comes to rest: where in this step?
                 share = (s * v - c[BAND]) / (s * v - s * v_next)
                 x += share * step * (0.5 * (v + s * c[BAND]))
-                now, v, s, P = now + max(share * step, 1e-9), 0.0, 0.0, 0.0
+                time, v, s, P = time + max(share * step, 1e-9), 0.0, 0.0, 0.0
                 continue
             x += 0.5 * step * (v + v_guess)
-            now, v = now + step, v_next
-        if now >= t[i]:
+            time, v = time + step, v_next
+        if time >= t[i]:
             xs[i], vs[i] = x, v
             i += 1
     return xs, vs
@@ -91,10 +91,10 @@ def paper(
     """The same by the printed procedure, steps 1 to 5 of section 4.3, explicit in steps of dt."""
     F_S_plus, F_S_minus = slip(0.0, p), slip(-0.0, p)
     xs, vs = np.empty(len(t)), np.empty(len(t))
-    now, x, v, dvdt, P = t[0], x0, 0.0, 0.0, 0.0
+    time, x, v, dvdt, P = t[0], x0, 0.0, 0.0, 0.0
     i = 0
     while i < len(t):
-        e = command(knots_t, knots_x, now) - x
+        e = command(knots_t, knots_x, time) - x
         # Steps 1 and 2 and the spring force of step 4.
         F_drive = drive(c, e)
         # Step 3: from the velocity and the acceleration of the last step.
@@ -108,20 +108,20 @@ def paper(
         dvdt = (v_next - v) / dt
         v = v_next
         x += v * dt
-        now += dt
-        while i < len(t) and t[i] <= now:
+        time += dt
+        while i < len(t) and t[i] <= time:
             xs[i], vs[i] = x, v
             i += 1
     return xs, vs
 
 
-def command(knots_t: Array, knots_x: Array, now: float) -> float:
+def command(knots_t: Array, knots_x: Array, time: float) -> float:
     """x_i: the command between its knots, held before the first and after the last."""
-    if now <= knots_t[0]:
+    if time <= knots_t[0]:
         return knots_x[0]  # type: ignore[no-any-return]
     for j in range(1, len(knots_t)):
-        if now < knots_t[j]:
-            share = (now - knots_t[j - 1]) / (knots_t[j] - knots_t[j - 1])
+        if time < knots_t[j]:
+            share = (time - knots_t[j - 1]) / (knots_t[j] - knots_t[j - 1])
             return knots_x[j - 1] + share * (knots_x[j] - knots_x[j - 1])  # type: ignore[no-any-return]
     return knots_x[-1]  # type: ignore[no-any-return]
 
@@ -170,9 +170,9 @@ def _rebound(function: Any, scope: dict[str, Any]) -> Any:
 
 
 def trajectory(
-    law: Law, p: Array, c: Array, on: Track, dt: float, scheme: str = "implicit"
+    law: Law, p: Array, c: Array, track: Track, dt: float, scheme: str = "implicit"
 ) -> tuple[Array, Array]:
     """Position and velocity, (N,) each, of one parameter set over a track."""
     p, c = np.ascontiguousarray(p, dtype=float), np.ascontiguousarray(c, dtype=float)
-    on = from_zero(on)
-    return compiled(scheme)(law.slip, p, c, on.knots_t, on.knots_x, on.t, on.x0, dt)
+    track = from_zero(track)
+    return compiled(scheme)(law.slip, p, c, track.knots_t, track.knots_x, track.t, track.x0, dt)
