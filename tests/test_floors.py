@@ -45,6 +45,17 @@ def test_every_folder_is_a_room() -> None:
     assert max(len(parts) for parts in deep) == 2, "a room inside a room"
 
 
+@pytest.mark.parametrize(
+    "name", [f"{package}.{r}" for package, rooms in ROOMS.items() for r in rooms]
+)
+def test_a_room_names_the_files_that_are_imported_from_outside(name: str) -> None:
+    inside = {module for module in MODULES if module == name or module.startswith(f"{name}.")}
+    users = (targets for module, targets in GRAPH.items() if module not in inside)
+    doors = {door.rsplit(".", maxsplit=1)[-1] for door in inside & set().union(*users)}
+    text = ast.get_docstring(ast.parse(MODULES[name].read_text(encoding="utf-8"))) or ""
+    assert doors - {name.split(".")[1]} <= set(re.findall(r"[a-z_0-9]+", text))
+
+
 def test_no_circle_of_files() -> None:
     order: list[str] = []
     open_now: list[str] = []

@@ -2,5 +2,5 @@
 
 `law_program` has the functions that every language prints; a language is a `Dialect` (how
 expressions and statements are written) and a function of a model that makes its files, listed in
-`export/targets.py`.
+`export/targets.py`. The C of `c` also goes into co-simulation units.
 """

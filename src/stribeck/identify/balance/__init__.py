@@ -1,1 +1,6 @@
-"""Force balance: friction, mass and offset by regression on a measured force."""
+"""Force balance: friction, mass and offset by regression on a measured force.
+
+`force_balance` solves, judges and scores one and makes the fit; `balance` is the solution itself
+(`regression.System` of filtered `rows`, solved by `variable_projection`), and `force_residuals`
+its residuals over the box of the parameters.
+"""

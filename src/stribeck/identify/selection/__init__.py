@@ -1,1 +1,4 @@
-"""Which law the data support: nested laws fitted alike, compared on held-out data."""
+"""Which law the data support: nested laws fitted alike, compared on held-out data.
+
+`select.select` compares laws; its result has a `candidate` a law, and their `paired_test`.
+"""
