@@ -98,11 +98,11 @@ def run(problem: Any, *, budget: int, seed: int = 0, **settings: Any) -> Run:
     return lockstep(problem, [search])[0]
 
 
-def spent(found: Run) -> dict[str, int]:
+def spent(result: Run) -> dict[str, int]:
     """Evaluations by side; cells are of the descents' side, which they begin."""
     rows: dict[str, int] = {}
-    begun = [0, *found.trace.ends]
-    for note, start, end in zip(found.trace.notes, begun, found.trace.ends, strict=False):
+    starts = [0, *result.trace.ends]
+    for note, start, end in zip(result.trace.notes, starts, result.trace.ends, strict=False):
         side = "tabu" if note["stage"] == "foraging" else note["stage"]
         rows[side] = rows.get(side, 0) + end - start
     return rows
@@ -115,44 +115,44 @@ def spent(found: Run) -> dict[str, int]:
 @pytest.mark.parametrize("moved", [False, True])
 def test_it_finds_the_least_of_the_papers_surfaces(name: str, moved: bool) -> None:
     """Twenty seeds of twenty; every seed has a twin of its own. The worst of them takes 1,000."""
-    taken = []
+    evaluations = []
     for seed in range(20):
         problem = surface(name, 2, seed if moved else None)
-        found = minimize(problem, problem.space, budget=4000, target=problem.J_min, seed=seed)
-        assert found.ended == "target"
-        taken.append(found.evaluations)
-    assert np.median(taken) < 400
+        result = minimize(problem, problem.space, budget=4000, target=problem.J_min, seed=seed)
+        assert result.ended == "target"
+        evaluations.append(result.evaluations)
+    assert np.median(evaluations) < 400
 
 
 @pytest.mark.parametrize("dim", [1, 2, 5])
 def test_it_leaves_basins_that_are_not_the_best(dim: int) -> None:
     for seed in range(5):
-        found = minimize(rugged, [(-3.0, 2.0)] * dim, budget=4000 * dim, target=1e-8, seed=seed)
-        assert found.ended == "target"
+        result = minimize(rugged, [(-3.0, 2.0)] * dim, budget=4000 * dim, target=1e-8, seed=seed)
+        assert result.ended == "target"
 
 
 @pytest.mark.parametrize("dim", [2, 10, 30])
 def test_it_follows_a_curved_valley(dim: int) -> None:
-    found = minimize(valley, [(-2.0, 2.0)] * dim, budget=1000 * dim, target=1e-6, seed=1)
-    assert found.ended == "target"
+    result = minimize(valley, [(-2.0, 2.0)] * dim, budget=1000 * dim, target=1e-6, seed=1)
+    assert result.ended == "target"
 
 
 def test_residuals_spare_evaluations() -> None:
     """Of the same problem, to the same cost, in each of ten seeds; in all less than a third."""
-    taken = []
+    evaluations = []
     for problem in (Exponential(), Plain()):
         runs = [
             minimize(problem, problem.space, budget=20_000, target=1e-4, seed=seed)
             for seed in range(10)
         ]
-        assert all(found.ended == "target" for found in runs)
-        taken.append([found.evaluations for found in runs])
-    assert sum(taken[0]) < sum(taken[1]) / 3
+        assert all(result.ended == "target" for result in runs)
+        evaluations.append([result.evaluations for result in runs])
+    assert sum(evaluations[0]) < sum(evaluations[1]) / 3
 
 
 def test_residuals_need_not_run_everywhere() -> None:
-    found = run(Exponential(hole=1.0), budget=1500)
-    assert found.cost < 1e-5
+    result = run(Exponential(hole=1.0), budget=1500)
+    assert result.cost < 1e-5
 
 
 @pytest.mark.parametrize(
@@ -167,11 +167,11 @@ def test_residuals_need_not_run_everywhere() -> None:
     ],
 )
 def test_degenerate_residuals_are_survived(residuals: Cost) -> None:
-    found = run(Shown(3, residuals), budget=800)
+    result = run(Shown(3, residuals), budget=800)
     reachable = residuals(np.array([[0.5, 0.3, 0.3], [0.3, 0.3, 0.3]]))
     if np.isfinite(reachable).any():
-        assert found.cost <= np.nanmin(rms(reachable)) + 1e-4
-    assert found.evaluations == 800
+        assert result.cost <= np.nanmin(rms(reachable)) + 1e-4
+    assert result.evaluations == 800
 
 
 def test_log_ranges_are_walked_in_decades() -> None:
@@ -181,14 +181,14 @@ def test_log_ranges_are_walked_in_decades() -> None:
         cost: Array = (np.log10(x[:, 0]) - 4) ** 2 + (np.log10(x[:, 1]) + 2) ** 2
         return cost
 
-    found = minimize(decades, space, budget=300)
-    np.testing.assert_allclose(np.log10(found.x), [4, -2], atol=1e-5)
+    result = minimize(decades, space, budget=300)
+    np.testing.assert_allclose(np.log10(result.x), [4, -2], atol=1e-5)
 
 
 @pytest.mark.parametrize("dim", [1, 2, 30])
 def test_a_least_in_a_corner_is_met_exactly(dim: int) -> None:
-    found = minimize(lambda x: x.sum(axis=1), [(-1.0, 3.0)] * dim, budget=100 + 50 * dim)
-    assert (found.x == -1.0).all()
+    result = minimize(lambda x: x.sum(axis=1), [(-1.0, 3.0)] * dim, budget=100 + 50 * dim)
+    assert (result.x == -1.0).all()
 
 
 # --- how the budget is shared
@@ -202,8 +202,8 @@ def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str
     """Until the answer is met: whoever nears it has most of the budget."""
     totals = {busy: 0, idle: 0}
     for seed in range(10):
-        found = minimize(cost, [(-5.0, 5.0)] * 10, budget=20_000, target=1e-6, seed=seed)
-        rows = spent(found)
+        result = minimize(cost, [(-5.0, 5.0)] * 10, budget=20_000, target=1e-6, seed=seed)
+        rows = spent(result)
         for stage in totals:
             totals[stage] += rows.get(stage, 0)
     assert totals[busy] > 1.2 * totals[idle]
@@ -225,16 +225,16 @@ def test_every_step_says_its_stage_and_round(problem: Any) -> None:
 
 def test_no_two_descents_begin_in_the_same_place() -> None:
     """Between restarts: the first point asked after each."""
-    found = minimize(rugged, [(-3.0, 2.0)] * 2, budget=5000, seed=3)
-    trace = found.trace
-    began = [
+    result = minimize(rugged, [(-3.0, 2.0)] * 2, budget=5000, seed=3)
+    trace = result.trace
+    starts = [
         trace.u[start] if end - start == 1 else trace.u[start:end].mean(axis=0)
         for note, start, end in zip(trace.notes, [0, *trace.ends], trace.ends, strict=False)
         if note["stage"] == "tabu" and note.get("event") == "restart"
     ]
-    assert len(began) > 20
-    apart = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(began, 2)]
-    assert min(apart) > 1e-3
+    assert len(starts) > 20
+    distances = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(starts, 2)]
+    assert min(distances) > 1e-3
 
 
 # --- when it ends
@@ -242,19 +242,19 @@ def test_no_two_descents_begin_in_the_same_place() -> None:
 
 @pytest.mark.parametrize("settle", [10, 100])
 def test_settled_is_said_after_as_many_idle_evaluations(settle: int) -> None:
-    found = minimize(valley, [(-2.0, 2.0)] * 2, budget=50_000, settle=settle, seed=2)
-    assert found.ended == "settled"
-    low = found.trace.convergence()
-    worth = float(np.median(found.trace.f[1:11])) - low[-1]  # the cells of the first swarm
+    result = minimize(valley, [(-2.0, 2.0)] * 2, budget=50_000, settle=settle, seed=2)
+    assert result.ended == "settled"
+    low = result.trace.convergence()
+    worth = float(np.median(result.trace.f[1:11])) - low[-1]  # the cells of the first swarm
     last = int(np.flatnonzero(low > low[-1] + 1e-5 * worth)[-1]) + 1
-    assert found.evaluations - last >= 2 * settle
-    begun = found.trace.ends[-2]
-    assert begun - found.trace.best - 1 < 2 * settle  # not before, and no step later
+    assert result.evaluations - last >= 2 * settle
+    descent_start = result.trace.ends[-2]
+    assert descent_start - result.trace.best - 1 < 2 * settle  # not before, and no step later
 
 
 def test_it_goes_on_as_long_as_it_is_let() -> None:
-    found = minimize(lambda x: np.ones(len(x)), [(0.0, 1.0)] * 2, budget=5000)
-    assert (found.ended, found.evaluations) == ("budget", 5000)
+    result = minimize(lambda x: np.ones(len(x)), [(0.0, 1.0)] * 2, budget=5000)
+    assert (result.ended, result.evaluations) == ("budget", 5000)
 
 
 # --- what it survives
@@ -291,31 +291,31 @@ def penalised(x: Array) -> Array:
 )
 def test_strange_costs_warn_of_nothing(cost: Cost, dim: int) -> None:
     """Overflow, 0/0 and the like are errors under pytest."""
-    found = minimize(cost, [(0.0, 1.0)] * dim, budget=6000, seed=1)
-    assert found.evaluations == 6000
+    result = minimize(cost, [(0.0, 1.0)] * dim, budget=6000, seed=1)
+    assert result.evaluations == 6000
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_penalties_are_no_part_of_the_landscape(seed: int) -> None:
-    found = minimize(penalised, [(-1.0, 1.0)] * 2, budget=6000, target=1e-8, seed=seed)
-    assert found.ended == "target"
+    result = minimize(penalised, [(-1.0, 1.0)] * 2, budget=6000, target=1e-8, seed=seed)
+    assert result.ended == "target"
 
 
 def test_one_corner_that_runs_is_found_and_searched() -> None:
     """An eighth of a percent of the cube, by chance once in 800 evaluations."""
-    found = minimize(lone, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
-    assert found.ended == "target"
+    result = minimize(lone, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
+    assert result.ended == "target"
 
 
 @pytest.mark.parametrize("scale", [2.0**-200, 2.0**200])
 def test_it_does_not_know_the_unit_of_the_cost(scale: float) -> None:
-    one = minimize(rugged, [(-3.0, 2.0)] * 2, budget=3000, seed=1)
-    other = minimize(lambda x: scale * rugged(x), [(-3.0, 2.0)] * 2, budget=3000, seed=1)
-    assert np.array_equal(one.trace.u, other.trace.u)
+    plain = minimize(rugged, [(-3.0, 2.0)] * 2, budget=3000, seed=1)
+    scaled = minimize(lambda x: scale * rugged(x), [(-3.0, 2.0)] * 2, budget=3000, seed=1)
+    assert np.array_equal(plain.trace.u, scaled.trace.u)
 
 
 @pytest.mark.parametrize(
-    "how",
+    "settings",
     [
         {"S": 1, "tumbles": 0.0, "patience": 1, "N": 4},
         {"S": 2000},
@@ -330,15 +330,15 @@ def test_it_does_not_know_the_unit_of_the_cost(scale: float) -> None:
     ],
 )
 @pytest.mark.parametrize("dim", [1, 3])
-def test_settings_at_their_ends_hang_nothing(how: dict[str, Any], dim: int) -> None:
-    found = minimize(rugged, [(-3.0, 2.0)] * dim, budget=3000, seed=2, **how)
-    assert (found.ended == "settled") if "settle" in how else (found.evaluations == 3000)
+def test_settings_at_their_ends_hang_nothing(settings: dict[str, Any], dim: int) -> None:
+    result = minimize(rugged, [(-3.0, 2.0)] * dim, budget=3000, seed=2, **settings)
+    assert (result.ended == "settled") if "settle" in settings else (result.evaluations == 3000)
 
 
 @pytest.mark.parametrize("budget", [1, 2, 9, 10])
 def test_a_budget_smaller_than_the_first_swarm_is_kept(budget: int) -> None:
-    found = minimize(valley, [(-2.0, 2.0)] * 2, budget=budget)
-    assert (found.evaluations, found.ended) == (budget, "budget")
+    result = minimize(valley, [(-2.0, 2.0)] * 2, budget=budget)
+    assert (result.evaluations, result.ended) == (budget, "budget")
 
 
 # --- the same again
@@ -355,8 +355,8 @@ def test_side_by_side_it_is_what_it_is_alone(problem: Any) -> None:
         ]
 
     together = lockstep(problem, searches())
-    for one, search in zip(together, searches(), strict=True):
+    for result, search in zip(together, searches(), strict=True):
         alone = lockstep(problem, [search])[0]
-        assert np.array_equal(one.trace.u, alone.trace.u)
-        assert np.array_equal(one.trace.f, alone.trace.f)
-        assert one.trace.notes == alone.trace.notes
+        assert np.array_equal(result.trace.u, alone.trace.u)
+        assert np.array_equal(result.trace.f, alone.trace.f)
+        assert result.trace.notes == alone.trace.notes

@@ -58,12 +58,12 @@ def test_raw_lengths_are_those_of_the_parameters() -> None:
     space = box([(0.0, 4.0), (-1.0, 1.0)])
     assert np.array_equal(widths(space, "raw"), [4.0, 2.0])
     assert np.array_equal(widths(space, "unit"), [1.0, 1.0])
-    near = neighbourhood(
+    neighbours = neighbourhood(
         np.random.default_rng(0), np.array([0.5, 0.5]), 0.2 / widths(space, "raw"), 4000, "clip"
     )
     # Uniform over a square of half-width 0.2 in both parameters; 4000 points leave less than
     # 1 % of a side empty at either end, except once in 10^17.
-    reach = np.abs(space.decode(near) - [2.0, 0.0]).max(axis=0)
+    reach = np.abs(space.decode(neighbours) - [2.0, 0.0]).max(axis=0)
     assert np.all(reach <= 0.2 + 1e-12)
     assert np.all(reach > 0.198)
 
@@ -95,8 +95,8 @@ class Script:
         return np.broadcast_to(value, shape).copy()
 
 
-def silent(**said: Any) -> None:
-    del said
+def silent(**entries: Any) -> None:
+    del entries
 
 
 PAIR = np.array([[0.5, 0.5], [0.5, 0.7]])
@@ -139,8 +139,8 @@ def test_signals_are_equation_2_1_cell_by_cell(coordinates: Any, quiet: dict[str
     sides = width if coordinates == "raw" else np.ones(3)
     by_cell = []
     for place, cell in zip(moved, cells, strict=True):
-        others = [p for i, p in enumerate(places) if i != cell]
-        squares = [0.0] + [float((((place - p) * sides) ** 2).sum()) for p in others]
+        rest = [p for i, p in enumerate(places) if i != cell]
+        squares = [0.0] + [float((((place - p) * sides) ** 2).sum()) for p in rest]
         by_cell.append(
             sum(bacteria.h_repellant * math.exp(-10.0 * d2) for d2 in squares)
             - sum(bacteria.d_attract * math.exp(-0.2 * d2) for d2 in squares)
@@ -148,10 +148,10 @@ def test_signals_are_equation_2_1_cell_by_cell(coordinates: Any, quiet: dict[str
     assert np.allclose(bacteria.J_cc(moved, cells, places, sides), by_cell, rtol=1e-12, atol=1e-14)
 
 
-def chemotaxis(swarm: Any, told: list[list[float]], **how: Any) -> tuple[list[Array], Any]:
+def chemotaxis(swarm: Any, replies: list[list[float]], **options: Any) -> tuple[list[Array], Any]:
     """Drive one chemotactic step of PAIR by hand; return what it asked and its result."""
     Delta = [[1.0, 0.0], [3.0, -4.0]]
-    width = np.array(how.get("width", [1.0, 1.0]))
+    width = np.array(options.get("width", [1.0, 1.0]))
     moves = swarm.chemotaxis(
         PAIR.copy(),
         np.array([1.0, 2.0]),
@@ -160,12 +160,12 @@ def chemotaxis(swarm: Any, told: list[list[float]], **how: Any) -> tuple[list[Ar
         cast("Rng", Script(Delta)),
         silent,
     )
-    asked = [next(moves).copy()]
-    for costs in told:
+    evaluated = [next(moves).copy()]
+    for costs in replies:
         try:
-            asked.append(moves.send(np.array(costs)).copy())
+            evaluated.append(moves.send(np.array(costs)).copy())
         except StopIteration as done:
-            return asked, done.value
+            return evaluated, done.value
     raise AssertionError("the step wants more costs")
 
 
@@ -174,37 +174,39 @@ def test_a_chemotactic_step_by_hand() -> None:
     # C Delta/|Delta| = (0.1, 0) and (0.12, -0.16). Cell 0 then costs 1.01 + 0.1223011 =
     # 1.1323011: worse than before without the signals, better with them, so it swims. Cell 1
     # costs 2.5: it stops, where it is. Cell 0 gets worse and stays there: no undoing.
-    asked, (theta, J, J_next) = chemotaxis(BacterialForaging(**LOUD, N_s=4), [[1.01, 2.5], [3.0]])
-    assert np.allclose(asked[0], [[0.6, 0.5], [0.62, 0.54]])
-    assert np.allclose(asked[1], [[0.7, 0.5]])
-    assert len(asked) == 2
+    evaluated, (theta, J, J_next) = chemotaxis(
+        BacterialForaging(**LOUD, N_s=4), [[1.01, 2.5], [3.0]]
+    )
+    assert np.allclose(evaluated[0], [[0.6, 0.5], [0.62, 0.54]])
+    assert np.allclose(evaluated[1], [[0.7, 0.5]])
+    assert len(evaluated) == 2
     assert np.allclose(theta, [[0.7, 0.5], [0.62, 0.54]])
     assert np.array_equal(J, [3.0, 2.5])
     assert np.all(J_next > J)
 
 
 def test_a_raw_step_is_as_long_in_the_parameters_as_printed() -> None:
-    asked, _ = chemotaxis(BacterialForaging(**LOUD, N_s=0), [[1.0, 1.0]], width=[2.0, 8.0])
-    assert np.allclose(asked[0], PAIR + np.array([[0.1 / 2, 0.0], [0.12 / 2, -0.16 / 8]]))
+    evaluated, _ = chemotaxis(BacterialForaging(**LOUD, N_s=0), [[1.0, 1.0]], width=[2.0, 8.0])
+    assert np.allclose(evaluated[0], PAIR + np.array([[0.1 / 2, 0.0], [0.12 / 2, -0.16 / 8]]))
 
 
 def test_a_swim_is_n_s_steps_at_most() -> None:
-    asked, _ = chemotaxis(BacterialForaging(**LOUD, N_s=2), [[0.5, 9.0], [0.4], [0.3]])
-    assert [len(a) for a in asked] == [2, 1, 1]
+    evaluated, _ = chemotaxis(BacterialForaging(**LOUD, N_s=2), [[0.5, 9.0], [0.4], [0.3]])
+    assert [len(a) for a in evaluated] == [2, 1, 1]
 
 
 def test_the_reading_of_4_4_swims_in_any_case() -> None:
     swarm = BacterialForaging(**LOUD, N_s=2, swim="always")
-    asked, _ = chemotaxis(swarm, [[9.0, 9.0], [9.0, 9.0], [9.0, 9.0]])
-    assert [len(a) for a in asked] == [2, 2, 2]
-    assert np.allclose(asked[2], PAIR + 3 * np.array([[0.1, 0.0], [0.12, -0.16]]))
+    evaluated, _ = chemotaxis(swarm, [[9.0, 9.0], [9.0, 9.0], [9.0, 9.0]])
+    assert [len(a) for a in evaluated] == [2, 2, 2]
+    assert np.allclose(evaluated[2], PAIR + 3 * np.array([[0.1, 0.0], [0.12, -0.16]]))
 
 
 @pytest.mark.parametrize(("improve", "batches"), [("<", 1), ("<=", 2)])
 def test_equal_costs_improve_only_by_the_other_reading(improve: Any, batches: int) -> None:
     mute: dict[str, Any] = LOUD | {"d_attract": 0.0, "h_repellant": 0.0}
-    asked, _ = chemotaxis(BacterialForaging(**mute, improve=improve), [[1.0, 3.0], [2.0]])
-    assert len(asked) == batches
+    evaluated, _ = chemotaxis(BacterialForaging(**mute, improve=improve), [[1.0, 3.0], [2.0]])
+    assert len(evaluated) == batches
 
 
 def test_adaptive_step_follows_equation_2_2() -> None:
@@ -246,47 +248,47 @@ def test_dispersal_takes_cells_with_its_probability(P_ed: float, dispersed: int)
 
 def tabu_by_hand(costs: list[float], **settings: Any) -> tuple[list[float], list[dict[str, Any]]]:
     """Places asked when the one neighbour is always S0 + R and costs what the table says."""
-    said: list[dict[str, Any]] = []
+    notes: list[dict[str, Any]] = []
     base: dict[str, Any] = {"N": 1, "R": 0.1, "BT": 2, "n_re_back": 2, "AR": ()}
     algorithm = AdaptiveTabuSearch(**(base | settings))
     rng = cast("Rng", Script([[1.0]]))
     moves: Any = algorithm.refine(
-        np.array([0.0]), 10.0, 0, box([(0.0, 1.0)]), rng, lambda **kw: said.append(kw)
+        np.array([0.0]), 10.0, 0, box([(0.0, 1.0)]), rng, lambda **kw: notes.append(kw)
     )
-    asked = [float(next(moves)[0, 0])]
+    evaluated = [float(next(moves)[0, 0])]
     for cost in costs:
         try:
-            asked.append(float(moves.send(np.array([cost]))[0, 0]))
+            evaluated.append(float(moves.send(np.array([cost]))[0, 0]))
         except StopIteration:
             break
-    return asked, [s for s in said if "event" in s]
+    return evaluated, [s for s in notes if "event" in s]
 
 
 def test_backtracking_takes_the_ranked_entry_of_the_tabu_list() -> None:
     # Round 1: 8 at 0.1 beats 10 at 0.0, which goes on the list. Rounds 2 and 3 fail at 0.2
     # with 9 and 12: a deadlock. Ranked list: 9 at 0.2, 10 at 0.0, 12 at 0.2. Its 2nd entry is
     # S0 = 0.0 of cost 10, which 9.5 then beats.
-    asked, events = tabu_by_hand([8.0, 9.0, 12.0, 9.5])
-    assert np.allclose(asked, [0.1, 0.2, 0.2, 0.1, 0.2])
+    evaluated, events = tabu_by_hand([8.0, 9.0, 12.0, 9.5])
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.1, 0.2])
     assert events == [{"event": "backtrack"}]
 
 
 def test_a_deadlock_is_failures_in_a_row() -> None:
-    asked, events = tabu_by_hand([12.0, 8.0, 9.0])
-    assert np.allclose(asked, [0.1, 0.1, 0.2, 0.2])
+    evaluated, events = tabu_by_hand([12.0, 8.0, 9.0])
+    assert np.allclose(evaluated, [0.1, 0.1, 0.2, 0.2])
     assert events == []
 
 
 def test_backtracking_by_recency_takes_what_was_stored_last_but_one() -> None:
     # Stored in order: 10 at 0.0, 9 at 0.2, 12 at 0.2. Last but one: 0.2 of cost 9, which 9.5
     # does not beat.
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 9.5], recall="recent")
-    assert np.allclose(asked, [0.1, 0.2, 0.2, 0.3, 0.3])
+    evaluated, _ = tabu_by_hand([8.0, 9.0, 12.0, 9.5], recall="recent")
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.3, 0.3])
 
 
 def test_backtracking_beyond_the_list_takes_its_end() -> None:
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0], n_re_back=50)
-    assert np.allclose(asked, [0.1, 0.2, 0.2, 0.3])  # 12 at 0.2
+    evaluated, _ = tabu_by_hand([8.0, 9.0, 12.0], n_re_back=50)
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.3])  # 12 at 0.2
 
 
 AR = ((9.0, 0.05), (5.0, 0.01))
@@ -294,32 +296,32 @@ AR = ((9.0, 0.05), (5.0, 0.01))
 
 def test_the_radius_shrinks_with_the_best_cost_and_never_grows() -> None:
     # 8 < 9 begins stage 1 from the second round on; backtracking to a cost of 10 does not end it.
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 11.0, 4.0], AR=AR)
-    assert np.allclose(asked, [0.1, 0.15, 0.15, 0.05, 0.05, 0.06])
+    evaluated, _ = tabu_by_hand([8.0, 9.0, 12.0, 11.0, 4.0], AR=AR)
+    assert np.allclose(evaluated, [0.1, 0.15, 0.15, 0.05, 0.05, 0.06])
 
 
 def test_the_radius_follows_the_current_cost_by_the_other_reading() -> None:
     # After backtracking to 0.0 of cost 10 the radius is 0.1 again.
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 4.0], AR=AR, radius_from="current")
-    assert np.allclose(asked, [0.1, 0.15, 0.15, 0.1, 0.11])
+    evaluated, _ = tabu_by_hand([8.0, 9.0, 12.0, 4.0], AR=AR, radius_from="current")
+    assert np.allclose(evaluated, [0.1, 0.15, 0.15, 0.1, 0.11])
 
 
 def test_the_radius_shrinks_by_deadlocks_whatever_the_costs() -> None:
-    asked, _ = tabu_by_hand([8.0, 9.0, 12.0, 11.0, 13.0], AR=AR, AR_by="deadlock")
+    evaluated, _ = tabu_by_hand([8.0, 9.0, 12.0, 11.0, 13.0], AR=AR, AR_by="deadlock")
     # Second deadlock after rounds 4 and 5: ranked 9 at .2, 10 at 0, 11 at .05, ...: 0.0 again.
-    assert np.allclose(asked, [0.1, 0.2, 0.2, 0.05, 0.05, 0.01])
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.05, 0.05, 0.01])
 
 
 def test_a_deadlock_ends_the_descent_where_a_restart_is_wanted() -> None:
-    asked, events = tabu_by_hand([8.0, 9.0, 12.0, 1.0], deadlock="restart")
-    assert np.allclose(asked, [0.1, 0.2, 0.2])
+    evaluated, events = tabu_by_hand([8.0, 9.0, 12.0, 1.0], deadlock="restart")
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2])
     assert events == [{"event": "restart"}]
 
 
 def test_a_restart_by_deadlocks_waits_for_the_last_stage() -> None:
     table = [8.0, 9.0, 12.0, 11.0, 13.0, 11.0, 13.0, 1.0]
-    asked, events = tabu_by_hand(table, AR=AR, AR_by="deadlock", deadlock="restart")
-    assert np.allclose(asked, [0.1, 0.2, 0.2, 0.15, 0.15, 0.11, 0.11])
+    evaluated, events = tabu_by_hand(table, AR=AR, AR_by="deadlock", deadlock="restart")
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.15, 0.15, 0.11, 0.11])
     assert events == [{"event": "restart"}]
 
 
@@ -337,10 +339,10 @@ def test_literal_ats_cannot_leave_a_basin_and_a_restart_can() -> None:
     def wells(x: Array) -> Array:
         return np.minimum((x[:, 0] - 0.2) ** 2 * 100 + 1, (x[:, 0] - 0.8) ** 2 * 100)
 
-    how: dict[str, Any] = {"method": "ats", "R": 0.05, "AR": (), "budget": 4000, "target": 0.1}
-    found = {
+    options: dict[str, Any] = {"method": "ats", "R": 0.05, "AR": (), "budget": 4000, "target": 0.1}
+    successes = {
         deadlock: sum(
-            minimize(wells, [(0.0, 1.0)], seed=s, deadlock=deadlock, **how).ended == "target"
+            minimize(wells, [(0.0, 1.0)], seed=s, deadlock=deadlock, **options).ended == "target"
             for s in range(20)
         )
         for deadlock in ("backtrack", "restart")
@@ -348,9 +350,9 @@ def test_literal_ats_cannot_leave_a_basin_and_a_restart_can() -> None:
     starts = [
         minimize(wells, [(0.0, 1.0)], method="ats", budget=1, seed=s).x[0] > 0.5 for s in range(20)
     ]
-    assert found["restart"] == 20
-    assert found["backtrack"] < 20
-    assert abs(found["backtrack"] - sum(starts)) <= 3  # those that began in its basin
+    assert successes["restart"] == 20
+    assert successes["backtrack"] < 20
+    assert abs(successes["backtrack"] - sum(starts)) <= 3  # those that began in its basin
 
 
 # --- the steps of plain tabu search
@@ -383,9 +385,11 @@ def test_aspiration_asks_for_better_than_ever_before() -> None:
     algorithm = TabuSearch(N=2, R=0.1, r_tabu=0.05, tenure=2)
     rng = cast("Rng", Script([[0.5]], [[1.0], [0.5]], [[1.0], [0.0]]))
     moves = algorithm.moves(box([(0.0, 1.0)]), rng, silent)
-    asked = [next(moves)]
-    asked += [moves.send(np.array(c)) for c in ([5.0], [3.0, 9.0], [8.0, 4.0], [9.0, 3.5])]
-    assert np.allclose(np.concatenate(asked)[:, 0], [0.5, 0.6, 0.5, 0.7, 0.5, 0.8, 0.6, 0.9, 0.7])
+    evaluated = [next(moves)]
+    evaluated += [moves.send(np.array(c)) for c in ([5.0], [3.0, 9.0], [8.0, 4.0], [9.0, 3.5])]
+    assert np.allclose(
+        np.concatenate(evaluated)[:, 0], [0.5, 0.6, 0.5, 0.7, 0.5, 0.8, 0.6, 0.9, 0.7]
+    )
 
 
 @pytest.mark.parametrize(("tenure", "wanders"), [(1, False), (10, True)])
@@ -475,9 +479,9 @@ def test_bts_hands_over_the_best_place_of_the_bacteria() -> None:
     assert {n["stage"] for n in notes[k:]} == {"tabu"}
     end = result.trace.ends[k - 1]
     S0 = result.trace.u[:end][result.trace.f[:end].argmin()]
-    near = result.trace.u[end : result.trace.ends[k]]
-    assert len(near) == 40
-    assert np.all(np.abs(near - S0) <= 0.02 + 1e-12)
+    cells = result.trace.u[end : result.trace.ends[k]]
+    assert len(cells) == 40
+    assert np.all(np.abs(cells - S0) <= 0.02 + 1e-12)
     assert result.trace.rounds("foraging") == 5  # N_c steps, no reproduction, no elimination
 
 
@@ -492,10 +496,10 @@ def test_the_first_of_equally_good_places_is_handed_over() -> None:
 def test_bts_forages_again_where_a_restart_is_wanted() -> None:
     result = run("bts", budget=5000, S=10, N_c=3, N=4, deadlock="restart")
     notes = result.trace.notes
-    again = [i for i, n in enumerate(notes) if "start" in n]
+    restarts = [i for i, n in enumerate(notes) if "start" in n]
     handed = [i for i, n in enumerate(notes) if n.get("event") == "hand-over"]
-    assert len(again) > 2
-    assert all(a < b for a, b in zip(again, handed, strict=False))
+    assert len(restarts) > 2
+    assert all(a < b for a, b in zip(restarts, handed, strict=False))
     rounds = [n["round"] for n in notes if n.get("stage") == "tabu"]
     assert rounds == list(range(1, len(rounds) + 1))  # count goes on over restarts
     first = [i for i in handed if i + 1 < len(notes)]

@@ -103,10 +103,10 @@ def test_reports_the_best_point_that_it_evaluated(method: str) -> None:
 
     problem = Remembers()
     result = run(problem, method, budget=777)
-    seen = np.concatenate(problem.seen)
-    costs = Bowl()(seen)
+    points = np.concatenate(problem.seen)
+    costs = Bowl()(points)
     assert result.cost == costs.min() == result.trace.f.min()
-    assert np.array_equal(result.x, seen[costs.argmin()])
+    assert np.array_equal(result.x, points[costs.argmin()])
 
 
 @pytest.mark.parametrize("method", GUIDED)
@@ -198,8 +198,8 @@ def test_the_readings_without_a_unit_do_not_see_the_unit_of_cost(name: str) -> N
         def __call__(self, x: Array, /) -> Array:
             return super().__call__(x) * 2.0**-20
 
-    how = SCALE_FREE.get(name, {})
-    a, b = (run(problem, name, budget=2500, **how) for problem in (Bowl(), Micro()))
+    settings = SCALE_FREE.get(name, {})
+    a, b = (run(problem, name, budget=2500, **settings) for problem in (Bowl(), Micro()))
     assert np.array_equal(a.trace.u, b.trace.u)
 
 
@@ -296,23 +296,23 @@ def test_no_setting_has_the_name_of_an_argument_of_minimize() -> None:
 
 @pytest.mark.parametrize(("name", "setting"), list(settings()))
 def test_every_setting_changes_the_run(name: str, setting: str) -> None:
-    known = {f.name for f in fields(cast("Any", METHODS[name]))}
-    base = BASE.get(name, {}) | {k: v for k, v in MORE.get(setting, {}).items() if k in known}
+    names = {f.name for f in fields(cast("Any", METHODS[name]))}
+    base = BASE.get(name, {}) | {k: v for k, v in MORE.get(setting, {}).items() if k in names}
     if setting not in OTHER.get(name, {}):
         pytest.fail(f"give OTHER a value of {setting} that changes a run of {name}")
     value = OTHER[name][setting]
     assert value != getattr(configure(name, **base), setting)
     surface = rugged if name == "mbts" else terraces  # it needs slopes to descend
     runs = [
-        minimize(surface, TERRACES, method=name, budget=3000, seed=11, **kept)
-        for kept in (base, base | {setting: value})
+        minimize(surface, TERRACES, method=name, budget=3000, seed=11, **overrides)
+        for overrides in (base, base | {setting: value})
     ]
     a, b = (r.trace for r in runs)
     assert a.ends != b.ends or not np.array_equal(a.u, b.u)
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong"),
+    ("name", "settings"),
     [
         ("random", {"batch": 0}),
         ("ts", {"N": 0}),
@@ -345,9 +345,9 @@ def test_every_setting_changes_the_run(name: str, setting: str) -> None:
         ("ga", {"population": True}),
     ],
 )
-def test_a_setting_out_of_range_is_refused_by_name(name: str, wrong: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=rf"{name}: {next(iter(wrong))} must be"):
-        configure(name, **wrong)
+def test_a_setting_out_of_range_is_refused_by_name(name: str, settings: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=rf"{name}: {next(iter(settings))} must be"):
+        configure(name, **settings)
 
 
 def test_stages_from_a_file_are_stages() -> None:

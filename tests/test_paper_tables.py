@@ -46,7 +46,7 @@ def study() -> list[Record]:
 
 
 @pytest.mark.parametrize(
-    ("what", "than", "exact"),
+    ("measure", "than", "exact"),
     [
         ("search rounds", "ATS", 63.450),
         ("search time", "ATS", 37.152),
@@ -55,9 +55,9 @@ def study() -> list[Record]:
     ],
 )
 def test_printed_percentages_are_plain_means_of_the_published_table(
-    what: str, than: str, exact: float
+    measure: str, than: str, exact: float
 ) -> None:
-    (p,) = [p for p in PERCENTAGES if (p.what, p.than) == (what, than)]
+    (p,) = [p for p in PERCENTAGES if (p.what, p.than) == (measure, than)]
     assert round(p.published(), 3) == exact
     assert abs(p.printed - p.published()) < 0.01
 
@@ -71,9 +71,9 @@ def test_a_reduction_is_the_mean_over_the_functions_not_of_their_sum() -> None:
 def test_our_percentages_by_hand() -> None:
     rows = {row[0].text: row for row in percentages(study()).rows}
     # 20 against 100 rounds: 80 % less, time 50 % less. Entrapments 2, 4 against 10, 20.
-    for what, less in (("search rounds", 80.0), ("search time", 50.0), ("entrapments", 80.0)):
-        row = rows[f"{what}, BTS less than ATS"]
-        assert math.isclose(float(row[3].value or 0), less)
+    for measure, percent in (("search rounds", 80.0), ("search time", 50.0), ("entrapments", 80.0)):
+        row = rows[f"{measure}, BTS less than ATS"]
+        assert math.isclose(float(row[3].value or 0), percent)
         assert row[4].value is None  # nobody ran the restarts
     assert rows["search time, BTS less than GA"][3].value is None
 
@@ -118,8 +118,8 @@ def test_the_published_tables_are_consistent_with_their_own_criterion() -> None:
     J_min = {"BF": 1e-9, "RF": 1e-8, "SF": 0.9990, "SchF": 1e-1, "ShuF": -186.73}
     missed = {
         (m, s)
-        for m, of in SOLUTIONS.items()
-        for s, (_, _, high, _) in of.items()
+        for m, solutions in SOLUTIONS.items()
+        for s, (_, _, high, _) in solutions.items()
         if high > J_min[s]
     }
     assert missed == {("GA", "BF")}

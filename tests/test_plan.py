@@ -35,24 +35,24 @@ from stribeck.space import Array
 RIGHT = TestBed().run("up", seed=3).recording
 
 
-def line(slopes: Array, noise: float, **more: Any) -> Experiment:
+def line(slopes: Array, noise: float, **fields: Any) -> Experiment:
     """An experiment that shows a line: signals (N,) are slopes (N, dim) times parameters."""
 
     def predict(x: Array) -> Array:
-        found: Array = x @ slopes.T
-        return found
+        signals: Array = x @ slopes.T
+        return signals
 
-    dim = slopes.shape[1] - more.get("starts", 0)
+    dim = slopes.shape[1] - fields.get("starts", 0)
     return Experiment(
-        "a line", "", 1.0, predict, noise, more.pop("inflation", np.ones(dim)), **more
+        "a line", "", 1.0, predict, noise, fields.pop("inflation", np.ones(dim)), **fields
     )
 
 
-def box(dim: int, wide: float = 1e6, prior: float = 1e6) -> PriorBox:
+def box(dim: int, width: float = 1e6, prior: float = 1e6) -> PriorBox:
     def all_of_them(x: Array) -> NDArray[np.bool_]:
         return np.ones(len(x), dtype=bool)
 
-    return PriorBox(np.full(dim, -wide), np.full(dim, wide), np.full(dim, prior), all_of_them)
+    return PriorBox(np.full(dim, -width), np.full(dim, width), np.full(dim, prior), all_of_them)
 
 
 A = np.random.default_rng(1).standard_normal((40, 3))
@@ -62,16 +62,16 @@ A = np.random.default_rng(1).standard_normal((40, 3))
 
 
 def test_the_information_of_a_line_is_its_normal_matrix() -> None:
-    found = information(line(A, 0.2), np.array([1.0, -2.0, 3.0]), box(3))
-    np.testing.assert_allclose(found, A.T @ A / 0.04, rtol=1e-6)
+    matrix = information(line(A, 0.2), np.array([1.0, -2.0, 3.0]), box(3))
+    np.testing.assert_allclose(matrix, A.T @ A / 0.04, rtol=1e-6)
 
 
 def test_an_unknown_start_takes_its_share_of_the_information() -> None:
     # a straight line with slope b from an unknown start: var b = noise^2 / sum (t - mean t)^2
     t = np.linspace(0.0, 2.0, 21)
     e = line(np.column_stack([t, np.ones(21)]), 0.1, starts=1, reach=1e-3)
-    found = errors(information(e, np.array([0.7]), box(1)))
-    assert found[0] == pytest.approx(0.1 / np.sqrt(np.sum((t - 1.0) ** 2)), rel=1e-6)
+    error = errors(information(e, np.array([0.7]), box(1)))
+    assert error[0] == pytest.approx(0.1 / np.sqrt(np.sum((t - 1.0) ** 2)), rel=1e-6)
 
 
 def test_repeated_noise_widens_each_error_by_its_own_root() -> None:
@@ -88,23 +88,23 @@ def test_more_of_the_same_shrinks_by_the_root_of_two() -> None:
 
 
 def test_an_experiment_on_one_parameter_shrinks_that_one_as_precisions_add() -> None:
-    now = np.diag([4.0, 25.0])[None]
-    more = np.diag([12.0, 0.0])[None]
-    np.testing.assert_allclose(factors(now, more), [2.0, 1.0], rtol=1e-12)
+    prior = np.diag([4.0, 25.0])[None]
+    added = np.diag([12.0, 0.0])[None]
+    np.testing.assert_allclose(factors(prior, added), [2.0, 1.0], rtol=1e-12)
 
 
 def test_a_correlated_partner_shrinks_with_the_one_that_is_measured() -> None:
     # correlation 0.8: measuring the first exactly leaves the second sqrt(1 - 0.8^2) of its error
-    now = np.linalg.inv(np.array([[1.0, 0.8], [0.8, 1.0]]))[None]
-    found = factors(now, np.diag([1e12, 0.0])[None])
-    assert found[1] == pytest.approx(1 / 0.6, rel=1e-6)
+    prior = np.linalg.inv(np.array([[1.0, 0.8], [0.8, 1.0]]))[None]
+    shrinkage = factors(prior, np.diag([1e12, 0.0])[None])
+    assert shrinkage[1] == pytest.approx(1 / 0.6, rel=1e-6)
 
 
 def test_a_range_of_decades_counts_by_its_logarithm() -> None:
     # y = p: relative error noise / p, whatever p is
-    wide = PriorBox(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
-    found = errors(information(line(np.ones((1, 1)), 1e-3), np.array([0.02]), wide))
-    assert found[0] == pytest.approx(1e-3 / 0.02, rel=1e-6)
+    decades = PriorBox(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
+    error = errors(information(line(np.ones((1, 1)), 1e-3), np.array([0.02]), decades))
+    assert error[0] == pytest.approx(1e-3 / 0.02, rel=1e-6)
 
 
 def test_an_experiment_that_can_seldom_be_run_has_no_factor() -> None:
@@ -126,9 +126,9 @@ def test_draws_have_the_covariance_and_stay_where_points_mean_something() -> Non
         return np.asarray(x[:, 0] >= x[:, 1], dtype=bool)
 
     half = PriorBox(np.full(2, -1.0), np.full(2, 1.0), np.ones(2), ordered)
-    found = draws(np.zeros(2), C, 200, half, np.random.default_rng(0))
-    assert half.inside(found).all()
-    assert np.ptp(found[:, 0]) > 1.0
+    samples = draws(np.zeros(2), C, 200, half, np.random.default_rng(0))
+    assert half.inside(samples).all()
+    assert np.ptp(samples[:, 0]) > 1.0
 
 
 def test_twins_of_a_line_keep_its_promise() -> None:
@@ -154,8 +154,8 @@ def planned(bed: Card) -> Plan:
     return plan(bed, RIGHT)
 
 
-def named(made: Plan, name: str) -> Proposal:
-    return next(p for p in made.proposals if p.experiment.name == name)
+def named(proposed: Plan, name: str) -> Proposal:
+    return next(p for p in proposed.proposals if p.experiment.name == name)
 
 
 def factor(p: Proposal, name: str) -> float:
@@ -163,26 +163,26 @@ def factor(p: Proposal, name: str) -> float:
 
 
 def test_a_faster_ramp_leads_and_beats_the_same_again(planned: Plan) -> None:
-    best, same = planned.proposals[0], named(planned, "the same again")
+    best, repetition = planned.proposals[0], named(planned, "the same again")
     assert best.experiment.kind == "motion"
     assert best.experiment.name.startswith("ramp ×")
-    assert best.score > 1.5 * same.score
+    assert best.score > 1.5 * repetition.score
     assert [p.score for p in planned.proposals] == sorted(
         (p.score for p in planned.proposals), reverse=True
     )
-    assert factor(same, "F_C") == pytest.approx(np.sqrt(2.0), rel=0.05)
+    assert factor(repetition, "F_C") == pytest.approx(np.sqrt(2.0), rel=0.05)
 
 
 def test_the_best_ramp_really_shrinks_what_it_promises(bed: Card) -> None:
-    found = plan(bed, RIGHT, check=16, seed=2)
-    best = found.proposals[0]
+    proposed = plan(bed, RIGHT, check=16, seed=2)
+    best = proposed.proposals[0]
     assert best.twin_study is not None
     assert best.twin_study.twins == 16
     at = [i for i, g in enumerate(best.gains) if g.doubtful]
     promised = np.exp(np.mean([np.log(best.gains[i].factor) for i in at]))
-    kept = np.exp(np.mean(np.log(best.twin_study.factors[at])))
-    assert kept > 1.6  # more than any repetition of the log could
-    assert 0.4 < kept / promised < 2.5
+    achieved = np.exp(np.mean(np.log(best.twin_study.factors[at])))
+    assert achieved > 1.6  # more than any repetition of the log could
+    assert 0.4 < achieved / promised < 2.5
 
 
 def test_a_plan_is_the_same_for_the_same_seed(bed: Card, planned: Plan) -> None:
@@ -191,39 +191,39 @@ def test_a_plan_is_the_same_for_the_same_seed(bed: Card, planned: Plan) -> None:
 
 
 def test_the_scale_that_forces_share_is_told(planned: Plan) -> None:
-    (said,) = [text for text in planned.said if "share a scale" in text]
-    assert "F_S" in said
-    assert "k_spring" in said
+    (message,) = [text for text in planned.said if "share a scale" in text]
+    assert "F_S" in message
+    assert "k_spring" in message
 
 
 def test_one_way_is_not_reversed_and_both_ways_are(planned: Plan) -> None:
     assert "reversal" in dict(planned.left)
     assert "reversal" not in [p.experiment.name for p in planned.proposals]
-    both = TestBed().run("both", seed=3).recording
-    fit = identify(both, law="stribeck-directional", train=["112:295", "325:127"],
+    two_way_log = TestBed().run("both", seed=3).recording
+    fit = identify(two_way_log, law="stribeck-directional", train=["112:295", "325:127"],
                    repeats=1, budget=3000)  # fmt: skip
-    names = [p.experiment.name for p in plan(card(fit), both, count=3).proposals]
+    names = [p.experiment.name for p in plan(card(fit), two_way_log, count=3).proposals]
     assert "reversal" in names
 
 
 def test_a_direction_that_was_never_driven_comes_first() -> None:
-    made = {"law": "stribeck-directional", "train": "112:295", "repeats": 1, "budget": 2000}
-    found = plan(card(identify(RIGHT, **made)), RIGHT, count=3)  # type: ignore[arg-type]
-    best, same = found.proposals[0], named(found, "the same again")
+    options = {"law": "stribeck-directional", "train": "112:295", "repeats": 1, "budget": 2000}
+    proposed = plan(card(identify(RIGHT, **options)), RIGHT, count=3)  # type: ignore[arg-type]
+    best, repetition = proposed.proposals[0], named(proposed, "the same again")
     assert factor(best, "F_C-") > 3
-    assert factor(same, "F_C-") == pytest.approx(1.0, abs=0.05)
+    assert factor(repetition, "F_C-") == pytest.approx(1.0, abs=0.05)
 
 
 def test_every_experiment_stays_within_the_travel_and_the_force(bed: Card) -> None:
-    now = current_model(bed, [RIGHT])
+    model = current_model(bed, [RIGHT])
     assert RIGHT.command is not None
-    assert now.axis.shown.low == pytest.approx(0.05)
-    assert now.axis.shown.high == pytest.approx(0.35)
+    assert model.axis.shown.low == pytest.approx(0.05)
+    assert model.axis.shown.high == pytest.approx(0.35)
     for p in plan(bed, RIGHT).proposals:
         if p.experiment.kind == "motion" and p.experiment.name != "the same again":
-            shown = p.experiment.predict(now.axis.x[None])
-            assert shown.min() > now.axis.shown.low - 1e-3
-            assert shown.max() < now.axis.shown.high + 1e-3
+            shown = p.experiment.predict(model.axis.x[None])
+            assert shown.min() > model.axis.shown.low - 1e-3
+            assert shown.max() < model.axis.shown.high + 1e-3
             assert p.experiment.seconds <= 37.5
 
 
@@ -232,19 +232,21 @@ def test_a_weak_drive_is_not_asked_for_more_than_it_has_shown(bed: Card) -> None
     weak = Recording(
         t=RIGHT.t, position=RIGHT.position, command=RIGHT.command, force=0.5 * RIGHT.force
     )
-    found = plan(bed, weak, count=2)
-    assert [p.experiment.name for p in found.proposals if p.experiment.kind == "motion"] == [
+    proposed = plan(bed, weak, count=2)
+    assert [p.experiment.name for p in proposed.proposals if p.experiment.kind == "motion"] == [
         "the same again"
     ]
-    assert "the log shows" in dict(found.left)["ramp × 5"]
+    assert "the log shows" in dict(proposed.left)["ramp × 5"]
 
 
 def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
-    now = current_model(bed, [RIGHT])
-    assert now.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
-    found = named(plan(bed, RIGHT), "finer sensor").experiment
-    rest = max(now.axis.noise**2 - now.axis.sensor**2, 0.0)
-    assert found.noise**2 == pytest.approx(rest + min(now.axis.sensor, now.axis.noise) ** 2 / 9)
+    model = current_model(bed, [RIGHT])
+    assert model.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
+    experiment = named(plan(bed, RIGHT), "finer sensor").experiment
+    remainder = max(model.axis.noise**2 - model.axis.sensor**2, 0.0)
+    assert experiment.noise**2 == pytest.approx(
+        remainder + min(model.axis.sensor, model.axis.noise) ** 2 / 9
+    )
 
 
 def test_a_slow_creep_is_run_in_first(planned: Plan) -> None:
@@ -279,50 +281,50 @@ TRUTH = {"F_S": 9.0, "F_C": 6.0, "F_V": 30.0, "v_SS": 0.01, "exponent": 1.0}
 
 def test_a_log_at_one_speed_asks_for_several_speeds() -> None:
     log = pushed([0.05], TRUTH)
-    found = plan(card(identify(log, rig="forced", law="coulomb-viscous")), log)
-    several, same = named(found, "several speeds"), named(found, "the same again")
-    assert factor(several, "F_V") > 1.5 * factor(same, "F_V")
-    assert factor(several, "F_V") > 1.2 * factor(named(found, "one speed"), "F_V")
-    assert factor(same, "M") == pytest.approx(np.sqrt(2.0), rel=0.05)
+    proposed = plan(card(identify(log, rig="forced", law="coulomb-viscous")), log)
+    several, repetition = named(proposed, "several speeds"), named(proposed, "the same again")
+    assert factor(several, "F_V") > 1.5 * factor(repetition, "F_V")
+    assert factor(several, "F_V") > 1.2 * factor(named(proposed, "one speed"), "F_V")
+    assert factor(repetition, "M") == pytest.approx(np.sqrt(2.0), rel=0.05)
 
 
 def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
     log = pushed([0.03, 0.5], TRUTH)
-    found = plan(card(identify(log, rig="forced", law="stribeck")), log)
-    names = [p.experiment.name for p in found.proposals if p.experiment.kind == "motion"]
+    proposed = plan(card(identify(log, rig="forced", law="stribeck")), log)
+    names = [p.experiment.name for p in proposed.proposals if p.experiment.kind == "motion"]
     assert names[0] in ("slow speeds", "slow sine", "several speeds")
-    slow, fast = named(found, "slow speeds"), named(found, "fast speeds")
+    slow, fast = named(proposed, "slow speeds"), named(proposed, "fast speeds")
     assert factor(slow, "F_S") > 4 * factor(fast, "F_S")  # it shows below v_SS alone
-    assert factor(named(found, names[0]), "v_SS") > 1.2 * factor(fast, "v_SS")
+    assert factor(named(proposed, names[0]), "v_SS") > 1.2 * factor(fast, "v_SS")
 
 
 def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
     log = pushed([0.05, 0.2], TRUTH)
-    made = card(identify(log, rig="forced", law="coulomb-viscous"))
-    now = current_model(made, [log])
-    assert now.axis.shown.exposure is not None
-    assert now.axis.shown.fastest == pytest.approx(0.2, rel=0.02)
-    assert now.axis.shown.exposure.acceleration == pytest.approx(5.0, rel=0.1)
-    limit = 1.2 * now.axis.shown.force
-    for p in plan(made, log).proposals:
+    fit_card = card(identify(log, rig="forced", law="coulomb-viscous"))
+    model = current_model(fit_card, [log])
+    assert model.axis.shown.exposure is not None
+    assert model.axis.shown.fastest == pytest.approx(0.2, rel=0.02)
+    assert model.axis.shown.exposure.acceleration == pytest.approx(5.0, rel=0.1)
+    limit = 1.2 * model.axis.shown.force
+    for p in plan(fit_card, log).proposals:
         if p.experiment.kind == "motion":
-            assert np.abs(p.experiment.predict(now.axis.x[None])).max() <= limit
+            assert np.abs(p.experiment.predict(model.axis.x[None])).max() <= limit
 
 
 def test_pressure_levels_are_offered_to_a_cylinder() -> None:
     dry = pushed([0.05, 0.2], TRUTH)
     assert dry.force is not None
     pressure = 2e5 * (1 + 0.04 * np.sin(dry.t))
-    way = np.sign(np.gradient(dry.position, dry.t))
+    direction = np.sign(np.gradient(dry.position, dry.t))
     log = Recording(
         t=dry.t,
         position=dry.position,
         pressure=pressure,
-        force=dry.force + 2e-5 * pressure * way + RIGS["cylinder"].area * pressure,  # type: ignore[attr-defined]
+        force=dry.force + 2e-5 * pressure * direction + RIGS["cylinder"].area * pressure,  # type: ignore[attr-defined]
     )
-    found = plan(card(identify(log, rig="cylinder", law="coulomb-load")), log, count=3)
-    levels, same = named(found, "load levels"), named(found, "the same again")
-    assert factor(levels, "mu_p") > 2 * factor(same, "mu_p")
+    proposed = plan(card(identify(log, rig="cylinder", law="coulomb-load")), log, count=3)
+    levels, repetition = named(proposed, "load levels"), named(proposed, "the same again")
+    assert factor(levels, "mu_p") > 2 * factor(repetition, "mu_p")
 
 
 # --- what is told, and refused ------------------------------------------------------------------
@@ -339,8 +341,8 @@ def test_json_says_what_the_terminal_says(planned: Plan, capsys: Any) -> None:
     for k, e in enumerate(data["experiments"], 1):
         assert f"{k}. {e['name']}: {e['words']}" in shown
     first = data["experiments"][0]["parameters"]["F_C"]
-    now = data["now"]["F_C"]
-    width = now["high"] - now["low"]
+    interval = data["now"]["F_C"]
+    width = interval["high"] - interval["low"]
     expected = first["expected_high"] - first["expected_low"]
     assert expected == pytest.approx(width / first["factor"], rel=1e-6)
 
@@ -356,21 +358,21 @@ def test_logs_are_found_beside_their_card_by_their_hash(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     file = folder / "card.json"
-    made = card(identify(read(log), train="112:295", repeats=1, budget=200))
-    file.write_text(made.text(), encoding="utf-8")
+    fit_card = card(identify(read(log), train="112:295", repeats=1, budget=200))
+    file.write_text(fit_card.text(), encoding="utf-8")
     assert logs_beside(read_card(file), file) == [log]
     log.write_text(text.replace("1", "2"), encoding="utf-8")
     with pytest.raises(InputError, match=r"run\.csv is not beside it: give the log"):
         logs_beside(read_card(file), file)
 
 
-def without_parameters(made: Card) -> Card:
-    fixed = {n: c.model_copy(update={"verdict": "fixed"}) for n, c in made.parameters.items()}
-    return made.model_copy(update={"parameters": fixed})
+def without_parameters(fit_card: Card) -> Card:
+    fixed = {n: c.model_copy(update={"verdict": "fixed"}) for n, c in fit_card.parameters.items()}
+    return fit_card.model_copy(update={"parameters": fixed})
 
 
 @pytest.mark.parametrize(
-    ("change", "asked", "said"),
+    ("change", "options", "message"),
     [
         (without_parameters, {}, "nothing to plan for"),
         (lambda c: c, {"check": -1}, "check must be a whole number >= 0"),
@@ -381,10 +383,10 @@ def without_parameters(made: Card) -> Card:
     ],
 )
 def test_what_cannot_be_planned_is_refused_in_a_line(
-    bed: Card, change: Callable[[Card], Card], asked: dict[str, Any], said: str
+    bed: Card, change: Callable[[Card], Card], options: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(InputError, match=said) as caught:
-        plan(change(bed), RIGHT, **asked)
+    with pytest.raises(InputError, match=message) as caught:
+        plan(change(bed), RIGHT, **options)
     assert "\n" not in str(caught.value)
 
 
@@ -392,5 +394,5 @@ def test_a_stranger_among_the_logs_is_told(bed: Card) -> None:
     from dataclasses import replace  # noqa: PLC0415 - for this test alone
 
     source = replace(RIGHT.source, file="other.csv", sha256="0" * 64)
-    found = plan(bed, replace(RIGHT, source=source), count=2)
-    assert any("other.csv is not a log" in text for text in found.said)
+    proposed = plan(bed, replace(RIGHT, source=source), count=2)
+    assert any("other.csv is not a log" in text for text in proposed.said)

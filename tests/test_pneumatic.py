@@ -41,8 +41,8 @@ def fits() -> dict[str, Any]:
 def test_the_friction_range_of_each_log_is_the_published_one(seal: str) -> None:
     rig = CYLINDER.set(bore=bore(seal))
     for bar, published in zip(BARS[seal], RANGES[seal], strict=True):
-        found = rig.friction_range(read(DATA / f"{seal}_{bar}bar.csv"))
-        assert found == pytest.approx(published, rel=0.03)
+        friction_range = rig.friction_range(read(DATA / f"{seal}_{bar}bar.csv"))
+        assert friction_range == pytest.approx(published, rel=0.03)
 
 
 @pytest.mark.parametrize("seal", list(BARS))
@@ -75,9 +75,9 @@ def test_for_the_other_seals_one_slope_is_no_fact(
     assert low < published < high  # least squares through their published ranges
     assert high - value > 0.9 * value  # nothing is said beyond its order
     assert verdict != "identified"
-    (said,) = (w for w in fits[seal].warnings if "the friction of the logs" in w)
-    assert "mu_p" in said
-    assert "take each log as one observation" in said
+    (warning,) = (w for w in fits[seal].warnings if "the friction of the logs" in w)
+    assert "mu_p" in warning
+    assert "take each log as one observation" in warning
 
 
 def test_pressure_does_not_hide_in_the_offset_unsaid() -> None:

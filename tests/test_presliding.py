@@ -58,35 +58,35 @@ def test_blocks_on_springs_follow_loops_of_other_logs_and_one_bristle_does_not()
 
 @real
 def test_the_same_law_is_selected() -> None:
-    found = select(
+    selection = select(
         loops(2), rig=RIG, laws=["dahl", "maxwell-slip:2"], train=SETTLED,
         test=[loops(1), loops(3)], fixed=KNOWN, budget=1500,
     )  # fmt: skip
-    assert found.law == "maxwell-slip:2"
+    assert selection.law == "maxwell-slip:2"
 
 
 @real
 def test_what_loops_show_and_what_they_do_not() -> None:
-    said = {e.name: e for e in fitted("maxwell-slip:2").estimates}
-    assert said["W_1"].verdict == said["W_2"].verdict == "identified"
+    estimates = {e.name: e for e in fitted("maxwell-slip:2").estimates}
+    assert estimates["W_1"].verdict == estimates["W_2"].verdict == "identified"
     # The first block slips within four steps of the encoder.
-    assert said["d_1"].verdict == "weak"
-    said = {e.name: e for e in fitted("lugre").estimates}
-    assert said["v_s"].verdict == "not identifiable"
-    assert said["F_C"].verdict != "identified"
-    assert said["F_C"].low == 0.0  # whatever is below F_S will do
-    stiffness = said["sigma_0"]
+    assert estimates["d_1"].verdict == "weak"
+    estimates = {e.name: e for e in fitted("lugre").estimates}
+    assert estimates["v_s"].verdict == "not identifiable"
+    assert estimates["F_C"].verdict != "identified"
+    assert estimates["F_C"].low == 0.0  # whatever is below F_S will do
+    stiffness = estimates["sigma_0"]
     assert stiffness.low < 0.9 * stiffness.value < 1.02 * stiffness.value < stiffness.high
 
 
 @real
 def test_that_it_never_slid_is_told() -> None:
-    told = {law: [w for w in fitted(law).warnings if "never slid" in w] for law in
+    warnings = {law: [w for w in fitted(law).warnings if "never slid" in w] for law in
             ("dahl", "lugre", "maxwell-slip:2")}  # fmt: skip
     head = "the axis never slid: "
-    assert told["dahl"] == [head + "F_C cannot be known from this log"]
-    assert told["lugre"] == [head + "F_S, F_C and v_s cannot be known from this log"]
-    assert told["maxwell-slip:2"] == [head + "the levels W_i do not add up to its breakaway"]
+    assert warnings["dahl"] == [head + "F_C cannot be known from this log"]
+    assert warnings["lugre"] == [head + "F_S, F_C and v_s cannot be known from this log"]
+    assert warnings["maxwell-slip:2"] == [head + "the levels W_i do not add up to its breakaway"]
 
 
 # --- made logs ------------------------------------------------------------------------------------
@@ -108,24 +108,25 @@ RAMP = np.clip(np.linspace(-0.1, 1.0, 800), 0.0, 1.0)
 def test_an_axis_that_slides_shows_its_levels_and_one_that_is_held_does_not() -> None:
     parameters = partition(PRESLIDING, law_named("lugre"))
     for shape in (CYCLES, RAMP):
-        held, slid = pulled(9.0 * shape), pulled(24.0 * shape)
-        assert never_slid(parameters, [held]) == [
+        stuck, slid = pulled(9.0 * shape), pulled(24.0 * shape)
+        assert never_slid(parameters, [stuck]) == [
             "the axis never slid: F_S, F_C and v_s cannot be known from this log"
         ]
-        assert "these logs" in never_slid(parameters, [held, held])[0]
-        assert never_slid(parameters, [slid]) == never_slid(parameters, [held, slid]) == []
+        assert "these logs" in never_slid(parameters, [stuck, stuck])[0]
+        assert never_slid(parameters, [slid]) == never_slid(parameters, [stuck, slid]) == []
 
 
 def test_only_what_is_searched_is_told() -> None:
-    held = pulled(9.0 * CYCLES)
+    stuck = pulled(9.0 * CYCLES)
     lugre = partition(PRESLIDING, law_named("lugre"), fixed={"F_C": 12.0, "v_s": 0.02})
-    assert never_slid(lugre, [held])[0].endswith("never slid: F_S cannot be known from this log")
+    assert never_slid(lugre, [stuck])[0].endswith("never slid: F_S cannot be known from this log")
     gms = partition(PRESLIDING, law_named("gms:2"))
-    (said,) = never_slid(gms, [held])
-    assert said.endswith("tau cannot be known from this log; the levels W_i do not add up to its "
-                         "breakaway")  # fmt: skip
+    (message,) = never_slid(gms, [stuck])
+    assert message.endswith(
+        "tau cannot be known from this log; the levels W_i do not add up to its breakaway"
+    )
     free = {"M": 2.0, "F_C": 12.0}
-    assert never_slid(partition(PRESLIDING, law_named("dahl"), fixed=free), [held]) == []
+    assert never_slid(partition(PRESLIDING, law_named("dahl"), fixed=free), [stuck]) == []
 
 
 @pytest.mark.parametrize(

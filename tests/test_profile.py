@@ -40,23 +40,25 @@ def line(noise: Array, reach: float = 50.0) -> tuple[Model, Array, Array]:
     return model, W, np.linalg.lstsq(W, y, rcond=None)[0]
 
 
-def ends(found: Profiles) -> Array:
-    return np.array([[p.low.end, p.high.end] for p in found.profiles])
+def ends(profiled: Profiles) -> Array:
+    return np.array([[p.low.end, p.high.end] for p in profiled.profiles])
 
 
-def why(profile: Profile) -> tuple[str, str]:
+def end_reasons(profile: Profile) -> tuple[str, str]:
     return profile.low.ended, profile.high.ended
 
 
 def test_a_linear_problem_has_the_t_interval() -> None:
     noise = 0.1 * np.random.default_rng(0).standard_normal(40)
     model, W, best = line(noise)
-    found = profiles(model, best, ratio=np.ones(3))
-    sd = np.sqrt(np.sum(found.residuals**2) / 37 * np.diag(np.linalg.inv(W.T @ W)))
+    profiled = profiles(model, best, ratio=np.ones(3))
+    sd = np.sqrt(np.sum(profiled.residuals**2) / 37 * np.diag(np.linalg.inv(W.T @ W)))
     half = stats.t.ppf(0.975, 37) * sd
-    np.testing.assert_allclose(ends(found), np.stack([best - half, best + half], axis=1), rtol=1e-6)
-    assert all(why(p) == ("threshold", "threshold") for p in found.profiles)
-    assert found.rows == model.rows  # every evaluation is counted
+    np.testing.assert_allclose(
+        ends(profiled), np.stack([best - half, best + half], axis=1), rtol=1e-6
+    )
+    assert all(end_reasons(p) == ("threshold", "threshold") for p in profiled.profiles)
+    assert profiled.rows == model.rows  # every evaluation is counted
 
 
 def test_an_exponential_has_the_interval_of_a_plain_profile() -> None:
@@ -64,7 +66,7 @@ def test_an_exponential_has_the_interval_of_a_plain_profile() -> None:
     t = np.linspace(0, 3, 12)
     y = 2 * np.exp(-1.3 * t) + 0.15 * np.random.default_rng(1).standard_normal(12)
     space = Space((Param("a", 0.01, 100, log=True), Param("k", 0.01, 100, log=True)))
-    found = profiles(
+    profiled = profiles(
         Model(space, y, lambda x: x[0] * np.exp(-x[1] * t)), np.array([1.0, 2.0]), ratio=np.ones(2)
     )
 
@@ -78,12 +80,12 @@ def test_an_exponential_has_the_interval_of_a_plain_profile() -> None:
     top = best.fun * (1 + stats.f.ppf(0.95, 1, 10) / 10)
     low = optimize.brentq(lambda k: least(k) - top, 0.5, best.x)
     high = optimize.brentq(lambda k: least(k) - top, best.x, 4)
-    k = found.profiles[1]
+    k = profiled.profiles[1]
     assert k.value == pytest.approx(best.x, rel=1e-3)
     half = (high - low) / 2
     assert (k.low.end, k.high.end) == pytest.approx((low, high), abs=0.02 * half)
     assert (high - best.x) > 1.05 * (best.x - low)  # it is not symmetric, so neither is ours
-    assert found.rows < 100
+    assert profiled.rows < 100
 
 
 def product(upper: float = 10.0) -> Model:
@@ -94,8 +96,8 @@ def product(upper: float = 10.0) -> Model:
 
 def test_of_a_product_neither_factor_is_known() -> None:
     """a b = 2.1 and b <= 10 leave a >= 0.21 and nothing more."""
-    found = profiles(product(), np.array([1.0, 2.0]))
-    for p in found.profiles:
+    profiled = profiles(product(), np.array([1.0, 2.0]))
+    for p in profiled.profiles:
         assert p.high.ended == "flat"
         assert p.high.end == pytest.approx(10.0)
         assert 0.19 < p.low.end < 0.24
@@ -107,36 +109,36 @@ def test_a_parameter_at_its_bound_has_an_open_side() -> None:
     model, W, best = line(0.1 * np.random.default_rng(3).standard_normal(60))
     model.space = box([(-5, 5), (best[1] + 0.3, 5), (-5, 5)])
     start = np.array([best[0], best[1] + 0.3, best[2]])
-    found = profiles(model, start, ratio=np.ones(3)).profiles[1]
-    assert found.value == pytest.approx(best[1] + 0.3)
-    assert found.low.ended == "bound"
-    assert found.low.end == pytest.approx(found.value)
-    assert found.high.ended == "threshold"
+    profile = profiles(model, start, ratio=np.ones(3)).profiles[1]
+    assert profile.value == pytest.approx(best[1] + 0.3)
+    assert profile.low.ended == "bound"
+    assert profile.low.end == pytest.approx(profile.value)
+    assert profile.high.ended == "threshold"
     # the threshold counts from the bound: sqrt(squares there + rise) on the same parabola
-    left = model.residuals(np.array([[*_held(model, W, found.value)]]))[0]
-    rise = np.sum(left**2) / 57 * stats.f.ppf(0.95, 1, 57)
+    residuals = model.residuals(np.array([[*_held(model, W, profile.value)]]))[0]
+    rise = np.sum(residuals**2) / 57 * stats.f.ppf(0.95, 1, 57)
     curve = 1 / np.linalg.inv(W.T @ W)[1, 1]
-    assert found.high.end == pytest.approx(best[1] + np.sqrt(0.09 + rise / curve), rel=2e-3)
+    assert profile.high.end == pytest.approx(best[1] + np.sqrt(0.09 + rise / curve), rel=2e-3)
 
 
 def _held(model: Model, W: Array, value: float) -> Array:
     """The others refitted with the slope held."""
     y = model.residuals(np.zeros((1, 3)))[0]
-    rest = np.linalg.lstsq(W[:, [0, 2]], y - W[:, 1] * value, rcond=None)[0]
-    return np.array([rest[0], value, rest[1]])
+    refitted = np.linalg.lstsq(W[:, [0, 2]], y - W[:, 1] * value, rcond=None)[0]
+    return np.array([refitted[0], value, refitted[1]])
 
 
 def test_what_the_data_do_not_see_is_flat_on_both_sides() -> None:
     t = np.linspace(0, 1, 30)
     y = t + 0.1 * np.random.default_rng(4).standard_normal(30)
     space = Space((Param("seen", -5, 5), Param("unseen", 1e-3, 10, log=True)))
-    found = profiles(Model(space, y, lambda x: x[0] * t), np.array([1.0, 0.1]))
-    seen, unseen = found.profiles
-    assert why(seen) == ("threshold", "threshold")
-    assert why(unseen) == ("flat", "flat")
-    assert (unseen.low.end, unseen.high.end) == pytest.approx((1e-3, 10))
-    assert found.quick.blind.tolist() == [False, True]
-    assert np.isinf(found.quick.errors[1])
+    profiled = profiles(Model(space, y, lambda x: x[0] * t), np.array([1.0, 0.1]))
+    visible, hidden = profiled.profiles
+    assert end_reasons(visible) == ("threshold", "threshold")
+    assert end_reasons(hidden) == ("flat", "flat")
+    assert (hidden.low.end, hidden.high.end) == pytest.approx((1e-3, 10))
+    assert profiled.quick.blind.tolist() == [False, True]
+    assert np.isinf(profiled.quick.errors[1])
 
 
 def test_an_order_holds_and_is_named() -> None:
@@ -150,19 +152,19 @@ def test_an_order_holds_and_is_named() -> None:
         lambda x: np.where(split, x[0], x[1]) if x[0] >= x[1] else np.full(40, np.nan),
         orders=((0, 1),),
     )
-    found = profiles(model, np.array([1.0, 0.99]), ratio=np.ones(2))
-    high, low = found.profiles
+    profiled = profiles(model, np.array([1.0, 0.99]), ratio=np.ones(2))
+    high, low = profiled.profiles
     # the data would have low above high: the best in order is their common mean
-    assert found.x == pytest.approx([y.mean(), y.mean()], rel=1e-4)
+    assert profiled.x == pytest.approx([y.mean(), y.mean()], rel=1e-4)
     assert high.low.ended == "threshold"
     assert low.high.ended == "threshold"
     best = np.sum((y - y.mean()) ** 2)
     half = np.sqrt(best / 38 * stats.f.ppf(0.95, 1, 38) / 40)
     assert high.low.end == pytest.approx(y.mean() - half, rel=1e-3)  # both go down together
     model.space = Space((Param("high", 0.5, 3), Param("low", float(y.mean()) - 0.005, 4)))
-    near = profiles(model, np.array([1.02, 1.01]), ratio=np.ones(2)).profiles[0]
-    assert near.low.ended == "order"
-    assert near.low.end == pytest.approx(y.mean() - 0.005, rel=1e-6)
+    middle = profiles(model, np.array([1.02, 1.01]), ratio=np.ones(2)).profiles[0]
+    assert middle.low.ended == "order"
+    assert middle.low.end == pytest.approx(y.mean() - 0.005, rel=1e-6)
 
 
 def test_what_a_law_forbids_is_told_from_what_cannot_be_run() -> None:
@@ -212,23 +214,23 @@ def wells() -> Model:
 
 def test_a_better_fit_met_on_the_way_is_taken() -> None:
     """The search ended in the poor basin; the ridge is lower than the threshold."""
-    model, one = wells(), np.ones(1)
-    held = profiles(model, np.array([-1.0]), ratio=one, keep=True)
-    assert held.x == pytest.approx([-1.0])
-    assert held.improved == 0
-    found = profiles(model, np.array([-1.1]), ratio=one)
-    assert found.improved == 1
+    model, ratio = wells(), np.ones(1)
+    basin = profiles(model, np.array([-1.0]), ratio=ratio, keep=True)
+    assert basin.x == pytest.approx([-1.0])
+    assert basin.improved == 0
+    profiled = profiles(model, np.array([-1.1]), ratio=ratio)
+    assert profiled.improved == 1
     best = optimize.brentq(lambda x: 0.0075 * (x**3 - 3 * x) - 0.055, 1, 4)
-    assert found.x == pytest.approx([best], rel=1e-3)
-    assert found.squares < found.before
+    assert profiled.x == pytest.approx([best], rel=1e-3)
+    assert profiled.squares < profiled.before
     # both basins are in the interval: down to where the slope is 2 x 0.05 too small
-    p = found.profiles[0]
+    p = profiled.profiles[0]
     low = 1.02 - 0.05 * np.sqrt(stats.f.ppf(0.95, 1, 39))
-    left = optimize.brentq(lambda x: 0.965 + 0.0075 * (x**3 - 3 * x) - low, -2.5, -1)
-    assert p.low.end == pytest.approx(left, abs=0.1)
-    again = profiles(model, found.x, ratio=one)
-    assert again.improved == 0
-    np.testing.assert_allclose(ends(again), ends(found), rtol=1e-2)
+    crossing = optimize.brentq(lambda x: 0.965 + 0.0075 * (x**3 - 3 * x) - low, -2.5, -1)
+    assert p.low.end == pytest.approx(crossing, abs=0.1)
+    repeated = profiles(model, profiled.x, ratio=ratio)
+    assert repeated.improved == 0
+    np.testing.assert_allclose(ends(repeated), ends(profiled), rtol=1e-2)
 
 
 def test_a_run_is_the_same_twice() -> None:
@@ -239,14 +241,14 @@ def test_a_run_is_the_same_twice() -> None:
 
 def test_a_budget_is_kept_and_told() -> None:
     model = waves()
-    found = profiles(model, np.array([7.0, 0.3]), budget=12)
+    profiled = profiles(model, np.array([7.0, 0.3]), budget=12)
     assert model.rows <= 12
-    assert not found.complete
-    assert {"budget"} <= {s.ended for p in found.profiles for s in (p.low, p.high)}
+    assert not profiled.complete
+    assert {"budget"} <= {s.ended for p in profiled.profiles for s in (p.low, p.high)}
     full = profiles(model, np.array([7.0, 0.3]))
     assert full.complete
     # what is extrapolated from the slopes is near what the walks find: the basin is round
-    np.testing.assert_allclose(ends(found), ends(full), rtol=0.02)
+    np.testing.assert_allclose(ends(profiled), ends(full), rtol=0.02)
     with pytest.raises(InputError, match="budget of 2 rows"):
         profiles(model, np.array([7.0, 0.3]), budget=2)
 
@@ -258,9 +260,9 @@ def test_refusals() -> None:
     nowhere = Model(box([(0.0, 1.0)]), np.zeros(9), lambda _: np.full(9, np.nan))
     with pytest.raises(InputError, match="cannot be run"):
         profiles(nowhere, np.array([0.5]))
-    few = Model(box([(0.0, 1.0)] * 3), np.zeros(3), lambda x: x)
+    underdetermined = Model(box([(0.0, 1.0)] * 3), np.zeros(3), lambda x: x)
     with pytest.raises(InputError, match="3 rows cannot tell 3"):
-        profiles(few, np.full(3, 0.5))
+        profiles(underdetermined, np.full(3, 0.5))
     model.logs = (40, 41)  # type: ignore[attr-defined]
     with pytest.raises(InputError, match="81 rows in all"):
         profiles(model, np.array([7.0, 0.3]))
@@ -268,8 +270,8 @@ def test_refusals() -> None:
 
 def red(rng: np.random.Generator, n: int, a: float) -> Array:
     """First-order autoregression of unit variance."""
-    made: Array = lfilter([np.sqrt(1 - a * a)], [1, -a], rng.standard_normal(n + 100))[100:]
-    return made
+    noise: Array = lfilter([np.sqrt(1 - a * a)], [1, -a], rng.standard_normal(n + 100))[100:]
+    return noise
 
 
 def test_each_parameter_pays_for_correlation_by_its_own_ratio() -> None:
@@ -311,8 +313,8 @@ def test_an_end_of_a_range_that_holds_the_fit_is_no_correlation() -> None:
     n, ratios = 400, []
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        one, other, noise = rng.standard_normal((3, n))
-        J = np.stack([one, 0.9 * one + np.sqrt(1 - 0.9**2) * other])
+        first, second, noise = rng.standard_normal((3, n))
+        J = np.stack([first, 0.9 * first + np.sqrt(1 - 0.9**2) * second])
         y = noise + 10 / np.sqrt(n) * J[1]
         ratios.append(quick_look(J, y - J[0] * (J[0] @ y) / (J[0] @ J[0]), (n,)).ratio)
     assert np.mean(ratios, axis=0) == pytest.approx([1.1, 1.1], abs=0.1)

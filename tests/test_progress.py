@@ -33,9 +33,9 @@ def job(problem: str, method: str, repeat: int = 0, target: float | None = 1e-8)
     return Job(problem, method, repeat, 1, 100, target, 0.0, {}, {"name": method})
 
 
-def record(of: Job, seconds: float, cost: float = 0.0) -> Record:
+def record(job: Job, seconds: float, cost: float = 0.0) -> Record:
     steps = Steps(np.array([1]), np.array([1]), np.array([cost]))
-    return Record(of, (0.0, 0.0), cost, 100, "budget", 0, {}, {}, steps, seconds)
+    return Record(job, (0.0, 0.0), cost, 100, "budget", 0, {}, {}, steps, seconds)
 
 
 def jobs(problems: list[str], methods: list[str], repeats: int) -> list[Job]:
@@ -93,9 +93,9 @@ def test_time_left_falls_while_a_run_is_in_progress_and_never_below_nothing() ->
     clock.now += 30.0
     assert tally.left() == pytest.approx(90.0)
     clock.now += 500.0
-    left = tally.left()
-    assert left is not None
-    assert left >= 0.0
+    remaining = tally.left()
+    assert remaining is not None
+    assert remaining >= 0.0
 
 
 def test_the_cost_of_handing_out_many_short_runs_is_foretold_too() -> None:
@@ -200,12 +200,12 @@ def test_labels_are_shown_as_they_are_and_not_read_as_markup() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "said"),
+    ("seconds", "text"),
     [
         (0.04, "0.0 s"), (9.94, "9.9 s"), (9.96, "10 s"), (99.4, "99 s"), (99.6, "2 min"),
         (7 * 60, "7 min"), (3569, "59 min"), (3571, "1 h"), (4800, "1 h 20 min"),
         (86_399, "1 d"), (97_200, "1 d 3 h"),
     ],
 )  # fmt: skip
-def test_times_are_said_as_people_say_them(seconds: float, said: str) -> None:
-    assert duration(seconds) == said
+def test_times_are_said_as_people_say_them(seconds: float, text: str) -> None:
+    assert duration(seconds) == text

@@ -89,9 +89,9 @@ def test_a_rest_at_the_end_of_travel_is_no_clipping() -> None:
 
 
 def test_lines_speak_the_unit_of_the_workshop() -> None:
-    said = dict(check(stairs()).lines())
-    assert said["slips"] == "14, median 20 mm"
-    assert said["samples"] == "6000 in 59.99 s, 100 Hz"
+    lines = dict(check(stairs()).lines())
+    assert lines["slips"] == "14, median 20 mm"
+    assert lines["samples"] == "6000 in 59.99 s, 100 Hz"
     rotary = Recording(T, stairs().position, rotary=True)
     assert dict(check(rotary).lines())["slips"] == "14, median 20 mrad"
 
@@ -148,9 +148,9 @@ def test_a_ramp_of_force_tells_its_breakaway_and_no_more() -> None:
     x = 5e-5 * np.minimum(t, 16.0) + 0.01 * np.maximum(t - 16.0, 0.0) ** 2
     q = check(Recording(t, x, force=0.5 * t, rotary=True))
     assert len(q.breakaways) == 1
-    said = dict(q.lines())["breakaway"]
-    assert said.endswith("in a ramp of 0.5 N m/s to 15 N m")
-    assert float(said.split()[1]) == pytest.approx(8.0, abs=0.15)
+    line = dict(q.lines())["breakaway"]
+    assert line.endswith("in a ramp of 0.5 N m/s to 15 N m")
+    assert float(line.split()[1]) == pytest.approx(8.0, abs=0.15)
     assert says(q, "a ramp of force to breakaway: no stick-slip")
     assert says(q, "road is closed, rig presliding-rotary simulates it")
     assert not says(q, "hardly any stick-slip")
@@ -163,11 +163,11 @@ def test_cycles_below_breakaway_tell_a_stiffness_and_no_more() -> None:
     x = 1.5e-4 * np.sin(2 * np.pi * t / 3 - 0.3)
     q = check(Recording(t, x, force=6 * np.sin(2 * np.pi * t / 3), rotary=True))
     assert q.presliding is not None
-    said = dict(q.lines())["presliding"]
-    assert said.startswith("sigma_0 at least 4000")
-    assert "N m/rad, the slope between the tips: ±6 N m over 0.3 mrad" in said
-    assert "9 settled cycles" in said
-    assert said.endswith("is half of that, 20000 N m/rad")
+    line = dict(q.lines())["presliding"]
+    assert line.startswith("sigma_0 at least 4000")
+    assert "N m/rad, the slope between the tips: ±6 N m over 0.3 mrad" in line
+    assert "9 settled cycles" in line
+    assert line.endswith("is half of that, 20000 N m/rad")
     assert says(q, "cycles of force below breakaway: the force-balance road is closed")
 
 

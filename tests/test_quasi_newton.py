@@ -16,29 +16,29 @@ from stribeck.space import Array
 Cost = Callable[[Array], Array]  # (n, dim) of the unit cube to (n,)
 
 
-def descend(cost: Cost, start: Any, **how: float) -> tuple[BfgsState, list[Array]]:
+def descend(cost: Cost, start: Any, **options: float) -> tuple[BfgsState, list[Array]]:
     """The end of a descent from a point, or from where another one was left; every batch."""
-    best = how.pop("best", np.inf)
+    best = options.pop("best", np.inf)
     if not isinstance(start, BfgsState):
         u = np.array(start, dtype=float)
-        start = BfgsState(u, float(cost(u[None])[0]), **how)  # type: ignore[arg-type]
+        start = BfgsState(u, float(cost(u[None])[0]), **options)  # type: ignore[arg-type]
     moves = quasi_newton(start, lambda **_: None, best=best)
-    asked: list[Array] = []
+    batches: list[Array] = []
     try:
         wish = next(moves)
         while True:
             assert isinstance(wish, np.ndarray)
             assert wish.min() >= 0.0
             assert wish.max() <= 1.0
-            asked.append(wish.copy())
+            batches.append(wish.copy())
             costs = cost(wish)
             wish = moves.send(np.where(np.isfinite(costs), costs, np.inf))
     except StopIteration as done:
-        return done.value, asked
+        return done.value, batches
 
 
-def rows(asked: list[Array]) -> int:
-    return sum(map(len, asked))
+def rows(batches: list[Array]) -> int:
+    return sum(map(len, batches))
 
 
 def rosenbrock(u: Array) -> Array:
@@ -75,9 +75,9 @@ def single(cost: Cost) -> Callable[[Array], float]:
 def test_it_sees_a_valley_a_thousand_times_as_long_as_wide(dim: int, seed: int) -> None:
     """Condition 1e6, costs from 1e4 to 1e6 at the start: forward differences, and yet to 1e-7."""
     cost, *_ = bowl(dim, seed, 1e6)
-    floor, asked = descend(cost, [0.5] * dim)
+    floor, batches = descend(cost, [0.5] * dim)
     assert floor.cost < 1e-7
-    assert rows(asked) < 15 * dim**2 + 50 * dim
+    assert rows(batches) < 15 * dim**2 + 50 * dim
 
 
 def test_it_ends_lower_than_scipy_does_by_the_same_slopes() -> None:
@@ -93,26 +93,26 @@ def test_it_ends_lower_than_scipy_does_by_the_same_slopes() -> None:
 @pytest.mark.parametrize("dim", [1, 2, 5, 10])
 def test_a_round_bowl_takes_a_few_steps(dim: int) -> None:
     """One step shows the curvature, the same all around; the next is Newton's."""
-    floor, asked = descend(lambda u: 1.0 + ((u - 0.4) ** 2).sum(axis=1), [0.45] * dim)
+    floor, batches = descend(lambda u: 1.0 + ((u - 0.4) ** 2).sum(axis=1), [0.45] * dim)
     np.testing.assert_allclose(floor.point, 0.4, atol=1e-7)
-    tried = [points[0] for points in asked if len(points) == 1]
-    assert any(np.abs(point - 0.4).max() < 1e-6 for point in tried[:4])
+    trials = [points[0] for points in batches if len(points) == 1]
+    assert any(np.abs(point - 0.4).max() < 1e-6 for point in trials[:4])
 
 
 @pytest.mark.parametrize("lift", [0.0, 1.0, 1e3, -1e3])
 @pytest.mark.parametrize("start", [[0.2, 0.75], [0.05, 0.95], [0.9, 0.1, 0.6, 0.4]])
 def test_an_offset_leaves_the_last_digits_within_reach(lift: float, start: list[float]) -> None:
-    floor, asked = descend(lambda u: rosenbrock(u) + lift, start)
+    floor, batches = descend(lambda u: rosenbrock(u) + lift, start)
     assert floor.cost - lift < 1e-8
-    assert rows(asked) < 150 * len(start)
+    assert rows(batches) < 150 * len(start)
 
 
 @pytest.mark.parametrize("scale", [2.0**-400, 2.0**-60, 2.0**60, 2.0**400])
 def test_the_unit_of_the_cost_does_not_matter(scale: float) -> None:
-    _, one = descend(rosenbrock, [0.2, 0.75])
-    floor, other = descend(lambda u: scale * rosenbrock(u), [0.2, 0.75])
+    _, plain = descend(rosenbrock, [0.2, 0.75])
+    floor, scaled = descend(lambda u: scale * rosenbrock(u), [0.2, 0.75])
     assert floor.cost < 1e-8 * scale
-    assert all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(plain, scaled, strict=True))
 
 
 # --- walls
@@ -126,8 +126,8 @@ def test_a_minimum_on_walls_is_on_them_exactly(dim: int, seed: int) -> None:
     at, steep = rng.uniform(-0.5, 1.5, dim), 10.0 ** rng.uniform(0, 2, dim)
     floor, _ = descend(lambda u: ((u - at) ** 2) @ steep, rng.random(dim))
     expected = np.clip(at, 0.0, 1.0)
-    on = expected != at
-    assert np.array_equal(floor.point[on], expected[on])
+    clipped = expected != at
+    assert np.array_equal(floor.point[clipped], expected[clipped])
     np.testing.assert_allclose(floor.point, expected, atol=3e-6)
 
 
@@ -143,16 +143,16 @@ def test_a_rotated_bowl_cut_by_walls_ends_where_scipy_says(dim: int, seed: int) 
 
 
 def test_it_starts_and_ends_in_a_corner() -> None:
-    floor, asked = descend(lambda u: u.sum(axis=1), [1.0] * 4)
+    floor, batches = descend(lambda u: u.sum(axis=1), [1.0] * 4)
     assert (floor.point == 0.0).all()
     assert floor.ended == "flat"
-    assert rows(asked) < 60
+    assert rows(batches) < 60
 
 
 def test_a_start_at_the_least_corner_ends_by_its_slopes() -> None:
-    floor, asked = descend(lambda u: u.sum(axis=1), [0.0] * 4)
+    floor, batches = descend(lambda u: u.sum(axis=1), [0.0] * 4)
     assert floor.ended == "flat"
-    assert [len(points) for points in asked] == [4]
+    assert [len(points) for points in batches] == [4]
 
 
 # --- what cannot run, what has no slope
@@ -160,9 +160,9 @@ def test_a_start_at_the_least_corner_ends_by_its_slopes() -> None:
 
 @pytest.mark.parametrize("level", [0.0, 1.0, -1e300])
 def test_a_plateau_ends_at_once(level: float) -> None:
-    floor, asked = descend(lambda u: np.full(len(u), level), [0.3, 0.5])
+    floor, batches = descend(lambda u: np.full(len(u), level), [0.3, 0.5])
     assert floor.ended == "flat"
-    assert [len(points) for points in asked] == [2]
+    assert [len(points) for points in batches] == [2]
 
 
 def test_a_step_into_what_cannot_run_is_shortened() -> None:
@@ -182,10 +182,10 @@ def test_where_no_neighbour_can_run_it_gives_up_at_once() -> None:
     def alone(u: Array) -> Array:
         return np.where((u == 0.5).all(axis=1), 1.0, np.nan)
 
-    floor, asked = descend(alone, [0.5, 0.5])
+    floor, batches = descend(alone, [0.5, 0.5])
     assert floor.ended == "rough"
     assert floor.cost == 1.0
-    assert rows(asked) <= 4
+    assert rows(batches) <= 4
 
 
 def edge(u: Array) -> Array:
@@ -195,17 +195,17 @@ def edge(u: Array) -> Array:
 
 
 def test_slopes_at_the_edge_of_what_runs_come_from_its_other_side() -> None:
-    floor, asked = descend(edge, [0.3, 0.2])  # 0.25 there; with one side alone it stays at 0.028
+    floor, batches = descend(edge, [0.3, 0.2])  # 0.25 there; with one side alone it stays at 0.028
     assert floor.point[0] == pytest.approx(0.5, abs=1e-3)
     assert floor.cost < 0.02
-    assert rows(asked) < 300
+    assert rows(batches) < 300
 
 
 @pytest.mark.parametrize("power", [1.0, 0.5])
 def test_a_crease_ends_it_close_by(power: float) -> None:
-    floor, asked = descend(lambda u: (np.abs(u - 0.4) ** power).sum(axis=1), [0.9, 0.2])
+    floor, batches = descend(lambda u: (np.abs(u - 0.4) ** power).sum(axis=1), [0.9, 0.2])
     assert floor.cost < 1e-3
-    assert rows(asked) < 300
+    assert rows(batches) < 300
 
 
 def test_it_only_ever_goes_down() -> None:
@@ -217,9 +217,9 @@ def test_it_only_ever_goes_down() -> None:
 
     for _ in range(20):
         start = BfgsState(rng.random(3), 2.0)
-        floor, asked = descend(noisy, start)
+        floor, batches = descend(noisy, start)
         assert floor.cost <= 2.0
-        assert rows(asked) < 500
+        assert rows(batches) < 500
 
 
 # --- left, taken up again, abandoned
@@ -228,14 +228,14 @@ def test_it_only_ever_goes_down() -> None:
 def test_what_is_left_when_it_is_slow_goes_on_as_if_it_had_never_been() -> None:
     """A steep descent, then a long valley: there it is left, and taken up with smaller demands."""
     whole, at_once = descend(rosenbrock, [0.2, 0.75])
-    part, asked = descend(rosenbrock, [0.2, 0.75], worth=1.0)
+    part, batches = descend(rosenbrock, [0.2, 0.75], worth=1.0)
     assert part.ended == "slow"
     assert part.cost > 1e-3
     while part.ended == "slow":
-        part, more = descend(rosenbrock, part._replace(worth=0.1 * part.worth))
-        assert more
-        asked += more
-    assert all(np.array_equal(a, b) for a, b in zip(at_once, asked, strict=True))
+        part, further = descend(rosenbrock, part._replace(worth=0.1 * part.worth))
+        assert further
+        batches += further
+    assert all(np.array_equal(a, b) for a, b in zip(at_once, batches, strict=True))
     assert np.array_equal(part.point, whole.point)
     assert (part.cost, part.ended) == (whole.cost, whole.ended)
 
@@ -244,7 +244,7 @@ def test_a_basin_that_cannot_be_the_best_is_abandoned() -> None:
     cost, *_ = bowl(4, 2, 1e4)
     lifted, least = (lambda u: 1.0 + cost(u)), 0.5
     whole, at_once = descend(lifted, [0.5] * 4)
-    floor, asked = descend(lifted, [0.5] * 4, best=least)
+    floor, batches = descend(lifted, [0.5] * 4, best=least)
     assert floor.ended == "poor"
-    assert rows(asked) < 0.8 * rows(at_once)
+    assert rows(batches) < 0.8 * rows(at_once)
     assert floor.cost >= whole.cost

@@ -21,10 +21,10 @@ def test_a_bare_number_is_a_position_in_the_unit_shown(a: float, b: float) -> No
         with pytest.raises(InputError, match="is empty"):
             Range.parse(text, "mm")
         return
-    found = Range.parse(text, "mm")
-    assert (found.start, found.stop) == pytest.approx((a * 1e-3, b * 1e-3))
-    assert not found.timed
-    assert found.direction == (1 if b > a else -1)
+    parsed = Range.parse(text, "mm")
+    assert (parsed.start, parsed.stop) == pytest.approx((a * 1e-3, b * 1e-3))
+    assert not parsed.timed
+    assert parsed.direction == (1 if b > a else -1)
 
 
 @pytest.mark.parametrize(
@@ -42,10 +42,10 @@ def test_a_bare_number_is_a_position_in_the_unit_shown(a: float, b: float) -> No
     ],
 )
 def test_units(text: str, shown: str, start: float, stop: float, timed: bool) -> None:
-    found = Range.parse(text, shown)
-    assert (found.start, found.stop) == pytest.approx((start, stop))
-    assert found.timed == timed
-    assert found.text == "".join(text.split())  # it names files and rows of a table
+    parsed = Range.parse(text, shown)
+    assert (parsed.start, parsed.stop) == pytest.approx((start, stop))
+    assert parsed.timed == timed
+    assert parsed.text == "".join(text.split())  # it names files and rows of a table
 
 
 @pytest.mark.parametrize(
@@ -78,11 +78,11 @@ def test_what_is_refused(text: str, word: str) -> None:
 @given(text=st.text(max_size=20))
 def test_any_text_is_a_range_or_one_line(text: str) -> None:
     try:
-        found = Range.parse(text, "mm")
+        parsed = Range.parse(text, "mm")
     except InputError as error:
         assert len(str(error).splitlines()) == 1  # noqa: PT017 - either way is right
         return
-    assert found.start != found.stop
+    assert parsed.start != parsed.stop
 
 
 @pytest.mark.parametrize(("text", "direction"), [("112:295", 1), ("295:112", -1)])
@@ -129,10 +129,10 @@ def test_a_range_that_holds_nothing(text: str, word: str) -> None:
 
 
 def test_a_model_starts_at_the_last_rest_before_a_range() -> None:
-    found = segment(BOTH)
+    segmentation = segment(BOTH)
     for text in ("112:295", "150:250", "325:127"):
-        for window in windows(BOTH, Range.parse(text, "mm"), found):
-            start = start_of(found, window)
+        for window in windows(BOTH, Range.parse(text, "mm"), segmentation):
+            start = start_of(segmentation, window)
             assert start is not None
             assert window.since <= start.rest.stop
             assert start.rest.start <= start.rows.start
@@ -141,7 +141,9 @@ def test_a_model_starts_at_the_last_rest_before_a_range() -> None:
             assert len(rest) >= FEWEST
             assert np.ptp(rest) < 12 * 0.3e-3  # noise of the echo alone: 12 sd of it
             nearer = [
-                r for r in found.rests if start.rest.stop < r.start < r.stop < window.rows.start
+                r
+                for r in segmentation.rests
+                if start.rest.stop < r.start < r.stop < window.rows.start
             ]
             assert not nearer
 

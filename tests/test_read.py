@@ -161,34 +161,34 @@ def test_time_comes_in_seconds(unit: str, second: float, tmp_path: Path) -> None
     np.testing.assert_allclose(recording.t, T * second, rtol=1e-9)
 
 
-def columns(**more: np.ndarray) -> pl.DataFrame:
-    return pl.DataFrame({"t_s": T, "x_mm": X} | more)
+def columns(**channels: np.ndarray) -> pl.DataFrame:
+    return pl.DataFrame({"t_s": T, "x_mm": X} | channels)
 
 
 def test_all_channels_find_their_place(tmp_path: Path) -> None:
-    one = np.arange(N) / 7
+    signal = np.arange(N) / 7
     path = tmp_path / "all.csv"
     columns(
-        command_mm=one, velocity_mm_s=one, acc_mm_s2=one, force_N=one, current_mA=one, u_V=one,
-        temperature_degC=one, tau_cmd_Nm=one, note=one,
+        command_mm=signal, velocity_mm_s=signal, acc_mm_s2=signal, force_N=signal,
+        current_mA=signal, u_V=signal, temperature_degC=signal, tau_cmd_Nm=signal, note=signal,
     ).write_csv(path)  # fmt: skip
     r = read(path)
     milli = ("command", "velocity", "acceleration", "current")
     for name, factor in {**dict.fromkeys(milli, 1e-3), "force": 1, "voltage": 1}.items():
-        np.testing.assert_allclose(getattr(r, name), one * factor, rtol=1e-12)
+        np.testing.assert_allclose(getattr(r, name), signal * factor, rtol=1e-12)
     assert r.temperature is not None
-    np.testing.assert_allclose(r.temperature, one + 273.15)
+    np.testing.assert_allclose(r.temperature, signal + 273.15)
     assert list(r.extra) == ["tau_cmd_Nm", "note"]
-    np.testing.assert_array_equal(r.extra["note"], one)
+    np.testing.assert_array_equal(r.extra["note"], signal)
 
 
 def test_what_is_measured_goes_before_what_is_commanded(tmp_path: Path) -> None:
-    one = np.arange(N) / 7
+    signal = np.arange(N) / 7
     path = tmp_path / "log.csv"
-    columns(F_cmd_N=one, F_meas_N=2 * one, F_N=3 * one).write_csv(path)
+    columns(F_cmd_N=signal, F_meas_N=2 * signal, F_N=3 * signal).write_csv(path)
     r = read(path)
     assert r.force is not None
-    np.testing.assert_array_equal(r.force, 2 * one)
+    np.testing.assert_array_equal(r.force, 2 * signal)
 
 
 def test_a_unit_that_does_not_fit_leaves_a_channel_empty_and_says_so(tmp_path: Path) -> None:
@@ -218,8 +218,8 @@ def test_parquet_with_a_clock(tmp_path: Path) -> None:
 @pytest.mark.parametrize("packed", [False, True])
 def test_matlab(packed: bool, tmp_path: Path) -> None:
     path = tmp_path / "log.mat"
-    held = {"t_s": T, "x_mm": X[:, None], "gain": 3.5, "pair": np.stack([T, X], 1), "who": "me"}
-    scipy.io.savemat(path, held, do_compression=packed)
+    arrays = {"t_s": T, "x_mm": X[:, None], "gain": 3.5, "pair": np.stack([T, X], 1), "who": "me"}
+    scipy.io.savemat(path, arrays, do_compression=packed)
     r = read(path)
     assert_same(r)
     np.testing.assert_array_equal(r.extra["gain"], 3.5)
@@ -454,8 +454,8 @@ def test_a_log_without_units_is_read_through_a_mapping() -> None:
 def test_matlab_numbers_of_every_kind(packed: bool, kind: str, tmp_path: Path) -> None:
     path = tmp_path / "log.mat"
     values = (np.arange(N) % 100).astype(kind)
-    held = {"t_s": T, "x_mm": X, "a": values, "b": values.reshape(8, 5), "none": np.zeros((0, 3))}
-    scipy.io.savemat(path, held, do_compression=packed)
+    arrays = {"t_s": T, "x_mm": X, "a": values, "b": values.reshape(8, 5), "none": np.zeros((0, 3))}
+    scipy.io.savemat(path, arrays, do_compression=packed)
     r = read(path)
     np.testing.assert_array_equal(r.extra["a"], values)
     assert any("b_1" in note for note in r.notes)
@@ -483,9 +483,9 @@ def test_matlab_from_a_big_endian_machine() -> None:
 def test_a_rigs_log_may_lack_channels_that_it_does_not_need(tmp_path: Path) -> None:
     log = tmp_path / "run.csv"
     log.write_text("clock,angle\n" + "".join(f"{k / 100},{k * k}\n" for k in range(20)))
-    said = {"time": "clock [s]", "position": "angle [rad]", "velocity": "speed [rad/s]"}
-    assert read(log, columns=said, lenient=True).velocity is None
+    mapping = {"time": "clock [s]", "position": "angle [rad]", "velocity": "speed [rad/s]"}
+    assert read(log, columns=mapping, lenient=True).velocity is None
     with pytest.raises(InputError, match="the mapping says velocity"):
-        read(log, columns=said)
+        read(log, columns=mapping)
     with pytest.raises(InputError, match="the mapping says position"):
-        read(log, columns={**said, "position": "place [rad]"}, lenient=True)
+        read(log, columns={**mapping, "position": "place [rad]"}, lenient=True)

@@ -47,8 +47,8 @@ def with_row(number: int, row: str) -> str:
     return "\n".join(lines)
 
 
-def headed(head: str, *more: str) -> str:
-    return "\n".join([head, *(",".join((row, *more)) for row in ROWS)])
+def headed(head: str, *cells: str) -> str:
+    return "\n".join([head, *(",".join((row, *cells)) for row in ROWS)])
 
 
 BAD_TEXT = {

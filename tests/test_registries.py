@@ -21,13 +21,14 @@ def narrow(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", [None, *LAWS])
 def test_laws_fit_the_terminal(name: str | None, capsys: pytest.CaptureFixture[str]) -> None:
     show_laws(name)
-    said = capsys.readouterr().out
-    assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+    output = capsys.readouterr().out
+    assert max(len(line.rstrip()) for line in output.splitlines()) <= 80
     if name is None:
-        assert [line.split()[0] for line in said.splitlines() if line[:1].strip()][1:-2] == [*LAWS]
+        heads = [line.split()[0] for line in output.splitlines() if line[:1].strip()]
+        assert heads[1:-2] == [*LAWS]
     else:
         for q in LAWS[name].params:
-            assert f"\n{q.name} " in said
+            assert f"\n{q.name} " in output
 
 
 def test_a_long_formula_stays_inset(capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,27 +41,31 @@ def test_a_long_formula_stays_inset(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("name", list(RIGS))
 def test_rigs_fit_the_terminal(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     show_rigs(RIGS[name])
-    said = capsys.readouterr().out
-    assert max(len(line.rstrip()) for line in said.splitlines()) <= 80
+    output = capsys.readouterr().out
+    assert max(len(line.rstrip()) for line in output.splitlines()) <= 80
     for c in RIGS[name].constants:
-        assert f"\n{c.name} " in said
+        assert f"\n{c.name} " in output
 
 
 def test_a_rig_shows_the_parameters_of_a_law_of_elements(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     show_rigs(replace(RIGS["presliding-rotary"], laws=("maxwell-slip:2",)))
-    said = capsys.readouterr().out
-    assert "parameters with maxwell-slip:2" in " ".join(said.split())
-    _, _, table = said.partition("maxwell-slip:2")
+    output = capsys.readouterr().out
+    assert "parameters with maxwell-slip:2" in " ".join(output.split())
+    _, _, table = output.partition("maxwell-slip:2")
     names = [line.split()[0] for line in table.splitlines()[2:] if line[:1].strip()]
-    own = [q.name for q in law_named("maxwell-slip:2").params]
-    assert names[: len(own) + 2] == [*own, "J", "offset"]
+    law_names = [q.name for q in law_named("maxwell-slip:2").params]
+    assert names[: len(law_names) + 2] == [*law_names, "J", "offset"]
 
 
 def test_a_rig_is_loaded_when_it_is_taken() -> None:
     code = "import sys, stribeck; stribeck.RIGS['slide-bed']; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    files = {m.rpartition(".")[2] for m in done.stdout.split() if m.startswith("stribeck.rig.")}
+    completed = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    files = {
+        m.rpartition(".")[2] for m in completed.stdout.split() if m.startswith("stribeck.rig.")
+    }
     assert "slide_bed" in files
     assert not files & {"balanced", "cylinder", "emps", "joint", "presliding", "servo_pendulum"}

@@ -13,25 +13,25 @@ from stribeck.space import Array
 T: Array = np.arange(2000) * np.float64(0.01)
 
 
-def held(x: Array, every: int) -> Recording:
+def sampled_and_held(x: Array, hold: int) -> Recording:
     """A sensor that measures every so many samples and repeats itself between."""
-    return Recording(t=T, position=x[np.arange(len(x)) // every * every])
+    return Recording(t=T, position=x[np.arange(len(x)) // hold * hold])
 
 
 @given(every=st.integers(2, 8), seed=st.integers(0, 99))
 @settings(max_examples=30)
-def test_a_noisy_sensor_that_holds(every: int, seed: int) -> None:
+def test_a_noisy_sensor_that_holds(hold: int, seed: int) -> None:
     x = 0.005 * T + 1e-4 * np.random.default_rng(seed).standard_normal(len(T))
-    np.testing.assert_array_equal(is_new(held(x, every)), np.arange(len(T)) % every == 0)
+    np.testing.assert_array_equal(is_new(sampled_and_held(x, hold)), np.arange(len(T)) % hold == 0)
 
 
-@pytest.mark.parametrize("every", [2, 5])
-def test_a_moving_sensor_that_holds_without_noise(every: int) -> None:
+@pytest.mark.parametrize("hold", [2, 5])
+def test_a_moving_sensor_that_holds_without_noise(hold: int) -> None:
     # At one speed the staircase could as well be a coarse scale; a swing has steps of any height.
     x = np.round(0.1 * np.sin(T) / 1e-5) * 1e-5
-    anew = is_new(held(x, every))
-    assert not anew[np.arange(len(T)) % every > 0].any()
-    assert anew[::every].mean() > 0.99  # at its turning points it moves less than a step
+    anew = is_new(sampled_and_held(x, hold))
+    assert not anew[np.arange(len(T)) % hold > 0].any()
+    assert anew[::hold].mean() > 0.99  # at its turning points it moves less than a step
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])

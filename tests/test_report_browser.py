@@ -44,7 +44,7 @@ def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def seen(window: Browser, page: Path) -> Browser:
+def desk_page(window: Browser, page: Path) -> Browser:
     """The page on a desk, light."""
     window.size(1280, 900)
     window.open(page)
@@ -53,7 +53,7 @@ def seen(window: Browser, page: Path) -> Browser:
 
 def plots(window: Browser) -> dict[str, Any]:
     """Of each plot: the traces with a line or marks in the drawing, and whether it has axes."""
-    found: dict[str, Any] = window.run(
+    drawn: dict[str, Any] = window.run(
         """Object.fromEntries([...document.querySelectorAll('.canvas')].map((place) => [place.id, {
           paths: [...place.querySelectorAll('.main-svg .trace path')]
             .filter((path) => (path.getAttribute('d') || '').length > 3).length,
@@ -61,15 +61,15 @@ def plots(window: Browser) -> dict[str, Any]:
           wide: place.querySelector('.main-svg').getBoundingClientRect().width,
         }]))"""
     )
-    return found
+    return drawn
 
 
-def test_every_plot_is_drawn_without_complaint_or_request(seen: Browser, page: Path) -> None:
-    assert seen.run("document.documentElement.dataset.state") == "drawn"
-    assert seen.complaints == []
-    assert seen.requests == [page.resolve().as_uri()]
-    named = seen.run("Object.keys(JSON.parse(document.getElementById('plots').textContent))")
-    drawn = plots(seen)
+def test_every_plot_is_drawn_without_complaint_or_request(desk_page: Browser, page: Path) -> None:
+    assert desk_page.run("document.documentElement.dataset.state") == "drawn"
+    assert desk_page.complaints == []
+    assert desk_page.requests == [page.resolve().as_uri()]
+    named = desk_page.run("Object.keys(JSON.parse(document.getElementById('plots').textContent))")
+    drawn = plots(desk_page)
     assert list(drawn) == named
     assert {"log-plot", "fit-0", "residual-0", "residual-1", "residual-2", "friction-curve",
             "profile-1", "convergence-plot"} <= set(drawn)  # fmt: skip
@@ -82,15 +82,18 @@ def test_every_plot_is_drawn_without_complaint_or_request(seen: Browser, page: P
 def test_nothing_is_wider_than_a_phone(window: Browser, page: Path, *, dark: bool) -> None:
     window.size(390, 844, dark=dark, phone=True)
     window.open(page)
-    wide = "Math.max(document.documentElement.scrollWidth, document.body.scrollWidth)"
-    assert window.run(wide) == 390
+    width = "Math.max(document.documentElement.scrollWidth, document.body.scrollWidth)"
+    assert window.run(width) == 390
     assert all(plot["wide"] <= 390 for plot in plots(window).values())
     assert window.complaints == []
 
 
-def test_names_of_logs_are_text_wherever_they_stand(seen: Browser) -> None:
-    assert seen.run("document.querySelectorAll('main b[onclick], main a[href^=http]').length") == 0
-    assert NASTY in seen.run("document.body.innerText")
+def test_names_of_logs_are_text_wherever_they_stand(desk_page: Browser) -> None:
+    assert (
+        desk_page.run("document.querySelectorAll('main b[onclick], main a[href^=http]').length")
+        == 0
+    )
+    assert NASTY in desk_page.run("document.body.innerText")
 
 
 def test_the_page_starts_in_the_theme_of_the_system(window: Browser, page: Path) -> None:
@@ -109,63 +112,64 @@ DARK = [{"name": "prefers-color-scheme", "value": "dark"}]
 PAPER = "getComputedStyle(document.querySelector('#fit-0 .main-svg')).backgroundColor"
 
 
-def test_the_theme_changes_by_keyboard(seen: Browser) -> None:
+def test_the_theme_changes_by_keyboard(desk_page: Browser) -> None:
     for _ in range(2):  # past the link that skips to the report
-        seen.press("Tab", 9)
-    assert seen.run("document.activeElement.id") == "theme"
-    light = seen.run(PAPER)
-    assert seen.run("document.activeElement.textContent") == "Dark theme"
-    seen.press("Enter", 13, "\r")
-    assert seen.run("document.documentElement.dataset.theme") == "dark"
-    assert seen.run("document.activeElement.textContent") == "Light theme"
-    dark = seen.run(PAPER)
+        desk_page.press("Tab", 9)
+    assert desk_page.run("document.activeElement.id") == "theme"
+    light = desk_page.run(PAPER)
+    assert desk_page.run("document.activeElement.textContent") == "Dark theme"
+    desk_page.press("Enter", 13, "\r")
+    assert desk_page.run("document.documentElement.dataset.theme") == "dark"
+    assert desk_page.run("document.activeElement.textContent") == "Light theme"
+    dark = desk_page.run(PAPER)
     assert dark != light
-    seen.press(" ", 32, " ")
-    assert seen.run(PAPER) == light
+    desk_page.press(" ", 32, " ")
+    assert desk_page.run(PAPER) == light
 
 
-def test_the_first_stop_of_the_keyboard_skips_to_the_report(seen: Browser) -> None:
-    seen.press("Tab", 9)
-    assert seen.run("document.activeElement.textContent") == "Skip to the report"
-    assert seen.run("document.activeElement.getBoundingClientRect().left") >= 0
-    seen.press("Enter", 13, "\r")
-    assert seen.run("document.activeElement.id") == "main"
+def test_the_first_stop_of_the_keyboard_skips_to_the_report(desk_page: Browser) -> None:
+    desk_page.press("Tab", 9)
+    assert desk_page.run("document.activeElement.textContent") == "Skip to the report"
+    assert desk_page.run("document.activeElement.getBoundingClientRect().left") >= 0
+    desk_page.press("Enter", 13, "\r")
+    assert desk_page.run("document.activeElement.id") == "main"
 
 
-def test_keys_zoom_and_show_all_again(seen: Browser) -> None:
+def test_keys_zoom_and_show_all_again(desk_page: Browser) -> None:
     reach = "document.getElementById('log-plot')._fullLayout.xaxis.range"
-    seen.run("document.getElementById('log-plot').focus()")
-    a, b = seen.run(reach)
-    seen.press("+", 187, "+")
-    near = seen.run(reach)
-    assert near == pytest.approx([a + 0.2 * (b - a), b - 0.2 * (b - a)])
-    seen.press("ArrowRight", 39)
-    assert seen.run(reach)[0] == pytest.approx(near[0] + 0.25 * (near[1] - near[0]))
-    seen.press("0", 48, "0")
-    assert seen.run(f"new Promise((go) => setTimeout(() => go({reach}), 200))") == [a, b]
+    desk_page.run("document.getElementById('log-plot').focus()")
+    a, b = desk_page.run(reach)
+    desk_page.press("+", 187, "+")
+    zoomed = desk_page.run(reach)
+    assert zoomed == pytest.approx([a + 0.2 * (b - a), b - 0.2 * (b - a)])
+    desk_page.press("ArrowRight", 39)
+    assert desk_page.run(reach)[0] == pytest.approx(zoomed[0] + 0.25 * (zoomed[1] - zoomed[0]))
+    desk_page.press("0", 48, "0")
+    assert desk_page.run(f"new Promise((go) => setTimeout(() => go({reach}), 200))") == [a, b]
 
 
-def test_a_picked_motion_is_drawn_and_told(seen: Browser) -> None:
-    told = "document.getElementById('fit-0-alt').textContent"
-    first, many = seen.run(told), seen.run("document.getElementById('fit-pick').length")
-    assert many == 4
-    seen.run(
+def test_a_picked_motion_is_drawn_and_told(desk_page: Browser) -> None:
+    alternative_text = "document.getElementById('fit-0-alt').textContent"
+    first = desk_page.run(alternative_text)
+    count = desk_page.run("document.getElementById('fit-pick').length")
+    assert count == 4
+    desk_page.run(
         "(() => { const pick = document.getElementById('fit-pick'); pick.selectedIndex = 3;"
         " pick.dispatchEvent(new Event('change')); })()"
     )
-    assert seen.run(told) != first
-    assert "other.csv" in seen.run(told)
-    specs = json.loads(seen.run("document.getElementById('plots').textContent"))
+    assert desk_page.run(alternative_text) != first
+    assert "other.csv" in desk_page.run(alternative_text)
+    specs = json.loads(desk_page.run("document.getElementById('plots').textContent"))
     view = specs["fit-0"]["views"][3]
     name = next(line["y"] for line in view["lines"] if line["name"] == "model")
-    wanted = view["columns"][name][:5]
+    expected = view["columns"][name][:5]
     drawn = "document.getElementById('fit-0').data.find((t) => t.name === 'model').y"
-    assert seen.run(f"[...{drawn}].slice(0, 5)") == wanted
+    assert desk_page.run(f"[...{drawn}].slice(0, 5)") == expected
 
 
-def test_a_slip_under_the_pointer_is_told(seen: Browser) -> None:
+def test_a_slip_under_the_pointer_is_told(desk_page: Browser) -> None:
     """The pointer goes to where the third slip is drawn."""
-    place = seen.run(
+    place = desk_page.run(
         """(() => { const place = document.getElementById('log-plot');
           place.scrollIntoView({ block: 'center', behavior: 'instant' });
           const slip = place.data.find((t) => t.text && t.text[0].startsWith('slip'));
@@ -174,15 +178,15 @@ def test_a_slip_under_the_pointer_is_told(seen: Browser) -> None:
                   box.top + yaxis._offset + yaxis.d2p(slip.y[2])]; })()"""
     )
     for shift in (3.0, 0.0):
-        seen.ask("Input.dispatchMouseEvent", type="mouseMoved", x=place[0] + shift, y=place[1])
-    said = seen.run(
+        desk_page.ask("Input.dispatchMouseEvent", type="mouseMoved", x=place[0] + shift, y=place[1])
+    hover_text = desk_page.run(
         """new Promise((go) => { const look = () => {
           const label = document.querySelector('#log-plot .hovertext');
           label ? go(label.textContent) : setTimeout(look, 20); }; look(); })"""
     )
-    assert said.startswith("slip 3: starts at")
-    assert "jump" in said
-    assert "greatest speed" in said
+    assert hover_text.startswith("slip 3: starts at")
+    assert "jump" in hover_text
+    assert "greatest speed" in hover_text
 
 
 def test_paper_is_light_and_no_plot_is_cut(window: Browser, page: Path) -> None:
@@ -196,8 +200,8 @@ def test_paper_is_light_and_no_plot_is_cut(window: Browser, page: Path) -> None:
     )
     paper = 186 / 25.4 * 96  # A4 less its margins, CSS pixels
     assert all(plot["wide"] <= paper for plot in plots(window).values())
-    kept = "[...document.querySelectorAll('figure')].map((f) => getComputedStyle(f).breakInside)"
-    assert set(window.run(kept)) == {"avoid"}
+    breaks = "[...document.querySelectorAll('figure')].map((f) => getComputedStyle(f).breakInside)"
+    assert set(window.run(breaks)) == {"avoid"}
     window.ask("Emulation.setEmulatedMedia", media="screen", features=DARK)
     window.run("dispatchEvent(new Event('afterprint'))")
     assert window.run(PAPER) != "rgb(255, 255, 255)"
@@ -207,25 +211,25 @@ def test_another_library_is_not_run_and_the_page_still_says_all(
     window: Browser, page: Path, tmp_path: Path
 ) -> None:
     """The page's policy names the hash of what it may run."""
-    other = base64.b64encode(gzip.compress(b"globalThis.Plotly = { react() {} };")).decode()
+    library = base64.b64encode(gzip.compress(b"globalThis.Plotly = { react() {} };")).decode()
     text = page.read_text(encoding="utf-8")
     start = text.index('id="library">') + len('id="library">')
     broken = tmp_path / "broken.html"
-    broken.write_text(text[:start] + other + text[text.index("</script>", start) :], "utf-8")
+    broken.write_text(text[:start] + library + text[text.index("</script>", start) :], "utf-8")
     window.size(1280, 900)
     window.open(broken)
     assert window.run("typeof Plotly") == "undefined"
     assert window.run("document.documentElement.dataset.state") == "failed"
-    said = window.run("document.querySelector('#log-plot').textContent")
-    assert said.startswith("No plot: the drawing library did not start")
+    message = window.run("document.querySelector('#log-plot').textContent")
+    assert message.startswith("No plot: the drawing library did not start")
     assert "slips, the median slip" in window.run("document.body.innerText")
 
 
 def test_a_browser_that_cannot_unpack_says_so(window: Browser, page: Path) -> None:
     window.size(1280, 900)
-    made = window.ask(
+    script = window.ask(
         "Page.addScriptToEvaluateOnNewDocument", source="delete globalThis.DecompressionStream"
     )
     window.open(page)
-    window.ask("Page.removeScriptToEvaluateOnNewDocument", identifier=made["identifier"])
+    window.ask("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
     assert "this browser cannot unpack" in window.run("document.body.innerText")

@@ -96,10 +96,10 @@ class Page(HTMLParser):
 
 def specs(page: str) -> dict[str, Any]:
     """The plots of a page, as its script reads them."""
-    found = re.search(r'<script type="application/json" id="plots">(.*?)</script>', page, re.DOTALL)
-    assert found is not None
-    made: dict[str, Any] = json.loads(found[1])
-    return made
+    match = re.search(r'<script type="application/json" id="plots">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    plots: dict[str, Any] = json.loads(match[1])
+    return plots
 
 
 def test_what_is_written_is_read_back_the_same(fit: Fit, report: Report, tmp_path: Path) -> None:
@@ -154,9 +154,9 @@ def test_no_warning_is_said_too(report: Report) -> None:
 
 def test_sections_come_in_the_order_in_which_they_are_asked_for(report: Report) -> None:
     page = Page(render(report))
-    wanted = ["warnings", "measured", "strokes", "fit", "residuals", "friction", "parameters",
+    expected = ["warnings", "measured", "strokes", "fit", "residuals", "friction", "parameters",
               "profiles", "search", "baselines", "provenance"]  # fmt: skip
-    assert [a["id"] for a in page.named("h2")] == wanted
+    assert [a["id"] for a in page.named("h2")] == expected
 
 
 def test_what_has_nothing_to_say_is_absent(forced: Fit) -> None:
@@ -193,32 +193,34 @@ def test_columns_of_a_line_have_one_length(report: Report) -> None:
 
 def test_a_slip_is_told_by_start_jump_duration_and_speed(fit: Fit, report: Report) -> None:
     view = specs(render(report))["log-plot"]["views"][0]
-    (told,) = [
+    (slip_rows,) = [
         line["hover"] for line in view["lines"] if line["name"] == "slip" and "hover" in line
     ]
     (log,) = report.logs
-    assert len(told) == len(log.slips) > 10
+    assert len(slip_rows) == len(log.slips) > 10
     slip, x = log.slips[0], fit.recordings[0].position * 1e3
     t = fit.recordings[0].t
     moved = x[np.searchsorted(t, slip.stop)] - x[np.searchsorted(t, slip.start)]
     assert slip.jump == pytest.approx(moved, abs=1.5)  # mm: levels, not single echoes
-    assert told[0] == (
+    assert slip_rows[0] == (
         f"slip 1: starts at {slip.start:.5g} s\njump {slip.jump:.4g} mm in "
         f"{slip.stop - slip.start:.3g} s\ngreatest speed {slip.speed:.3g} mm s⁻¹"
     )
 
 
 def test_traces_are_those_of_the_fit(fit: Fit, report: Report) -> None:
-    training, *held = report.motions
+    training, *holdouts = report.motions
     assert [m.part for m in report.motions] == ["training", "352:325", "127:68"]
     track = fit.train[0].track
     t, x = np.array(training.t, dtype=float), np.array(training.measured, dtype=float)
     np.testing.assert_allclose(np.interp(t, track.t, track.measured) * 1e3, x, atol=1e-3)
     assert training.rms == pytest.approx(fit.score.value, rel=1e-6)
-    assert [m.rms for m in held] == pytest.approx([h.score.value for h in fit.holdout], rel=1e-6)
+    assert [m.rms for m in holdouts] == pytest.approx(
+        [h.score.value for h in fit.holdout], rel=1e-6
+    )
     model = fit.holdout[0].motions[0]
-    seen = np.interp(np.array(held[0].t, dtype=float), model.t, model.position[0]) * 1e3
-    np.testing.assert_allclose(seen, np.array(held[0].model, dtype=float), atol=1e-3)
+    simulated = np.interp(np.array(holdouts[0].t, dtype=float), model.t, model.position[0]) * 1e3
+    np.testing.assert_allclose(simulated, np.array(holdouts[0].model, dtype=float), atol=1e-3)
 
 
 def test_what_did_not_count_is_shaded_and_has_no_residual(fit: Fit, report: Report) -> None:
@@ -231,11 +233,11 @@ def test_what_did_not_count_is_shaded_and_has_no_residual(fit: Fit, report: Repo
 
 def test_interval_and_profile_meet(report: Report) -> None:
     for p in report.profiles:
-        said = report.card.parameters[p.name]
-        assert (said.value, said.low, said.high) == (p.value, p.low, p.high)
+        on_card = report.card.parameters[p.name]
+        assert (on_card.value, on_card.low, on_card.high) == (p.value, p.low, p.high)
         at, rises = np.array(p.values, dtype=float), np.array(p.rises, dtype=float)
         assert np.interp(p.value, at, rises) == pytest.approx(0.0, abs=0.05)
-        if said.low_ended == "threshold":
+        if on_card.low_ended == "threshold":
             assert p.low is not None
             assert np.interp(p.low, at, rises) == pytest.approx(1.0, abs=0.15)
 
@@ -252,10 +254,10 @@ def test_convergence_falls_to_what_the_repeat_found(report: Report) -> None:
 def test_a_force_balance_shows_force_velocity_and_cloud(forced: Fit) -> None:
     report = Contents(forced).report()
     assert [m.part for m in report.motions] == ["training", "6s:8s"]
-    training, held = report.motions
-    left = np.array([v for v in held.residual if v is not None])
-    seen = np.array(held.measured, dtype=float)
-    value = 100 * np.linalg.norm(left) / np.linalg.norm(seen)
+    training, holdout = report.motions
+    residuals = np.array([v for v in holdout.residual if v is not None])
+    measured = np.array(holdout.measured, dtype=float)
+    value = 100 * np.linalg.norm(residuals) / np.linalg.norm(measured)
     assert value == pytest.approx(forced.holdout[0].score.value, rel=0.05)
     assert training.velocity is not None
     v, F = (
@@ -269,25 +271,25 @@ def test_a_force_balance_shows_force_velocity_and_cloud(forced: Fit) -> None:
 def test_the_band_of_a_straight_law_is_that_of_its_covariance(forced: Fit) -> None:
     """F_C + F_V v: the standard error at v is sqrt(var F_C + 2 v cov + v² var F_V)."""
     (v, _) = sides(-0.5, 0.5, 20)
-    found = band(forced, [v])
-    assert found is not None
-    source, ((low, high),) = found
+    bands = band(forced, [v])
+    assert bands is not None
+    source, ((low, high),) = bands
     assert source == "intervals"
-    e = {one.name: one for one in forced.estimates}
+    e = {estimate.name: estimate for estimate in forced.estimates}
     half = {n: (e[n].high - e[n].low) / 2 for n in ("F_C", "F_V")}
     names = [q.name for q in forced.parameters.free]
     i, j = names.index("F_C"), names.index("F_V")
     shared = forced.uncertainty.correlation[i, j] * half["F_C"] * half["F_V"]
-    wanted = np.sqrt(half["F_C"] ** 2 + 2 * v * shared + (v * half["F_V"]) ** 2)
-    np.testing.assert_allclose((high - low) / 2, wanted, rtol=0.2)  # 300 draws
+    expected = np.sqrt(half["F_C"] ** 2 + 2 * v * shared + (v * half["F_V"]) ** 2)
+    np.testing.assert_allclose((high - low) / 2, expected, rtol=0.2)  # 300 draws
     best = forced.values["F_C"] + forced.values["F_V"] * v
     assert (low < best).all()
     assert (best < high).all()
 
 
 def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
-    again = identify(forced.recordings, rig="forced", law="coulomb-viscous", draws=80)
-    report = Contents(again).report()
+    refitted = identify(forced.recordings, rig="forced", law="coulomb-viscous", draws=80)
+    report = Contents(refitted).report()
     assert report.law.band == "bootstrap"
     assert report.draws is not None
     page = Page(render(report))
@@ -297,8 +299,8 @@ def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
 
 def test_a_posterior_stands_beside_the_profiles(forced: Fit) -> None:
     pytest.importorskip("emcee")
-    again = identify(forced.recordings, rig="forced", law="coulomb-viscous", samples=500)
-    report = Contents(again).report()
+    refitted = identify(forced.recordings, rig="forced", law="coulomb-viscous", samples=500)
+    report = Contents(refitted).report()
     assert report.card.posterior is not None
     page = Page(render(report))
     assert "posterior from" in page.text
@@ -370,10 +372,10 @@ def test_a_staircase_keeps_its_corners() -> None:
 
 def test_lines_over_the_same_times_keep_the_corners_of_each() -> None:
     n = 50_000
-    one, other = np.zeros(n), np.zeros(n)
-    one[11_111], other[33_333] = 1.0, -1.0
-    other[20_000:20_003] = np.nan
-    rows = set(corners([one, other], 1000).tolist())
+    first, second = np.zeros(n), np.zeros(n)
+    first[11_111], second[33_333] = 1.0, -1.0
+    second[20_000:20_003] = np.nan
+    rows = set(corners([first, second], 1000).tolist())
     assert {11_111, 33_333, 20_000, 20_001, 20_002} <= rows
 
 
@@ -387,8 +389,8 @@ def test_rounding_is_to_the_span(scale: float) -> None:
     y[7] = np.nan
     short = rounded(y, 6)
     assert short[7] is None
-    good = np.array([v for v in short if v is not None])
-    assert np.abs(good - y[np.isfinite(y)]).max() <= 1e-5 * scale
+    numbers = np.array([v for v in short if v is not None])
+    assert np.abs(numbers - y[np.isfinite(y)]).max() <= 1e-5 * scale
     assert rounded(np.full(3, np.nan)) == [None] * 3
     assert rounded(np.zeros(2)) == [0.0, 0.0]
 
@@ -397,9 +399,9 @@ def test_densities_are_those_of_scipy() -> None:
     y = np.random.default_rng(5).normal(size=3000).cumsum()
     f, density = power_density(y, 0.01)
     width = 2 * (len(f) - 1)
-    wanted_f, wanted = scipy.signal.welch(y, 100.0, "hann", width, detrend="constant")
-    np.testing.assert_allclose(f, wanted_f, rtol=1e-12)
-    np.testing.assert_allclose(density, wanted, rtol=1e-9)
+    frequencies, expected = scipy.signal.welch(y, 100.0, "hann", width, detrend="constant")
+    np.testing.assert_allclose(f, frequencies, rtol=1e-12)
+    np.testing.assert_allclose(density, expected, rtol=1e-9)
 
 
 def test_the_density_of_white_noise_adds_up_to_its_variance() -> None:
@@ -418,9 +420,9 @@ def test_a_swing_that_rings_on_correlates_with_itself() -> None:
 
 def test_gaps_part_a_signal_and_the_longest_part_is_taken() -> None:
     t = np.concatenate([np.arange(0.0, 1.0, 0.01), [np.nan], np.arange(5.0, 9.0, 0.01)])
-    found = longest_even(t, np.where(t < 3, 100.0, t))
-    assert found is not None
-    step, y = found
+    longest = longest_even(t, np.where(t < 3, 100.0, t))
+    assert longest is not None
+    step, y = longest
     assert step == pytest.approx(0.01)
     np.testing.assert_allclose(y, np.arange(5.0, 9.0, 0.01), atol=1e-9)
     assert longest_even(np.arange(20.0), np.arange(20.0)) is None
@@ -431,18 +433,18 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return caller(monkeypatch, capsys)  # type: ignore[return-value]
 
 
-def refused(said: Completed) -> str:
-    assert said.status == 2
-    assert said.out == ""
-    (line,) = said.err.splitlines()
+def refused(completed: Completed) -> str:
+    assert completed.status == 2
+    assert completed.out == ""
+    (line,) = completed.err.splitlines()
     assert line.startswith("stribeck: ")
     return line
 
 
 def test_the_command_makes_the_page_again(run: Any, report: Report, tmp_path: Path) -> None:
     (tmp_path / "report.json").write_text(report.text(), encoding="utf-8")
-    said = run("report", str(tmp_path))
-    assert (said.status, said.out.strip()) == (0, str(tmp_path / "report.html"))
+    completed = run("report", str(tmp_path))
+    assert (completed.status, completed.out.strip()) == (0, str(tmp_path / "report.html"))
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == render(report)
 
 
@@ -514,9 +516,9 @@ def test_identify_writes_the_page_and_what_was_typed(run: Any, forced: Fit, tmp_
     rows = np.column_stack([log.t, log.position, np.asarray(log.force)])
     np.savetxt(file, rows, delimiter=",", header=head, comments="", fmt="%.9g")
     typed = ["identify", str(file), "--rig", "forced", "--out", str(tmp_path / "out")]
-    said = run(*typed)
-    assert (said.status, said.err) == (0, "")
-    assert "report.html" in said.out
+    completed = run(*typed)
+    assert (completed.status, completed.err) == (0, "")
+    assert "report.html" in completed.out
     report = read_report(tmp_path / "out")
     assert report.command == ["stribeck", *typed]
     page = Page((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))

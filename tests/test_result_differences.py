@@ -44,50 +44,50 @@ def test_what_something_took_is_no_difference(text: str) -> None:
 
 
 def test_a_digit_is_a_difference_and_how_large_is_told() -> None:
-    (one,) = printed("a\nF_C  41.191  N  41.9", "a\nF_C  41.192  N  41.9")
-    assert one.field == "stdout:2"
-    assert one.relative == pytest.approx(1 / 41192)
-    assert not one.spacing
+    (diff,) = printed("a\nF_C  41.191  N  41.9", "a\nF_C  41.192  N  41.9")
+    assert diff.field == "stdout:2"
+    assert diff.relative == pytest.approx(1 / 41192)
+    assert not diff.spacing
 
 
 def test_a_word_is_a_difference_without_a_size() -> None:
-    (one,) = printed("F_C 41 weak", "F_C 41 identified")
-    assert math.isnan(one.relative)
+    (diff,) = printed("F_C 41 weak", "F_C 41 identified")
+    assert math.isnan(diff.relative)
 
 
 def test_spacing_is_told_apart_in_print_and_counts_in_a_file() -> None:
-    (one,) = printed("a  b", "a b")
-    assert one.spacing
-    (one,) = files("friction.st", "a  b", "a b")
-    assert not one.spacing
+    (diff,) = printed("a  b", "a b")
+    assert diff.spacing
+    (diff,) = files("friction.st", "a  b", "a b")
+    assert not diff.spacing
 
 
 def test_a_line_more_is_a_difference() -> None:
-    (one,) = printed("a\nb", "a\nb\nwarning: c")
-    assert (one.before, one.after) == ("absent", "warning: c")
+    (diff,) = printed("a\nb", "a\nb\nwarning: c")
+    assert (diff.before, diff.after) == ("absent", "warning: c")
 
 
-def card(value: float, seconds: float, **more: Any) -> str:
+def card(value: float, seconds: float, **fields: Any) -> str:
     """A card in short."""
     search = {"seconds": seconds, "evaluations": 7}
-    made = {"F_C": {"value": value, "low": None}, "search": search, "software": {"a": seconds}}
-    return json.dumps(made | {"trace": [0.1 * k for k in range(20)]} | more)
+    content = {"F_C": {"value": value, "low": None}, "search": search, "software": {"a": seconds}}
+    return json.dumps(content | {"trace": [0.1 * k for k in range(20)]} | fields)
 
 
 def test_a_card_is_compared_field_by_field() -> None:
     assert not files("card.json", card(0.1, 1.0), card(0.1, 2.0))
-    (one,) = files("card.json", card(0.1, 1.0), card(0.1 + 1e-16, 2.0))
-    assert one.field == "card.json:F_C.value"
-    assert 0 < one.relative < 1e-15
+    (diff,) = files("card.json", card(0.1, 1.0), card(0.1 + 1e-16, 2.0))
+    assert diff.field == "card.json:F_C.value"
+    assert 0 < diff.relative < 1e-15
 
 
 def test_a_long_list_is_told_by_its_largest_difference() -> None:
     trace = [0.1 * k for k in range(20)]
     trace[3] *= 1 + 1e-9
     trace[7] *= 1.5
-    (one,) = files("card.json", card(1, 1), card(1, 1, trace=trace))
-    assert one.field == "card.json:trace[7] (2 of 20)"
-    assert one.relative == pytest.approx(1 / 3)
+    (diff,) = files("card.json", card(1, 1), card(1, 1, trace=trace))
+    assert diff.field == "card.json:trace[7] (2 of 20)"
+    assert diff.relative == pytest.approx(1 / 3)
 
 
 def test_a_field_more_and_a_type_are_differences() -> None:
@@ -102,23 +102,23 @@ def test_seconds_of_a_table_are_passed_over_and_nothing_beside() -> None:
     head = "function,time/s published,ours,rounds,ours,seconds\n"
     assert not files("t.csv", head + "BF,1,2.5,3,4,5", head + "BF,1,2.6,3,4,6")
     assert not files("p.csv", "what,ours\nsearch time,1", "what,ours\nsearch time,2")
-    (one,) = files("t.csv", head + "BF,1,2.5,3,4,5", head + "BF,1,2.6,3,4.5,6")
-    assert (one.field, one.before, one.after) == ("t.csv: ours, row 1 (1 of 1)", "4", "4.5")
+    (diff,) = files("t.csv", head + "BF,1,2.5,3,4,5", head + "BF,1,2.6,3,4.5,6")
+    assert (diff.field, diff.before, diff.after) == ("t.csv: ours, row 1 (1 of 1)", "4", "4.5")
 
 
 def archive(source: str, guid: str) -> bytes:
     content = BytesIO()
-    with zipfile.ZipFile(content, "w") as made:
-        made.writestr("sources/axis.c", f'{source}\n#define AXIS_GUID "{{{guid}}}"\n')
-        made.writestr("binaries/linux64/friction.so", guid.encode())
+    with zipfile.ZipFile(content, "w") as fmu:
+        fmu.writestr("sources/axis.c", f'{source}\n#define AXIS_GUID "{{{guid}}}"\n')
+        fmu.writestr("binaries/linux64/friction.so", guid.encode())
     return content.getvalue()
 
 
 def test_a_unit_is_its_sources() -> None:
     a, b = "0" * 32, "f" * 32
     assert not list(file_differences("a.fmu", archive("x", a), archive("x", b)))
-    (one,) = file_differences("a.fmu", archive("x", a), archive("y", b))
-    assert one.field == "a.fmu!sources/axis.c:1"
+    (diff,) = file_differences("a.fmu", archive("x", a), archive("y", b))
+    assert diff.field == "a.fmu!sources/axis.c:1"
 
 
 def test_progress_comes_by_the_clock_and_is_passed_over() -> None:

@@ -24,21 +24,21 @@ def rig(folder: Path, text: str) -> Rig:
 def test_nothing_said_is_the_shipped_rig_under_the_name_of_the_file(
     kind: str, tmp_path: Path
 ) -> None:
-    made, shipped = rig(tmp_path, f'kind = "{kind}"\n'), RIGS[kind]
-    assert made.name == "mine"
-    assert type(made) is type(shipped)
-    assert made.constants == shipped.constants
-    assert made.columns == shipped.columns
+    loaded, shipped = rig(tmp_path, f'kind = "{kind}"\n'), RIGS[kind]
+    assert loaded.name == "mine"
+    assert type(loaded) is type(shipped)
+    assert loaded.constants == shipped.constants
+    assert loaded.columns == shipped.columns
     for law in map(LAWS.get, shipped.laws):
         assert law is not None
-        assert made.parameters(law) == shipped.parameters(law)
+        assert loaded.parameters(law) == shipped.parameters(law)
 
 
 def test_numbers_are_in_the_units_that_the_kind_shows(tmp_path: Path) -> None:
-    made = rig(tmp_path, KIND + "constants = { m = 24, F_fm = 12.5, 'k_hat+' = 4 }\n"
+    loaded = rig(tmp_path, KIND + "constants = { m = 24, F_fm = 12.5, 'k_hat+' = 4 }\n"
                "ranges = { v_SS = [2, 9], F_V = [0.2, 0.8], F_S = [20, 90] }\n")  # fmt: skip
-    assert (made["m"], made["F_fm"], made["k_hat+"]) == (24.0, 12.5, 4000.0)
-    ranges = {q.name: (q.lower, q.upper) for q in made.parameters(LAWS["stribeck"])}
+    assert (loaded["m"], loaded["F_fm"], loaded["k_hat+"]) == (24.0, 12.5, 4000.0)
+    ranges = {q.name: (q.lower, q.upper) for q in loaded.parameters(LAWS["stribeck"])}
     assert ranges["v_SS"] == pytest.approx((2e-3, 9e-3))
     assert ranges["F_V"] == pytest.approx((200.0, 800.0))
     assert ranges["F_S"] == (20.0, 90.0)
@@ -46,41 +46,43 @@ def test_numbers_are_in_the_units_that_the_kind_shows(tmp_path: Path) -> None:
 
 
 def test_a_range_without_a_sign_is_for_both_directions(tmp_path: Path) -> None:
-    made = rig(
+    loaded = rig(
         tmp_path,
         KIND + 'law = "stribeck-directional"\nranges = { F_S = [20, 90], "F_C-" = [1, 2] }\n',
     )
-    assert made.laws[0] == "stribeck-directional"
-    ranges = {q.name: (q.lower, q.upper) for q in made.parameters(LAWS[made.laws[0]])}
+    assert loaded.laws[0] == "stribeck-directional"
+    ranges = {q.name: (q.lower, q.upper) for q in loaded.parameters(LAWS[loaded.laws[0]])}
     assert ranges["F_S+"] == ranges["F_S-"] == (20.0, 90.0)
     assert (ranges["F_C+"], ranges["F_C-"]) == ((40.0, 80.0), (1.0, 2.0))
 
 
 def test_a_law_may_have_elements_and_terms_and_a_range_be_for_all_elements(tmp_path: Path) -> None:
-    made = rig(
+    loaded = rig(
         tmp_path,
         'kind = "presliding"\nlaw = "gms:6+temperature"\n'
         "ranges = { W = [0.5, 20], W_3 = [1, 2], r = [1.5, 9], temp_slope = [-0.02, 0.02] }\n",
     )
-    assert made.laws[0] == "gms:6+temperature"
-    ranges = {q.name: (q.lower, q.upper, q.log) for q in made.parameters(law_named(made.laws[0]))}
+    assert loaded.laws[0] == "gms:6+temperature"
+    ranges = {
+        q.name: (q.lower, q.upper, q.log) for q in loaded.parameters(law_named(loaded.laws[0]))
+    }
     assert ranges["W_3"] == (1.0, 2.0, True)
     assert {ranges[f"W_{k}"] for k in (1, 2, 4, 5, 6)} == {(0.5, 20.0, True)}
     assert {ranges[f"r_{k}"] for k in range(2, 7)} == {(1.5, 9.0, True)}
     assert ranges["temp_slope"] == (-0.02, 0.02, False)
     # As well for a law that is named later, with elements that none of the rig's own has.
-    later = {q.name: (q.lower, q.upper) for q in made.parameters(law_named("maxwell-slip:9"))}
+    later = {q.name: (q.lower, q.upper) for q in loaded.parameters(law_named("maxwell-slip:9"))}
     assert later["W_9"] == (0.5, 20.0)
     with pytest.raises(InputError, match=r"ranges: no parameter 'sigma': there are W_1"):
         rig(tmp_path, 'kind = "presliding"\nlaw = "gms"\nranges = { sigma = [1, 2] }\n')
 
 
 def test_columns_and_name(tmp_path: Path) -> None:
-    made = rig(
+    loaded = rig(
         tmp_path, KIND + 'name = "bench 2"\ndoc = "mine"\ncolumns = { position = "actual [mm]" }\n'
     )
-    assert (made.name, made.doc) == ("bench 2", "mine")
-    assert dict(made.columns) == {"position": "actual [mm]"}
+    assert (loaded.name, loaded.doc) == ("bench 2", "mine")
+    assert dict(loaded.columns) == {"position": "actual [mm]"}
     assert rig(tmp_path, "\ufeff" + KIND).name == "mine"  # a byte order mark does no harm
 
 
@@ -152,12 +154,12 @@ WORDS = st.sampled_from(
 @given(words=st.lists(WORDS, max_size=14), known=st.booleans())
 @settings(max_examples=300)
 def test_any_text_is_a_rig_or_one_line(
-    words: list[str], known: bool, tmp_path_factory: pytest.TempPathFactory
+    words: list[str], with_kind: bool, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    text = KIND * known + " ".join(words)
+    text = KIND * with_kind + " ".join(words)
     try:
-        made = rig(tmp_path_factory.getbasetemp(), text)
+        loaded = rig(tmp_path_factory.getbasetemp(), text)
     except InputError as error:
         assert "mine.toml: " in str(error)  # noqa: PT017 - either way is right, nothing else is
         return
-    assert made.parameters(LAWS[made.laws[0]])
+    assert loaded.parameters(LAWS[loaded.laws[0]])

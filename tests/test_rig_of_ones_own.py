@@ -84,10 +84,10 @@ TRUTH = np.array([6.0, 4.0, 2.5, 0.5])
 class Carried(SimulatedRig):
     """An axis that goes where it is told: it says how it moves, and no more."""
 
-    def move(self, law: Law, p: Array, on: Track) -> Motion:
+    def move(self, law: Law, p: Array, track: Track) -> Motion:
         del law
-        x = np.tile(np.interp(on.t, on.knots_t, on.knots_x), (len(p), 1)) + p[:, :1] * 1e-4
-        return Motion(on.t, x, np.gradient(x, on.t, axis=1), 0 * x)
+        x = np.tile(np.interp(track.t, track.knots_t, track.knots_x), (len(p), 1)) + p[:, :1] * 1e-4
+        return Motion(track.t, x, np.gradient(x, track.t, axis=1), 0 * x)
 
 
 CARRIED = Carried(
@@ -114,8 +114,8 @@ def stribeck(
 def log(tmp_path: Path) -> Path:
     t = np.arange(0.0, 8.0, 0.01)
     goal = command(t)
-    still = Recording(t=t, position=np.full(len(t), goal[0]), command=goal)
-    motion = BELT.simulate(LAWS["coulomb-viscous"], TRUTH[None], still)
+    blank = Recording(t=t, position=np.full(len(t), goal[0]), command=goal)
+    motion = BELT.simulate(LAWS["coulomb-viscous"], TRUTH[None], blank)
     x = motion.position[0] + 2e-6 * np.random.default_rng(0).standard_normal(len(t))
     path = tmp_path / "belt.csv"
     rows = np.column_stack([t, x, goal])
@@ -123,26 +123,26 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
-def succeeded(said: Completed) -> str:
-    assert said.status == 0, said.err
-    return said.out
+def succeeded(completed: Completed) -> str:
+    assert completed.status == 0, completed.err
+    return completed.out
 
 
 def test_every_command_takes_it(
     stribeck: Callable[..., Completed], log: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    told = succeeded(stribeck(
+    output = succeeded(stribeck(
         "identify", str(log), "--rig", "belt", "--set", "pull=0.5", "--budget", "400",
         "--repeats", "1", "--out", str(out),
     ))  # fmt: skip
-    assert "F_C" in told
+    assert "F_C" in output
     card = str(out / "card.json")
     (out / "report.html").unlink()
     succeeded(stribeck("report", str(out)))
     assert "a belt axis under a cascade" in (out / "report.html").read_text(encoding="utf-8")
-    told = succeeded(stribeck("compensate", card, "--scale", "0.8", "--mode", "reference"))
-    assert "coulomb-viscous on belt: RMS" in told
+    output = succeeded(stribeck("compensate", card, "--scale", "0.8", "--mode", "reference"))
+    assert "coulomb-viscous on belt: RMS" in output
     assert "strokes × 2" in succeeded(stribeck("plan", card, "--seconds", "4"))
     unit = tmp_path / "belt.fmu"
     succeeded(stribeck("export", card, "--to", "fmu", "--out", str(unit)))
@@ -165,10 +165,10 @@ def test_what_it_does_not_answer_is_named(
         "--repeats", "1", "--out", str(out),
     ))  # fmt: skip
     card = str(out / "card.json")
-    said = stribeck("compensate", card)
-    assert said.status == 2
-    assert "rig carried has no controller to add a compensation to: " in said.err
-    assert said.err.rstrip().endswith("joint and belt have one")
-    said = stribeck("export", card, "--to", "fmu", "--out", str(tmp_path / "carried.fmu"))
-    assert said.status == 2
-    assert "rig carried has no equation of motion that could be stepped" in said.err
+    completed = stribeck("compensate", card)
+    assert completed.status == 2
+    assert "rig carried has no controller to add a compensation to: " in completed.err
+    assert completed.err.rstrip().endswith("joint and belt have one")
+    completed = stribeck("export", card, "--to", "fmu", "--out", str(tmp_path / "carried.fmu"))
+    assert completed.status == 2
+    assert "rig carried has no equation of motion that could be stepped" in completed.err

@@ -55,8 +55,8 @@ def squares(x: Array) -> Array:
     return total
 
 
-def search(*batches: Any, word: str | None = None, budget: int = 100, **how: Any) -> Search:
-    return Search(SQUARE, Scripted(batches, word), budget=budget, seed=0, **how)
+def search(*batches: Any, word: str | None = None, budget: int = 100, **options: Any) -> Search:
+    return Search(SQUARE, Scripted(batches, word), budget=budget, seed=0, **options)
 
 
 def test_points_are_asked_in_physical_values_and_stay_until_told() -> None:
@@ -97,16 +97,16 @@ def test_a_target_met_by_the_last_evaluation_is_a_target() -> None:
     assert lockstep_one(s).ended == "target"
 
 
-@pytest.mark.parametrize("bad", [[1.5, 0.0], [-0.1, 0.0], [math.nan, 0.0]])
-def test_a_point_outside_the_cube_is_refused(bad: Any) -> None:
+@pytest.mark.parametrize("point", [[1.5, 0.0], [-0.1, 0.0], [math.nan, 0.0]])
+def test_a_point_outside_the_cube_is_refused(point: Any) -> None:
     with pytest.raises(SearchError, match="outside the unit cube"):
-        search([[0.5, 0.2], bad, [1.0, 0.0]])
+        search([[0.5, 0.2], point, [1.0, 0.0]])
 
 
-@pytest.mark.parametrize("bad", [[0.5, 0.5], [[0.5]], np.empty((0, 2))])
-def test_points_of_a_wrong_shape_are_refused(bad: Any) -> None:
+@pytest.mark.parametrize("points", [[0.5, 0.5], [[0.5]], np.empty((0, 2))])
+def test_points_of_a_wrong_shape_are_refused(points: Any) -> None:
     with pytest.raises(SearchError, match="shape"):
-        search(bad)
+        search(points)
 
 
 def test_an_algorithm_that_asks_nothing_is_refused() -> None:

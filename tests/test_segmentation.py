@@ -35,23 +35,23 @@ def staircase(seed: int, n: int = 12, direction: int = 1) -> Staircase:
     """n slips of 15 to 40 mm that last 0.3 to 0.6 s, with dwells as the ramp wants (3 to 8 s)."""
     rng = np.random.default_rng(seed)
     jumps = rng.uniform(0.015, 0.040, n)
-    times, levels, starts, stops, now = [0.0], [0.0], [], [], 0
+    times, levels, starts, stops, time = [0.0], [0.0], [], [], 0
     for jump in jumps:
         dwell, slip = round(jump / RAMP / DT), round(rng.uniform(0.3, 0.6) / DT)
-        start = now + dwell
-        now = start + slip
+        start = time + dwell
+        time = start + slip
         starts.append(start)
-        stops.append(now)
-        times += [start, now]
+        stops.append(time)
+        times += [start, time]
         levels += [levels[-1], levels[-1] + jump]
-    k: Array = np.arange(now + 300, dtype=float)
+    k: Array = np.arange(time + 300, dtype=float)
     x = np.interp(k, times, levels)
     command = RAMP * DT * k
     return Staircase(k * DT, direction * x, direction * command, starts, stops,
                      (direction * jumps).tolist())  # fmt: skip
 
 
-def seen(s: Staircase, seed: int, *, sd: float, q: float, hold: int) -> Array:
+def transducer(s: Staircase, seed: int, *, sd: float, q: float, hold: int) -> Array:
     """The position as a transducer shows it: noisy, held for some samples, quantised."""
     rng = np.random.default_rng([seed, 7])
     k = np.arange(len(s.x)) // hold * hold
@@ -78,28 +78,30 @@ def test_slips_are_found_where_they_are(
     """All 12 slips and no other; edges within `samples` in the mean, 8 at most; jumps to 2 sd."""
     for seed in range(3):
         s = staircase(seed, direction=direction)
-        r = Recording(s.t, seen(s, seed, sd=sd, q=q, hold=hold), s.command if commanded else None)
-        found = slips(r)
-        assert len(found) == len(s.starts)
-        off = np.abs([[f.start, f.stop] for f in found] - np.transpose([s.starts, s.stops]))
+        r = Recording(
+            s.t, transducer(s, seed, sd=sd, q=q, hold=hold), s.command if commanded else None
+        )
+        detected = slips(r)
+        assert len(detected) == len(s.starts)
+        off = np.abs([[f.start, f.stop] for f in detected] - np.transpose([s.starts, s.stops]))
         assert off.mean() <= samples + hold / 2
         assert off.max() <= 8
-        np.testing.assert_allclose([f.jump for f in found], s.jumps, atol=2 * sd / 3 + q + 1e-5)
+        np.testing.assert_allclose([f.jump for f in detected], s.jumps, atol=2 * sd / 3 + q + 1e-5)
         spans = np.subtract(s.stops, s.starts) * DT
-        peaks = [f.peak_speed for f in found]
+        peaks = [f.peak_speed for f in detected]
         np.testing.assert_allclose(peaks, np.abs(s.jumps) / spans, rtol=0.35)
 
 
 @pytest.mark.parametrize(("sd", "q", "hold"), [(0, 0, 1), (0.3e-3, 0.1e-3, 2)])
 def test_rests_fill_the_time_between_slips(sd: float, q: float, hold: int) -> None:
     s = staircase(5)
-    r = Recording(s.t, seen(s, 5, sd=sd, q=q, hold=hold), s.command)
+    r = Recording(s.t, transducer(s, 5, sd=sd, q=q, hold=hold), s.command)
     truth = np.ones(len(s.t), dtype=bool)
     for a, b in zip(s.starts, s.stops, strict=True):
         truth[a + 1 : b] = False
     mine = np.zeros(len(s.t), dtype=bool)
-    for rest in rests(r):
-        mine[rest] = True
+    for interval in rests(r):
+        mine[interval] = True
     assert (mine != truth).mean() < (0.03 if sd else 0.005)
     assert segment(r).stuck == pytest.approx(truth.mean(), abs=0.02)
 
@@ -109,14 +111,14 @@ def test_rests_fill_the_time_between_slips(sd: float, q: float, hold: int) -> No
 def test_noise_is_told_from_quantisation_hold_and_motion(q: float, hold: int) -> None:
     """Within 10 %: 6000 / hold independent values give a relative sd below 3 %; seeds fixed."""
     s = staircase(1)
-    r = Recording(s.t, seen(s, 1, sd=0.3e-3, q=q, hold=hold))
+    r = Recording(s.t, transducer(s, 1, sd=0.3e-3, q=q, hold=hold))
     assert noise(r) == pytest.approx(0.3e-3, rel=0.1)
 
 
 @pytest.mark.parametrize("q", [0.0, 1e-6, 1e-4])
 def test_a_silent_sensor_has_no_noise(q: float) -> None:
     s = staircase(2)
-    assert noise(Recording(s.t, seen(s, 2, sd=0, q=q, hold=1))) <= 1e-9 + q / 10
+    assert noise(Recording(s.t, transducer(s, 2, sd=0, q=q, hold=1))) <= 1e-9 + q / 10
 
 
 @settings(max_examples=60)
@@ -164,7 +166,7 @@ def test_standstill_before_and_after_is_no_stroke() -> None:
 def test_no_threshold_has_a_unit(seed: int, length: float, time: float, sign: int) -> None:
     """Other units, a mirror image: the same samples rest and slip."""
     s = staircase(seed, n=4)
-    x = seen(s, seed, sd=0.3e-3, q=0, hold=2)
+    x = transducer(s, seed, sd=0.3e-3, q=0, hold=2)
     a = Recording(s.t, x, s.command)
     b = Recording(s.t * 10**time, sign * x * 10**length, sign * s.command * 10**length)
     assert len(rests(a)) == len(rests(b))
@@ -173,8 +175,8 @@ def test_no_threshold_has_a_unit(seed: int, length: float, time: float, sign: in
 
 def test_a_slip_between_two_samples_is_seen() -> None:
     x = np.repeat([0.0, 0.02, 0.04, 0.06], 100)
-    found = slips(Recording(np.arange(400, dtype=float) * DT, x, np.linspace(0, 0.08, 400)))
-    assert [(f.start, f.stop) for f in found] == [(99, 100), (199, 200), (299, 300)]
+    detected = slips(Recording(np.arange(400, dtype=float) * DT, x, np.linspace(0, 0.08, 400)))
+    assert [(f.start, f.stop) for f in detected] == [(99, 100), (199, 200), (299, 300)]
 
 
 @real
@@ -183,28 +185,28 @@ def test_a_slip_between_two_samples_is_seen() -> None:
 )
 def test_arm_joints_in_stick_slip(joint: int, jumps: int, share: float, median: float) -> None:
     """Published with the data: slips above 4 mrad, their median in mrad, the stuck share."""
-    found = segment(read(REAL / f"openarm/collect_joint_{joint}.csv"))
-    large = [abs(s.jump) for s in found.slips if abs(s.jump) > 4e-3]
+    segmentation = segment(read(REAL / f"openarm/collect_joint_{joint}.csv"))
+    large = [abs(s.jump) for s in segmentation.slips if abs(s.jump) > 4e-3]
     assert len(large) == pytest.approx(jumps, rel=0.1)
     assert np.median(large) * 1e3 == pytest.approx(median, rel=0.1)
-    assert found.stuck == pytest.approx(share, rel=0.1)
-    assert found.step == pytest.approx(0.000383, rel=0.01)
+    assert segmentation.stuck == pytest.approx(share, rel=0.1)
+    assert segmentation.step == pytest.approx(0.000383, rel=0.01)
 
 
 @real
 @pytest.mark.parametrize("file", ["DATA_EMPS", "DATA_EMPS_PULSES"])
 def test_a_slide_that_never_sticks(file: str) -> None:
     columns = {"time": "t [s]", "position": "qm [m]", "command": "qg [m]"}
-    found = segment(read(REAL / f"emps/{file}.mat", columns=columns))
-    assert [s.direction for s in found.strokes] == [1, -1] * 4  # seven reversals
-    assert not found.slips
-    assert found.stuck < 0.03
+    segmentation = segment(read(REAL / f"emps/{file}.mat", columns=columns))
+    assert [s.direction for s in segmentation.strokes] == [1, -1] * 4  # seven reversals
+    assert not segmentation.slips
+    assert segmentation.stuck < 0.03
 
 
 @real
 def test_a_cylinder_at_constant_speed() -> None:
-    found = segment(read(REAL / "pneumatic/Kidney_1bar.csv"))
-    assert [s.direction for s in found.strokes] == [1, -1] * 10
-    assert not found.slips
-    assert found.stuck < 0.03
-    assert found.step == pytest.approx(4.39e-6, rel=0.01)
+    segmentation = segment(read(REAL / "pneumatic/Kidney_1bar.csv"))
+    assert [s.direction for s in segmentation.strokes] == [1, -1] * 10
+    assert not segmentation.slips
+    assert segmentation.stuck < 0.03
+    assert segmentation.step == pytest.approx(4.39e-6, rel=0.01)

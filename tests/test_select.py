@@ -43,9 +43,9 @@ def log(
     t, x = strokes(n, seconds=seconds)
     w = np.pi * n / seconds
     v, a = -0.1 * w * np.sin(w * t), -0.1 * w * w * np.cos(w * t)
-    made = LAWS[law]
-    names = [q.name for q in FORCED.parameters(made)]
-    force = FORCED.force(made, np.array([p[name] for name in names]), v, a)
+    friction_law = LAWS[law]
+    names = [q.name for q in FORCED.parameters(friction_law)]
+    force = FORCED.force(friction_law, np.array([p[name] for name in names]), v, a)
     force = force + noise * np.random.default_rng(seed).standard_normal(len(t))
     return Recording(t=t, position=x, force=force)
 
@@ -74,12 +74,12 @@ INSIDE = [
 @pytest.mark.parametrize(("simple", "rich"), INSIDE)
 def test_a_simpler_law_stands_unchanged_in_a_richer_one(simple: str, rich: str) -> None:
     # Wide enough that nothing is clipped: the offset may exceed no level.
-    wide = replace(FORCED, ranges={})
-    small = partition(wide, law_named(simple))
-    large = partition(wide, law_named(rich))
+    unbounded = replace(FORCED, ranges={})
+    small = partition(unbounded, law_named(simple))
+    large = partition(unbounded, law_named(rich))
     rng = np.random.default_rng(3)
     for _ in range(5):
-        p = wide.sample(small.law, rng, 1)[0]
+        p = unbounded.sample(small.law, rng, 1)[0]
         values = small.values(p)
         if "offset" in values:
             p[[q.name for q in small.every].index("offset")] = rng.uniform(-1.0, 1.0)
@@ -90,8 +90,8 @@ def test_a_simpler_law_stands_unchanged_in_a_richer_one(simple: str, rich: str) 
         v = np.array([-0.09, -0.01, -1e-4, 1e-4, 0.01, 0.09])
         a, loads = np.linspace(-1, 1, 6), np.zeros((6, 5))
         loads[:, 3], loads[:, 4] = np.linspace(0, 1, 6), 300.0
-        ours = wide.force(large.law, q, v, a, loads)
-        np.testing.assert_allclose(ours, wide.force(small.law, p, v, a, loads), rtol=1e-9)
+        ours = unbounded.force(large.law, q, v, a, loads)
+        np.testing.assert_allclose(ours, unbounded.force(small.law, p, v, a, loads), rtol=1e-9)
 
 
 def test_bam_laws_of_one_load_stand_in_those_of_two() -> None:
@@ -105,9 +105,9 @@ def test_bam_laws_of_one_load_stand_in_those_of_two() -> None:
     for small, large in pairwise(chain):
         q = large.full(embedded(small, p, large)[None])[0]
         for v in (-2.0, 0.01, 1.0):
-            own = small.law.rub(v, 0.0, none, load, np.ascontiguousarray(p), none)
-            assert large.law.rub(v, 0.0, none, load, q, none) == pytest.approx(own, rel=1e-12)
-        p, last = q, own
+            force = small.law.rub(v, 0.0, none, load, np.ascontiguousarray(p), none)
+            assert large.law.rub(v, 0.0, none, load, q, none) == pytest.approx(force, rel=1e-12)
+        p, last = q, force
     assert last is not None
     assert last > 0
 
@@ -134,17 +134,17 @@ def test_what_a_law_has_more_than_another() -> None:
 # --- splits ---------------------------------------------------------------------------------------
 
 
-def masks(found: Splits, logs: list[Recording]) -> list[tuple[Count, Count]]:
+def masks(split: Splits, logs: list[Recording]) -> list[tuple[Count, Count]]:
     """For each round, how often each sample of all logs is trained on and held out."""
     rounds = []
-    for r in found.rounds:
-        both = []
+    for r in split.rounds:
+        counts = []
         for part in (r.train, r.held):
-            count = {id(one): np.zeros(len(one), dtype=int) for one in logs}
+            count = {id(log_): np.zeros(len(log_), dtype=int) for log_ in logs}
             for p in part:
                 count[id(p.recording)] += p.mask()
-            both.append(np.concatenate([count[id(one)] for one in logs]))
-        rounds.append((both[0], both[1]))
+            counts.append(np.concatenate([count[id(log_)] for log_ in logs]))
+        rounds.append((counts[0], counts[1]))
     return rounds
 
 
@@ -159,31 +159,31 @@ def masks(found: Splits, logs: list[Recording]) -> list[tuple[Count, Count]]:
     ],
 )
 def test_folds_never_share_samples(rig: str, n: int, logs: int, folds: int, kind: str) -> None:
-    given = [log(PLAIN, n=n, seed=k) for k in range(logs)]
-    found = splits(given, RIGS[rig], [], [], [], folds)
-    assert found.kind == kind
-    assert len(found.rounds) == folds
-    seen = masks(found, given)
-    for train, out in seen:
+    recordings = [log(PLAIN, n=n, seed=k) for k in range(logs)]
+    split = splits(recordings, RIGS[rig], [], [], [], folds)
+    assert split.kind == kind
+    assert len(split.rounds) == folds
+    round_masks = masks(split, recordings)
+    for train, out in round_masks:
         assert train.max() == out.max() == 1
         assert not (train & out).any()
         assert out.sum() > 0
-    np.testing.assert_array_equal(sum(out for _, out in seen), 1)  # each is held out once
+    np.testing.assert_array_equal(sum(out for _, out in round_masks), 1)  # each is held out once
     # What is neither is the reach of the filters beside what is held out: 49 ms at 100 Hz, ten
     # times longer at a cut-off of a fifth.
-    unused = sum(int((1 - train - out).sum()) for train, out in seen)
+    unused = sum(int((1 - train - out).sum()) for train, out in round_masks)
     if kind == "logs" or rig == "presliding":
         assert unused == 0
     else:
-        edges = sum(int(np.count_nonzero(np.diff(out))) for _, out in seen)
+        edges = sum(int(np.count_nonzero(np.diff(out))) for _, out in round_masks)
         assert 0 < unused <= edges * max(FORCED.filtering.edges(200.0))
 
 
 def test_folds_of_strokes_hold_whole_strokes_out() -> None:
-    given = log(PLAIN, n=12)
-    found = splits([given], RIGS["forced"], [], [], [], 3)
-    cuts = [np.flatnonzero(np.diff(out)) + 1 for _, out in masks(found, [given])]
-    turns = np.flatnonzero(np.diff(np.sign(np.diff(given.position)))) + 1
+    recording = log(PLAIN, n=12)
+    split = splits([recording], RIGS["forced"], [], [], [], 3)
+    cuts = [np.flatnonzero(np.diff(out)) + 1 for _, out in masks(split, [recording])]
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(recording.position)))) + 1
     for at in np.concatenate(cuts):
         assert np.abs(turns - at).min() <= 25  # an eighth of a second, of strokes of 1.7 s
 
@@ -191,27 +191,29 @@ def test_folds_of_strokes_hold_whole_strokes_out() -> None:
 def test_logs_that_run_one_way_each_are_cut_in_time() -> None:
     up, down = log(PLAIN, n=1), log(PLAIN, n=1)
     down = replace(down, position=-down.position)
-    more = [up, down, *(log(PLAIN, n=1, seed=k) for k in (1, 2))]
-    assert splits(more, RIGS["forced"], [], [], [], 4).kind == "time"
-    assert splits([*more, down], RIGS["forced"], [], [], [], 5).kind == "logs"
+    recordings = [up, down, *(log(PLAIN, n=1, seed=k) for k in (1, 2))]
+    assert splits(recordings, RIGS["forced"], [], [], [], 4).kind == "time"
+    assert splits([*recordings, down], RIGS["forced"], [], [], [], 5).kind == "logs"
 
 
 def test_hold_outs_and_tests_are_held_out_in_one_round() -> None:
-    given, other = log(PLAIN), log(PLAIN, seed=1)
+    recording, test_log = log(PLAIN), log(PLAIN, seed=1)
     rig = RIGS["forced"]
-    found = splits([given], rig, range_list("0s:10s", rig), range_list("10s:15s", rig), [other], 5)
-    ((train, out),) = masks(found, [given, other])
+    split = splits(
+        [recording], rig, range_list("0s:10s", rig), range_list("10s:15s", rig), [test_log], 5
+    )
+    ((train, out),) = masks(split, [recording, test_log])
     assert train.sum() == 2000
-    assert out.sum() == 1000 + len(other)
+    assert out.sum() == 1000 + len(test_log)
     assert not (train & out).any()
 
 
 def test_hold_outs_that_were_trained_on_are_refused() -> None:
-    given, rig = log(PLAIN), RIGS["forced"]
+    recording, rig = log(PLAIN), RIGS["forced"]
     with pytest.raises(InputError, match="hold-out 10s:15s overlaps the training data"):
-        splits([given], rig, [], range_list("10s:15s", rig), [], 5)
+        splits([recording], rig, [], range_list("10s:15s", rig), [], 5)
     with pytest.raises(InputError, match="is trained on and tested"):
-        splits([given], rig, [], [], [given], 5)
+        splits([recording], rig, [], [], [recording], 5)
     with pytest.raises(InputError, match="too short for 30 folds"):
         splits([log(PLAIN, seconds=1.2)], rig, [], [], [], 30)
 
@@ -222,26 +224,26 @@ def test_hold_outs_that_were_trained_on_are_refused() -> None:
 def coloured(rng: np.random.Generator, n: int, phi: float) -> Array:
     from scipy.signal import lfilter  # noqa: PLC0415 - as the package does
 
-    found: Array = lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(n + 200))[200:]
-    return found
+    noise: Array = lfilter([np.sqrt(1 - phi**2)], [1, -phi], rng.standard_normal(n + 200))[200:]
+    return noise
 
 
 def test_the_same_residuals_are_not_worse() -> None:
     r = [coloured(np.random.default_rng(0), 500, 0.5)]
-    found = paired(r, r)
-    assert (found.change, found.low, found.high, found.worse) == (0.0, 0.0, 0.0, False)
-    assert found.p == 1.0
+    outcome = paired(r, r)
+    assert (outcome.change, outcome.low, outcome.high, outcome.worse) == (0.0, 0.0, 0.0, False)
+    assert outcome.p == 1.0
     zero = [np.zeros(50)]
     assert not paired(zero, zero).worse
 
 
 def test_a_constant_factor_is_found_exactly() -> None:
     r = [coloured(np.random.default_rng(k), 300, 0.5) for k in range(3)]
-    found = paired([1.05 * one for one in r], r)
-    assert found.change == pytest.approx(0.05, rel=1e-9)
-    assert found.worse
-    assert not paired([1.009 * one for one in r], r).worse  # less than matters
-    assert not paired(r, [1.05 * one for one in r]).worse
+    outcome = paired([1.05 * residuals for residuals in r], r)
+    assert outcome.change == pytest.approx(0.05, rel=1e-9)
+    assert outcome.worse
+    assert not paired([1.009 * residuals for residuals in r], r).worse  # less than matters
+    assert not paired(r, [1.05 * residuals for residuals in r]).worse
 
 
 def test_a_law_that_cannot_be_run_is_worse() -> None:
@@ -252,11 +254,11 @@ def test_a_law_that_cannot_be_run_is_worse() -> None:
 
 def test_two_blocks_test_nothing_and_a_tenth_decides() -> None:
     r = [np.linspace(0.1, 1.0, 10), np.linspace(0.1, 1.0, 10)]  # all of a piece
-    found = paired([1.11 * one for one in r], r)
-    assert found.blocks == 2
-    assert np.isnan(found.p)
-    assert found.worse
-    assert not paired([1.09 * one for one in r], r).worse
+    outcome = paired([1.11 * residuals for residuals in r], r)
+    assert outcome.blocks == 2
+    assert np.isnan(outcome.p)
+    assert outcome.worse
+    assert not paired([1.09 * residuals for residuals in r], r).worse
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])
@@ -265,17 +267,17 @@ def test_the_test_keeps_its_size_and_its_power(phi: float) -> None:
     # share half of the variance. Of 400 such pairs 20 are expected beyond 5 %, and more than 40
     # with probability 2e-5. The interval at 90 % misses 40, and more than 72 with 1e-6.
     rng = np.random.default_rng(11)
-    wrong = missed = found = 0
+    false_alarms = missed = detections = 0
     for _ in range(400):
-        both, a, b = (coloured(rng, 1500, phi) for _ in range(3))
-        one, other = [both + a], [both + b]
-        seen = paired([1.01 * one[0]], other)
-        wrong += seen.worse
-        missed += not seen.low <= 0.01 <= seen.high
-        found += paired([1.5 * one[0]], other).worse
-    assert wrong <= 40
+        shared, a, b = (coloured(rng, 1500, phi) for _ in range(3))
+        first, second = [shared + a], [shared + b]
+        outcome = paired([1.01 * first[0]], second)
+        false_alarms += outcome.worse
+        missed += not outcome.low <= 0.01 <= outcome.high
+        detections += paired([1.5 * first[0]], second).worse
+    assert false_alarms <= 40
     assert missed <= 72
-    assert found >= 360
+    assert detections >= 360
 
 
 def test_whiteness_tells_noise_from_colour() -> None:
@@ -283,10 +285,10 @@ def test_whiteness_tells_noise_from_colour() -> None:
     # p is uniform in white noise: of 200, ten below 5 %, more than 22 with probability 2e-4.
     low = sum(whiteness(rng.standard_normal(400), (400,)).p < 0.05 for _ in range(200))
     assert low <= 22
-    seen = whiteness(coloured(rng, 50_000, 0.8), (50_000,))
-    assert seen.lag_1 == pytest.approx(0.8, abs=0.02)
-    assert seen.time == pytest.approx(9.0, rel=0.25)  # (1 + phi) / (1 - phi)
-    assert seen.p < 1e-100
+    verdict = whiteness(coloured(rng, 50_000, 0.8), (50_000,))
+    assert verdict.lag_1 == pytest.approx(0.8, abs=0.02)
+    assert verdict.time == pytest.approx(9.0, rel=0.25)  # (1 + phi) / (1 - phi)
+    assert verdict.p < 1e-100
     # Logs that lie side by side in the array do not correlate across their edge.
     ramp = np.concatenate([np.full(300, 1.0), np.full(300, -1.0)])
     assert whiteness(ramp + 0.1 * rng.standard_normal(600), (300, 300)).lag_1 < 0.2
@@ -294,9 +296,9 @@ def test_whiteness_tells_noise_from_colour() -> None:
 
 
 def test_criteria_by_hand() -> None:
-    found = criteria(4.0, 2, 20.0)  # k = 3 with the variance
-    assert found.aicc == pytest.approx(20 * np.log(4) + 6 + 24 / 16)
-    assert found.bic == pytest.approx(20 * np.log(4) + 3 * np.log(20))
+    values = criteria(4.0, 2, 20.0)  # k = 3 with the variance
+    assert values.aicc == pytest.approx(20 * np.log(4) + 6 + 24 / 16)
+    assert values.bic == pytest.approx(20 * np.log(4) + 3 * np.log(20))
     assert criteria(4.0, 2, 4.0).aicc == np.inf
 
 
@@ -304,7 +306,7 @@ def test_criteria_by_hand() -> None:
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("options", "message"),
     [
         ({"laws": ["nonsense"]}, "no law 'nonsense'"),
         ({"laws": ["coulomb-viscous", "coulomb-viscous"]}, "coulomb-viscous is given twice"),
@@ -318,6 +320,6 @@ def test_criteria_by_hand() -> None:
         ({"holdout": "5s:500000s", "train": "7e3s:8e3s"}, "range 7e3s:8e3s holds no motion"),
     ],
 )
-def test_what_cannot_be_compared_is_refused(asked: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        select(log(PLAIN), rig="forced", **asked)
+def test_what_cannot_be_compared_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        select(log(PLAIN), rig="forced", **options)

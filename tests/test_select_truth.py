@@ -50,9 +50,11 @@ def test_the_true_law_is_recommended(truth: str) -> None:
     # A law that is no more than 1 % worse is passed over with probability 5 % at most: of five
     # twins, more than two with probability 0.1 %. The true law is far ahead of what lacks its
     # ingredient, so that nothing else can go wrong.
-    found = [select(log(truth, seed), rig="forced", laws=LADDER, fixed=HELD) for seed in range(5)]
-    assert sum(s.law == truth for s in found) >= 3
-    for s in found:
+    selections = [
+        select(log(truth, seed), rig="forced", laws=LADDER, fixed=HELD) for seed in range(5)
+    ]
+    assert sum(s.law == truth for s in selections) >= 3
+    for s in selections:
         warranted = {f.ingredient for f in s.findings if f.warranted}
         assert s[truth].held <= min(c.held for c in s.candidates) * 1.01
         if s.law == truth:
@@ -69,30 +71,30 @@ def test_the_true_law_is_recommended(truth: str) -> None:
 
 def test_what_learnt_the_noise_is_said_so() -> None:
     # A second of a noisy log to train on: nine parameters take what they can get.
-    given = log("coulomb-viscous", 4, noise=20.0)
-    found = select(
-        given, rig="forced", laws=["coulomb-viscous", "stribeck-directional"], fixed={},
+    recording = log("coulomb-viscous", 4, noise=20.0)
+    selection = select(
+        recording, rig="forced", laws=["coulomb-viscous", "stribeck-directional"], fixed={},
         train="2s:3.2s", holdout="5s:20s",
     )  # fmt: skip
-    simple, rich = found.candidates
+    simple, rich = selection.candidates
     assert rich.error < simple.error
     assert rich.held > 1.01 * simple.held
     trained = f"{100 * (1 - rich.error / simple.error):.2g} %"
     lost = f"a factor of {rich.held / simple.held:.2g}"  # as it is more than twice
     assert rich.held > 2 * simple.held
-    said = (
+    sentence = (
         f"stribeck-directional trains {trained} better than coulomb-viscous and is {lost} worse "
         "on what was held out: it learnt the noise."
     )
-    assert said in found.sentences
-    assert found.law == "coulomb-viscous"
+    assert sentence in selection.sentences
+    assert selection.law == "coulomb-viscous"
 
 
 def test_a_comparison_is_a_function_of_its_data() -> None:
-    given = log("stribeck", 0)
-    one, two = (select(given, rig="forced", laws=LADDER, fixed=HELD) for _ in range(2))
-    assert one.sentences == two.sentences
-    assert [c.held for c in one.candidates] == [c.held for c in two.candidates]
+    recording = log("stribeck", 0)
+    first, second = (select(recording, rig="forced", laws=LADDER, fixed=HELD) for _ in range(2))
+    assert first.sentences == second.sentences
+    assert [c.held for c in first.candidates] == [c.held for c in second.candidates]
 
 
 def swings(seed: int = 0) -> Recording:
@@ -127,59 +129,59 @@ def test_a_richer_law_never_trains_worse_than_one_it_contains(climbed: object) -
     for simple, rich in pairwise(chain):
         assert rich.error <= simple.error * (1 + 1e-9)
     # It is the start that does it: the simpler answer costs in the richer law what it cost.
-    one, other = chain[1].fit, chain[2].fit
-    x = embedded(one.parameters, one.p, other.parameters)
+    simpler, richer = chain[1].fit, chain[2].fit
+    x = embedded(simpler.parameters, simpler.p, richer.parameters)
     from stribeck.identify.problem import MotionProblem  # noqa: PLC0415
 
-    cost = MotionProblem(other.parameters, other.train)(x[None])[0]
+    cost = MotionProblem(richer.parameters, richer.train)(x[None])[0]
     assert cost == pytest.approx(chain[1].error, rel=1e-6)
 
 
 def test_a_share_of_the_load_is_warranted_where_the_axis_has_one() -> None:
-    found = select(swings(), rig="servo-pendulum", laws=["coulomb-viscous", "bam-m3"],
+    selection = select(swings(), rig="servo-pendulum", laws=["coulomb-viscous", "bam-m3"],
                    train="0s:3s", holdout="3s:5s", budget=600)  # fmt: skip
-    assert found.law == "bam-m3"
-    (load_,) = found.findings
+    assert selection.law == "bam-m3"
+    (load_,) = selection.findings
     assert load_.ingredient == "load"
     assert load_.warranted
-    assert found["bam-m3"].error == pytest.approx(1.0, rel=0.1)  # mrad of noise
+    assert selection["bam-m3"].error == pytest.approx(1.0, rel=0.1)  # mrad of noise
     # A speed at the start that is off by the noise is in what was held out.
-    assert found["bam-m3"].held < 0.2 * found["coulomb-viscous"].held
+    assert selection["bam-m3"].held < 0.2 * selection["coulomb-viscous"].held
 
 
 def test_a_clear_fall_on_the_slide_bed_is_stribeck() -> None:
-    given = TestBed().run("up", seed=3).recording
-    found = select(given, rig="slide-bed", laws=["coulomb-viscous", "stribeck"],
+    recording = TestBed().run("up", seed=3).recording
+    selection = select(recording, rig="slide-bed", laws=["coulomb-viscous", "stribeck"],
                    train="150:295", holdout="44:150")  # fmt: skip
-    assert found.law == "stribeck"
-    assert found["stribeck"].held == pytest.approx(0.3, rel=0.1)  # mm of noise
-    assert found["coulomb-viscous"].worse
-    assert "Stribeck): warranted" in " ".join(found.sentences)
+    assert selection.law == "stribeck"
+    assert selection["stribeck"].held == pytest.approx(0.3, rel=0.1)  # mm of noise
+    assert selection["coulomb-viscous"].worse
+    assert "Stribeck): warranted" in " ".join(selection.sentences)
 
 
 def test_a_slide_bed_that_differs_by_direction_needs_a_law_that_does() -> None:
-    given = TestBed().run("both", seed=2).recording  # the paper's two sets
-    found = select(given, rig="slide-bed", laws=["stribeck", "stribeck-directional"],
+    recording = TestBed().run("both", seed=2).recording  # the paper's two sets
+    selection = select(recording, rig="slide-bed", laws=["stribeck", "stribeck-directional"],
                    train=["112:295", "300:127"], holdout=["50:112", "127:52"])  # fmt: skip
-    assert found.law == "stribeck-directional"
-    assert found["stribeck-directional"].held == pytest.approx(0.3, rel=0.2)
-    assert found["stribeck"].worse
-    assert [(f.ingredient, f.warranted) for f in found.findings] == [("asymmetry", True)]
+    assert selection.law == "stribeck-directional"
+    assert selection["stribeck-directional"].held == pytest.approx(0.3, rel=0.2)
+    assert selection["stribeck"].worse
+    assert [(f.ingredient, f.warranted) for f in selection.findings] == [("asymmetry", True)]
 
 
 @real
 def test_emps_has_two_directions_and_no_stribeck_effect() -> None:
-    found = select(load("DATA_EMPS"), rig="emps", test=load("DATA_EMPS_PULSES"))
-    assert found.law == "coulomb-viscous-directional"
-    assert {c.name for c in found.candidates if c.worse} == {"coulomb-viscous", "stribeck"}
+    selection = select(load("DATA_EMPS"), rig="emps", test=load("DATA_EMPS_PULSES"))
+    assert selection.law == "coulomb-viscous-directional"
+    assert {c.name for c in selection.candidates if c.worse} == {"coulomb-viscous", "stribeck"}
     # The report's cross test of its symmetric model: 5.9824 % on the run with pulses.
-    assert found["coulomb-viscous"].held == pytest.approx(5.9824, abs=5e-5)
-    assert found["coulomb-viscous-directional"].held < 5.4
-    assert {f.ingredient: f.warranted for f in found.findings} == {
+    assert selection["coulomb-viscous"].held == pytest.approx(5.9824, abs=5e-5)
+    assert selection["coulomb-viscous-directional"].held < 5.4
+    assert {f.ingredient: f.warranted for f in selection.findings} == {
         "asymmetry": True, "stribeck": False,
     }  # fmt: skip
-    assert any("No law leaves white residuals" in line for line in found.sentences)
-    assert found["stribeck-directional"].unseen
+    assert any("No law leaves white residuals" in line for line in selection.sentences)
+    assert selection["stribeck-directional"].unseen
 
 
 @pytest.mark.recordings("bam_xl330")
@@ -187,12 +189,12 @@ def test_the_servo_needs_its_load() -> None:
     # A quarter of the logs: the comparison of all is in benchmarks/selection.py.
     rig = RIGS["servo-pendulum"]
     logs = [read(f, columns=dict(rig.columns)) for f in sorted(BAM.glob("*.json"))]
-    gain = [float(one.extra["kp"][0]) for one in logs]
-    train = [one for one, kp in zip(logs, gain, strict=True) if kp == 100][:2]
-    test = [one for one, kp in zip(logs, gain, strict=True) if kp == 800][:2]
-    found = select(train, rig=rig, laws=["coulomb-viscous", "bam-m3"], test=test, budget=400)
-    assert found["bam-m3"].error < found["coulomb-viscous"].error
-    assert found["bam-m3"].held < found["coulomb-viscous"].held
+    gain = [float(log_.extra["kp"][0]) for log_ in logs]
+    train = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 100][:2]
+    test = [log_ for log_, kp in zip(logs, gain, strict=True) if kp == 800][:2]
+    selection = select(train, rig=rig, laws=["coulomb-viscous", "bam-m3"], test=test, budget=400)
+    assert selection["bam-m3"].error < selection["coulomb-viscous"].error
+    assert selection["bam-m3"].held < selection["coulomb-viscous"].held
 
 
 def test_data_lies_where_the_other_tests_look() -> None:

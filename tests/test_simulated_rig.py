@@ -23,14 +23,14 @@ from stribeck.space import Array
 class Dragged(SimulatedRig):
     """A weightless sledge on a spring: it follows as soon as the spring overcomes friction."""
 
-    def move(self, law: Law, p: Array, on: Track) -> Motion:
-        command = np.interp(on.t, on.knots_t, on.knots_x)
-        x = np.full((len(p), len(on.t)), on.x0)
-        for row, one in enumerate(p):
-            low, high = (level / one[-1] for level in law.levels(one[:-1]))
-            for k in range(1, len(on.t)):
+    def move(self, law: Law, p: Array, track: Track) -> Motion:
+        command = np.interp(track.t, track.knots_t, track.knots_x)
+        x = np.full((len(p), len(track.t)), track.x0)
+        for row, parameters in enumerate(p):
+            low, high = (level / parameters[-1] for level in law.levels(parameters[:-1]))
+            for k in range(1, len(track.t)):
                 x[row, k] = min(max(x[row, k - 1], command[k] - high), command[k] - low)
-        return Motion(on.t, x, np.gradient(x, on.t, axis=1), p[:, -1:] * (command - x))
+        return Motion(track.t, x, np.gradient(x, track.t, axis=1), p[:, -1:] * (command - x))
 
 
 SLEDGE = Dragged(
@@ -49,8 +49,8 @@ SLEDGE = Dragged(
 def log() -> Recording:
     t = np.arange(0.0, 20.0, 0.05)
     command = 0.05 * np.sin(2 * np.pi * t / 10.0)
-    on = Track(t, command, t, 0.0, t, t, t[None])
-    x = SLEDGE.move(LAWS["coulomb-viscous"], np.array([[4.0, 0.0, 400.0]]), on).position[0]
+    track = Track(t, command, t, 0.0, t, t, t[None])
+    x = SLEDGE.move(LAWS["coulomb-viscous"], np.array([[4.0, 0.0, 400.0]]), track).position[0]
     return Recording(
         t, x + 1e-5 * np.random.default_rng(0).standard_normal(len(t)), command=command
     )
@@ -67,31 +67,33 @@ def test_it_is_identified_and_drawn(log: Recording, tmp_path: Path) -> None:
 
 
 def test_its_misfit_follows_from_its_motion(log: Recording) -> None:
-    on = problem(log, rig=SLEDGE)
-    x = on.space.decode(on.space.sample(np.random.default_rng(1), 5))
-    np.testing.assert_allclose(on(x), np.sqrt(np.mean(on.residuals(x) ** 2, axis=1)), rtol=1e-12)
+    objective = problem(log, rig=SLEDGE)
+    x = objective.space.decode(objective.space.sample(np.random.default_rng(1), 5))
+    np.testing.assert_allclose(
+        objective(x), np.sqrt(np.mean(objective.residuals(x) ** 2, axis=1)), rtol=1e-12
+    )
 
 
 def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:
-    still = SimulatedRig(name="still", doc="", cite="", laws=("coulomb-viscous",))
+    motionless = SimulatedRig(name="still", doc="", cite="", laws=("coulomb-viscous",))
     with pytest.raises(InputError, match="does not say how it moves"):
-        identify(log, rig=still, budget=10, repeats=1)
+        identify(log, rig=motionless, budget=10, repeats=1)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
 @pytest.mark.filterwarnings("ignore:This process.*is multi-threaded:DeprecationWarning")
 def test_a_forked_child_simulates_too() -> None:
     """Its parent's worker threads are gone; it must not wait for them."""
-    on = problem(TestBed().run("up", seed=1).recording, train="112:295").train[0].track
+    track = problem(TestBed().run("up", seed=1).recording, train="112:295").train[0].track
     p, c = SLIDE_BED.split(LAWS["stribeck"], np.tile(PUBLISHED["right"], (64, 1)))
-    expected = misfits(LAWS["stribeck"], p, c, on)
+    expected = misfits(LAWS["stribeck"], p, c, track)
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
-        found = misfits(LAWS["stribeck"], p, c, on)
-        os.write(writer, b"same" if np.array_equal(found, expected) else b"other")
+        squares = misfits(LAWS["stribeck"], p, c, track)
+        os.write(writer, b"same" if np.array_equal(squares, expected) else b"other")
         os._exit(0)
     os.close(writer)
-    said = os.read(reader, 10)
+    reply = os.read(reader, 10)
     os.waitpid(child, 0)
-    assert said == b"same"
+    assert reply == b"same"

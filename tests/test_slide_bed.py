@@ -23,8 +23,8 @@ DIRECTIONS = pytest.mark.parametrize("direction", SIGN)
 def minute(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5) -> Motion:
     """A minute of ramp at 5 mm/s from rest with the published sets."""
     t = np.arange(0.0, 60.0005, 1e-3)
-    on = track(Drive.line(0.0, 0.0, 60.0, SIGN[direction] * 5e-3), t, 0.0)
-    return rig.move(LAW, PUBLISHED[direction][None], on, scheme=scheme, dt=dt)  # type: ignore[arg-type]
+    ramp = track(Drive.line(0.0, 0.0, 60.0, SIGN[direction] * 5e-3), t, 0.0)
+    return rig.move(LAW, PUBLISHED[direction][None], ramp, scheme=scheme, dt=dt)  # type: ignore[arg-type]
 
 
 def slips(motion: Motion) -> tuple[int, float, float, float]:
@@ -50,10 +50,10 @@ def slips(motion: Motion) -> tuple[int, float, float, float]:
 def test_stick_slip_of_the_published_sets(
     direction: str, clamp: float, count: int, jump: float, v_max: float
 ) -> None:
-    found = slips(minute(SLIDE_BED.set(F_m_max=clamp), direction))
-    assert found[0] == count
-    assert found[1] == pytest.approx(jump, abs=0.006)
-    assert found[2] == pytest.approx(v_max, abs=0.06)
+    statistics = slips(minute(SLIDE_BED.set(F_m_max=clamp), direction))
+    assert statistics[0] == count
+    assert statistics[1] == pytest.approx(jump, abs=0.006)
+    assert statistics[2] == pytest.approx(v_max, abs=0.06)
 
 
 @pytest.mark.parametrize(("direction", "share"), [("right", 0.883), ("left", 0.906)])
@@ -82,15 +82,15 @@ def test_without_motor_inertia_the_leftward_set_sticks_and_slips_all_the_same() 
 @pytest.mark.parametrize("F_fm", [15.0, 35.0])
 def test_motor_friction_shifts_the_stretch_and_nothing_else(direction: str, F_fm: float) -> None:
     # Later slips by F_fm / (k_hat + k_spring) / u, each the same slip.
-    usual, other = minute(SLIDE_BED, direction), minute(SLIDE_BED.set(F_fm=F_fm), direction)
+    usual, shifted = minute(SLIDE_BED, direction), minute(SLIDE_BED.set(F_fm=F_fm), direction)
     k = SLIDE_BED["k_hat+" if direction == "right" else "k_hat-"] + PUBLISHED[direction][5]
     later = (F_fm - SLIDE_BED["F_fm"]) / k / 5e-3
     t = usual.t[(usual.t > 11.0) & (usual.t < 50.0)]
     moved = np.interp(t, usual.t, usual.position[0])
     np.testing.assert_allclose(
-        np.interp(t + later, other.t, other.position[0]), moved, atol=5e-5
+        np.interp(t + later, shifted.t, shifted.position[0]), moved, atol=5e-5
     )  # between samples of 1 ms at up to 82 mm/s
-    assert slips(other)[1] == pytest.approx(slips(usual)[1], abs=1e-5)
+    assert slips(shifted)[1] == pytest.approx(slips(usual)[1], abs=1e-5)
 
 
 @pytest.mark.parametrize(("direction", "loss"), [("right", 1.1), ("left", 2.9)])
@@ -98,8 +98,8 @@ def test_a_millisecond_before_rest_passes_over_the_band_of_rest(
     direction: str, loss: float
 ) -> None:
     t = np.arange(0.0, 30.0, 1e-4)
-    on = track(Drive.line(0.0, 0.0, 30.0, SIGN[direction] * 5e-3), t, 0.0)
-    v = np.abs(SLIDE_BED.move(LAW, PUBLISHED[direction][None], on).velocity[0])
+    ramp = track(Drive.line(0.0, 0.0, 30.0, SIGN[direction] * 5e-3), t, 0.0)
+    v = np.abs(SLIDE_BED.move(LAW, PUBLISHED[direction][None], ramp).velocity[0])
     last = np.flatnonzero((v[1:] == 0) & (v[:-1] > 0))[1]
     assert 1e3 * (v[last - 10] - v[last]) == pytest.approx(loss, abs=0.06)
 
@@ -126,11 +126,11 @@ MATTER = ("m", "k_hat+", "k_hat-", "F_fm", "a", "l", "eta_b", "eta_c", "J_m", "D
 @pytest.mark.parametrize("name", MATTER)
 def test_every_constant_changes_the_motion(name: str) -> None:
     t = np.arange(0.0, 60.0, 0.02)
-    on = track(Drive(np.array([0.0, 30.0, 60.0]), np.array([0.0, 0.15, 0.0])), t, 0.0)
+    there_and_back = track(Drive(np.array([0.0, 30.0, 60.0]), np.array([0.0, 0.15, 0.0])), t, 0.0)
     law, p = LAWS["stribeck-directional"], published_both()[None]
-    before = SLIDE_BED.move(law, p, on).position
+    before = SLIDE_BED.move(law, p, there_and_back).position
     constant = next(c for c in SLIDE_BED.constants if c.name == name)
-    after = SLIDE_BED.set(**{name: constant.shown * 1.05}).move(law, p, on).position
+    after = SLIDE_BED.set(**{name: constant.shown * 1.05}).move(law, p, there_and_back).position
     assert np.abs(after - before).max() > 1e-6
 
 
@@ -138,20 +138,20 @@ def test_every_constant_changes_the_motion(name: str) -> None:
 def test_constants_of_the_stepping_matter_to_laws_that_are_stepped(
     name: str, factor: float
 ) -> None:
-    on = track(Drive.line(0.0, 0.0, 10.0, 5e-3), np.arange(0.0, 10.0, 0.02), 0.0)
+    ramp = track(Drive.line(0.0, 0.0, 10.0, 5e-3), np.arange(0.0, 10.0, 0.02), 0.0)
     law = law_named("stribeck+temperature")
     p = np.array([[144.0, 48.0, 958.0, 2e-3, 1.0, 0.0, 293.15, 968.0]])
     rig = SLIDE_BED.set(step=4.0, tolerance=1e-3)
-    before = rig.move(law, p, on).position
+    before = rig.move(law, p, ramp).position
     constant = next(c for c in rig.constants if c.name == name)
-    after = rig.set(**{name: constant.shown * factor}).move(law, p, on).position
-    static = SLIDE_BED.move(LAWS["stribeck"], p[:, [0, 1, 2, 3, 4, 7]], on).position
+    after = rig.set(**{name: constant.shown * factor}).move(law, p, ramp).position
+    static = SLIDE_BED.move(LAWS["stribeck"], p[:, [0, 1, 2, 3, 4, 7]], ramp).position
     assert np.abs(after - static).max() < np.abs(before - static).max()
 
 
 def test_constants_that_are_not_of_the_motion_are_the_only_others() -> None:
-    others = {"K_t", "ramp_speed", "step", "tolerance"}
-    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == others
+    exempt = {"K_t", "ramp_speed", "step", "tolerance"}
+    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == exempt
 
 
 def test_derived_constants_have_the_values_of_the_nomenclature() -> None:
@@ -174,29 +174,29 @@ def test_derived_constants_follow_the_gear_unless_given() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "bad"),
+    ("name", "value"),
     [("m", 0.0), ("m", math.nan), ("m", math.inf), ("J_m", -1.0), ("D_m", math.inf),
      ("F_fm", -1.0), ("F_m_max", math.nan), ("dv", -0.1), ("k_hat+", math.inf), ("l", 0.0)],
 )  # fmt: skip
-def test_a_rig_that_cannot_move_is_refused_by_name(name: str, bad: float) -> None:
-    on = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
+def test_a_rig_that_cannot_move_is_refused_by_name(name: str, value: float) -> None:
+    ramp = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
     culprit = "K_kt" if name == "l" else name
     with pytest.raises(InputError, match=rf"{culprit.replace('+', '.')} = .* cannot be simulated"):
-        SLIDE_BED.set(**{name: bad}).misfits(LAW, PUBLISHED["right"][None], on)
+        SLIDE_BED.set(**{name: value}).misfits(LAW, PUBLISHED["right"][None], ramp)
 
 
 def test_columns_that_miss_are_refused_by_name() -> None:
-    on = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
+    ramp = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
     with pytest.raises(InputError, match="F_S, F_C, F_V, v_SS, exponent, k_spring; got 5 columns"):
-        SLIDE_BED.misfits(LAW, PUBLISHED["right"][None, :5], on)
+        SLIDE_BED.misfits(LAW, PUBLISHED["right"][None, :5], ramp)
 
 
 @DIRECTIONS
 def test_one_set_a_direction_is_both_sets_in_one(direction: str) -> None:
-    on = track(Drive.line(0, 0, 40, SIGN[direction] * 5e-3), np.linspace(0, 40, 2001), 0.0)
-    alone = SLIDE_BED.move(LAW, PUBLISHED[direction][None], on)
-    both = SLIDE_BED.move(LAWS["stribeck-directional"], published_both()[None], on)
-    np.testing.assert_array_equal(both.position, alone.position)
+    ramp = track(Drive.line(0, 0, 40, SIGN[direction] * 5e-3), np.linspace(0, 40, 2001), 0.0)
+    alone = SLIDE_BED.move(LAW, PUBLISHED[direction][None], ramp)
+    directional = SLIDE_BED.move(LAWS["stribeck-directional"], published_both()[None], ramp)
+    np.testing.assert_array_equal(directional.position, alone.position)
 
 
 def test_a_recording_is_simulated_from_the_mean_of_its_first_samples() -> None:
@@ -243,8 +243,8 @@ def test_random_parameter_sets_fill_the_search_ranges_and_leave_what_is_fixed() 
 
 
 def test_a_constant_of_the_users_is_not_said_to_be_the_papers() -> None:
-    said = {c.name: c.source for c in SLIDE_BED.set(m=24.0, a=4.0, J_m=4.17e-6).constants}
+    sources = {c.name: c.source for c in SLIDE_BED.set(m=24.0, a=4.0, J_m=4.17e-6).constants}
     paper = {c.name: c.source for c in SLIDE_BED.constants}
-    assert said["m"] == said["a"] == "given"
-    assert said["J_m"] == paper["J_m"]  # the paper's value, whoever types it
-    assert said["K_n"] == paper["K_n"]  # it still follows from the others
+    assert sources["m"] == sources["a"] == "given"
+    assert sources["J_m"] == paper["J_m"]  # the paper's value, whoever types it
+    assert sources["K_n"] == paper["K_n"]  # it still follows from the others

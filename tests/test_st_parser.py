@@ -67,7 +67,7 @@ def statement_of(item: Any) -> st.Statement:
             return st.Assignment(place, expression_of(value))
         case tf.IfStatement():
             branches = [(item.if_expression, item.statements)]
-            branches += [(other.if_expression, other.statements) for other in item.else_ifs]
+            branches += [(branch.if_expression, branch.statements) for branch in item.else_ifs]
             return st.If(
                 tuple((expression_of(test), body_of(body)) for test, body in branches),
                 body_of(item.else_clause and item.else_clause.statements),

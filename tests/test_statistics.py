@@ -50,7 +50,7 @@ def run(
     steps: Sequence[tuple[int, float]],
     repeat: int = 0,
     *,
-    on: str = "BF",
+    problem: str = "BF",
     by: str = "ats",
     dim: int = 1,
     budget: int = 100,
@@ -61,8 +61,8 @@ def run(
     instance: int | None = None,
 ) -> Record:
     """A record whose best costs were met at the evaluations of `steps`."""
-    surface: dict[str, Any] = {"surface": on, "twin": instance}
-    job = Job(on, by, repeat, 1, budget, target, minimum, surface, {"name": by})
+    surface: dict[str, Any] = {"surface": problem, "twin": instance}
+    job = Job(problem, by, repeat, 1, budget, target, minimum, surface, {"name": by})
     at, costs = np.array([e for e, _ in steps], dtype=np.int64), np.array([c for _, c in steps])
     return Record(
         job=job,
@@ -77,19 +77,19 @@ def run(
     )
 
 
-def hit_at(evaluations: int, repeat: int, **more: Any) -> Record:
-    return run([(1, 9.0), (evaluations, 0.5)], repeat, spent=evaluations, ended="target", **more)
+def hit_at(evaluations: int, repeat: int, **options: Any) -> Record:
+    return run([(1, 9.0), (evaluations, 0.5)], repeat, spent=evaluations, ended="target", **options)
 
 
-def miss(cost: float, repeat: int, **more: Any) -> Record:
-    return run([(1, cost)], repeat, **more)
+def miss(cost: float, repeat: int, **options: Any) -> Record:
+    return run([(1, cost)], repeat, **options)
 
 
 #: Where a run met its target, or the cost it was left with.
 ends = st.one_of(st.integers(2, 100), st.floats(1.5, 9.0))
 some_runs = st.lists(ends, min_size=1, max_size=12).map(
-    lambda found: [
-        hit_at(end, k) if isinstance(end, int) else miss(end, k) for k, end in enumerate(found)
+    lambda last_steps: [
+        hit_at(end, k) if isinstance(end, int) else miss(end, k) for k, end in enumerate(last_steps)
     ]
 )
 
@@ -144,10 +144,10 @@ class TestRunningTime:
         assert never.low == pytest.approx(100 * (1 - p) / p)
 
     def test_few_successes_leave_the_upper_end_open(self) -> None:
-        few = ert([hit_at(10, 0), *(miss(2.0, k) for k in range(1, 8))])
-        assert few.value == 710.0
-        assert few.low < 710.0
-        assert few.high == INF
+        estimate = ert([hit_at(10, 0), *(miss(2.0, k) for k in range(1, 8))])
+        assert estimate.value == 710.0
+        assert estimate.low < 710.0
+        assert estimate.high == INF
 
     @given(some_runs, st.randoms())
     @settings(max_examples=20)
@@ -170,20 +170,20 @@ class TestRunningTime:
                 run([(int(t), 0.5)], k, spent=int(t)) if s else miss(2.0, k)
                 for k, (s, t) in enumerate(zip(ok, times, strict=True))
             ]
-            said = ert(runs)
-            covered += said.low <= truth <= said.high
+            estimate = ert(runs)
+            covered += estimate.low <= truth <= estimate.high
         assert 272 <= covered <= 297
 
 
 class TestCells:
     def test_jobs_set_order_and_leave_out_strangers(self) -> None:
         mine = [hit_at(9, k, on=p, by=a) for p in ("Z", "A") for a in ("b", "a") for k in (1, 0)]
-        jobs = [r.job for r in mine] + [miss(1.0, 0, on="C").job]
-        found = cells([*mine[::-1], miss(1.0, 7, on="D")], jobs)
-        assert problems_of(found) == ["Z", "A", "C"]
-        assert found["C", "ats"] == []
-        assert [r.job.repeat for r in found["Z", "b"]] == [0, 1]
-        assert list(cells(mine)) == sorted(found)[:2] + sorted(found)[3:]
+        jobs = [r.job for r in mine] + [miss(1.0, 0, problem="C").job]
+        grouped = cells([*mine[::-1], miss(1.0, 7, problem="D")], jobs)
+        assert problems_of(grouped) == ["Z", "A", "C"]
+        assert grouped["C", "ats"] == []
+        assert [r.job.repeat for r in grouped["Z", "b"]] == [0, 1]
+        assert list(cells(mine)) == sorted(grouped)[:2] + sorted(grouped)[3:]
 
     def test_two_campaigns_in_one_are_refused(self) -> None:
         assert len(cells([miss(1.0, 0), miss(1.0, 0)])["BF", "ats"]) == 1
@@ -202,9 +202,9 @@ class TestCurves:
     def test_hits_by_hand(self) -> None:
         assert hits(self.RUNS[0], self.AIMS).tolist() == [4.0, 8.0, INF]
         assert hits(run([]), self.AIMS).tolist() == [INF] * 3
-        above = run([(3, 6.0)], minimum=5.0)
-        assert hits(above, self.AIMS).tolist() == [3.0, 3.0, INF]
-        assert precision(above) == 1.0
+        lifted = run([(3, 6.0)], minimum=5.0)
+        assert hits(lifted, self.AIMS).tolist() == [3.0, 3.0, INF]
+        assert precision(lifted) == 1.0
 
     def test_ecdf_by_hand(self) -> None:
         curve = ecdf(self.RUNS, self.AIMS)
@@ -220,13 +220,13 @@ class TestCurves:
         assert under == pytest.approx(by_hand)
 
     def test_every_problem_weighs_the_same(self) -> None:
-        many = [hit_at(10, k) for k in range(9)] + [miss(2.0, 0, on="SF")]
-        curve = ecdf(many, np.array([1.0]))
+        records = [hit_at(10, k) for k in range(9)] + [miss(2.0, 0, problem="SF")]
+        curve = ecdf(records, np.array([1.0]))
         assert curve.share.tolist() == pytest.approx([0.5])
-        assert area(many, np.array([1.0])).value == pytest.approx(0.5 * (1 - 1 / 2))
+        assert area(records, np.array([1.0])).value == pytest.approx(0.5 * (1 - 1 / 2))
 
     def test_targets_by_problem_and_limits_by_the_least_budget(self) -> None:
-        runs = [hit_at(10, 0), hit_at(10, 1, budget=1000, on="SF"), miss(2.0, 2, on="SF")]
+        runs = [hit_at(10, 0), hit_at(10, 1, budget=1000, problem="SF"), miss(2.0, 2, problem="SF")]
         assert limits_of(runs) == {"BF": 100.0, "SF": 100.0}
         only = {"BF": np.array([0.5]), "SF": np.array([0.5])}
         assert ecdf(runs, only).share[-1] == pytest.approx(0.75)
@@ -243,17 +243,17 @@ class TestCurves:
         assert (np.diff(curve.at) > 0).all()
         assert (np.diff(curve.share) > 0).all()
         assert not len(curve.share) or 0 < curve.share[0] <= curve.share[-1] <= 1
-        found = area(runs)
-        assert 0 <= found.value <= 1
-        assert len(runs) == 1 or 0 <= found.low <= found.high <= 1
+        estimate = area(runs)
+        assert 0 <= estimate.value <= 1
+        assert len(runs) == 1 or 0 <= estimate.low <= estimate.high <= 1
 
     def test_the_interval_of_the_area_is_that_of_a_mean_of_runs(self) -> None:
         runs = [hit_at(k + 2, k) for k in range(50)]
         gains = 1 - np.log10([r.evaluations for r in runs]) / 2
         ends = stats.t.interval(0.95, 49, gains.mean(), stats.sem(gains))
-        found = area(runs, np.array([1.0]))
-        assert found.value == pytest.approx(gains.mean())
-        assert (found.low, found.high) == pytest.approx(ends, abs=0.1 * (ends[1] - ends[0]))
+        estimate = area(runs, np.array([1.0]))
+        assert estimate.value == pytest.approx(gains.mean())
+        assert (estimate.low, estimate.high) == pytest.approx(ends, abs=0.1 * (ends[1] - ends[0]))
 
     def test_one_run_has_no_interval(self) -> None:
         assert math.isnan(area([hit_at(5, 0)]).high)
@@ -297,51 +297,51 @@ class TestRanks:
         assert theirs.tolist() == [1.5, 4.0]
 
     def test_pairs_only_where_the_instance_changes(self) -> None:
-        def both(*instances: int | None) -> Any:
+        def compared(*instances: int | None) -> Any:
             ours, their = ([hit_at(9 + k + s, k, instance=i) for k, i in enumerate(instances)]
                            for s in (0, 50))  # fmt: skip
             return compare(ours, their[::-1])
 
-        assert not both(None, None, None, None).paired
-        assert not both(3, 3, 3, 3).paired
-        made = both(0, 1, 2, 3)
-        assert made.paired
-        assert made.p == 2 / 2**4
-        assert both(None, None, None, None).p == pytest.approx(2 / math.comb(8, 4))
+        assert not compared(None, None, None, None).paired
+        assert not compared(3, 3, 3, 3).paired
+        by_instance = compared(0, 1, 2, 3)
+        assert by_instance.paired
+        assert by_instance.p == 2 / 2**4
+        assert compared(None, None, None, None).p == pytest.approx(2 / math.comb(8, 4))
 
     def test_other_instances_are_no_pairs_and_lone_repeats_drop_out(self) -> None:
         ours = [hit_at(9 + k, k, instance=k) for k in range(5)]
-        others = [hit_at(9 + k, k, instance=k + 1) for k in range(5)]
-        assert not compare(ours, others).paired
+        unmatched = [hit_at(9 + k, k, instance=k + 1) for k in range(5)]
+        assert not compare(ours, unmatched).paired
         assert compare(ours, ours[2:]).runs == (3, 3)
         assert math.isnan(compare(ours, []).p)
 
     def test_pairing_sees_through_hard_and_easy_instances(self) -> None:
         ours = [hit_at(100 * 2**k, k, instance=k, budget=10**6) for k in range(10)]
         their = [hit_at(110 * 2**k, k, instance=k, budget=10**6) for k in range(10)]
-        same = [hit_at(r.evaluations, k, budget=10**6) for k, r in enumerate(ours)]
+        equal = [hit_at(r.evaluations, k, budget=10**6) for k, r in enumerate(ours)]
         level = [hit_at(r.evaluations, k, budget=10**6) for k, r in enumerate(their)]
         assert compare(ours, their).p == 2 / 2**10
-        assert compare(same, level).p > 0.5
+        assert compare(equal, level).p > 0.5
 
     @given(st.lists(st.integers(-5, 5), min_size=1, max_size=9))
     @settings(max_examples=40)
     def test_signed_rank_counts_every_sign(self, d: list[int]) -> None:
         assume(any(d))
         ranks = stats.rankdata(np.abs(d))[np.array(d) != 0]
-        seen = stats.rankdata(np.abs(d))[np.array(d) > 0].sum()
-        sums = [sum(itertools.compress(ranks, on)) for on in
+        observed = stats.rankdata(np.abs(d))[np.array(d) > 0].sum()
+        sums = [sum(itertools.compress(ranks, signs)) for signs in
                 itertools.product((0, 1), repeat=len(ranks))]  # fmt: skip
         half = ranks.sum() / 2
-        by_hand = np.mean([abs(s - half) >= abs(seen - half) for s in sums])
+        by_hand = np.mean([abs(s - half) >= abs(observed - half) for s in sums])
         assert signed_rank(d) == pytest.approx(float(by_hand))
 
     def test_signed_rank_agrees_with_scipy(self) -> None:
         rng = np.random.default_rng(3)
         d = rng.normal(0.4, 1, 30)
         assert signed_rank(d) == pytest.approx(float(stats.wilcoxon(d, method="exact").pvalue))
-        many = rng.normal(0.1, 1, 150)
-        assert signed_rank(many) == pytest.approx(float(stats.wilcoxon(many).pvalue))
+        differences = rng.normal(0.1, 1, 150)
+        assert signed_rank(differences) == pytest.approx(float(stats.wilcoxon(differences).pvalue))
         assert signed_rank([0.0, 0.0]) == 1.0
 
     def test_rank_sum_agrees_with_scipy(self) -> None:
@@ -350,9 +350,9 @@ class TestRanks:
         exact = stats.mannwhitneyu(x, y, method="exact").pvalue
         assert rank_sum(x, y) == pytest.approx(float(exact))
         assert rank_sum([1, 1], [1, 1, 1]) == 1.0
-        tied, other = rng.integers(0, 9, 40), rng.integers(2, 9, 30)
-        normal = stats.mannwhitneyu(tied, other).pvalue
-        assert rank_sum(tied, other) == pytest.approx(float(normal))
+        tied, shifted = rng.integers(0, 9, 40), rng.integers(2, 9, 30)
+        normal = stats.mannwhitneyu(tied, shifted).pvalue
+        assert rank_sum(tied, shifted) == pytest.approx(float(normal))
 
     def test_false_alarms_are_as_rare_as_said(self) -> None:
         """Seed 6, 2000 unpaired tests at 5 % of equal methods, many ties.
@@ -382,12 +382,12 @@ class TestHolm:
         self, p: list[float]
     ) -> None:
         adjusted, raw = holm(p), np.array(p, dtype=float)
-        made = ~np.isnan(raw)
-        assert np.array_equal(np.isnan(adjusted), ~made)
-        assert (adjusted[made] >= raw[made]).all()
-        assert (adjusted[made] <= 1).all()
-        assert (np.diff(adjusted[made][np.argsort(raw[made])]) >= 0).all()
-        assert np.array_equal(holm(raw[made]), adjusted[made])
+        tested = ~np.isnan(raw)
+        assert np.array_equal(np.isnan(adjusted), ~tested)
+        assert (adjusted[tested] >= raw[tested]).all()
+        assert (adjusted[tested] <= 1).all()
+        assert (np.diff(adjusted[tested][np.argsort(raw[tested])]) >= 0).all()
+        assert np.array_equal(holm(raw[tested]), adjusted[tested])
 
 
 class TestEffect:
@@ -403,10 +403,12 @@ class TestEffect:
 
     @given(*[st.lists(st.integers(0, 6), min_size=1, max_size=15)] * 2)
     def test_turned_round_it_is_the_complement(self, a: list[int], b: list[int]) -> None:
-        one, other = a12(a, b), a12(b, a)
-        assert one.value == pytest.approx(1 - other.value)
-        assert (one.low, one.high) == pytest.approx((1 - other.high, 1 - other.low), abs=1e-9)
-        assert 0 <= one.low <= one.value <= one.high <= 1
+        effect, complement = a12(a, b), a12(b, a)
+        assert effect.value == pytest.approx(1 - complement.value)
+        assert (effect.low, effect.high) == pytest.approx(
+            (1 - complement.high, 1 - complement.low), abs=1e-9
+        )
+        assert 0 <= effect.low <= effect.value <= effect.high <= 1
 
     @pytest.mark.parametrize("chance", [0.5, 0.8, 0.97])
     def test_the_interval_covers(self, chance: float) -> None:
@@ -418,8 +420,8 @@ class TestEffect:
         ratio = chance / (1 - chance)
         covered = 0
         for _ in range(400):
-            said = a12(rng.exponential(1, 20), rng.exponential(ratio, 20))
-            covered += said.low <= chance <= said.high
+            effect = a12(rng.exponential(1, 20), rng.exponential(ratio, 20))
+            covered += effect.low <= chance <= effect.high
         assert 366 <= covered <= 398
 
 

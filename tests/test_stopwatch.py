@@ -46,8 +46,11 @@ def test_a_lap_may_be_a_part_of_the_time_and_the_next_takes_the_rest() -> None:
 
 
 def test_a_process_is_no_older_than_the_time_since_it_was_asked_for() -> None:
-    began = time.perf_counter()
-    said = subprocess.run([sys.executable, "-c", AGE], check=True, capture_output=True, text=True)
+    start_time = time.perf_counter()
+    completed = subprocess.run(
+        [sys.executable, "-c", AGE], check=True, capture_output=True, text=True
+    )
     tick = 0.02  # of the system's clock, which counts hundredths
-    own, age = map(float, said.stdout.split())  # Python's own start comes before its first line
-    assert own < age < time.perf_counter() - began + tick
+    # Python's own start comes before its first line.
+    own_age, age = map(float, completed.stdout.split())
+    assert own_age < age < time.perf_counter() - start_time + tick

@@ -40,7 +40,7 @@ if sys.platform == "linux":
 
 
 def make(problem: str, algorithm: str, repeat: int, budget: int = 90) -> Job:
-    said = {} if algorithm == "random" else unit_free(algorithm, {})
+    options = {} if algorithm == "random" else unit_free(algorithm, {})
     return Job(
         problem=problem,
         algorithm=algorithm,
@@ -50,7 +50,7 @@ def make(problem: str, algorithm: str, repeat: int, budget: int = 90) -> Job:
         target=1e-2,
         minimum=0.0,
         surface={"surface": problem, "dim": 2, "twin": None},
-        method={"name": algorithm, "settings": said},
+        method={"name": algorithm, "settings": options},
     )
 
 
@@ -64,31 +64,31 @@ def opened(file: Path) -> Store:
     return Store.open(file, campaign="small", seed=5)
 
 
-def work(file: Path, leash: bool, said: Connection) -> None:
+def work(file: Path, leash: bool, pipe: Connection) -> None:
     """A process on a store: says what it does, and on a leash asks before it takes a job."""
     with opened(file) as store:
         store.add(campaign())
-        while (not leash or said.recv()) and (job := store.claim()) is not None:
-            said.send(job.key)
+        while (not leash or pipe.recv()) and (job := store.claim()) is not None:
+            pipe.send(job.key)
             record = run(job)
-            said.send("ran")
+            pipe.send("ran")
             store.commit(record)
-            said.send("committed")
-    said.send("done")
+            pipe.send("committed")
+    pipe.send("done")
 
 
-def started(target: Any, *given: Any) -> tuple[Any, Connection]:
+def started(target: Any, *arguments: Any) -> tuple[Any, Connection]:
     ours, theirs = SPAWN.Pipe()
-    process = SPAWN.Process(target=target, args=(*given, theirs), daemon=True)
+    process = SPAWN.Process(target=target, args=(*arguments, theirs), daemon=True)
     process.start()
     theirs.close()
     return process, ours
 
 
-def heard(said: Connection) -> Iterator[str]:
+def heard(pipe: Connection) -> Iterator[str]:
     try:
         while True:
-            yield said.recv()
+            yield pipe.recv()
     except (EOFError, ConnectionResetError):
         return
 
@@ -119,19 +119,19 @@ def test_killed_ten_times_and_resumed_ends_with_the_same_records(
     file, rng = tmp_path / "store.sqlite", np.random.default_rng(11)
     runs: Counter[str] = Counter()
     for _ in range(10):
-        process, said = started(work, file, True)
+        process, pipe = started(work, file, True)
         jobs = int(rng.integers(1, 5))
         for _ in range(jobs):
-            said.send("go on")
+            pipe.send("go on")
         for _ in range(rng.integers(0, 3 * jobs)):
-            runs[said.recv()] += 1
+            runs[pipe.recv()] += 1
         process.join(rng.uniform(0, 0.01))  # any moment: also in the middle of a commit
         process.kill()
-        runs.update(heard(said))
+        runs.update(heard(pipe))
         process.join()
     assert runs["committed"] < len(undisturbed)
-    process, said = started(work, file, False)
-    runs.update(heard(said))
+    process, pipe = started(work, file, False)
+    runs.update(heard(pipe))
     process.join()
     assert runs.pop("done") == 1
     assert content(file) == undisturbed
@@ -145,7 +145,7 @@ def test_killed_ten_times_and_resumed_ends_with_the_same_records(
 def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) -> None:
     file = tmp_path / "store.sqlite"  # which both of them find missing
     pair = [started(work, file, False) for _ in range(2)]
-    runs = Counter(word for _, said in pair for word in heard(said))
+    runs = Counter(word for _, pipe in pair for word in heard(pipe))
     for process, _ in pair:
         process.join()
         assert process.exitcode == 0
@@ -157,47 +157,47 @@ def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) ->
     assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]
 
 
-def hold(file: Path, said: Connection) -> None:
+def hold(file: Path, pipe: Connection) -> None:
     """Claim a job and never come back."""
     with opened(file) as store:
         store.add(campaign(1))
         job = store.claim()
         assert job is not None
-        said.send(job.key)
-        said.recv()
+        pipe.send(job.key)
+        pipe.recv()
 
 
 def test_a_claim_holds_as_long_as_its_process_lives(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    process, said = started(hold, file)
-    held = said.recv()
+    process, pipe = started(hold, file)
+    key = pipe.recv()
     with opened(file) as store:
         store.add(campaign(1))
         while (job := store.claim()) is not None:
-            assert job.key != held
+            assert job.key != key
             store.commit(run(job))
         assert (store.left(), store.busy()) == (1, 1)
         process.kill()
         process.join()
-        taken = store.claim()
-        assert taken is not None
-        assert taken.key == held
+        reclaimed = store.claim()
+        assert reclaimed is not None
+        assert reclaimed.key == key
         assert store.busy() == 0
         assert len([f for f in tmp_path.iterdir() if "-owner-" in f.name]) == 1  # ours
 
 
-def fork(file: Path, said: Connection) -> None:
+def fork(file: Path, pipe: Connection) -> None:
     owner = Owner(file)
-    said.send(owner.name)
-    said.send(os.fork() or os.getpid())
+    pipe.send(owner.name)
+    pipe.send(os.fork() or os.getpid())
     signal.pause()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks")
 def test_a_forked_child_does_not_keep_its_parent_alive(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    process, said = started(fork, file)
-    name, pids = said.recv(), {said.recv(), said.recv()}
+    process, pipe = started(fork, file)
+    name, pids = pipe.recv(), {pipe.recv(), pipe.recv()}
     (child,) = pids - {process.pid}
     try:
         assert alive(file, name)
@@ -212,11 +212,11 @@ def test_a_forked_child_does_not_keep_its_parent_alive(tmp_path: Path) -> None:
 
 def test_an_owner_lives_until_it_is_closed(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    with Owner(file) as one, Owner(file) as two:
-        assert one.name != two.name
-        assert alive(file, one.name)
-        assert alive(file, two.name)
-    assert not alive(file, one.name)
+    with Owner(file) as first, Owner(file) as second:
+        assert first.name != second.name
+        assert alive(file, first.name)
+        assert alive(file, second.name)
+    assert not alive(file, first.name)
     assert not list(tmp_path.iterdir())
 
 
@@ -231,17 +231,17 @@ def test_a_name_from_a_file_leads_to_no_other_file(tmp_path: Path) -> None:
 
 def test_claims_come_in_order_and_to_one_store_only(tmp_path: Path) -> None:
     file, jobs = tmp_path / "store.sqlite", campaign(2)
-    with opened(file) as one, opened(file) as two:
-        one.add(jobs)
-        two.add(jobs)
-        got = [store.claim() for store in (one, two) * 6]
-        assert [j and j.key for j in got] == [j.key for j in jobs]
-        assert one.claim() is None
-        assert two.busy() == 6
-        one.close()  # its owner is gone, and with it the claims on every other job
-        again = [two.claim() for _ in range(6)]
-        assert [j and j.key for j in again] == [j.key for j in jobs[::2]]
-        assert two.claim() is None
+    with opened(file) as first, opened(file) as second:
+        first.add(jobs)
+        second.add(jobs)
+        claims = [store.claim() for store in (first, second) * 6]
+        assert [j and j.key for j in claims] == [j.key for j in jobs]
+        assert first.claim() is None
+        assert second.busy() == 6
+        first.close()  # its owner is gone, and with it the claims on every other job
+        released = [second.claim() for _ in range(6)]
+        assert [j and j.key for j in released] == [j.key for j in jobs[::2]]
+        assert second.claim() is None
 
 
 class InterruptedConnection:
@@ -275,8 +275,8 @@ def test_ctrl_c_within_a_write_leaves_nothing_open(
             patch.setattr(store, "_db", InterruptedConnection(db, word))
             with pytest.raises(KeyboardInterrupt):
                 store.commit(run(job))
-        done = word == "COMMIT"
-        assert store.left() == len(jobs) - done
+        committed = word == "COMMIT"
+        assert store.left() == len(jobs) - committed
         store.commit(run(job))
         assert store.left() == len(jobs) - 1
     with opened(file) as store:  # closed without a word, and nothing of it is claimed any more
@@ -329,27 +329,27 @@ def test_a_job_given_up_is_tried_again_by_the_next_run(tmp_path: Path) -> None:
         assert [(p.done, p.given_up, p.jobs) for p in store.progress()] == [(1, 1, 2)]
     with opened(file) as store:
         store.add(jobs)
-        again = store.claim()
-        assert again is not None
-        assert again.key == jobs[0].key
-        store.commit(run(again))
+        retried = store.claim()
+        assert retried is not None
+        assert retried.key == jobs[0].key
+        store.commit(run(retried))
         assert not store.failures()
         assert store.left() == 0
 
 
 def test_only_what_the_campaign_names_now_counts(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    few, more = campaign(2, ("random",)), campaign(3, ("ats", "random"))
+    smaller, larger = campaign(2, ("random",)), campaign(3, ("ats", "random"))
     with opened(file) as store:
-        store.add(more)
+        store.add(larger)
         while (job := store.claim()) is not None:
             store.commit(run(job))
     with opened(file) as store:
-        store.add(few)
-        store.add(few)
+        store.add(smaller)
+        store.add(smaller)
         assert store.left() == 0
         assert store.claim() is None
-        assert {r.job.key for r in store.records()} == {j.key for j in few}
+        assert {r.job.key for r in store.records()} == {j.key for j in smaller}
         store.add(campaign(1, ("bts",)))
         assert store.left() == 2
         job = store.claim()
@@ -365,12 +365,12 @@ def test_a_store_can_be_read_while_it_is_written(tmp_path: Path) -> None:
     with opened(file) as store:
         store.add(jobs)
         with Store.read(file) as reader:
-            for done in range(1, 4):
+            for committed in range(1, 4):
                 job = store.claim()
                 assert job is not None
                 store.commit(run(job))
-                assert len(list(reader.records())) == done
-                assert sum(p.done for p in reader.progress()) == done
+                assert len(list(reader.records())) == committed
+                assert sum(p.done for p in reader.progress()) == committed
             assert (reader.campaign, reader.seed) == ("small", 5)
 
 
@@ -443,11 +443,11 @@ def test_a_record_comes_back_bit_for_bit(
     shelf.add([job])
     shelf.commit(record)
     with Store.read(shelf.file) as store:
-        (back,) = (r for r in store.records() if r.job.repeat == repeat)
-    assert back.text == record.text
-    assert back.job.key == job.key
-    assert math.copysign(1, back.cost) == math.copysign(1, cost)
-    assert back.steps.costs.tobytes() == record.steps.costs.tobytes()
+        (restored,) = (r for r in store.records() if r.job.repeat == repeat)
+    assert restored.text == record.text
+    assert restored.job.key == job.key
+    assert math.copysign(1, restored.cost) == math.copysign(1, cost)
+    assert restored.steps.costs.tobytes() == record.steps.costs.tobytes()
 
 
 def test_export_has_every_run_and_every_improvement(tmp_path: Path) -> None:

@@ -35,10 +35,12 @@ def job(repeat: int, budget: int = 100, R: float = 0.2) -> Job:
     return Job("BF", "ats", repeat, 5, budget, 1e-9, 0.0, {"surface": "BF"}, method)
 
 
-def record(of: Job, steps: int = 300) -> Record:
-    costs = -np.arange(float(steps)) - of.repeat
+def record(job: Job, steps: int = 300) -> Record:
+    costs = -np.arange(float(steps)) - job.repeat
     counts = np.arange(1, steps + 1)
-    return Record(of, (0.0, 1.0), costs[-1], 100, "budget", 0, {}, {}, Steps(counts, counts, costs))
+    return Record(
+        job, (0.0, 1.0), costs[-1], 100, "budget", 0, {}, {}, Steps(counts, counts, costs)
+    )
 
 
 def opened(file: Path, campaign: str = "small", seed: int = 5) -> Store:
@@ -124,9 +126,9 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
 }
 
 
-@pytest.mark.parametrize("what", BAD)
-def test_a_bad_file_is_refused_and_left_alone(file: Path, what: str) -> None:
-    spoil, words = BAD[what]
+@pytest.mark.parametrize("damage", BAD)
+def test_a_bad_file_is_refused_and_left_alone(file: Path, damage: str) -> None:
+    spoil, words = BAD[damage]
     spoil(file)
     before = snapshot(file.parent)
     for call in (lambda: opened(file), lambda: Store.read(file)):
@@ -190,8 +192,8 @@ def test_a_record_in_pieces_is_not_passed_over(file: Path, change: str) -> None:
         db.execute(change)
         db.commit()
     with Store.read(file) as store:
-        said = refusal(lambda: list(store.records()))
-    assert said.startswith(f"{file}: is damaged (a record cannot be read: ")
+        message = refusal(lambda: list(store.records()))
+    assert message.startswith(f"{file}: is damaged (a record cannot be read: ")
 
 
 def test_what_is_not_there(tmp_path: Path) -> None:
@@ -219,18 +221,18 @@ def test_a_store_that_another_program_holds(
     file: Path, hold: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(database, "PATIENCE", 0.05)
-    other = sqlite3.connect(file, isolation_level=None)
+    connection = sqlite3.connect(file, isolation_level=None)
     for command in hold:
-        other.execute(command)
+        connection.execute(command)
     message = refusal(lambda: opened(file))
     assert message.startswith(f"{file}: is locked by another program")
-    other.close()
+    connection.close()
     with opened(file) as store:
         store.add([job(0)])
         assert store.left() == 0
 
 
-def unprivileged(file: Path, said: Connection) -> None:
+def unprivileged(file: Path, pipe: Connection) -> None:
     """As a user who may not write there."""
     if os.geteuid() == 0:
         os.setgroups([])
@@ -239,9 +241,9 @@ def unprivileged(file: Path, said: Connection) -> None:
     for use in (opened, Store.read):
         try:
             with use(file) as store:
-                said.send(str(len(list(store.records()))))
+                pipe.send(str(len(list(store.records()))))
         except InputError as error:
-            said.send(str(error))
+            pipe.send(str(error))
 
 
 @POSIX
@@ -269,23 +271,23 @@ def test_a_store_that_may_only_be_read(folder: int) -> None:
         shutil.rmtree(place)
 
 
-def fill(file: Path, limit: int, said: Connection) -> None:
+def fill(file: Path, limit: int, pipe: Connection) -> None:
     """Run a campaign on a disk with room for so many bytes in a file (0: no bound)."""
     if limit:
         import resource  # noqa: PLC0415 - POSIX
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-    done = -1
+    committed = -1
     try:
         with opened(file) as store:
-            done = 0
+            committed = 0
             store.add(job(r) for r in range(60))
             while (claimed := store.claim()) is not None:
                 store.commit(record(claimed))
-                done += 1
-        said.send((done, "done"))
+                committed += 1
+        pipe.send((committed, "done"))
     except InputError as error:
-        said.send((done, str(error)))
+        pipe.send((committed, str(error)))
 
 
 def filled(file: Path, limit: int = 0) -> tuple[int, str]:
@@ -293,9 +295,9 @@ def filled(file: Path, limit: int = 0) -> tuple[int, str]:
     process = SPAWN.Process(target=fill, args=(file, limit, theirs), daemon=True)
     process.start()
     theirs.close()
-    told: tuple[int, str] = ours.recv()
+    reply: tuple[int, str] = ours.recv()
     process.join()
-    return told
+    return reply
 
 
 def whole(file: Path) -> list[str]:
@@ -310,16 +312,16 @@ WANTED = [record(job(r)).content for r in range(60)]
 @pytest.mark.parametrize("limit", [1_000, 40_000, 90_000, 150_000, 300_000])
 def test_a_full_disk_loses_nothing(tmp_path: Path, limit: int) -> None:
     file = tmp_path / "store.sqlite"
-    done, message = filled(file, limit)
+    committed, message = filled(file, limit)
     assert message.startswith("the disk is full")
     assert message.endswith("make room and give the same command again")
-    if done >= 0:
-        assert f"{done} finished runs are safe in {file}" in message
-        assert whole(file) == WANTED[:done]
+    if committed >= 0:
+        assert f"{committed} finished runs are safe in {file}" in message
+        assert whole(file) == WANTED[:committed]
     else:
         assert f"{file} cannot be made" in message
         assert not list(tmp_path.iterdir())
-    assert filled(file) == (60 - max(done, 0), "done")
+    assert filled(file) == (60 - max(committed, 0), "done")
     assert whole(file) == WANTED
     assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]
 
@@ -342,15 +344,15 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_disk_that_is_really_full_loses_nothing(disk: Path, room: int) -> None:
     file, ballast = disk / "store.sqlite", disk / "ballast"
     ballast.write_bytes(bytes(shutil.disk_usage(disk).free - room))
-    done, message = filled(file)
+    committed, message = filled(file)
     assert message.startswith("the disk is full")
     assert str(file) in message
     ballast.unlink()
-    if done >= 0:
-        assert f"{done} finished runs are safe" in message
-        assert whole(file) == WANTED[:done]
+    if committed >= 0:
+        assert f"{committed} finished runs are safe" in message
+        assert whole(file) == WANTED[:committed]
     subprocess.run(["mount", "-o", "remount,size=9m", str(disk)], check=True)  # noqa: S607
-    assert filled(file) == (60 - max(done, 0), "done")
+    assert filled(file) == (60 - max(committed, 0), "done")
     assert whole(file) == WANTED
 
 

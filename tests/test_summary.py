@@ -165,8 +165,8 @@ def test_the_page_says_what_was_compared(whole: str) -> None:
     problems = page.table("Problems")
     assert problems[1][2:] == ["-2 to 2 in 2 variables", "0", "1", "400"]
     assert problems[2][3:] == ["0.9980038", "1", "400"]
-    for said in ("3", "stribeck bench small.toml", "NumPy", 'doc = "Two methods'):
-        assert said in page.text
+    for text in ("3", "stribeck bench small.toml", "NumPy", 'doc = "Two methods'):
+        assert text in page.text
 
 
 def test_nothing_is_fetched_and_nothing_runs(whole: str) -> None:
@@ -221,9 +221,9 @@ def test_a_failure_that_was_mended_since_is_no_failure(
 
 
 def test_of_many_failures_some_are_listed_and_all_are_counted(tmp_path: Path) -> None:
-    many = parsed(FILE.replace("repeats = 3", "repeats = 40"))
-    jobs = list(many.jobs())
-    page = Page(write(tmp_path, many, jobs, [], [Failure(job, "no") for job in jobs]))
+    larger = parsed(FILE.replace("repeats = 3", "repeats = 40"))
+    jobs = list(larger.jobs())
+    page = Page(write(tmp_path, larger, jobs, [], [Failure(job, "no") for job in jobs]))
     assert "120 could not be run." in page.text
     assert len(page.table("Runs that could not be run, the first 50")) == 51
 
@@ -269,10 +269,10 @@ def test_large_pictures_are_made_to_fit(tmp_path: Path) -> None:
     figure = Figure(figsize=(3, 3))
     axes = figure.subplots()
     axes.imshow([[(i * 37 + j * j * 11) % 101 for i in range(300)] for j in range(300)])
-    one = CampaignFigure("noise", "Noise", "Nothing to see.", figure)
-    draw([one], tmp_path)
-    (full,) = pictures([one], tmp_path)
-    (small,) = pictures([one], tmp_path, limit=len(full.source) // 2)
+    noise = CampaignFigure("noise", "Noise", "Nothing to see.", figure)
+    draw([noise], tmp_path)
+    (full,) = pictures([noise], tmp_path)
+    (small,) = pictures([noise], tmp_path, limit=len(full.source) // 2)
     assert len(small.source) <= len(full.source) // 2
     assert (small.width, small.height) == (full.width, full.height) == (288, 288)
 
@@ -282,10 +282,10 @@ def test_a_rare_colour_of_a_picture_stays(tmp_path: Path) -> None:
     axes = figure.subplots()
     axes.imshow([[i * j for i in range(200)] for j in range(200)], cmap="Greys")
     axes.plot([100], [100], "*", color="#ffd92f", ms=9)
-    one = CampaignFigure("star", "Star", "A star on a hill.", figure)
-    draw([one], tmp_path)
-    (made,) = pictures([one], tmp_path)
-    with Image.open(io.BytesIO(base64.b64decode(made.source.split(",")[1]))) as image:
+    star = CampaignFigure("star", "Star", "A star on a hill.", figure)
+    draw([star], tmp_path)
+    (picture,) = pictures([star], tmp_path)
+    with Image.open(io.BytesIO(base64.b64decode(picture.source.split(",")[1]))) as image:
         shown = np.asarray(image.convert("RGB")).astype(int)
     with Image.open(tmp_path / "star.png") as image:
         drawn = np.asarray(image.convert("RGB")).astype(int)

@@ -27,21 +27,21 @@ def test_a_relief_marks_the_optima_where_they_are(name: str) -> None:
 
 
 def test_the_sheet_says_what_table_1_says() -> None:
-    said = {text.get_text() for text in sheet().texts}
+    labels = {text.get_text() for text in sheet().texts}
     for s in SURFACES.values():
-        assert f"{s.title} ({s.name})" in said
-        assert f"±{s.half:g}" in said
-    assert {"$10^{-9}$", "$10^{-8}$", "0.999", "0.1", "−186.73"} <= said
+        assert f"{s.title} ({s.name})" in labels
+        assert f"±{s.half:g}" in labels
+    assert {"$10^{-9}$", "$10^{-8}$", "0.999", "0.1", "−186.73"} <= labels
 
 
 def test_each_twin_stands_below_its_surface_in_the_same_colours() -> None:
     maps = [a for a in twins(7).axes if a.lines]
-    above, below = maps[:5], maps[5:]
-    for own, axes, twin_axes in zip(SURFACES.values(), above, below, strict=True):
-        twin = surface(own.name, twin=7)
-        for shown, on in ((axes, own), (twin_axes, twin)):
-            assert np.allclose(shown.lines[0].get_xydata(), on.optima)
-            assert shown.get_xlim() == (-own.half, own.half)
+    surface_axes, twins_axes = maps[:5], maps[5:]
+    for original, axes, twin_axes in zip(SURFACES.values(), surface_axes, twins_axes, strict=True):
+        twin = surface(original.name, twin=7)
+        for shown, shown_surface in ((axes, original), (twin_axes, twin)):
+            assert np.allclose(shown.lines[0].get_xydata(), shown_surface.optima)
+            assert shown.get_xlim() == (-original.half, original.half)
         filled = [
             next(c for c in a.collections if isinstance(c, QuadContourSet))
             for a in (axes, twin_axes)

@@ -22,7 +22,7 @@ ANY_DIM = ["RF", "SchF", "ShuF"]
 SIZES = [(name, 2) for name in NAMES] + [(n, d) for n in ANY_DIM for d in (1, 3, 5)]
 #: Every size as itself and as two twins.
 ALL = [(name, dim, twin) for name, dim in SIZES for twin in (None, 0, 7)]
-TWINS = [one for one in ALL if one[2] is not None]
+TWINS = [case for case in ALL if case[2] is not None]
 
 
 def at(name: str, *point: float) -> float:
@@ -103,8 +103,8 @@ def test_foxholes_is_the_sum_of_table_1() -> None:
 @pytest.mark.parametrize("dim", [2, 3, 5])
 def test_more_variables_are_sums_or_products_of_one(name: str, dim: int) -> None:
     x = surface(name, dim).space.decode(np.random.default_rng(dim).random((40, dim)))
-    ones = np.stack([surface(name, 1)(column[:, None]) for column in x.T])
-    together = ones.prod(axis=0) if name == "ShuF" else ones.sum(axis=0)
+    factors = np.stack([surface(name, 1)(column[:, None]) for column in x.T])
+    together = factors.prod(axis=0) if name == "ShuF" else factors.sum(axis=0)
     np.testing.assert_allclose(surface(name, dim)(x), together, rtol=1e-12, atol=1e-10)
 
 
@@ -125,13 +125,13 @@ def test_each_optimum_takes_the_least_value_and_meets_j_min(
 def test_no_place_is_lower_than_the_minimum(name: str, dim: int, twin: int | None) -> None:
     s = surface(name, dim, twin)
     rng = np.random.default_rng(12)
-    wide = s.space.decode(rng.random((50_000, dim)))
-    near = np.repeat(s.optima[:20], 500, axis=0)
-    near = near + 1e-3 * s.half * rng.standard_normal(near.shape)
-    costs = s(np.vstack([wide, near]))
+    uniform = s.space.decode(rng.random((50_000, dim)))
+    neighbours = np.repeat(s.optima[:20], 500, axis=0)
+    neighbours = neighbours + 1e-3 * s.half * rng.standard_normal(neighbours.shape)
+    costs = s(np.vstack([uniform, neighbours]))
     assert costs.min() >= s.minimum - slack(s)
     if twin is None:
-        assert costs[: len(wide)].max() <= s.ceiling
+        assert costs[: len(uniform)].max() <= s.ceiling
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -169,12 +169,12 @@ def test_descents_from_the_best_of_a_grid_end_at_a_listed_optimum_or_above(
 def test_shubert_is_least_where_a_dense_scan_and_polishing_say(dim: int) -> None:
     # A product of factors, each with its own coordinate, is least among the products of their
     # turning values: in each coordinate it is least or greatest where that factor is.
-    s, one = surface("ShuF", dim), surface("ShuF", 1)
+    s, factor = surface("ShuF", dim), surface("ShuF", 1)
     x = np.linspace(-10, 10, 200_001)
-    f = one(x[:, None])
+    f = factor(x[:, None])
     turns = np.flatnonzero(np.diff(f[:-1]) * np.diff(f[1:]) <= 0) + 1
-    at = np.array([_polished(one, x[k - 1], x[k + 1], up=f[k] > f[k - 1]) for k in turns])
-    values = one(at[:, None])
+    at = np.array([_polished(factor, x[k - 1], x[k + 1], upwards=f[k] > f[k - 1]) for k in turns])
+    values = factor(at[:, None])
     levels = np.unique(np.concatenate([values.round(9), f[[0, -1]]]))
     lowest = min(math.prod(some) for some in product(levels, repeat=dim))
     assert lowest == pytest.approx(s.minimum, rel=1e-9)
@@ -191,16 +191,16 @@ def test_shubert_is_least_where_a_dense_scan_and_polishing_say(dim: int) -> None
     assert gaps.min(axis=1).max() < 1e-6
 
 
-def _polished(one: Surface, lower: float, upper: float, *, up: bool) -> float:
+def _polished(factor: Surface, lower: float, upper: float, *, upwards: bool) -> float:
     """Where a function of one variable turns between two places."""
-    sign = -1.0 if up else 1.0
-    found = minimize_scalar(
-        lambda x: sign * float(one(np.array([[x]]))[0]),
+    sign = -1.0 if upwards else 1.0
+    turning_point = minimize_scalar(
+        lambda x: sign * float(factor(np.array([[x]]))[0]),
         bounds=(lower, upper),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return float(found.x)
+    return float(turning_point.x)
 
 
 def test_published_minima() -> None:
@@ -226,9 +226,9 @@ def test_the_answer_in_other_dimensions(dim: int) -> None:
 
 def test_shubert_lists_no_more_optima_than_can_be_used() -> None:
     assert len(surface("ShuF", 6).optima) == 6 * 3**6
-    many = surface("ShuF", 7)
-    assert len(many.optima) == 7 < 7 * 3**7 > MOST_OPTIMA
-    assert np.all(np.abs(many.optima) < math.pi)
+    seven_dimensional = surface("ShuF", 7)
+    assert len(seven_dimensional.optima) == 7 < 7 * 3**7 > MOST_OPTIMA
+    assert np.all(np.abs(seven_dimensional.optima) < math.pi)
 
 
 @pytest.mark.parametrize("name", ANY_DIM)
@@ -246,7 +246,7 @@ def test_even_surfaces_are_even(name: str, x: float, y: float) -> None:
     assert at(name, x * half, y * half) == at(name, -x * half, y * half)
 
 
-@pytest.mark.parametrize(("name", "dim", "twin"), [one for one in ALL if one[2] != 0])
+@pytest.mark.parametrize(("name", "dim", "twin"), [case for case in ALL if case[2] != 0])
 @pytest.mark.parametrize("n", [1, 2, 3, 8, 31, 100])
 def test_rows_are_independent_bit_for_bit(name: str, dim: int, twin: int | None, n: int) -> None:
     s = surface(name, dim, twin)
@@ -320,31 +320,37 @@ def test_rotations_of_space_send_an_axis_anywhere_alike() -> None:
 
 @pytest.mark.parametrize(("name", "dim", "twin"), TWINS)
 def test_a_twin_is_its_surface_moved_rigidly(name: str, dim: int, twin: int) -> None:
-    own, other = surface(name, dim), surface(name, dim, twin)
-    map_ = moved(other)
-    y = own.space.decode(np.random.default_rng(3).random((4000, dim)))
+    original, twin_surface = surface(name, dim), surface(name, dim, twin)
+    map_ = moved(twin_surface)
+    y = original.space.decode(np.random.default_rng(3).random((4000, dim)))
     x = map_.images(y)
     a, b = np.linalg.norm(np.diff(y, axis=0), axis=1), np.linalg.norm(np.diff(x, axis=0), axis=1)
     np.testing.assert_allclose(a, b, rtol=1e-12)
     # The same values, to what the slope makes of rounding in x.
-    np.testing.assert_allclose(other(x), own(y), rtol=0, atol=1e-10 * own.ceiling)
+    np.testing.assert_allclose(twin_surface(x), original(y), rtol=0, atol=1e-10 * original.ceiling)
 
 
 @pytest.mark.parametrize(("name", "dim", "twin"), TWINS)
 def test_a_twins_optimum_is_where_it_was_drawn(name: str, dim: int, twin: int) -> None:
-    own, other = surface(name, dim), surface(name, dim, twin)
-    assert np.all(np.abs(other.optima[0]) <= 0.8 * other.half)
-    assert other(other.optima[:1])[0] == pytest.approx(own.minimum, abs=slack(own))
-    assert (other.half, other.J_min, other.minimum) == (own.half, own.J_min, own.minimum)
+    original, twin_surface = surface(name, dim), surface(name, dim, twin)
+    assert np.all(np.abs(twin_surface.optima[0]) <= 0.8 * twin_surface.half)
+    assert twin_surface(twin_surface.optima[:1])[0] == pytest.approx(
+        original.minimum, abs=slack(original)
+    )
+    assert (twin_surface.half, twin_surface.J_min, twin_surface.minimum) == (
+        original.half,
+        original.J_min,
+        original.minimum,
+    )
 
 
 @pytest.mark.parametrize("twin", range(5))
 def test_a_twin_lists_just_the_optima_that_are_left_in_the_box(twin: int) -> None:
-    own, other = SURFACES["ShuF"], surface("ShuF", 2, twin)
-    images = moved(other).images(own.optima)
-    inside = images[np.abs(images).max(axis=1) <= own.half]
-    assert len(other.optima) == len(inside) >= 1
-    gaps = np.abs(other.optima[:, None] - inside).max(axis=2)
+    original, twin_surface = SURFACES["ShuF"], surface("ShuF", 2, twin)
+    images = moved(twin_surface).images(original.optima)
+    inside = images[np.abs(images).max(axis=1) <= original.half]
+    assert len(twin_surface.optima) == len(inside) >= 1
+    gaps = np.abs(twin_surface.optima[:, None] - inside).max(axis=2)
     assert gaps.min(axis=1).max() < 1e-12
 
 
@@ -352,32 +358,34 @@ def test_a_twin_lists_just_the_optima_that_are_left_in_the_box(twin: int) -> Non
 def test_beyond_the_wall_a_twin_costs_the_wall_and_the_distance(
     name: str, dim: int, twin: int
 ) -> None:
-    own, other = surface(name, dim), surface(name, dim, twin)
-    map_ = moved(other)
-    x = other.space.decode(np.random.default_rng(6).random((20_000, dim)))
+    original, twin_surface = surface(name, dim), surface(name, dim, twin)
+    map_ = moved(twin_surface)
+    x = twin_surface.space.decode(np.random.default_rng(6).random((20_000, dim)))
     y = map_.from_ + (x - map_.to) @ map_.turn.T
-    wall = np.clip(y, -own.half, own.half)
+    wall = np.clip(y, -original.half, original.half)
     out = np.linalg.norm(y - wall, axis=1)
-    fee = out / own.half * (own.ceiling - own.minimum)
-    np.testing.assert_allclose(other(x), own(wall) + fee, rtol=1e-11, atol=1e-10 * own.ceiling)
-    assert np.all(other(x)[out > 0] > own.minimum)
+    fee = out / original.half * (original.ceiling - original.minimum)
+    np.testing.assert_allclose(
+        twin_surface(x), original(wall) + fee, rtol=1e-11, atol=1e-10 * original.ceiling
+    )
+    assert np.all(twin_surface(x)[out > 0] > original.minimum)
 
 
 @pytest.mark.parametrize(("name", "dim", "twin"), TWINS)
 def test_a_twin_is_continuous_across_the_wall(name: str, dim: int, twin: int) -> None:
     # Points on the wall, and steps out of it and into it: what changes shrinks with the step.
-    own, other = surface(name, dim), surface(name, dim, twin)
+    original, twin_surface = surface(name, dim), surface(name, dim, twin)
     rng = np.random.default_rng(10)
-    y = own.space.decode(rng.random((2000, dim)))
+    y = original.space.decode(rng.random((2000, dim)))
     side = rng.integers(dim, size=2000), rng.choice([-1.0, 1.0], size=2000)
-    y[np.arange(2000), side[0]] = side[1] * own.half
+    y[np.arange(2000), side[0]] = side[1] * original.half
     changes = []
     for step in (1e-3, 1e-5, 1e-7):
         out = np.zeros_like(y)
-        out[np.arange(2000), side[0]] = side[1] * step * own.half
-        map_ = moved(other)
-        leap = np.abs(other(map_.images(y + out)) - other(map_.images(y - out)))
-        changes.append(leap.max() / own.ceiling)
+        out[np.arange(2000), side[0]] = side[1] * step * original.half
+        map_ = moved(twin_surface)
+        leap = np.abs(twin_surface(map_.images(y + out)) - twin_surface(map_.images(y - out)))
+        changes.append(leap.max() / original.ceiling)
     assert changes[1] < changes[0] / 50
     assert changes[2] < changes[1] / 50 < 1e-4
 
@@ -395,9 +403,11 @@ def test_another_process_has_the_same_twin_bit_for_bit() -> None:
         "s = surface('SchF', 5, 7); x = np.linspace(-500, 500, 50).reshape(10, 5); "
         "print(s.optima.tobytes().hex(), s(x).tobytes().hex())"
     )
-    done = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    completed = subprocess.run(
+        [sys.executable, "-c", asks], capture_output=True, text=True, check=True
+    )
     s, x = surface("SchF", 5, 7), np.linspace(-500, 500, 50).reshape(10, 5)
-    assert done.stdout.split() == [s.optima.tobytes().hex(), s(x).tobytes().hex()]
+    assert completed.stdout.split() == [s.optima.tobytes().hex(), s(x).tobytes().hex()]
 
 
 def test_one_seed_moves_different_surfaces_differently() -> None:

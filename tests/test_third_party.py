@@ -35,7 +35,7 @@ def names(*, random: bool = False) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("name", params)
 
 
-every = names()
+every_peer = names()
 
 
 class BrokenError(ValueError):
@@ -90,7 +90,7 @@ def run(
     return search(name, problem, budget=budget, target=target, seed=SeedSequence(seed))
 
 
-@every
+@every_peer
 @pytest.mark.parametrize("budget", [1, 2, 7, 101, 350])
 def test_the_budget_is_exact(name: str, budget: int) -> None:
     bowl = Bowl()
@@ -101,7 +101,7 @@ def test_the_budget_is_exact(name: str, budget: int) -> None:
     assert np.array_equal(trace.f, Bowl()(bowl.space.decode(trace.u)))
 
 
-@every
+@every_peer
 def test_the_batch_that_meets_the_target_is_the_last(name: str) -> None:
     bowl = Bowl()
     trace, ended = run(name, bowl, 2000, target=0.02)
@@ -111,7 +111,7 @@ def test_the_batch_that_meets_the_target_is_the_last(name: str) -> None:
     assert (trace.ends[-2] if len(trace.ends) > 1 else 0) < hit <= len(trace) == bowl.rows
 
 
-@every
+@every_peer
 def test_the_seed_decides_and_the_global_generator_is_left_alone(name: str) -> None:
     np.random.seed(4)  # noqa: NPY002 - it is the one that is to be left alone
     before = np.random.get_state(legacy=False)  # noqa: NPY002
@@ -121,17 +121,17 @@ def test_the_seed_decides_and_the_global_generator_is_left_alone(name: str) -> N
     assert str(before) == str(after)
     np.random.seed(9)  # noqa: NPY002
     run(name, Bowl(lower=-50.0), 130, seed=6)  # another search in between leaves nothing behind
-    again, _ = search(name, Bowl(), budget=400, target=None, seed=seed)
-    assert np.array_equal(first.u, again.u)
-    assert first.notes == again.notes
+    repeated, _ = search(name, Bowl(), budget=400, target=None, seed=seed)
+    assert np.array_equal(first.u, repeated.u)
+    assert first.notes == repeated.notes
 
 
 @names(random=True)
 def test_another_seed_is_another_run(name: str) -> None:
-    one, two = run(name, Bowl(), seed=1)[0], run(name, Bowl(), seed=2)[0]
-    inside = ((one.u > 0) & (one.u < 1)).all(axis=1)
+    first, second = run(name, Bowl(), seed=1)[0], run(name, Bowl(), seed=2)[0]
+    inside = ((first.u > 0) & (first.u < 1)).all(axis=1)
     assert inside.sum() > 100
-    assert not {u.tobytes() for u in one.u[inside]} & {u.tobytes() for u in two.u}
+    assert not {u.tobytes() for u in first.u[inside]} & {u.tobytes() for u in second.u}
 
 
 IN_A_NEW_PROCESS = """
@@ -149,21 +149,21 @@ def test_another_process_makes_the_same_runs() -> None:
     from stribeck.bench.surfaces import SURFACES  # noqa: PLC0415 - as over there
 
     installed = [name for name in PEERS if name.partition("-")[0] not in MISSING]
-    here = []
+    hashes = []
     for name in reversed(installed):
         trace, _ = search(name, SURFACES["RF"], budget=250, target=None, seed=SeedSequence(3))
-        here.append(f"{name} {hashlib.sha256(trace.u.tobytes()).hexdigest()}")
-    there = subprocess.run(
+        hashes.append(f"{name} {hashlib.sha256(trace.u.tobytes()).hexdigest()}")
+    completed = subprocess.run(
         [sys.executable, "-c", IN_A_NEW_PROCESS.format(names=installed)],
         capture_output=True,
         text=True,
         check=True,
     )
-    assert there.stderr == ""
-    assert there.stdout.splitlines() == here[::-1]
+    assert completed.stderr == ""
+    assert completed.stdout.splitlines() == hashes[::-1]
 
 
-@every
+@every_peer
 def test_a_region_without_a_cost_is_survived(name: str) -> None:
     trace, ended = run(name, Bowl(nan_below=-1.0), 600)
     assert (len(trace), ended) == (600, "budget")
@@ -172,13 +172,13 @@ def test_a_region_without_a_cost_is_survived(name: str) -> None:
     assert not np.isnan(trace.f).any()
 
 
-@every
+@every_peer
 def test_a_problem_without_any_cost_is_survived(name: str) -> None:
     trace, ended = run(name, Bowl(nan_below=np.inf), 1300)
     assert (len(trace), ended, trace.failed) == (1300, "budget", 1300)
 
 
-@every
+@every_peer
 def test_it_beats_random_search_on_a_bowl(name: str) -> None:
     """N uniform points have 4.19 N J**1.5 among them, on average, that cost less than J.
 
@@ -190,13 +190,13 @@ def test_it_beats_random_search_on_a_bowl(name: str) -> None:
     assert run(name, Bowl(), 1500, target=bound, seed=8)[1] == "target"
 
 
-@every
+@every_peer
 def test_the_error_of_a_problem_comes_out_as_it_is(name: str) -> None:
     with pytest.raises(BrokenError, match="cannot be run"):
         run(name, Bowl(breaks_at=120))
 
 
-@every
+@every_peer
 def test_it_does_the_same_off_the_main_thread(name: str) -> None:
     traces: list[Trace] = []
     worker = threading.Thread(target=lambda: traces.append(run(name, Bowl())[0]))
@@ -205,7 +205,7 @@ def test_it_does_the_same_off_the_main_thread(name: str) -> None:
     assert np.array_equal(traces[0].u, run(name, Bowl())[0].u)
 
 
-@every
+@every_peer
 def test_it_writes_and_prints_nothing(
     name: str,
     capfd: pytest.CaptureFixture[str],
@@ -273,7 +273,7 @@ def test_what_a_peer_has_no_dimensions_for_is_refused(name: str, dim: int, says:
         search(name, Cube(dim), budget=9, target=None, seed=SeedSequence(0))
 
 
-@every
+@every_peer
 @pytest.mark.parametrize("dim", [2, 8])
 def test_other_dimensions_are_searched(name: str, dim: int) -> None:
     trace, ended = search(name, Cube(dim), budget=257, target=None, seed=SeedSequence(0))

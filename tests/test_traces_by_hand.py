@@ -70,23 +70,23 @@ def played(
     """The points that a search by ask and tell asks, batch by batch."""
     rng = Dealt(*draws)
     search = Search(box(bounds), Played(algorithm, rng), budget=budget, seed=0)
-    asked = []
+    batches = []
     while not search.ended:
-        asked.append(search.ask())
-        search.tell(asked[-1][:, 0] ** 2 + 2 * asked[-1][:, 1] ** 2)
+        batches.append(search.ask())
+        search.tell(batches[-1][:, 0] ** 2 + 2 * batches[-1][:, 1] ** 2)
     assert not rng.draws  # as many draws as the paper has
-    return asked, search
+    return batches, search
 
 
-def check(asked: list[Array], expected: list[Points]) -> None:
-    assert [len(points) for points in asked] == [len(points) for points in expected]
-    for k, (points, wanted) in enumerate(zip(asked, expected, strict=True)):
-        assert np.allclose(points, wanted, rtol=0, atol=1e-11), f"batch {k}"
+def check(batches: list[Array], expected: list[Points]) -> None:
+    assert [len(points) for points in batches] == [len(points) for points in expected]
+    for k, (points, expected_points) in enumerate(zip(batches, expected, strict=True)):
+        assert np.allclose(points, expected_points, rtol=0, atol=1e-11), f"batch {k}"
 
 
-def drawn(ways: Points) -> list[list[float]]:
+def drawn(directions: Points) -> list[list[float]]:
     """Directions in [-1, 1], as numbers in [0, 1]."""
-    return [[(1 + a) / 2, (1 + b) / 2] for a, b in ways]
+    return [[(1 + a) / 2, (1 + b) / 2] for a, b in directions]
 
 
 # --- bacteria with a step of one length
@@ -99,7 +99,7 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
         S=2, N_c=3, N_s=3, C=0.5, d_attract=0.0, h_repellant=0.0, N_re=1, N_ed=2, P_ed=0.25,
         coordinates="raw",
     )  # fmt: skip
-    asked, search = played(
+    batches, search = played(
         swarm,
         [(-2, 2), (-1, 1)],
         21,
@@ -146,7 +146,7 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
         [(0.5 - 0.3, -0.6 + 0.4)],
         [(0.2 - 0.3, -0.2 + 0.4)],
     ]
-    check(asked, expected)
+    check(batches, expected)
     costs = [2.28, 4.52, 0.81, 4.5, 0.16, 4.08, 0.33, 4.02, 4.32, 1.23, 2.57, 1.32, 0.57, 0.32]
     costs += [2.64, 1.37, 0.5, 0.97, 0.75, 0.12, 0.09]
     # The costs said above.
@@ -189,7 +189,7 @@ def test_the_exponentials_below(D: float, repels: float, attracts: float) -> Non
 
 
 def test_abfo_three_chemotactic_steps_where_the_signals_decide() -> None:
-    asked, _ = played(
+    batches, _ = played(
         AdaptiveForaging(**BF, N_c=3, N_s=2, N_re=2, N_ed=1),
         [(-2, 2), (-2, 2)],
         13,
@@ -255,7 +255,7 @@ def test_abfo_three_chemotactic_steps_where_the_signals_decide() -> None:
         [b5],
         [(a4[0] - 0.8 * C_a, a4[1] + 0.6 * C_a), (a4[0], a4[1] + C_a)],
     ]
-    check(asked, expected)
+    check(batches, expected)
 
 
 def test_the_step_is_of_the_cost_and_not_of_the_signals() -> None:
@@ -265,9 +265,9 @@ def test_the_step_is_of_the_cost_and_not_of_the_signals() -> None:
         **BF | {"d_attract": 4.0, "h_repellant": 0.0}, N_c=1, N_s=0, N_re=1, N_ed=1
     )
     start = [[3 / 4, 2 / 4], [2 / 4, 2.5 / 4]]  # (1, 0) and (0, 0.5)
-    asked, _ = played(swarm, [(-2, 2), (-2, 2)], 4, start, drawn([(0.375, 0.5), (-0.5, 0.375)]))
+    batches, _ = played(swarm, [(-2, 2), (-2, 2)], 4, start, drawn([(0.375, 0.5), (-0.5, 0.375)]))
     check(
-        asked,
+        batches,
         [
             [(1.0, 0.0), (0.0, 0.5)],
             [(1.0 + 0.6 / 11, 0.8 / 11), (-0.8 / 21, 0.5 + 0.6 / 21)],
@@ -286,7 +286,7 @@ def test_the_swarm_of_2_1_has_the_cell_itself() -> None:
         np.array([0.5, 0.5]),
         np.array([4.0, 4.0]),
         cast("Rng", Dealt(drawn([(-0.5, 0.0), (-0.5, 0.0)]))),
-        lambda **said: said.clear(),
+        lambda **entries: entries.clear(),
     )
     assert np.allclose(next(moves), [[0.125, 0.5], [0.625, 0.5]], rtol=0, atol=1e-12)
     with pytest.raises(StopIteration) as end:
@@ -303,7 +303,7 @@ def test_the_swarm_of_2_1_has_the_cell_itself() -> None:
 
 def test_ts_five_rounds() -> None:
     # N = 3, R = 1, a visited point bans 0.3 about it for 2 rounds. x in [-5, 3], y in [-2, 2].
-    asked, _ = played(
+    batches, _ = played(
         TabuSearch(N=3, R=1.0, tenure=2, r_tabu=0.3, coordinates="raw"),
         [(-5, 3), (-2, 2)],
         19,
@@ -334,13 +334,13 @@ def test_ts_five_rounds() -> None:
         [(0.75, 1.25), (1.25, 0.75), (1.25, 1.25)],
         [(1.75, 1.25), (0.75, 2.0), (0.75, 1.25)],  # Round 6 is about it; y = 2.25 is clipped
     ]
-    check(asked, expected)
+    check(batches, expected)
 
 
 def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
     # N = 3, R = 1, BT = n_re_back = 2, R = 0.5 below a cost of 3 and 0.25 below 1.
     # x in [-1, 3], y in [-0.5, 1.5]. Ranked list: RANK(TL), cheapest first.
-    asked, search = played(
+    batches, search = played(
         AdaptiveTabuSearch(
             N=3, R=1.0, BT=2, n_re_back=2, AR=((3.0, 0.5), (1.0, 0.25)), coordinates="raw"
         ),
@@ -387,7 +387,7 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
         [(1.25, -0.125), (1.0, -0.375), (1.0, -0.25)],
         [(1.0, 0.125), (0.75, -0.125), (1.25, 0.125)],  # Round 11, R = 0.25
     ]
-    check(asked, expected)
+    check(batches, expected)
     notes = search.trace.notes
     assert [k for k, n in enumerate(notes) if n.get("event") == "backtrack"] == [4, 10]
     assert [n["radius"] for n in notes[1:]] == [1, 1, 1, 1, 1, 1, 0.5, 0.25, 0.25, 0.25, 0.25]
@@ -399,7 +399,7 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
 def test_bts_hands_over_the_least_cost_without_signals_and_where_it_was_met() -> None:
     # One chemotactic step, N_s = 1, of a = (-0.25, 1), J = 2.0625, C = 33/193; b = (2, 1),
     # J = 6, C = 6/16. Then tabu search, N = 3, R = 0.5.
-    asked, search = played(
+    batches, search = played(
         ForagingTabuSearch(**BF, N_c=1, N_s=1, N=3, R=0.5, AR=()),
         [(-2, 2), (-2, 2)],
         11,
@@ -409,14 +409,14 @@ def test_bts_hands_over_the_least_cost_without_signals_and_where_it_was_met() ->
         drawn([(0.5, 0.0), (0.0, 0.5), (-0.5, 0.0)]),
     )
     C = 2.0625 / 12.0625
-    met, left = -0.25 + C, -0.25 + 2 * C  # x: -0.079016, 0.091969
-    J_met, J_left = met**2 + 2, left**2 + 2  # 2.006243, 2.008458
+    met, final = -0.25 + C, -0.25 + 2 * C  # x: -0.079016, 0.091969
+    J_met, J_final = met**2 + 2, final**2 + 2  # 2.006243, 2.008458
     # The signal of b, D = 4.322306 and 3.640582: exp(-D) = 0.013269, 0.026237 and
     # exp(-0.2 D) = 0.421296, 0.482837; J + J_cc = 1.965441 there, 1.962798 where it ended.
     cc_met = J_cc(math.exp(-((2 - met) ** 2)), math.exp(-0.2 * (2 - met) ** 2))
-    cc_left = J_cc(math.exp(-((2 - left) ** 2)), math.exp(-0.2 * (2 - left) ** 2))
-    assert J_met < J_left
-    assert J_met + cc_met > J_left + cc_left
+    cc_final = J_cc(math.exp(-((2 - final) ** 2)), math.exp(-0.2 * (2 - final) ** 2))
+    assert J_met < J_final
+    assert J_met + cc_met > J_final + cc_final
     # Step 7 takes the least J, so S0 = (met, 1). Steps 8 to 10: J1 = met^2 + 2 (255/256)^2 =
     # 1.990649 is below J0 = 2.006243, not below J0 + J_cc = 1.965441. S0 moves.
     y = 1 - 1 / 256
@@ -424,11 +424,11 @@ def test_bts_hands_over_the_least_cost_without_signals_and_where_it_was_met() ->
     expected: list[Points] = [
         [(-0.25, 1.0), (2.0, 1.0)],
         [(met, 1.0), (2.0, 1.375)],
-        [(left, 1.0)],
+        [(final, 1.0)],
         [(met, y), (met + 0.25, 1.25), (met - 0.25, 1.25)],
         [(met + 0.25, y), (met, y + 0.25), (met - 0.25, y)],
     ]
-    check(asked, expected)
+    check(batches, expected)
     assert search.trace.notes[3]["event"] == "hand-over"
 
 

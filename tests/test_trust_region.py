@@ -18,22 +18,24 @@ from stribeck.space import Array, box
 Residuals = Callable[[Array], Array]  # (n, dim) of the unit cube to (n, m)
 
 
-def descend(residuals: Residuals, start: list[float], **how: Any) -> tuple[Minimum, list[Array]]:
+def descend(
+    residuals: Residuals, start: list[float], **options: Any
+) -> tuple[Minimum, list[Array]]:
     """The minimum, and every batch that was asked for."""
-    moves = least_squares(np.array(start), Box(box([(0.0, 1.0)] * len(start))), **how)
-    asked: list[Array] = []
+    moves = least_squares(np.array(start), Box(box([(0.0, 1.0)] * len(start))), **options)
+    batches: list[Array] = []
     try:
         wish = next(moves)
         while True:
             assert isinstance(wish, Detailed)
             assert wish.points.min() >= 0.0
             assert wish.points.max() <= 1.0
-            asked.append(wish.points.copy())
+            batches.append(wish.points.copy())
             shown = residuals(wish.points)
             costs = rms(shown)
             wish = moves.send(Answer(np.where(np.isfinite(costs), costs, np.inf), shown))
     except StopIteration as done:
-        return done.value, asked
+        return done.value, batches
 
 
 def rosenbrock(u: Array) -> Array:
@@ -86,10 +88,10 @@ def test_a_minimum_on_a_wall_is_reached_exactly() -> None:
 
 
 def test_it_starts_and_ends_in_a_corner() -> None:
-    minimum, asked = descend(lambda u: u + 1.0, [1.0, 1.0, 1.0])
+    minimum, batches = descend(lambda u: u + 1.0, [1.0, 1.0, 1.0])
     assert (minimum.point == 0.0).all()
     assert minimum.ended == "flat"
-    assert len(asked) < 12
+    assert len(batches) < 12
 
 
 def test_what_cannot_run_is_stepped_round() -> None:
@@ -113,10 +115,10 @@ def test_slopes_at_the_edge_of_what_runs_come_from_its_other_side() -> None:
 
 
 def test_a_start_that_cannot_run_ends_at_once() -> None:
-    minimum, asked = descend(lambda u: np.full_like(u, np.nan), [0.5, 0.5])
+    minimum, batches = descend(lambda u: np.full_like(u, np.nan), [0.5, 0.5])
     assert minimum.ended == "nowhere"
     assert np.isinf(minimum.cost)
-    assert len(asked) == 1
+    assert len(batches) == 1
 
 
 @pytest.mark.parametrize("moves", [[0.0, 0.0], [0.0, 1.0]])
@@ -129,16 +131,16 @@ def test_a_parameter_that_changes_nothing_stays(moves: list[float]) -> None:
 def test_without_residuals_it_says_so() -> None:
     moves = least_squares(np.array([0.5]), Box(box([(0.0, 1.0)])))
     next(moves)
-    with pytest.raises(StopIteration) as done:
+    with pytest.raises(StopIteration) as stopped:
         moves.send(Answer(np.array([1.0]), None))
-    assert done.value.value.ended == "no residuals"
+    assert stopped.value.value.ended == "no residuals"
 
 
 @pytest.mark.parametrize("power", [-200, -1, 200])
 def test_the_unit_of_the_residuals_is_nothing_to_it(power: int) -> None:
-    plain, there = descend(rosenbrock, [0.2, 0.75])
-    scaled, here = descend(lambda u: rosenbrock(u) * 2.0**power, [0.2, 0.75])
-    np.testing.assert_array_equal(np.vstack(here), np.vstack(there))
+    plain, plain_batches = descend(rosenbrock, [0.2, 0.75])
+    scaled, scaled_batches = descend(lambda u: rosenbrock(u) * 2.0**power, [0.2, 0.75])
+    np.testing.assert_array_equal(np.vstack(scaled_batches), np.vstack(plain_batches))
     assert scaled.cost == plain.cost * 2.0**power
 
 
@@ -147,11 +149,11 @@ def test_linear_residuals_take_one_step(dim: int) -> None:
     """Start, its neighbours, the step; fresh slopes there promise no more."""
     rng = np.random.default_rng(dim)
     slopes, optimum = rng.standard_normal((3 * dim, dim)), 0.4 + 0.2 * rng.random(dim)
-    left = rng.standard_normal(3 * dim)
-    left -= slopes @ np.linalg.lstsq(slopes, left, rcond=None)[0]
-    minimum, asked = descend(lambda u: (u - optimum) @ slopes.T + left, [0.5] * dim)
+    misfit = rng.standard_normal(3 * dim)
+    misfit -= slopes @ np.linalg.lstsq(slopes, misfit, rcond=None)[0]
+    minimum, batches = descend(lambda u: (u - optimum) @ slopes.T + misfit, [0.5] * dim)
     np.testing.assert_allclose(minimum.point, optimum, atol=1e-7)
-    assert [len(points) for points in asked] == [1, dim, 1, dim]
+    assert [len(points) for points in batches] == [1, dim, 1, dim]
 
 
 def test_corrected_slopes_spare_evaluations() -> None:
@@ -161,10 +163,10 @@ def test_corrected_slopes_spare_evaluations() -> None:
         x = 4.0 * u - 2.0
         return np.hstack([3.0 * (x[:, 1:] - x[:, :-1] ** 2), 1.0 - x])
 
-    minimum, asked = descend(chained, [0.6] * 10, tolerance=1e-10)
+    minimum, batches = descend(chained, [0.6] * 10, tolerance=1e-10)
     assert minimum.cost < 1e-6
-    steps = sum(len(points) == 1 for points in asked) - 1
-    assert sum(map(len, asked)) < 4 * steps
+    steps = sum(len(points) == 1 for points in batches) - 1
+    assert sum(map(len, batches)) < 4 * steps
 
 
 def test_slopes_of_linear_residuals_are_theirs() -> None:
@@ -174,10 +176,10 @@ def test_slopes_of_linear_residuals_are_theirs() -> None:
     batch = next(moves)
     assert isinstance(batch, Detailed)
     shown = (batch.points - 0.3) @ slopes.T + 0.1
-    with pytest.raises(StopIteration) as done:
+    with pytest.raises(StopIteration) as stopped:
         moves.send(Answer(rms(shown), shown))
-    np.testing.assert_allclose(done.value.value.J, slopes.T, rtol=1e-6, atol=1e-9)
-    assert done.value.value.age == 0
+    np.testing.assert_allclose(stopped.value.value.J, slopes.T, rtol=1e-6, atol=1e-9)
+    assert stopped.value.value.age == 0
 
 
 @pytest.mark.parametrize("seed", range(40))

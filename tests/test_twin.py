@@ -27,8 +27,8 @@ def test_echoes_are_noisy_as_said_and_held_until_the_next() -> None:
     bed = replace(BED, rate=1000.0, echo_rate=40.0, echo_noise=0.2e-3)
     t = np.arange(100_000) / 1000.0
     x = 0.1 + 5e-3 * t
-    seen = bed._transducer(t, x, rng())  # noqa: SLF001 - the sensor by itself
-    runs = seen.reshape(-1, 25)
+    echoes = bed._transducer(t, x, rng())  # noqa: SLF001 - the sensor by itself
+    runs = echoes.reshape(-1, 25)
     assert (runs == runs[:, :1]).all()  # one value for the 25 samples of each echo
     noise = runs[:, 0] - x.reshape(-1, 25)[:, 0]
     # 4,000 draws: the sample deviation is within 4 of its own deviations (false alarm 6e-5),
@@ -54,9 +54,9 @@ def test_the_differentiator_has_the_gain_and_phase_of_its_circuit(frequency: flo
     t = np.arange(20_000) / 1000.0
     y = bed._differentiate(np.sin(2 * math.pi * frequency * t))  # noqa: SLF001
     settled = t >= 10.0  # whole periods, long after the start
-    found = 2j * np.mean(y[settled] * np.exp(-2j * math.pi * frequency * t[settled]))
-    assert abs(found) == pytest.approx(abs(H), rel=3e-3)
-    assert np.angle(found / H) == pytest.approx(0.0, abs=5e-3)
+    response = 2j * np.mean(y[settled] * np.exp(-2j * math.pi * frequency * t[settled]))
+    assert abs(response) == pytest.approx(abs(H), rel=3e-3)
+    assert np.angle(response / H) == pytest.approx(0.0, abs=5e-3)
 
 
 def test_the_differentiator_of_a_ramp_is_its_speed() -> None:
@@ -111,15 +111,15 @@ def test_the_current_sensor_is_noisy_as_said() -> None:
 
 
 def test_a_seed_is_a_recording_and_another_seed_another() -> None:
-    one, again, other = BED.run("up", seed=3), BED.run("up", seed=3), BED.run("up", seed=4)
-    for name, values in one.recording.channels().items():
-        assert values.tobytes() == again.recording.channels()[name].tobytes()
-    assert (one.recording.position != other.recording.position).any()
+    first, repeated, reseeded = BED.run("up", seed=3), BED.run("up", seed=3), BED.run("up", seed=4)
+    for name, values in first.recording.channels().items():
+        assert values.tobytes() == repeated.recording.channels()[name].tobytes()
+    assert (first.recording.position != reseeded.recording.position).any()
     assert not np.array_equal(
-        one.recording.channels()["current"], other.recording.channels()["current"]
+        first.recording.channels()["current"], reseeded.recording.channels()["current"]
     )
     # The motion is nature's, not the sensors'.
-    np.testing.assert_array_equal(one.motion.position, other.motion.position)
+    np.testing.assert_array_equal(first.motion.position, reseeded.motion.position)
 
 
 def test_noise_leaves_the_global_generator_alone() -> None:
@@ -171,8 +171,8 @@ def test_another_truth_moves_otherwise() -> None:
     twin = BED.run("up", law=LAWS["stribeck"], truth=PUBLISHED["left"])
     x: Array = twin.motion.position[0]
     drive, x0 = BED.drive("up")
-    on = track(drive, twin.recording.t, x0)
-    exact = SLIDE_BED.move(LAWS["stribeck"], PUBLISHED["left"][None], on).position[0]
+    log_track = track(drive, twin.recording.t, x0)
+    exact = SLIDE_BED.move(LAWS["stribeck"], PUBLISHED["left"][None], log_track).position[0]
     np.testing.assert_array_equal(x, exact)
     assert np.abs(x - BED.run("up").motion.position[0]).max() > 5e-3
 

@@ -43,7 +43,7 @@ T = np.linspace(0, 1, 400)
 NOISE = np.random.default_rng(0).standard_normal(400)
 
 
-def told(
+def profile_of(
     low: float, high: float, low_ended: Ended = "threshold", high_ended: Ended = "threshold",
     value: float = 1.0,
 ) -> Profile:  # fmt: skip
@@ -57,40 +57,40 @@ DECADES = Param("p", 0.01, 100.0, log=True)
 
 
 @pytest.mark.parametrize(
-    ("profile", "param", "said"),
+    ("profile", "param", "expected"),
     [
-        (told(0.91, 1.09), RANGE, "identified"),
-        (told(0.89, 1.05), RANGE, "weak"),  # 11 % on one side
-        (told(0.95, 1.04, high_ended="bound"), RANGE, "weak"),  # narrow, but the range ended it
-        (told(0.95, 1.05, low_ended="budget"), RANGE, "weak"),  # a guess identifies nothing
-        (told(0.95, 1.05, low_ended="order"), RANGE, "weak"),
-        (told(0.6, 10.0, high_ended="bound"), RANGE, "not identifiable"),  # 94 % of the range
-        (told(4.0, 10.0, high_ended="flat", value=6.0), RANGE, "weak"),
-        (told(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "weak"),  # below 4 is excluded
-        (told(0.0, 1.2, low_ended="bound", value=0.4), RANGE, "weak"),  # above 1.2 is excluded
-        (told(0.02, 6.5), RANGE, "weak"),  # 65 % of the range
-        (told(0.02, 6.8), RANGE, "not identifiable"),
-        (told(0.3, 6.8), DECADES, "weak"),  # 1.4 of 4 decades
-        (told(0.02, 20.0), DECADES, "not identifiable"),  # 3 of 4
-        (told(0.5, 2.0, "bound", "bound"), RANGE, "not identifiable"),
-        (told(-1.05, -0.95, value=-1.0), Param("p", -5.0, 5.0), "identified"),
+        (profile_of(0.91, 1.09), RANGE, "identified"),
+        (profile_of(0.89, 1.05), RANGE, "weak"),  # 11 % on one side
+        (profile_of(0.95, 1.04, high_ended="bound"), RANGE, "weak"),  # narrow, ended by the range
+        (profile_of(0.95, 1.05, low_ended="budget"), RANGE, "weak"),  # a guess identifies nothing
+        (profile_of(0.95, 1.05, low_ended="order"), RANGE, "weak"),
+        (profile_of(0.6, 10.0, high_ended="bound"), RANGE, "not identifiable"),  # 94 % of the range
+        (profile_of(4.0, 10.0, high_ended="flat", value=6.0), RANGE, "weak"),
+        (profile_of(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "weak"),  # below 4 excluded
+        (profile_of(0.0, 1.2, low_ended="bound", value=0.4), RANGE, "weak"),  # above 1.2 excluded
+        (profile_of(0.02, 6.5), RANGE, "weak"),  # 65 % of the range
+        (profile_of(0.02, 6.8), RANGE, "not identifiable"),
+        (profile_of(0.3, 6.8), DECADES, "weak"),  # 1.4 of 4 decades
+        (profile_of(0.02, 20.0), DECADES, "not identifiable"),  # 3 of 4
+        (profile_of(0.5, 2.0, "bound", "bound"), RANGE, "not identifiable"),
+        (profile_of(-1.05, -0.95, value=-1.0), Param("p", -5.0, 5.0), "identified"),
     ],
 )
-def test_verdicts(profile: Profile, param: Param, said: str) -> None:
-    assert verdict(profile, param) == said
+def test_verdicts(profile: Profile, param: Param, expected: str) -> None:
+    assert verdict(profile, param) == expected
 
 
 def test_a_fit_that_explains_little_identifies_nothing() -> None:
-    assert verdict(told(0.95, 1.05), RANGE, doubtful=True) == "weak"
+    assert verdict(profile_of(0.95, 1.05), RANGE, doubtful=True) == "weak"
 
 
 def test_correlation_alone_demotes_nobody() -> None:
     """Level and slope far from the data correlate by 0.99, and are known to 2 % all the same."""
     t = T + 8.0
     model = Model(box([(-10, 30), (0, 4)]), 10 + 2 * t + 0.01 * NOISE, lambda x: x[0] + x[1] * t)
-    known = uncertainty(model, np.array([10.0, 2.0]))
-    assert abs(known.correlation[0, 1]) > 0.99
-    for p, param in zip(known.profiles.profiles, model.space, strict=True):
+    assessment = uncertainty(model, np.array([10.0, 2.0]))
+    assert abs(assessment.correlation[0, 1]) > 0.99
+    for p, param in zip(assessment.profiles.profiles, model.space, strict=True):
         assert verdict(p, param) == "identified"
 
 
@@ -98,11 +98,11 @@ def test_what_doubling_does_is_what_it_does() -> None:
     """One parameter, no noise but a known one: J at twice the value has a formula."""
     y = 3 * T + 0.1 * NOISE
     model = Model(box([(0.0, 10.0)]), y, lambda x: x[0] * T)
-    found = profiles(model, np.array([3.0]))
-    (effect,), rows = sensitivities(model, found)
-    least, at_twice = (np.sqrt(np.mean((y - k * found.x[0] * T) ** 2)) for k in (1, 2))
+    profiled = profiles(model, np.array([3.0]))
+    (effect,), rows = sensitivities(model, profiled)
+    least, at_twice = (np.sqrt(np.mean((y - k * profiled.x[0] * T) ** 2)) for k in (1, 2))
     assert effect.kind == "doubling"
-    assert effect.value == pytest.approx(2 * found.x[0])
+    assert effect.value == pytest.approx(2 * profiled.x[0])
     assert effect.change == pytest.approx(at_twice / least - 1, rel=1e-6)
     assert rows > 0
 
@@ -110,8 +110,8 @@ def test_what_doubling_does_is_what_it_does() -> None:
 def test_doubling_refits_the_others() -> None:
     """Doubling one factor of a product changes nothing, as the other halves."""
     model = Model(box([(0.1, 10)] * 2), 2 * T + 0.1 * NOISE, lambda x: x[0] * x[1] * T)
-    found = profiles(model, np.array([1.0, 2.0]))
-    for effect in sensitivities(model, found)[0]:
+    profiled = profiles(model, np.array([1.0, 2.0]))
+    for effect in sensitivities(model, profiled)[0]:
         assert effect.kind == "doubling"
         assert effect.change == pytest.approx(0.0, abs=1e-4)
 
@@ -131,8 +131,8 @@ def test_a_blind_direction_is_put_into_words() -> None:
         2 * T + 1 + 0.05 * NOISE,
         lambda x: x[0] * x[1] * T + x[2],
     )
-    found = profiles(model, np.array([1.0, 2.0, 1.0]))
-    (blind,) = directions(model.space, found)
+    profiled = profiles(model, np.array([1.0, 2.0, 1.0]))
+    (blind,) = directions(model.space, profiled)
     assert set(blind.names) == {"a", "b"}
     a, b = (blind.changes[blind.names.index(n)] for n in "ab")
     assert (1 + a) * (1 + b) == pytest.approx(1.0, abs=0.01)
@@ -140,8 +140,8 @@ def test_a_blind_direction_is_put_into_words() -> None:
     assert "together with" in blind.text()
     assert blind.text().endswith("only their combination is known")
     assert blind.misfit < 0.001
-    known = Model(box([(0, 4), (-5, 5)]), 2 * T + 1 + 0.05 * NOISE, lambda x: x[0] * T + x[1])
-    assert directions(known.space, profiles(known, np.array([2.0, 1.0]))) == ()
+    line_model = Model(box([(0, 4), (-5, 5)]), 2 * T + 1 + 0.05 * NOISE, lambda x: x[0] * T + x[1])
+    assert directions(line_model.space, profiles(line_model, np.array([2.0, 1.0]))) == ()
 
 
 def test_percents_for_people() -> None:
@@ -163,11 +163,11 @@ def test_rests_show_the_noise_of_the_sensor(log: Recording) -> None:
 
 
 def test_the_order_of_a_law_is_known_to_its_problem(log: Recording) -> None:
-    on = problem(log, train="112:295")
-    assert orders_of(on) == ((0, 1),)  # F_S >= F_C
-    both = problem(log, law="stribeck-directional", tied={"F_C-": "F_C+"})
-    names = both.space.names
-    assert {(names[i], names[j]) for i, j in orders_of(both)} == {
+    objective = problem(log, train="112:295")
+    assert orders_of(objective) == ((0, 1),)  # F_S >= F_C
+    directional = problem(log, law="stribeck-directional", tied={"F_C-": "F_C+"})
+    names = directional.space.names
+    assert {(names[i], names[j]) for i, j in orders_of(directional)} == {
         ("F_S+", "F_C+"),
         ("F_S-", "F_C+"),
     }
@@ -183,18 +183,20 @@ def test_a_force_balance_shows_its_residuals() -> None:
     parameters = Parameters.declared(RIGS["forced"], LAWS["stribeck"])
     logs = filtered_logs([Recording(t=t, position=x, force=force)], parameters, None, None)
     system = System(parameters, logs)
-    on = BalanceResiduals(system)
-    at = on.space.decode(on.space.sample(np.random.default_rng(3), 12))
-    F_S, F_C, v_SS = (on.space.names.index(n) for n in ("F_S", "F_C", "v_SS"))
+    objective = BalanceResiduals(system)
+    at = objective.space.decode(objective.space.sample(np.random.default_rng(3), 12))
+    F_S, F_C, v_SS = (objective.space.names.index(n) for n in ("F_S", "F_C", "v_SS"))
     at[:, F_S] = at[:, F_C] + 1.0
     at[4:, v_SS] = at[3, v_SS]
     at[11, F_S] -= 2.0  # below F_C: not allowed
-    found = on.residuals(at)
-    assert on.logs == (len(system.y),)
-    assert np.isnan(found[11]).all()
+    residuals = objective.residuals(at)
+    assert objective.logs == (len(system.y),)
+    assert np.isnan(residuals[11]).all()
     whole = system.parameters.full(at[:11])
-    one = [system.y - system.predicted(p[None])[:, 0] for p in whole]
-    np.testing.assert_allclose(found[:11], one, rtol=1e-9, atol=1e-9 * np.abs(system.y).max())
+    pointwise = [system.y - system.predicted(p[None])[:, 0] for p in whole]
+    np.testing.assert_allclose(
+        residuals[:11], pointwise, rtol=1e-9, atol=1e-9 * np.abs(system.y).max()
+    )
 
 
 def test_intervals_of_a_twin_hold_the_truth_and_say_why_they_end(log: Recording) -> None:
@@ -226,21 +228,21 @@ def test_a_linear_posterior_is_the_normal_one() -> None:
     y = W @ [1.0, 2.0] + 0.3 * NOISE
     model = Model(box([(-50, 50)] * 2), y, lambda x: W @ x)
     best = np.asarray(np.linalg.lstsq(W, y, rcond=None)[0], dtype=float)
-    found = posterior(model, best, walkers=24, samples=25_200, seed=1)
-    left = y - W @ best
-    C = np.linalg.inv(W.T @ W) * (left @ left) / 398 * correlation_time(left)
+    draws = posterior(model, best, walkers=24, samples=25_200, seed=1)
+    residuals = y - W @ best
+    C = np.linalg.inv(W.T @ W) * (residuals @ residuals) / 398 * correlation_time(residuals)
     sd = np.sqrt(np.diag(C))
-    assert found.samples.mean(axis=0) == pytest.approx(best, abs=0.06 * sd.max())
-    assert np.cov(found.samples.T) == pytest.approx(C, rel=0.1)
-    np.testing.assert_allclose((found.high - found.low) / (2 * 1.96 * sd), 1.0, atol=0.06)
+    assert draws.samples.mean(axis=0) == pytest.approx(best, abs=0.06 * sd.max())
+    assert np.cov(draws.samples.T) == pytest.approx(C, rel=0.1)
+    np.testing.assert_allclose((draws.high - draws.low) / (2 * 1.96 * sd), 1.0, atol=0.06)
     for share, z in ((5, -1.6449), (25, -0.6745), (50, 0.0), (75, 0.6745), (95, 1.6449)):
-        quantile = np.percentile(found.samples, share, axis=0)
+        quantile = np.percentile(draws.samples, share, axis=0)
         np.testing.assert_allclose((quantile - best) / sd, z, atol=0.08)
-    np.testing.assert_array_equal(found.median, np.percentile(found.samples, 50, axis=0))
-    assert found.settled
-    again = posterior(model, best, walkers=24, samples=840, seed=1)
+    np.testing.assert_array_equal(draws.median, np.percentile(draws.samples, 50, axis=0))
+    assert draws.settled
+    repeated = posterior(model, best, walkers=24, samples=840, seed=1)
     assert np.array_equal(
-        again.samples, posterior(model, best, walkers=24, samples=840, seed=1).samples
+        repeated.samples, posterior(model, best, walkers=24, samples=840, seed=1).samples
     )
 
 
@@ -272,14 +274,14 @@ def test_posterior_and_profile_of_a_twin_agree(log: Recording) -> None:
     assert drawn.samples.shape == (4_000, len(drawn.names))
     names = [q.name for q in fit.parameters.free]
     assert list(drawn.names[:5]) == names == list(truth)  # starts of motions come after them
-    known = {e.name: e for e in fit.estimates}
+    by_name = {e.name: e for e in fit.estimates}
     for k, name in enumerate(names):
-        low, high = known[name].low, known[name].high
+        low, high = by_name[name].low, by_name[name].high
         width = high - low
         assert low < drawn.median[k] < high
         assert drawn.low[k] <= truth[name] <= drawn.high[k]
         assert low - 0.35 * width < drawn.low[k] < drawn.high[k] < high + 0.35 * width
-        if known[name].low_ended == known[name].high_ended == "threshold":
+        if by_name[name].low_ended == by_name[name].high_ended == "threshold":
             assert drawn.low[k] == pytest.approx(low, abs=0.35 * width)
             assert drawn.high[k] == pytest.approx(high, abs=0.35 * width)
     written = card(fit)

@@ -19,8 +19,8 @@ def test_what_is_read_here_is_bit_for_bit_what_pint_says(form: str) -> None:
     read = 0
     for a, b in itertools.product(EVERYDAY, EVERYDAY):
         text = form.format(a=a, b=b)
-        if (here := _everyday(text, text)) is not None:
-            assert here == _asked(text, text), text
+        if (parsed := _everyday(text, text)) is not None:
+            assert parsed == _asked(text, text), text
             read += 1
     assert read >= len(EVERYDAY)
 
@@ -42,15 +42,17 @@ def test_what_is_read_here_is_bit_for_bit_what_pint_says(form: str) -> None:
     ],
 )
 def test_units_that_logs_are_in(written: str, factor: float, dimension: str) -> None:
-    found = unit(written)
-    assert found.factor == pytest.approx(factor, rel=1e-15)
-    assert found == Unit(written, found.factor, 0.0, dimension)
+    parsed = unit(written)
+    assert parsed.factor == pytest.approx(factor, rel=1e-15)
+    assert parsed == Unit(written, parsed.factor, 0.0, dimension)
 
 
 def test_a_rig_and_its_log_need_no_registry() -> None:
     code = "import sys, stribeck; list(stribeck.RIGS.values()); print('pint' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert done.stdout.strip() == "False"
+    completed = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    )
+    assert completed.stdout.strip() == "False"
 
 
 def test_a_temperature_has_its_zero_elsewhere() -> None:
@@ -61,9 +63,9 @@ def test_a_temperature_has_its_zero_elsewhere() -> None:
 @pytest.mark.parametrize("written", ["mmm", "N/", "(N)", "1/", "N//s", "m***2", "2", "N/(s", "s)"])
 def test_what_nobody_reads_is_refused_or_left_to_pint(written: str) -> None:
     try:
-        said = _asked(written, written)
+        pint_unit = _asked(written, written)
     except InputError:
         with pytest.raises(InputError, match="unknown unit"):
             unit(written)
     else:
-        assert unit(written) == said
+        assert unit(written) == pint_unit

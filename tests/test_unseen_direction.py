@@ -16,18 +16,18 @@ def card(law: str, low: float, high: float) -> Card:
 
 
 def test_the_other_way_is_told() -> None:
-    (said,) = untrained_directions(card("stribeck", -0.1, 60.0), [LOG])
-    assert "runs the other way" in said
-    assert "-0.1 to 60 mm/s" in said
+    (warning,) = untrained_directions(card("stribeck", -0.1, 60.0), [LOG])
+    assert "runs the other way" in warning
+    assert "-0.1 to 60 mm/s" in warning
 
 
 @pytest.mark.parametrize(
-    ("law", "low", "high", "within"),
+    ("law", "low", "high", "ranges"),
     [
         ("stribeck", -80.0, 60.0, None),
         ("stribeck-directional", 0.0, 60.0, None),
         ("stribeck", 0.0, 60.0, "60:300"),
     ],
 )
-def test_what_was_seen_is_not_told(law: str, low: float, high: float, within: str | None) -> None:
-    assert untrained_directions(card(law, low, high), [LOG], within) == []
+def test_what_was_seen_is_not_told(law: str, low: float, high: float, ranges: str | None) -> None:
+    assert untrained_directions(card(law, low, high), [LOG], ranges) == []
