@@ -1,4 +1,4 @@
-"""`mbts` as a whole: what it finds, how it shares its budget, when it ends, what it survives."""
+"""`mbts` as a whole: minima, shares of the budget, stops, and costs that are hard to search."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ Cost = Callable[[Array], Array]
 
 
 def valley(x: Array) -> Array:
-    """Rosenbrock's, in any dimension; 0 at 1."""
+    """Rosenbrock's function in any dimension; its minimum is 0 at 1."""
     cost: Array = (100 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1 - x[:, :-1]) ** 2).sum(axis=1)
     return cost
 
 
 def rugged(x: Array) -> Array:
-    """Rastrigin's, off the middle; 0 at 0.3."""
+    """Rastrigin's function off the centre of its box; its minimum is 0 at 0.3."""
     away = x - 0.3
     cost: Array = (away**2 + 10 * (1 - np.cos(2 * np.pi * away))).sum(axis=1)
     return cost
 
 
 def terraces(x: Array) -> Array:
-    """Thirty steps a decade, down a long bowl: wherever one looks, slopes are 0."""
+    """A long bowl in thirty steps a decade: its slope is 0 almost everywhere."""
     turn = rotation(np.random.default_rng(0), x.shape[1])
     squares = ((x - 0.7) @ turn.T) ** 2 @ 10.0 ** np.linspace(0, 3, x.shape[1])
     cost: Array = 120 + np.floor(30 * np.log10(1e-9 + squares))
@@ -38,7 +38,7 @@ def terraces(x: Array) -> Array:
 
 
 class Exponential:
-    """Two decays to be told apart by their sum, as residuals and as a cost."""
+    """A fit of two exponential decays to their sum, as residuals and as a cost."""
 
     name = "decays"
     space = Space(
@@ -70,7 +70,7 @@ class Exponential:
 
 
 class Plain(Exponential):
-    """The same, its residuals kept to itself."""
+    """The same problem without residuals, as a cost alone."""
 
     residuals = None  # type: ignore[assignment]
 
@@ -79,7 +79,7 @@ class Plain(Exponential):
 
 
 class Shown:
-    """Any residuals on the unit cube as a problem."""
+    """A problem of given residuals on the unit cube."""
 
     name = "shown"
 
@@ -99,7 +99,7 @@ def run(problem: Any, *, budget: int, seed: int = 0, **settings: Any) -> Run:
 
 
 def spent(result: Run) -> dict[str, int]:
-    """Evaluations by side; cells are of the descents' side, which they begin."""
+    """Evaluations of each side; cells count as the descents that they start."""
     rows: dict[str, int] = {}
     starts = [0, *result.trace.ends]
     for note, start, end in zip(result.trace.notes, starts, result.trace.ends, strict=False):
@@ -108,7 +108,7 @@ def spent(result: Run) -> dict[str, int]:
     return rows
 
 
-# --- what it finds
+# --- minima
 
 
 @pytest.mark.parametrize("name", ["BF", "RF", "SF", "SchF", "ShuF"])
@@ -138,7 +138,7 @@ def test_it_follows_a_curved_valley(dim: int) -> None:
 
 
 def test_residuals_spare_evaluations() -> None:
-    """Of the same problem, to the same cost, in each of ten seeds; in all less than a third."""
+    """Ten seeds to the same cost of the same problem: less than a third of the evaluations."""
     evaluations = []
     for problem in (Exponential(), Plain()):
         runs = [
@@ -199,7 +199,7 @@ def test_a_least_in_a_corner_is_met_exactly(dim: int) -> None:
     [(terraces, "neighbourhood", "tabu"), (valley, "tabu", "neighbourhood")],
 )
 def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str) -> None:
-    """Until the answer is met: whoever nears it has most of the budget."""
+    """Until the target is reached the side that improves has most of the budget."""
     totals = {busy: 0, idle: 0}
     for seed in range(10):
         result = minimize(cost, [(-5.0, 5.0)] * 10, budget=20_000, target=1e-6, seed=seed)
@@ -210,7 +210,7 @@ def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str
 
 
 def test_neither_side_is_ever_given_up() -> None:
-    """A search that finds nothing more gives each its share of any budget."""
+    """A search without further improvement gives each side its share of the budget."""
     rows = spent(minimize(rugged, [(-3.0, 2.0)] * 2, budget=20_000, seed=1))
     assert rows["tabu"] > 6000
     assert rows["neighbourhood"] > 6000
@@ -224,7 +224,7 @@ def test_every_step_says_its_stage_and_round(problem: Any) -> None:
 
 
 def test_no_two_descents_begin_in_the_same_place() -> None:
-    """Between restarts: the first point asked after each."""
+    """The first point evaluated after each restart."""
     result = minimize(rugged, [(-3.0, 2.0)] * 2, budget=5000, seed=3)
     trace = result.trace
     starts = [
@@ -257,11 +257,11 @@ def test_it_goes_on_as_long_as_it_is_let() -> None:
     assert (result.ended, result.evaluations) == ("budget", 5000)
 
 
-# --- what it survives
+# --- costs that are hard to search
 
 
 def lone(x: Array) -> Array:
-    """Runs in one corner alone."""
+    """A cost that is finite in one corner alone."""
     return np.where((x < 0.2).all(axis=1), ((x - 0.1) ** 2).sum(axis=1), np.nan)
 
 
@@ -302,7 +302,7 @@ def test_penalties_are_no_part_of_the_landscape(seed: int) -> None:
 
 
 def test_one_corner_that_runs_is_found_and_searched() -> None:
-    """An eighth of a percent of the cube, by chance once in 800 evaluations."""
+    """The corner is an eighth of a percent of the cube: one random point in 800."""
     result = minimize(lone, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
     assert result.ended == "target"
 
@@ -346,7 +346,7 @@ def test_a_budget_smaller_than_the_first_swarm_is_kept(budget: int) -> None:
 
 @pytest.mark.parametrize("problem", [Exponential(), Plain(), Exponential(hole=1.0)])
 def test_side_by_side_it_is_what_it_is_alone(problem: Any) -> None:
-    """Some ask for residuals while others do not."""
+    """Searches with and without residuals in one lockstep."""
 
     def searches() -> list[Search]:
         return [

@@ -78,7 +78,7 @@ def test_raw_lengths_on_a_log_range_are_refused(name: str) -> None:
 
 
 class Script:
-    """A generator that says what it was told to."""
+    """A random generator that returns given numbers."""
 
     def __init__(self, *values: Any) -> None:
         self.values = [np.asarray(v, dtype=float) for v in values]
@@ -149,7 +149,7 @@ def test_signals_are_equation_2_1_cell_by_cell(coordinates: Any, quiet: dict[str
 
 
 def chemotaxis(swarm: Any, replies: list[list[float]], **options: Any) -> tuple[list[Array], Any]:
-    """Drive one chemotactic step of PAIR by hand; return what it asked and its result."""
+    """One chemotactic step of PAIR: the points evaluated, batch by batch, and its result."""
     Delta = [[1.0, 0.0], [3.0, -4.0]]
     width = np.array(options.get("width", [1.0, 1.0]))
     moves = swarm.chemotaxis(
@@ -166,7 +166,7 @@ def chemotaxis(swarm: Any, replies: list[list[float]], **options: Any) -> tuple[
             evaluated.append(moves.send(np.array(costs)).copy())
         except StopIteration as done:
             return evaluated, done.value
-    raise AssertionError("the step wants more costs")
+    raise AssertionError("the step needs more costs")
 
 
 def test_a_chemotactic_step_by_hand() -> None:
@@ -247,7 +247,7 @@ def test_dispersal_takes_cells_with_its_probability(P_ed: float, dispersed: int)
 
 
 def tabu_by_hand(costs: list[float], **settings: Any) -> tuple[list[float], list[dict[str, Any]]]:
-    """Places asked when the one neighbour is always S0 + R and costs what the table says."""
+    """Points evaluated and events where the one neighbour is S0 + R; `costs` in their order."""
     notes: list[dict[str, Any]] = []
     base: dict[str, Any] = {"N": 1, "R": 0.1, "BT": 2, "n_re_back": 2, "AR": ()}
     algorithm = AdaptiveTabuSearch(**(base | settings))

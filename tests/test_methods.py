@@ -1,4 +1,4 @@
-"""The contract every method keeps, walked over METHODS, and the steps of each."""
+"""The contract of every method in METHODS, and the effect of each setting."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Bowl:
-    """Costs of tens to hundreds, as the paper's are; its third parameter is logarithmic."""
+    """A bowl with costs of tens to hundreds, as in the paper; one parameter is logarithmic."""
 
     name = "bowl"
     space = Space((Param("a", -5, 5), Param("b", -5, 5), Param("c", 1e-3, 1e3, log=True)))
@@ -38,7 +38,7 @@ class Bowl:
 
 
 class Holes(Bowl):
-    """A bowl half of which cannot be run, its bottom included."""
+    """A bowl whose cost is nan in one half, its minimum included."""
 
     def __call__(self, x: Array, /) -> Array:
         cost = super().__call__(x)
@@ -47,7 +47,7 @@ class Holes(Bowl):
 
 
 class Void(Bowl):
-    """Nothing can be run."""
+    """A problem whose cost is nan everywhere."""
 
     def __call__(self, x: Array, /) -> Array:
         return np.full(len(super().__call__(x)), np.nan)

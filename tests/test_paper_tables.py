@@ -1,4 +1,4 @@
-"""The paper's tables beside ours: its own arithmetic, and means worked out by hand."""
+"""The paper's tables beside ours: the paper's arithmetic, and means worked out by hand."""
 
 from __future__ import annotations
 

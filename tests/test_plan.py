@@ -1,4 +1,4 @@
-"""Plans: information in closed form, rankings that answer to the data, limits, promises kept."""
+"""Plans: information in closed form, rankings, limits, and achieved against predicted errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RIGHT = TestBed().run("up", seed=3).recording
 
 
 def line(slopes: Array, noise: float, **fields: Any) -> Experiment:
-    """An experiment that shows a line: signals (N,) are slopes (N, dim) times parameters."""
+    """A linear experiment: signals (N,) are slopes (N, dim) times parameters (dim,)."""
 
     def predict(x: Array) -> Array:
         signals: Array = x @ slopes.T
@@ -327,7 +327,7 @@ def test_pressure_levels_are_offered_to_a_cylinder() -> None:
     assert factor(levels, "mu_p") > 2 * factor(repetition, "mu_p")
 
 
-# --- what is told, and refused ------------------------------------------------------------------
+# --- messages and refusals ----------------------------------------------------------------------
 
 
 def test_json_says_what_the_terminal_says(planned: Plan, capsys: Any) -> None:

@@ -1,4 +1,4 @@
-"""Real cylinder seals: friction ranges, and where friction per bar is a fact and where not."""
+"""Measured cylinder seals: friction ranges, and where one slope per bar holds and where not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops below breakaway: what a contact's law finds in them, and what no law can."""
+"""Loops below breakaway: parameters that a contact law identifies from them, and others."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def loops(k: int) -> Recording:
 
 @cache
 def fitted(law: str) -> Fit:
-    """On the second log, with the others held out."""
+    """The fit to the second log, with the others held out."""
     return identify(loops(2), rig=RIG, law=law, train=SETTLED, fixed=KNOWN)
 
 
@@ -89,7 +89,7 @@ def test_that_it_never_slid_is_told() -> None:
     assert warnings["maxwell-slip:2"] == [head + "the levels W_i do not add up to its breakaway"]
 
 
-# --- made logs ------------------------------------------------------------------------------------
+# --- simulated logs -----------------------------------------------------------------------------
 
 
 def pulled(F: Array, seconds: float = 8.0) -> Recording:

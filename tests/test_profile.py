@@ -1,4 +1,4 @@
-"""Profile likelihood: exact where there is a formula, honest where there are walls and ends."""
+"""Profile likelihood: against closed forms, at bounds and at ends of ranges."""
 
 from collections.abc import Callable
 
@@ -122,7 +122,7 @@ def test_a_parameter_at_its_bound_has_an_open_side() -> None:
 
 
 def _held(model: Model, W: Array, value: float) -> Array:
-    """The others refitted with the slope held."""
+    """The least-squares parameters at a fixed slope."""
     y = model.residuals(np.zeros((1, 3)))[0]
     refitted = np.linalg.lstsq(W[:, [0, 2]], y - W[:, 1] * value, rcond=None)[0]
     return np.array([refitted[0], value, refitted[1]])

@@ -1,4 +1,4 @@
-"""The live view of a campaign: what it counts, what it foretells, what it says where."""
+"""The progress of a campaign: its counts, its estimate of the time left, its output."""
 
 import io
 
@@ -15,7 +15,7 @@ METHODS = ["bts", "bts-restart", "ats", "ats-restart", "abfo"]
 
 
 class Clock:
-    """Seconds that pass when told."""
+    """A clock that advances by hand, s."""
 
     def __init__(self) -> None:
         self.now = 1000.0

@@ -1,4 +1,4 @@
-"""What a log is said to be good for."""
+"""The quality report of a log: what it is good for."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def test_a_million_samples_take_no_hours() -> None:
     assert time.process_time() - started < 100  # a quadratic step would take hours
 
 
-# What is no stick-slip, and what is no log for a force balance
+# Logs without stick-slip, and logs without what a force balance needs
 
 
 def rests_and_moves(moves: list[float]) -> tuple[Array, Array]:

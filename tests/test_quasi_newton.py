@@ -1,4 +1,4 @@
-"""Down a basin by costs alone: known optima, walls, holes, and how few evaluations it takes."""
+"""BFGS by costs alone: known optima, walls, holes, numbers of evaluations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Cost = Callable[[Array], Array]  # (n, dim) of the unit cube to (n,)
 
 
 def descend(cost: Cost, start: Any, **options: float) -> tuple[BfgsState, list[Array]]:
-    """The end of a descent from a point, or from where another one was left; every batch."""
+    """The end of a descent from a point or from an interrupted state, and its batches."""
     best = options.pop("best", np.inf)
     if not isinstance(start, BfgsState):
         u = np.array(start, dtype=float)
@@ -42,7 +42,7 @@ def rows(batches: list[Array]) -> int:
 
 
 def rosenbrock(u: Array) -> Array:
-    """Over [-2, 2]^dim; the floor is 0 at 1."""
+    """Rosenbrock's function over [-2, 2]^dim; its minimum is 0 at 1."""
     x = 4.0 * u - 2.0
     cost: Array = (100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2).sum(axis=1)
     return cost
@@ -63,7 +63,7 @@ def bowl(dim: int, seed: int, condition: float, outside: float = 0.0) -> tuple[C
 
 
 def single(cost: Cost) -> Callable[[Array], float]:
-    """The cost of one point, as scipy asks for it."""
+    """The cost of one point, as scipy calls it."""
     return lambda u: float(cost(u[None])[0])
 
 
@@ -189,7 +189,7 @@ def test_where_no_neighbour_can_run_it_gives_up_at_once() -> None:
 
 
 def edge(u: Array) -> Array:
-    """Nothing runs beyond u1 = 0.5; along that edge the least is at u2 = 0.6."""
+    """A cost that is nan beyond u1 = 0.5; along that edge the minimum is at u2 = 0.6."""
     cost: Array = np.where(u[:, 0] > 0.5, np.nan, ((u - 0.6) ** 2).sum(axis=1))
     return cost
 
@@ -222,11 +222,11 @@ def test_it_only_ever_goes_down() -> None:
         assert rows(batches) < 500
 
 
-# --- left, taken up again, abandoned
+# --- interrupted, resumed, abandoned
 
 
 def test_what_is_left_when_it_is_slow_goes_on_as_if_it_had_never_been() -> None:
-    """A steep descent, then a long valley: there it is left, and taken up with smaller demands."""
+    """A steep descent, then a long valley: interrupted there, resumed with a smaller `worth`."""
     whole, at_once = descend(rosenbrock, [0.2, 0.75])
     part, batches = descend(rosenbrock, [0.2, 0.75], worth=1.0)
     assert part.ended == "slow"

@@ -1,4 +1,4 @@
-"""Ranges of positions and times: what they mean, which samples they take, where a model starts."""
+"""Ranges of positions and times: units, the samples inside, the start of a simulation."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Logs that must be read: formats, heads, dialects, mending, real data."""
+"""Logs that are read: formats, heads, dialects, repairs, published data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs that must be refused: in one line that names the file, the place and the remedy."""
+"""Logs that are refused, in one line that names the file, the place and the remedy."""
 
 from __future__ import annotations
 

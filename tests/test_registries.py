@@ -1,4 +1,4 @@
-"""The lists of laws and rigs: they fit a terminal of 80 columns, and say what is there."""
+"""The lists of laws and rigs: complete, within 80 columns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Samples that repeat because the sensor holds its value are told from those that rest."""
+"""Samples that repeat because the sensor holds its value, against those of an axis at rest."""
 
 import numpy as np
 import pytest
@@ -14,11 +14,11 @@ T: Array = np.arange(2000) * np.float64(0.01)
 
 
 def sampled_and_held(x: Array, hold: int) -> Recording:
-    """A sensor that measures every so many samples and repeats itself between."""
+    """A log whose sensor measures every `hold` samples and repeats its value between."""
     return Recording(t=T, position=x[np.arange(len(x)) // hold * hold])
 
 
-@given(every=st.integers(2, 8), seed=st.integers(0, 99))
+@given(hold=st.integers(2, 8), seed=st.integers(0, 99))
 @settings(max_examples=30)
 def test_a_noisy_sensor_that_holds(hold: int, seed: int) -> None:
     x = 0.005 * T + 1e-4 * np.random.default_rng(seed).standard_normal(len(T))

@@ -26,7 +26,7 @@ NASTY = "<b onclick=alert(1)>a</b><a href='https://example.org'>log</a>.csv"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a fit to two logs with parts held out: four motions, so that there are lists to pick."""
+    """The page of a fit to two logs with parts held out: four motions, so that lists appear."""
     folder = tmp_path_factory.mktemp("report")
     logs = [
         replace(TestBed().run("up", seed=k).recording, source=Source(name, f"{k}" * 64, 9))
@@ -45,14 +45,14 @@ def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @pytest.fixture
 def desk_page(window: Browser, page: Path) -> Browser:
-    """The page on a desk, light."""
+    """The page in a desktop window, light theme."""
     window.size(1280, 900)
     window.open(page)
     return window
 
 
 def plots(window: Browser) -> dict[str, Any]:
-    """Of each plot: the traces with a line or marks in the drawing, and whether it has axes."""
+    """For each plot the number of traces drawn as lines or marks, and whether it has axes."""
     drawn: dict[str, Any] = window.run(
         """Object.fromEntries([...document.querySelectorAll('.canvas')].map((place) => [place.id, {
           paths: [...place.querySelectorAll('.main-svg .trace path')]

@@ -1,4 +1,4 @@
-"""The report of a fit: what it holds, what the page made of it says, and what is refused."""
+"""The report of a fit: its contents, its page, its refusals."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def twin() -> Recording:
 
 @pytest.fixture(scope="module")
 def fit(twin: Recording) -> Fit:
-    """One of the slide bed, from a log with a name that no page may take for its own."""
+    """A fit of the slide bed to a log whose name is markup that the page must escape."""
     log = replace(twin, source=Source(NASTY, "ab" * 32, len(twin)))
     return identify(log, train="325:127", holdout=["352:325", "127:68"], budget=600, repeats=2)
 
@@ -53,7 +53,7 @@ def report(fit: Fit) -> Report:
 
 @pytest.fixture(scope="module")
 def forced() -> Fit:
-    """A force balance of a made motion: M = 4 kg, F_C = 3 N, F_V = 20 N s/m."""
+    """A force balance of a simulated motion: M = 4 kg, F_C = 3 N, F_V = 20 N s/m."""
     t = np.arange(0.0, 8.0, 2e-3)
     x = 0.1 * np.sin(2 * np.pi * 0.5 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t)
     v, a = np.gradient(x, t), np.gradient(np.gradient(x, t), t)
@@ -309,7 +309,7 @@ def test_a_posterior_stands_beside_the_profiles(forced: Fit) -> None:
 
 @pytest.fixture(scope="module")
 def several(forced: Fit) -> Fit:
-    """Of four logs: three parts of one, and the whole."""
+    """A fit to four logs: three parts of one, and the whole."""
     (log,) = forced.recordings
     logs = [
         replace(log.cut(slice(k * 800, k * 800 + 1600)), source=Source(f"{k}.csv", f"{k}" * 64, 9))

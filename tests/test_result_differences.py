@@ -1,4 +1,4 @@
-"""The comparison of two checkouts' results tells what differs, and nothing that is only time."""
+"""The comparison of two checkouts' results: what differs, apart from times."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_line_more_is_a_difference() -> None:
 
 
 def card(value: float, seconds: float, **fields: Any) -> str:
-    """A card in short."""
+    """The text of a short card."""
     search = {"seconds": seconds, "evaluations": 7}
     content = {"F_C": {"value": value, "low": None}, "search": search, "software": {"a": seconds}}
     return json.dumps(content | {"trace": [0.1 * k for k in range(20)]} | fields)

@@ -1,4 +1,4 @@
-"""A rig of the user's own: a shipped kind and what differs, or one line that names the culprit."""
+"""A rig file: a shipped kind and its changes, or one line that names the error."""
 
 from pathlib import Path
 
@@ -151,7 +151,7 @@ WORDS = st.sampled_from(
 )  # fmt: skip
 
 
-@given(words=st.lists(WORDS, max_size=14), known=st.booleans())
+@given(words=st.lists(WORDS, max_size=14), with_kind=st.booleans())
 @settings(max_examples=300)
 def test_any_text_is_a_rig_or_one_line(
     words: list[str], with_kind: bool, tmp_path_factory: pytest.TempPathFactory

@@ -24,7 +24,7 @@ from stribeck.space import Array
 
 @dataclass(frozen=True, eq=False)
 class BeltAxis(SteppedRig):
-    """M dv/dt = clip(k_f kv (kp (x_c − x) − v), k_f i_max) − offset − F_f: a cascade of its own."""
+    """M dv/dt = clip(k_f kv (kp (x_c − x) − v), k_f i_max) − offset − F_f: a cascade controller."""
 
     kind: ClassVar[int] = JOINT
     held: ClassVar[tuple[bool, ...]] = (False, False, False)
@@ -82,7 +82,7 @@ TRUTH = np.array([6.0, 4.0, 2.5, 0.5])
 
 @dataclass(frozen=True, eq=False)
 class Carried(SimulatedRig):
-    """An axis that goes where it is told: it says how it moves, and no more."""
+    """An axis that follows its command: a rig with `move` alone."""
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         del law

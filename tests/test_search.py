@@ -36,7 +36,7 @@ SQUARE = box([(-1.0, 1.0), (-1.0, 1.0)])
 
 @dataclass(frozen=True)
 class Scripted:
-    """An algorithm that asks what it is given, and returns a word."""
+    """An algorithm that evaluates given batches, and returns a word."""
 
     batches: tuple[Any, ...]
     word: str | None = None
@@ -238,7 +238,7 @@ FOUR = np.arange(8.0).reshape(4, 2) / 8
 
 @dataclass(frozen=True)
 class Curious:
-    """An algorithm that asks for the residuals of its second batch, and keeps what it is sent."""
+    """An algorithm that requests the residuals of its second batch and keeps the replies."""
 
     sent: list[Any]
     name: str = "curious"
@@ -254,7 +254,7 @@ class Curious:
 
 @dataclass(frozen=True)
 class Line:
-    """A problem that shows its residuals."""
+    """A problem with residuals."""
 
     name: str = "line"
     space: Space = SQUARE

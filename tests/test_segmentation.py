@@ -1,4 +1,4 @@
-"""Strokes, rests and slips against motions whose rests and slips are known."""
+"""Strokes, rests and slips of motions whose rests and slips are known."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RAMP = 5e-3  # m/s
 
 @dataclass(frozen=True)
 class Staircase:
-    """A slide on a ramp: it waits, then catches up at constant speed."""
+    """A slide under a ramp: rests, and slips at constant speed."""
 
     t: Array
     x: Array
@@ -32,7 +32,7 @@ class Staircase:
 
 
 def staircase(seed: int, n: int = 12, direction: int = 1) -> Staircase:
-    """n slips of 15 to 40 mm that last 0.3 to 0.6 s, with dwells as the ramp wants (3 to 8 s)."""
+    """n slips of 15 to 40 mm that last 0.3 to 0.6 s; rests of 3 to 8 s follow from the ramp."""
     rng = np.random.default_rng(seed)
     jumps = rng.uniform(0.015, 0.040, n)
     times, levels, starts, stops, time = [0.0], [0.0], [], [], 0
@@ -52,7 +52,7 @@ def staircase(seed: int, n: int = 12, direction: int = 1) -> Staircase:
 
 
 def transducer(s: Staircase, seed: int, *, sd: float, q: float, hold: int) -> Array:
-    """The position as a transducer shows it: noisy, held for some samples, quantised."""
+    """The position by a transducer: noisy, held for some samples, quantised."""
     rng = np.random.default_rng([seed, 7])
     k = np.arange(len(s.x)) // hold * hold
     x = (s.x + rng.normal(0, sd, len(s.x)))[k] if sd else s.x[k]

@@ -218,7 +218,7 @@ def test_hold_outs_that_were_trained_on_are_refused() -> None:
         splits([log(PLAIN, seconds=1.2)], rig, [], [], [], 30)
 
 
-# --- is it worse? ---------------------------------------------------------------------------------
+# --- paired tests -------------------------------------------------------------------------------
 
 
 def coloured(rng: np.random.Generator, n: int, phi: float) -> Array:

@@ -1,4 +1,4 @@
-"""Comparisons of laws where the truth is known, on both roads; and on real axes."""
+"""Comparisons of laws where the truth is known, by both methods; and on measured axes."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def swings(seed: int = 0) -> Recording:
 
 @pytest.fixture(scope="module")
 def climbed() -> object:
-    """The laws of the servo, with so little search that only simpler laws' answers help."""
+    """The laws of the servo, with so short a search that only simpler laws' answers help."""
     laws = ["coulomb-viscous", "bam-m3", "bam-m4", "bam-m5", "bam-m6"]
     return select(swings(), rig="servo-pendulum", laws=laws, train="0s:3s", holdout="3s:5s",
                   budget=60)  # fmt: skip

@@ -1,4 +1,4 @@
-"""A rig of one's own: a class that says how it moves goes through everything else."""
+"""A user's rig: a class with `move` alone is simulated and identified as any other."""
 
 import os
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from stribeck.space import Array
 
 @dataclass(frozen=True, eq=False)
 class Dragged(SimulatedRig):
-    """A weightless sledge on a spring: it follows as soon as the spring overcomes friction."""
+    """A massless sledge on a spring: it moves as soon as the spring force exceeds friction."""
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         command = np.interp(track.t, track.knots_t, track.knots_x)
@@ -83,7 +83,7 @@ def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
 @pytest.mark.filterwarnings("ignore:This process.*is multi-threaded:DeprecationWarning")
 def test_a_forked_child_simulates_too() -> None:
-    """Its parent's worker threads are gone; it must not wait for them."""
+    """A forked child has none of its parent's threads, and must not wait for them."""
     track = problem(TestBed().run("up", seed=1).recording, train="112:295").train[0].track
     p, c = SLIDE_BED.split(LAWS["stribeck"], np.tile(PUBLISHED["right"], (64, 1)))
     expected = misfits(LAWS["stribeck"], p, c, track)

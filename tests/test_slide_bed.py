@@ -1,4 +1,4 @@
-"""The slide bed: the numbers of the published sets, its constants, its two ends."""
+"""The slide bed: numbers of the published sets, effect of its constants, refusals."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def minute(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5
 
 
 def slips(motion: Motion) -> tuple[int, float, float, float]:
-    """How many slips, the second one's length (mm), greatest speed (mm/s), share of time stuck."""
+    """Number of slips, length of the second, mm, greatest speed, mm/s, share of time stuck."""
     x, v = motion.position[0], motion.velocity[0]
     moving = v != 0
     begins = int((moving[1:] & ~moving[:-1]).sum())

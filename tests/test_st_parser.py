@@ -1,4 +1,4 @@
-"""The tests' own reader of Structured Text: it reads what blark does, and refuses what is wrong."""
+"""The tests' parser of Structured Text: it accepts what blark accepts, and refuses errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SECTIONS = {
 
 
 def units_of(text: str) -> tuple[st.Unit, ...]:
-    """The units by blark, whose grammar is TwinCAT's."""
+    """The program units as blark parses them; its grammar is TwinCAT's."""
     source = parse_source_code(text).transform()
     assert isinstance(source, tf.SourceCode)
     return tuple(map(unit_of, source.items))

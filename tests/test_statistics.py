@@ -1,4 +1,4 @@
-"""What is said of a campaign's runs: by hand, by published numbers, by simulation."""
+"""Statistics of a campaign's runs: by hand, by published numbers, by simulation."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def run(
     ended: str = "budget",
     instance: int | None = None,
 ) -> Record:
-    """A record whose best costs were met at the evaluations of `steps`."""
+    """A record whose best costs were reached at the evaluations of `steps`."""
     surface: dict[str, Any] = {"surface": problem, "twin": instance}
     job = Job(problem, by, repeat, 1, budget, target, minimum, surface, {"name": by})
     at, costs = np.array([e for e, _ in steps], dtype=np.int64), np.array([c for _, c in steps])
@@ -177,7 +177,9 @@ class TestRunningTime:
 
 class TestCells:
     def test_jobs_set_order_and_leave_out_strangers(self) -> None:
-        mine = [hit_at(9, k, on=p, by=a) for p in ("Z", "A") for a in ("b", "a") for k in (1, 0)]
+        mine = [
+            hit_at(9, k, problem=p, by=a) for p in ("Z", "A") for a in ("b", "a") for k in (1, 0)
+        ]
         jobs = [r.job for r in mine] + [miss(1.0, 0, problem="C").job]
         grouped = cells([*mine[::-1], miss(1.0, 7, problem="D")], jobs)
         assert problems_of(grouped) == ["Z", "A", "C"]

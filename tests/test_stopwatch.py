@@ -1,4 +1,4 @@
-"""The stopwatch: all of the time has a name, and none has two."""
+"""The stopwatch: every second counts in exactly one lap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The store: nothing lost, nothing run twice, whatever happens to the processes."""
+"""The store: no result lost and no job run twice when processes are killed or interrupted."""
 
 import csv
 import json
@@ -65,7 +65,7 @@ def opened(file: Path) -> Store:
 
 
 def work(file: Path, leash: bool, pipe: Connection) -> None:
-    """A process on a store: says what it does, and on a leash asks before it takes a job."""
+    """Run the jobs of a store and send each step; on a `leash` wait for a word before each."""
     with opened(file) as store:
         store.add(campaign())
         while (not leash or pipe.recv()) and (job := store.claim()) is not None:
@@ -94,7 +94,7 @@ def heard(pipe: Connection) -> Iterator[str]:
 
 
 def content(file: Path) -> list[str]:
-    """All that a store holds but times and names of processes."""
+    """The contents of a store without times and names of processes."""
     with sqlite3.connect(file) as db:
         assert db.execute("SELECT count(*) FROM claims").fetchone() == (0,)
         assert db.execute("SELECT count(*) FROM failures").fetchone() == (0,)
@@ -158,7 +158,7 @@ def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) ->
 
 
 def hold(file: Path, pipe: Connection) -> None:
-    """Claim a job and never come back."""
+    """Claim a job and wait until killed."""
     with opened(file) as store:
         store.add(campaign(1))
         job = store.claim()
@@ -245,7 +245,7 @@ def test_claims_come_in_order_and_to_one_store_only(tmp_path: Path) -> None:
 
 
 class InterruptedConnection:
-    """A connection on which Ctrl-C comes once, right after a statement that begins with a word."""
+    """A connection that raises Ctrl-C once, after a statement that begins with a word."""
 
     def __init__(self, db: sqlite3.Connection, word: str) -> None:
         self.db, self.word = db, word

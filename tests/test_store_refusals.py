@@ -1,4 +1,4 @@
-"""What the store refuses, in one line each, and that a file it refuses stays as it was."""
+"""Refusals of the store, one line each; a refused file stays unchanged."""
 
 import contextlib
 import errno
@@ -233,7 +233,7 @@ def test_a_store_that_another_program_holds(
 
 
 def unprivileged(file: Path, pipe: Connection) -> None:
-    """As a user who may not write there."""
+    """Read the store as a user without the right to write there; send the outcome."""
     if os.geteuid() == 0:
         os.setgroups([])
         os.setgid(65534)
@@ -272,7 +272,7 @@ def test_a_store_that_may_only_be_read(folder: int) -> None:
 
 
 def fill(file: Path, limit: int, pipe: Connection) -> None:
-    """Run a campaign on a disk with room for so many bytes in a file (0: no bound)."""
+    """Run a campaign whose file may grow to `limit` bytes (0: no bound); send the outcome."""
     if limit:
         import resource  # noqa: PLC0415 - POSIX
 

@@ -1,4 +1,4 @@
-"""The pictures of the surfaces show what the surfaces are."""
+"""The figures of the surfaces against the surfaces."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def moved(twin: Surface) -> Moved:
 
 
 def slack(s: Surface) -> float:
-    """What rounding may do to a value: some units in the last place of the terms."""
+    """The rounding error of a value: some units in the last place of its terms."""
     return 1e-14 * s.ceiling
 
 
@@ -192,7 +192,7 @@ def test_shubert_is_least_where_a_dense_scan_and_polishing_say(dim: int) -> None
 
 
 def _polished(factor: Surface, lower: float, upper: float, *, upwards: bool) -> float:
-    """Where a function of one variable turns between two places."""
+    """The turning point of a function of one variable between two places."""
     sign = -1.0 if upwards else 1.0
     turning_point = minimize_scalar(
         lambda x: sign * float(factor(np.array([[x]]))[0]),

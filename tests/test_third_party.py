@@ -1,4 +1,4 @@
-"""Other people's optimizers under our rules: exact budget, target, seed, and nothing let out."""
+"""Third-party optimizers under our rules: exact budget, target, seed, no output."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ every_peer = names()
 
 
 class BrokenError(ValueError):
-    """What a faulty problem raises: a ValueError, which libraries like to rename."""
+    """The error of a faulty problem: a ValueError, which some libraries convert."""
 
 
 @dataclass
 class Bowl:
-    """A bowl on an uneven box; it can have a nan half, be nan all over, or break."""
+    """A bowl on an uneven box; its cost may be nan in one half or everywhere, or raise."""
 
     lower: float = -5.0
     least: float = 0.0

@@ -34,7 +34,7 @@ Points = list[tuple[float, float]]
 
 
 class Dealt:
-    """A generator that hands out chosen numbers of [0, 1], and has to be asked for each."""
+    """A random generator that returns given numbers of [0, 1], one array a call."""
 
     def __init__(self, *draws: Any) -> None:
         self.draws = [np.array(d, dtype=float) for d in draws]
@@ -50,7 +50,7 @@ class Dealt:
 
 @dataclass(frozen=True)
 class Played:
-    """An algorithm with the numbers it will draw."""
+    """An algorithm with the numbers that it draws."""
 
     algorithm: Algorithm
     rng: Dealt
@@ -67,7 +67,7 @@ class Played:
 def played(
     algorithm: Algorithm, bounds: list[tuple[float, float]], budget: int, *draws: Any
 ) -> tuple[list[Array], Search]:
-    """The points that a search by ask and tell asks, batch by batch."""
+    """The batches of points that a search evaluates, and the search itself."""
     rng = Dealt(*draws)
     search = Search(box(bounds), Played(algorithm, rng), budget=budget, seed=0)
     batches = []

@@ -1,4 +1,4 @@
-"""Down a basin by its residuals: known optima, walls, holes, and how few evaluations it takes."""
+"""Least squares by residuals: known optima, walls, holes, numbers of evaluations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Residuals = Callable[[Array], Array]  # (n, dim) of the unit cube to (n, m)
 def descend(
     residuals: Residuals, start: list[float], **options: Any
 ) -> tuple[Minimum, list[Array]]:
-    """The minimum, and every batch that was asked for."""
+    """The minimum, and every batch evaluated."""
     moves = least_squares(np.array(start), Box(box([(0.0, 1.0)] * len(start))), **options)
     batches: list[Array] = []
     try:
@@ -39,7 +39,7 @@ def descend(
 
 
 def rosenbrock(u: Array) -> Array:
-    """Over [-2, 2]^2; the minimum is 0 at (1, 1)."""
+    """Residuals of Rosenbrock's function over [-2, 2]^2; the minimum is 0 at (1, 1)."""
     x, y = (4.0 * u - 2.0).T
     return np.stack([10.0 * (y - x**2), 1.0 - x], axis=1)
 

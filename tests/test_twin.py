@@ -1,4 +1,4 @@
-"""The twin's sensors do what they say, and its truth stays out of the log."""
+"""The twin: statistics of its sensors, its truth, which is not in the log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdicts, meanings, blind directions, noise, posterior: what people are told of an estimate."""
+"""Verdicts, sensitivities, blind directions, noise, posterior of an estimate."""
 
 import sys
 from collections.abc import Callable
@@ -95,7 +95,7 @@ def test_correlation_alone_demotes_nobody() -> None:
 
 
 def test_what_doubling_does_is_what_it_does() -> None:
-    """One parameter, no noise but a known one: J at twice the value has a formula."""
+    """One parameter and known noise: J at twice the value has a formula."""
     y = 3 * T + 0.1 * NOISE
     model = Model(box([(0.0, 10.0)]), y, lambda x: x[0] * T)
     profiled = profiles(model, np.array([3.0]))

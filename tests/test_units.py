@@ -1,4 +1,4 @@
-"""Units: what is read here is what pint says."""
+"""Units: everyday ones are read as by pint."""
 
 from __future__ import annotations
 

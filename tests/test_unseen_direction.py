@@ -1,4 +1,4 @@
-"""A card that was trained one way, held against a log that runs both ways."""
+"""A card trained in one direction, against a log that runs in both."""
 
 import pytest
 
