@@ -10,18 +10,21 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from numba import float64, types
 
 from exported import MORE, model_of
 from stribeck.compensate.compensator import Compensator
+from stribeck.compile_cache import compiled as compiled_here
 from stribeck.errors import InputError
 from stribeck.export.code.c import MIN_AND_MAX, C, c
 from stribeck.export.code.check_vectors import scale, walk
 from stribeck.export.code.program import MATH_FUNCTIONS, Name
 from stribeck.export.model import Model
-from stribeck.friction import LAWS, LOADS
+from stribeck.friction import LAWS, LOADS, RUB_TYPE, SLIP_TYPE
 from stribeck.rig.balanced import slips
 from stribeck.space import Array
 
@@ -33,6 +36,7 @@ STRICT = (
     "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror",
 )  # fmt: skip
 CHECKED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+READ = types.Array(float64, 1, "C", readonly=True)
 #: All that a controller can ask of a compensator, at once.
 COMPENSATOR = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, drive=3.0)
 #: Numbers of a row for the driver, before the states: v, v_ref, h, loads.
@@ -215,21 +219,39 @@ def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, which: int) -> None
     assert off(got[:, 2], want.outputs) <= tolerance
 
 
+@compiled_here(float64[::1](SLIP_TYPE, float64[:, ::1], READ))
+def slipped(slip: Any, rows: Array, p: Array) -> Array:
+    """What a law without states and loads says of each row."""
+    forces = np.empty(len(rows))
+    for i in range(len(rows)):
+        forces[i] = slip(rows[i, 0], p)
+    return forces
+
+
+@compiled_here(float64[::1](RUB_TYPE, float64[:, ::1], float64[:, ::1], READ, float64[:, ::1]))
+def rubbed(rub: Any, rows: Array, z: Array, p: Array, after: Array) -> Array:
+    """What any other says of each row from states z, (n, k), whose next ones go into `after`."""
+    forces = np.empty(len(rows))
+    for i in range(len(rows)):
+        forces[i] = rub(rows[i, 0], rows[i, 2], z[i], rows[i, 3:], p, after[i])
+    return forces
+
+
 @pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
 def test_one_span_from_any_states_under_any_loads(laws: Laws, which: int) -> None:
     model = laws.models[which]
     law, n = model.law, model.law.states
-    rub = law.rub or (lambda v, _h, _z, _load, p, _out: law.slip(v, p))
     tolerance = 1e-9 if n else 1e-12
     rng = np.random.default_rng(200 + which)
     rows, z = rows_of(rng, model, RANDOM), states(rng, model, RANDOM)
     got = laws.run(which, 1, np.column_stack([rows, z]))
     after = np.zeros_like(z)
-    want = [
-        scale(model, row[3:]) * rub(row[0], row[2], before, row[3:], model.p, out)
-        for row, before, out in zip(rows, z, after, strict=True)
-    ]
-    assert off(got[:, 0], np.array(want)) <= tolerance
+    if law.rub is None:
+        want = slipped(law.slip, rows, model.p)
+    else:
+        want = rubbed(law.rub, rows, z, model.p, after)
+    want *= [scale(model, row[3:]) for row in rows] if law.terms else 1.0
+    assert off(got[:, 0], want) <= tolerance
     if n:
         assert off(got[:, 3 : 3 + n], after) <= tolerance
 
