@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import re
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ import numpy as np
 import pytest
 
 import stribeck
+from stribeck import cli
 from stribeck.friction import slip_law
 
 PAGE = Path(__file__).parent.parent / "docs" / "laws.md"
@@ -57,18 +60,19 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """The results of the block on its twin, in a process and a folder of its own."""
+    """The results of the block on its twin, as a program in a folder of its own."""
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (block,) = (b for b in blocks if "@slip_law" in b)
     folder = tmp_path_factory.mktemp("own")
     (folder / "demo").mkdir()
     (folder / "mine.py").write_text(block + _TELL, encoding="utf-8")
-    for command in (["-m", "stribeck", "twin", "demo/twin.csv"], ["mine.py"]):
-        completed = subprocess.run(
-            [sys.executable, *command], cwd=folder, capture_output=True, text=True, check=False
-        )
-        assert completed.returncode == 0, completed.stderr
-    output: dict[str, Any] = json.loads(completed.stdout.splitlines()[-1])
+    printed = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
+        patch.chdir(folder)
+        patch.setattr(sys, "argv", ["stribeck", "twin", "demo/twin.csv"])
+        cli.main()
+        runpy.run_path("mine.py", run_name="__main__")
+    output: dict[str, Any] = json.loads(printed.getvalue().splitlines()[-1])
     return output
 
 
