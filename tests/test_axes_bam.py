@@ -30,9 +30,9 @@ CALLED = {
 }  # fmt: skip
 
 
-def kept(part: str) -> dict[str, Any]:
-    every: dict[str, Any] = json.loads(axes.FILE.read_text(encoding="utf-8"))
-    return {k.rpartition("/")[2]: v for k, v in every.items() if k.startswith(f"servo/{part}")}
+def results(part: str) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(axes.FILE.read_text(encoding="utf-8"))
+    return {k.rpartition("/")[2]: v for k, v in document.items() if k.startswith(f"servo/{part}")}
 
 
 @dataclass(frozen=True)
@@ -63,23 +63,27 @@ def test_published_parameters_err_as_published(
     model: str, published: float, logs: list[Recording]
 ) -> None:
     """The authors' simulator resamples to 5 ms and steps explicitly; this one does neither."""
-    said = json.loads((HOME / "published" / "at_recording" / f"{model}.json").read_text())
+    published_values = json.loads(
+        (HOME / "published" / "at_recording" / f"{model}.json").read_text()
+    )
     law = f"bam-{model}"
-    values = {q.name: said[CALLED.get(q.name, q.name)] for q in RIG.parameters(law_named(law))}
+    values = {
+        q.name: published_values[CALLED.get(q.name, q.name)] for q in RIG.parameters(law_named(law))
+    }
     assert error(law, values, logs) == pytest.approx(published, rel=0.04)
 
 
 def test_committed_fits_err_as_the_tables_say(logs: list[Recording]) -> None:
-    fits = kept("identify/")
+    fits = results("identify/")
     assert "m1" in fits
     for name, fit in fits.items():
         values = {n: row[0] for n, row in fit["estimates"].items()}
         assert error(axis_servo.LAWS[name], values, logs) == pytest.approx(fit["mae"], rel=1e-4)
 
 
-@pytest.mark.parametrize("name", sorted(kept("identify/")))
+@pytest.mark.parametrize("name", sorted(results("identify/")))
 def test_identify_is_no_worse_than_a_local_simplex(name: str) -> None:
-    mae = {n: fit["mae"] for n, fit in kept("identify/").items()}
+    mae = {n: fit["mae"] for n, fit in results("identify/").items()}
     assert mae[name] <= axis_servo.SIMPLEX.get(name, mae["m1"]) + 0.1
 
 
@@ -91,21 +95,21 @@ def test_plain_friction_is_identified_again(
     fit = identify(
         logs, rig=RIG, law="coulomb-viscous", loss="absolute", seed=5, repeats=1, budget=700
     )
-    again = np.mean([score.value for _, _, score in validate(fit, logs)])
-    assert again == pytest.approx(kept("identify/")["m1"]["mae"], rel=0.01)
+    error_again = np.mean([score.value for _, _, score in validate(fit, logs)])
+    assert error_again == pytest.approx(results("identify/")["m1"]["mae"], rel=0.01)
 
 
 @pytest.mark.parametrize(
-    "split", [s for s in kept("squares/") if s.partition("+")[0] not in ("800", "none")]
+    "split", [s for s in results("squares/") if s.partition("+")[0] not in ("800", "none")]
 )
 def test_friction_that_grows_with_the_load_predicts_an_unseen_gain(
     split: str, logs: list[Recording]
 ) -> None:
-    found, gain = kept("squares/")[split], int(split.partition("+")[0])
-    assert found["m3"]["test"] < found["m1"]["test"]
+    fits, gain = results("squares/")[split], int(split.partition("+")[0])
+    assert fits["m3"]["test"] < fits["m1"]["test"]
     unseen = [log for log in logs if round(float(log.extra["kp"][0])) == gain]
     assert len(unseen) == 4
-    assert error("bam-m3", found["m3"]["p"], unseen) == pytest.approx(found["m3"]["test"], rel=1e-4)
+    assert error("bam-m3", fits["m3"]["p"], unseen) == pytest.approx(fits["m3"]["test"], rel=1e-4)
 
 
 def test_the_choice_looks_at_no_log_of_the_unseen_gain() -> None:
@@ -115,16 +119,16 @@ def test_the_choice_looks_at_no_log_of_the_unseen_gain() -> None:
     def row(**tests: float) -> dict[str, Any]:
         return {n: {"test": tests.get(n, 50.0)} for n in names}
 
-    found = {
+    splits = {
         "absolute/800": row(m1=10.0, m3=90.0), "squares/800": row(m1=10.0, m3=90.0),
         **{f"absolute/{g}+800": row(m3=20.0) for g in (100, 200, 400)},
         **{f"squares/{g}+800": row(m3=30.0, m6=25.0) for g in (100, 200, 400)},
     }  # fmt: skip
-    made = axis_servo.choice(found)
-    assert (made["loss"], made["law"]) == ("absolute", "m3")
-    assert made["tests"]["absolute"]["m3"] == 90.0
+    chosen = axis_servo.choice(splits)
+    assert (chosen["loss"], chosen["law"]) == ("absolute", "m3")
+    assert chosen["tests"]["absolute"]["m3"] == 90.0
 
 
 def test_the_tables_show_what_is_kept() -> None:
-    said = "\n".join(axis_servo.tables({"identify": kept("identify/"), "splits": {}}))
-    assert f"{kept('identify/')['m1']['mae']:.1f}" in said
+    text = "\n".join(axis_servo.tables({"identify": results("identify/"), "splits": {}}))
+    assert f"{results('identify/')['m1']['mae']:.1f}" in text

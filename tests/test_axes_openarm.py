@@ -30,10 +30,10 @@ def logs() -> dict[int, Recording]:
     return {joint: axis_joints.recording(joint) for joint in GAINS}
 
 
-def kept(joint: int) -> dict[str, Any]:
-    every: dict[str, Any] = json.loads(axes.FILE.read_text(encoding="utf-8"))
+def results(joint: int) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(axes.FILE.read_text(encoding="utf-8"))
     head = f"joints/{joint}/"
-    return {k.removeprefix(head): v for k, v in every.items() if k.startswith(head)}
+    return {k.removeprefix(head): v for k, v in document.items() if k.startswith(head)}
 
 
 def true_model() -> tuple[Parameters, Array]:
@@ -52,36 +52,36 @@ def test_breakaway_at_the_onsets(
     joint: int, slips: int, level: float, scatter: float, logs: dict[int, Recording]
 ) -> None:
     """Counts as published with the data; levels read off another program's list of slips."""
-    found = axis_joints.onsets(logs[joint])
-    assert found["slips"] == pytest.approx(slips, rel=0.1)
-    low, high = found["interval"]
-    assert found["F_S"] == pytest.approx(level, rel=0.1)
+    breakaway = axis_joints.onsets(logs[joint])
+    assert breakaway["slips"] == pytest.approx(slips, rel=0.1)
+    low, high = breakaway["interval"]
+    assert breakaway["F_S"] == pytest.approx(level, rel=0.1)
     assert high - low < 0.2 * level
-    assert found["scatter"] == pytest.approx(scatter, rel=0.2)
+    assert breakaway["scatter"] == pytest.approx(scatter, rel=0.2)
 
 
 def test_the_onsets_of_a_known_axis_give_back_its_breakaway(logs: dict[int, Recording]) -> None:
     """A torque that is held acts from the row at which it was computed: F_S, and its scatter."""
     for share in (0.0, 0.1, 0.17):
-        made = axis_joints.made_log(logs[3], 3, TRUTH, share, seed=1)
-        found = axis_joints.onsets(made)
-        assert found["slips"] > 20
-        assert found["F_S"] == pytest.approx(TRUTH["F_S"], rel=0.06)
-        assert found["scatter"] == pytest.approx(share * TRUTH["F_S"], abs=0.02)
+        twin = axis_joints.made_log(logs[3], 3, TRUTH, share, seed=1)
+        breakaway = axis_joints.onsets(twin)
+        assert breakaway["slips"] > 20
+        assert breakaway["F_S"] == pytest.approx(TRUTH["F_S"], rel=0.06)
+        assert breakaway["scatter"] == pytest.approx(share * TRUTH["F_S"], abs=0.02)
 
 
 # --- the rig on real time stamps ------------------------------------------------------------------
 
 
 def test_the_rig_moves_as_a_plain_loop_with_a_held_torque(logs: dict[int, Recording]) -> None:
-    made = axis_joints.made_log(logs[3], 3, TRUTH, 0.0, seed=0)
+    twin = axis_joints.made_log(logs[3], 3, TRUTH, 0.0, seed=0)
     model, p = true_model()
-    motion = axis_joints.rig(3).set(step=2.0).simulate(model.law, p[None], made)
-    off = motion.position[0] - made.position
-    assert len(segment(made).slips) > 20
+    motion = axis_joints.rig(3).set(step=2.0).simulate(model.law, p[None], twin)
+    off = motion.position[0] - twin.position
+    assert len(segment(twin).slips) > 20
     # Stick-slip forgets nothing: an encoder step of 0.4 mrad is what a slip starts off by.
     assert np.median(np.abs(off)) < 2e-3
-    assert np.sqrt(np.mean(off**2)) < 0.1 * np.ptp(made.position)
+    assert np.sqrt(np.mean(off**2)) < 0.1 * np.ptp(twin.position)
 
 
 def test_a_steady_axis_is_predicted_by_its_own_law_and_a_scattering_one_is_not(
@@ -90,8 +90,8 @@ def test_a_steady_axis_is_predicted_by_its_own_law_and_a_scattering_one_is_not(
     model, p = true_model()
     whole = {}
     for share in (0.0, 0.17):
-        made = axis_joints.made_log(logs[3], 3, TRUTH, share, seed=1)
-        _, second = axis_joints.halves(made)
+        twin = axis_joints.made_log(logs[3], 3, TRUTH, share, seed=1)
+        _, second = axis_joints.halves(twin)
         whole[share] = axis_joints.held_against(model, p, second)
     assert whole[0.17]["whole"] > 2 * whole[0.0]["whole"]
     measured, modelled = whole[0.17]["measured"], whole[0.17]["modelled"]
@@ -101,7 +101,7 @@ def test_a_steady_axis_is_predicted_by_its_own_law_and_a_scattering_one_is_not(
 
 
 def has(joint: int, *rows: str) -> bool:
-    return set(rows) <= set(kept(joint))
+    return set(rows) <= set(results(joint))
 
 
 LEGS = [f"{half}/{name}/rest to rest" for half in (1, 2) for name in (PLAIN_NAME, SEEN)]
@@ -115,23 +115,23 @@ FOUND = [joint for joint in GAINS if has(joint, *LEGS)]
 def test_committed_predictions_are_what_the_models_do(
     joint: int, logs: dict[int, Recording]
 ) -> None:
-    known, both = kept(joint), axis_joints.halves(logs[joint])
+    committed, parts = results(joint), axis_joints.halves(logs[joint])
     for name in (PLAIN_NAME, SEEN):
-        row = known[f"1/{name}/rest to rest"]
+        row = committed[f"1/{name}/rest to rest"]
         parameters = partition(axis_joints.rig(joint), law_named(axis_joints.MODELS[name].law))
         p = np.array([row["estimates"][q.name][0] for q in parameters.every])
-        again = axis_joints.held_against(parameters, p, both[1])
-        assert again["rest to rest"] == pytest.approx(row["rest to rest"], rel=0.02)
-        assert again["measured"] == pytest.approx(row["measured"])
+        prediction = axis_joints.held_against(parameters, p, parts[1])
+        assert prediction["rest to rest"] == pytest.approx(row["rest to rest"], rel=0.02)
+        assert prediction["measured"] == pytest.approx(row["measured"])
 
 
 @pytest.mark.parametrize("joint", FOUND)
 def test_breakaway_at_the_onsets_makes_the_staircase(joint: int) -> None:
     """Of both halves: whoever fits positions alone smooths slips that come at any time away."""
-    known = kept(joint)
+    committed = results(joint)
 
     def missed(name: str, road: str) -> Any:
-        rows = [known[f"{half}/{name}/{road}"] for half in (1, 2)]
+        rows = [committed[f"{half}/{name}/{road}"] for half in (1, 2)]
         return sum(abs(r["modelled"][0] - r["measured"][0]) for r in rows)
 
     assert missed(SEEN, "rest to rest") < min(

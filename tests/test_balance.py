@@ -25,7 +25,7 @@ def test_a_log_that_is_only_held_out_is_no_training_log() -> None:
     wide, narrow = log(0.2, 0), log(0.05, 1)
     both_ways = ["100:150", "150:100"]  # one way alone, an offset looks like friction
     fit = identify([wide, narrow], rig="forced", train=both_ways, holdout="-40:40")
-    assert [one is wide for one in fit.recordings] == [True]
+    assert [recording is wide for recording in fit.recordings] == [True]
     assert fit.values["F_C"] == pytest.approx(20.0, rel=0.05)
     assert 0 < fit.used(wide) < len(wide) / 5  # decimated by ten, and part of the strokes
     assert fit.holdout[0].score.value < 10.0
@@ -33,7 +33,7 @@ def test_a_log_that_is_only_held_out_is_no_training_log() -> None:
 
 def test_a_fit_is_held_against_another_log() -> None:
     fit = identify(log(0.2, 0), rig="forced")
-    ((name, within, score),) = validate(fit, log(0.2, 5))
-    assert (name, within, score.name) == ("recording", "all", "relative_error")
+    ((name, range_name, score),) = validate(fit, log(0.2, 5))
+    assert (name, range_name, score.name) == ("recording", "all", "relative_error")
     assert score.value == pytest.approx(fit.score.value, rel=0.2)
     assert fit.values["M"] == pytest.approx(3.0, rel=0.05)

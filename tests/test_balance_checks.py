@@ -53,8 +53,8 @@ def faults(fit: Any) -> set[str]:
     return {name for name, words in FAULTS.items() if any(words in w for w in fit.warnings)}
 
 
-def fitted(x: Array, force: Array, rig: str = "forced", **more: Any) -> Any:
-    return identify(Recording(T, x, force=force, rotary=RIGS[rig].rotary), rig=rig, **more)
+def fitted(x: Array, force: Array, rig: str = "forced", **options: Any) -> Any:
+    return identify(Recording(T, x, force=force, rotary=RIGS[rig].rotary), rig=rig, **options)
 
 
 def test_a_sound_log_raises_no_doubt_and_all_of_it_is_identified() -> None:
@@ -83,9 +83,9 @@ def test_a_force_that_was_logged_late(late: float, word: str) -> None:
     x, force = sound()
     fit = fitted(x, np.interp(T - late, T, force))
     assert "delay" in faults(fit)
-    (said,) = (w for w in fit.warnings if FAULTS["delay"] in w)
-    assert word in said
-    assert float(said.split(" ms")[0].split()[-1]) == pytest.approx(1e3 * abs(late), abs=0.3)
+    (warning,) = (w for w in fit.warnings if FAULTS["delay"] in w)
+    assert word in warning
+    assert float(warning.split(" ms")[0].split()[-1]) == pytest.approx(1e3 * abs(late), abs=0.3)
 
 
 def test_spikes() -> None:
@@ -157,9 +157,9 @@ def test_estimates_that_depend_on_the_cut_off_are_widened() -> None:
     # less so the lower the cut-off.
     x, v, a = motion()
     rng = np.random.default_rng(5)
-    seen = x + 3e-5 * rng.standard_normal(len(T))
+    noisy = x + 3e-5 * rng.standard_normal(len(T))
     force = 3 * a + 20 * np.sign(v) + 50 * v + 0.5 * rng.standard_normal(len(T))
-    fit = fitted(seen, force)
+    fit = fitted(noisy, force)
     assert "cut-off" in faults(fit)
     mass = next(e for e in fit.estimates if e.name == "M")
     assert mass.value < 2.8
@@ -195,12 +195,14 @@ def test_several_logs_of_one_axis_agree_and_of_two_do_not() -> None:
     x, force = sound()
     v = np.gradient(x, T)
     logs = [Recording(T, x, force=sound(k)[1]) for k in range(3)]
-    same = identify(logs, rig="forced")
-    assert "logs" not in faults(same)
-    other = [*logs[:2], replace(logs[2], force=force + 4 * np.sign(v))]
-    apart = identify(other, rig="forced")
-    assert "logs" in faults(apart)
-    level, wide = (next(e for e in fit.estimates if e.name == "F_C") for fit in (same, apart))
+    one_axis = identify(logs, rig="forced")
+    assert "logs" not in faults(one_axis)
+    mixed = [*logs[:2], replace(logs[2], force=force + 4 * np.sign(v))]
+    two_axes = identify(mixed, rig="forced")
+    assert "logs" in faults(two_axes)
+    level, wide = (
+        next(e for e in fit.estimates if e.name == "F_C") for fit in (one_axis, two_axes)
+    )
     assert level.verdict == "identified"
     assert level.low < 20 < level.high
     assert wide.low < 20

@@ -34,36 +34,38 @@ def record(costs: list[float], at: list[int], dim: int = 2) -> Record:
 
 
 @pytest.fixture(scope="module")
-def every() -> list[Twin]:
+def all_twins() -> list[Twin]:
     return twins()
 
 
-def test_the_best_known_J_is_found_where_it_is_said_to_be(every: list[Twin]) -> None:
-    known = json.loads(FILE.read_text(encoding="utf-8"))["twins"]
-    assert list(known) == [t.name for t in every]
-    for twin in every:
+def test_the_best_known_J_is_found_where_it_is_said_to_be(all_twins: list[Twin]) -> None:
+    minima = json.loads(FILE.read_text(encoding="utf-8"))["twins"]
+    assert list(minima) == [t.name for t in all_twins]
+    for twin in all_twins:
         # Another integrator, as exact, tips a sample or two of the log over an edge of the
         # converter; a fifth of the margin that counts as found is room for some.
         assert twin.problem(twin.best_x[None])[0] == pytest.approx(twin.best, rel=WITHIN / 5)
 
 
-def test_neither_truth_nor_a_random_point_is_below_the_best_known_J(every: list[Twin]) -> None:
-    for twin in every:
+def test_neither_truth_nor_a_random_point_is_below_the_best_known_J(all_twins: list[Twin]) -> None:
+    for twin in all_twins:
         u = twin.problem.space.sample(np.random.default_rng(7), 20)
         x = np.vstack([twin.truth, twin.problem.space.decode(u)])
         assert np.nanmin(twin.problem(x)) >= twin.best * (1 - WITHIN / 5)
 
 
-def test_the_best_known_J_is_near_the_noise_it_cannot_fit_away(every: list[Twin]) -> None:
+def test_the_best_known_J_is_near_the_noise_it_cannot_fit_away(all_twins: list[Twin]) -> None:
     # Five parameters on hundreds of samples: J is the noise within a few standard errors, and
     # above it where an echo is old or the converter coarse (0.028 mm).
-    for twin in every:
+    for twin in all_twins:
         noise = 1e3 * twin.bed.echo_noise
         assert 0.95 * noise < twin.best < 1.05 * math.hypot(noise, 0.03)
 
 
-def test_random_twins_stick_and_slip_at_rates_and_noises_of_the_range(every: list[Twin]) -> None:
-    random = [t for t in every if not t.demo]
+def test_random_twins_stick_and_slip_at_rates_and_noises_of_the_range(
+    all_twins: list[Twin],
+) -> None:
+    random = [t for t in all_twins if not t.demo]
     assert len(random) == 20
     assert all(slips(t.truth, t.side) >= SLIPS for t in random)
     assert {t.side for t in random} == {"right", "left"}
@@ -78,11 +80,11 @@ def test_a_slide_that_never_stops_does_not_slip_anew() -> None:
     assert slips(smooth, "right") == 0
 
 
-def test_twins_are_the_same_each_time(every: list[Twin]) -> None:
-    again = twins()[5]
-    assert np.array_equal(again.truth, every[5].truth)
-    x = again.truth[None] * 1.01
-    assert np.array_equal(again.problem.residuals(x), every[5].problem.residuals(x))
+def test_twins_are_the_same_each_time(all_twins: list[Twin]) -> None:
+    rebuilt = twins()[5]
+    assert np.array_equal(rebuilt.truth, all_twins[5].truth)
+    x = rebuilt.truth[None] * 1.01
+    assert np.array_equal(rebuilt.problem.residuals(x), all_twins[5].problem.residuals(x))
 
 
 # --- counting -------------------------------------------------------------------------------------
@@ -152,10 +154,10 @@ def test_exponent_of_the_upper_decades() -> None:
 
 
 def test_the_free_cost_is_the_root_mean_square_of_its_residuals() -> None:
-    on = Residuals()
-    x = on.space.decode(on.space.sample(np.random.default_rng(0), 9))
-    np.testing.assert_allclose(rms(on.residuals(x)), on(x), rtol=1e-14)
-    assert (on.calls, on.rows) == (2, 18)
+    free = Residuals()
+    x = free.space.decode(free.space.sample(np.random.default_rng(0), 9))
+    np.testing.assert_allclose(rms(free.residuals(x)), free(x), rtol=1e-14)
+    assert (free.calls, free.rows) == (2, 18)
 
 
 # --- results --------------------------------------------------------------------------------------
@@ -173,8 +175,10 @@ def test_a_part_that_cannot_be_written_leaves_those_before_it(tmp_path: Path) ->
 
 
 def test_markdown_as_aligned_text() -> None:
-    said = "**A\\_b**\n\n| who | us |\n| --- | ---: |\n| ours | 1 |\n| a \\| b | 10 |\n\nNote.\n"
-    assert run.plain(said) == (
+    markdown = (
+        "**A\\_b**\n\n| who | us |\n| --- | ---: |\n| ours | 1 |\n| a \\| b | 10 |\n\nNote.\n"
+    )
+    assert run.plain(markdown) == (
         "A_b\n\nwho    us\n-----  --\nours    1\na | b  10\n\nNote.\n"
     )  # fmt: skip
 

@@ -28,8 +28,8 @@ class Line:
 def red(seed: int, n: int, a: float) -> Array:
     """First-order autoregression of unit variance."""
     white = np.random.default_rng(seed).standard_normal(n + 100)
-    made: Array = lfilter([np.sqrt(1 - a * a)], [1, -a], white)[100:]
-    return made
+    series: Array = lfilter([np.sqrt(1 - a * a)], [1, -a], white)[100:]
+    return series
 
 
 def test_blocks_stay_in_their_logs_and_keep_neighbours() -> None:
@@ -57,36 +57,37 @@ def test_block_length_follows_the_rule_of_politis_and_white() -> None:
     n = 20_000
     for a in (0.3, 0.6):
         expected = (1.5 * (2 * a / (1 - a * a)) ** 2 * n) ** (1 / 3)
-        found = np.median([block_length(red(seed, n, a), (n,)) for seed in range(7)])
-        assert found == pytest.approx(expected, rel=0.15)
+        length = np.median([block_length(red(seed, n, a), (n,)) for seed in range(7)])
+        assert length == pytest.approx(expected, rel=0.15)
     assert np.median([block_length(red(seed, n, 0.0), (n,)) for seed in range(7)]) <= 5
 
 
 def test_draws_spread_as_the_covariance_says() -> None:
     """White residuals, blocks of one row: sd of 2000 draws to 3 %, but for what b / N adds."""
     line = Line(0.3 * red(0, 400, 0.0))
-    found = bootstrap(line, line.best, n=2000, block=1)
+    resampled = bootstrap(line, line.best, n=2000, block=1)
     s2 = np.sum(line.residuals(line.best[None])[0] ** 2) / 398
     sd = np.sqrt(s2 * np.diag(np.linalg.inv(line.W.T @ line.W)))
-    assert found.draws.std(axis=0) == pytest.approx(sd, rel=0.05)
-    assert found.draws.mean(axis=0) == pytest.approx(line.best, abs=0.1 * sd.max())
-    assert found.failed == 0
+    assert resampled.draws.std(axis=0) == pytest.approx(sd, rel=0.05)
+    assert resampled.draws.mean(axis=0) == pytest.approx(line.best, abs=0.1 * sd.max())
+    assert resampled.failed == 0
 
 
 def test_the_same_seed_draws_the_same() -> None:
     line = Line(0.3 * red(1, 200, 0.5))
-    one, two, other = (bootstrap(line, line.best, n=50, seed=s) for s in (3, 3, 4))
-    assert np.array_equal(one.draws, two.draws)
-    assert not np.array_equal(one.draws, other.draws)
+    first, repeated, reseeded = (bootstrap(line, line.best, n=50, seed=s) for s in (3, 3, 4))
+    assert np.array_equal(first.draws, repeated.draws)
+    assert not np.array_equal(first.draws, reseeded.draws)
 
 
 def test_draws_stay_in_the_search_range() -> None:
     line = Line(0.3 * red(2, 200, 0.0))
     line.space = box([(-50, 50), (line.best[1] - 0.01, 50)])
-    found = bootstrap(line, line.best)
-    assert found.low[1] == pytest.approx(line.best[1] - 0.01)  # half of the draws would go below
-    assert found.draws[:, 1].min() >= line.best[1] - 0.01 - 1e-12
-    assert found.high[1] > line.best[1] + 0.03
+    resampled = bootstrap(line, line.best)
+    # Half of the draws would go below.
+    assert resampled.low[1] == pytest.approx(line.best[1] - 0.01)
+    assert resampled.draws[:, 1].min() >= line.best[1] - 0.01 - 1e-12
+    assert resampled.high[1] > line.best[1] + 0.03
 
 
 def test_failures_are_counted_and_rows_too() -> None:
@@ -95,17 +96,17 @@ def test_failures_are_counted_and_rows_too() -> None:
     edge, plain = float(line.best[1]) + 0.02, line.residuals
 
     def walled(x: Array, /) -> Array:
-        found = plain(x)
-        found[x[:, 1] > edge] = np.nan
-        return found
+        values = plain(x)
+        values[x[:, 1] > edge] = np.nan
+        return values
 
     line.residuals = walled  # type: ignore[method-assign]
     line.rows = 0
-    found = bootstrap(line, line.best, n=100)
-    assert found.rows == line.rows
-    assert found.failed + len(found.draws) == 100
-    assert np.isfinite(found.draws).all()
-    assert found.draws[:, 1].max() <= edge
+    resampled = bootstrap(line, line.best, n=100)
+    assert resampled.rows == line.rows
+    assert resampled.failed + len(resampled.draws) == 100
+    assert np.isfinite(resampled.draws).all()
+    assert resampled.draws[:, 1].max() <= edge
     short = bootstrap(line, line.best, n=100, budget=60)
     assert short.rows <= 60
     assert short.failed > 40
@@ -140,7 +141,7 @@ def test_intervals_hold_the_truth(a: float, least: float) -> None:
     hits = np.zeros(2)
     for seed in range(120):
         line = Line(0.3 * red(seed, 500, a))
-        found = bootstrap(line, line.best, n=100, seed=seed)
-        hits += (found.low <= [1.0, 2.0]) & (found.high >= [1.0, 2.0])
+        resampled = bootstrap(line, line.best, n=100, seed=seed)
+        hits += (resampled.low <= [1.0, 2.0]) & (resampled.high >= [1.0, 2.0])
     assert hits.min() / 120 >= least
     assert hits.mean() / 120 <= 0.99

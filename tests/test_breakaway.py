@@ -27,15 +27,15 @@ def slides(at: float, rate: float = 0.5, stiffness: float = 2e4) -> Recording:
 @pytest.mark.parametrize("at", [4.0, 8.0, 12.0])
 @pytest.mark.parametrize("rate", [0.5, -0.5])
 def test_the_breakaway_of_a_ramp_is_where_sliding_sets_in(at: float, rate: float) -> None:
-    (found,) = ramps(slides(at, rate))
-    assert found.rate == pytest.approx(rate, rel=1e-6)
-    assert found.reached == pytest.approx(rate * 29.99, rel=1e-6)
-    assert found.by_speed is not None
-    assert found.by_stiffness is not None
+    (ramp,) = ramps(slides(at, rate))
+    assert ramp.rate == pytest.approx(rate, rel=1e-6)
+    assert ramp.reached == pytest.approx(rate * 29.99, rel=1e-6)
+    assert ramp.by_speed is not None
+    assert ramp.by_stiffness is not None
     # A hundredth of the ramp is what its speed is taken over.
-    assert abs(found.by_speed) == pytest.approx(at, abs=0.15)
-    assert abs(found.by_stiffness) == pytest.approx(at, abs=0.15)
-    assert np.sign(found.by_speed) == np.sign(rate)
+    assert abs(ramp.by_speed) == pytest.approx(at, abs=0.15)
+    assert abs(ramp.by_stiffness) == pytest.approx(at, abs=0.15)
+    assert np.sign(ramp.by_speed) == np.sign(rate)
 
 
 def test_the_breakaway_of_bristles_is_their_static_friction() -> None:
@@ -47,27 +47,27 @@ def test_the_breakaway_of_bristles_is_their_static_friction() -> None:
         dz = v - s0 * abs(v) / level * z
         return [v, t - s0 * z - s1 * dz - 50.0 * v, dz]  # 1 kg, 1 N/s
 
-    found = solve_ivp(slope, (0.0, T[-1]), [0.0, 0.0, 0.0], "LSODA", T, rtol=1e-8, atol=1e-11)
-    (seen,) = ramps(Recording(T, found.y[0], force=1.0 * T))
+    motion = solve_ivp(slope, (0.0, T[-1]), [0.0, 0.0, 0.0], "LSODA", T, rtol=1e-8, atol=1e-11)
+    (ramp,) = ramps(Recording(T, motion.y[0], force=1.0 * T))
     # Bristles are 1 / (1 - F/F_S) as compliant as at first: a hundred times at 0.99 F_S, and at
     # a speed of twice the mean somewhat earlier. Both are breakaway, and their spread is told.
-    assert seen.by_stiffness == pytest.approx(0.99 * F_S, rel=0.01)
-    assert 0.8 * F_S < (seen.by_speed or 0.0) < 0.99 * F_S
+    assert ramp.by_stiffness == pytest.approx(0.99 * F_S, rel=0.01)
+    assert 0.8 * F_S < (ramp.by_speed or 0.0) < 0.99 * F_S
 
 
 def test_no_unit_of_time_force_or_position_matters() -> None:
-    one = ramps(slides(8.0))[0]
+    ramp = ramps(slides(8.0))[0]
     log = slides(8.0)
     assert log.force is not None
-    other = ramps(Recording(1e-2 * T, 30 * log.position, force=1e3 * log.force))[0]
-    assert other.by_speed == pytest.approx(1e3 * (one.by_speed or 0), rel=1e-9)
-    assert other.by_stiffness == pytest.approx(1e3 * (one.by_stiffness or 0), rel=1e-9)
+    scaled = ramps(Recording(1e-2 * T, 30 * log.position, force=1e3 * log.force))[0]
+    assert scaled.by_speed == pytest.approx(1e3 * (ramp.by_speed or 0), rel=1e-9)
+    assert scaled.by_stiffness == pytest.approx(1e3 * (ramp.by_stiffness or 0), rel=1e-9)
 
 
 def test_a_ramp_that_ends_below_breakaway_says_so() -> None:
     creeps = 1e-5 * T + 1e-7 * T**2  # top speed is 1.3 of the mean
-    (found,) = ramps(Recording(T, creeps, force=0.5 * T))
-    assert (found.by_speed, found.by_stiffness, found.levels) == (None, None, ())
+    (ramp,) = ramps(Recording(T, creeps, force=0.5 * T))
+    assert (ramp.by_speed, ramp.by_stiffness, ramp.levels) == (None, None, ())
     (level,) = levels([Recording(T, creeps, force=0.5 * T)])
     assert level.values == ()
     assert level.censored == pytest.approx((0.5 * T[-1],))
@@ -119,12 +119,12 @@ def loop(amplitude: float, travel: float, rotary: bool = True) -> Recording:
 
 
 def test_stiffness_is_the_slope_between_the_tips_of_settled_cycles() -> None:
-    found = presliding(loop(6.0, 3e-4))
-    assert found is not None
-    assert found.cycles == 9
-    assert found.amplitude == pytest.approx(6.0, rel=1e-4)
-    assert found.stiffness == pytest.approx(12.0 / 3e-4, rel=1e-3)
-    assert found.half == pytest.approx(6.0 / 3e-4, rel=1e-3)
+    cycles = presliding(loop(6.0, 3e-4))
+    assert cycles is not None
+    assert cycles.cycles == 9
+    assert cycles.amplitude == pytest.approx(6.0, rel=1e-4)
+    assert cycles.stiffness == pytest.approx(12.0 / 3e-4, rel=1e-3)
+    assert cycles.half == pytest.approx(6.0 / 3e-4, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -137,16 +137,16 @@ def test_stiffness_is_the_slope_between_the_tips_of_settled_cycles() -> None:
 )
 def test_cycles_tell_the_stiffness_that_a_law_has(law: str, p: list[float]) -> None:
     t = np.arange(0.0, 20.0, 0.02)
-    seen = []
+    stiffnesses = []
     for amplitude in (10.0, 60.0):
         force = amplitude * np.sin(2 * np.pi * t / 4)
         log = Recording(t, 1e-12 * np.sin(t), force=force)
         x = RIGS["presliding"].simulate(LAWS[law], np.array([[*p, 1.0, 0.0]]), log).position[0]
-        found = presliding(Recording(t, x, force=force))
-        assert found is not None
-        seen.append(found.stiffness)
-    assert seen[0] == pytest.approx(2e7, rel=0.01)
-    assert 1e7 < seen[1] <= 2e7 * (1 + 1e-3)
+        cycles = presliding(Recording(t, x, force=force))
+        assert cycles is not None
+        stiffnesses.append(cycles.stiffness)
+    assert stiffnesses[0] == pytest.approx(2e7, rel=0.01)
+    assert 1e7 < stiffnesses[1] <= 2e7 * (1 + 1e-3)
 
 
 def test_a_swing_and_a_driven_mass_are_no_presliding() -> None:

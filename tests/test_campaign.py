@@ -41,26 +41,26 @@ method = "random"
 """
 
 
-def jobs_of(made: Campaign) -> dict[tuple[str, str, int], Job]:
-    return {(j.problem, j.algorithm, j.repeat): j for j in made.jobs()}
+def jobs_of(plan: Campaign) -> dict[tuple[str, str, int], Job]:
+    return {(j.problem, j.algorithm, j.repeat): j for j in plan.jobs()}
 
 
 # --- what a file spans
 
 
 def test_lists_span_all_their_problems_and_every_cell_has_its_repeats() -> None:
-    made = parsed(SMALL)
-    assert [t.label for t in made.tasks] == ["BF", "RF-twin", "RF-d3-twin"]
-    assert len(made.cells) == 6
-    jobs = list(made.jobs())
+    plan = parsed(SMALL)
+    assert [t.label for t in plan.tasks] == ["BF", "RF-twin", "RF-d3-twin"]
+    assert len(plan.cells) == 6
+    jobs = list(plan.jobs())
     assert len(jobs) == len({j.key for j in jobs}) == 18
     # Repeats are outermost: cut short, a campaign has some of everything.
     assert [j.repeat for j in jobs] == [0] * 6 + [1] * 6 + [2] * 6
 
 
 def test_a_list_may_have_the_slide_bed_beside_functions() -> None:
-    made = parsed(SMALL.replace('surface = "BF"', 'surface = ["ShuF", "slide-bed"]\ndim = [1, 3]'))
-    assert [t.label for t in made.tasks[:3]] == ["ShuF-d1", "ShuF-d3", "slide-bed-right"]
+    plan = parsed(SMALL.replace('surface = "BF"', 'surface = ["ShuF", "slide-bed"]\ndim = [1, 3]'))
+    assert [t.label for t in plan.tasks[:3]] == ["ShuF-d1", "ShuF-d3", "slide-bed-right"]
 
 
 def test_each_repeat_of_a_twin_is_another_and_all_methods_share_it() -> None:
@@ -78,8 +78,8 @@ def test_a_run_ends_at_j_min_unless_the_file_says_otherwise() -> None:
         'target = "none"': None,
     }
     for line, target in targets.items():
-        made = parsed(SMALL.replace('surface = "BF"', f'surface = "BF"\n{line}'))
-        assert jobs_of(made)["BF", "bts", 0].target == target
+        plan = parsed(SMALL.replace('surface = "BF"', f'surface = "BF"\n{line}'))
+        assert jobs_of(plan)["BF", "bts", 0].target == target
 
 
 def test_budgets_go_from_the_particular_to_the_general() -> None:
@@ -96,7 +96,7 @@ def test_budgets_go_from_the_particular_to_the_general() -> None:
 
 
 def test_a_method_like_another_takes_over_what_it_does_not_say() -> None:
-    made = parsed(
+    plan = parsed(
         SMALL
         + """
 [[method]]
@@ -114,27 +114,27 @@ settings = { BT = 4 }
 on.BF = { R = 0.1 }
 """
     )
-    child = jobs_of(made)["BF", "child", 0]
+    child = jobs_of(plan)["BF", "child", 0]
     assert child.method == {
         "name": "ats",
         "settings": {"N": 7, "BT": 4, "R": 0.1, "n_re_back": 2},
     }
     assert child.budget == 99
-    assert ("RF-twin", "child") not in made.cells
+    assert ("RF-twin", "child") not in plan.cells
 
 
 def test_precisions_end_where_the_runs_do() -> None:
-    made = parsed(SMALL.replace("seed = 7", "seed = 7\ntargets = [1.0, 1e-3, 1e-8, 1e-10]"))
-    targets = made.targets(made.jobs())
+    plan = parsed(SMALL.replace("seed = 7", "seed = 7\ntargets = [1.0, 1e-3, 1e-8, 1e-10]"))
+    targets = plan.targets(plan.jobs())
     assert targets["BF"].tolist() == [1.0, 1e-3, 1e-8, 1e-9]  # J_min of BF is 1e-9
     assert targets["RF-twin"].tolist() == [1.0, 1e-3, 1e-8]
 
 
 def test_precisions_fall_whichever_end_is_named_first() -> None:
     ends = ("{ from = 1e2, to = 1e-8, count = 11 }", "{ from = 1e-8, to = 1e2, count = 11 }")
-    for said in ends:
-        made = parsed(SMALL.replace("seed = 7", f"seed = 7\ntargets = {said}"))
-        assert np.allclose(np.log10(made.precisions), np.arange(2, -9, -1))
+    for targets in ends:
+        plan = parsed(SMALL.replace("seed = 7", f"seed = 7\ntargets = {targets}"))
+        assert np.allclose(np.log10(plan.precisions), np.arange(2, -9, -1))
 
 
 @pytest.mark.parametrize(("trials", "line"), [(0, "at least 1"), (10**7, "60,000,000 runs")])
@@ -146,18 +146,18 @@ def test_trials_that_cannot_be_are_refused(trials: int, line: str) -> None:
 # --- a record depends on its own job and nothing else
 
 
-def contents(made: Campaign) -> dict[tuple[str, str, int], str]:
-    return {key: run(job).content for key, job in jobs_of(made).items()}
+def contents(plan: Campaign) -> dict[tuple[str, str, int], str]:
+    return {key: run(job).content for key, job in jobs_of(plan).items()}
 
 
 def test_added_methods_and_problems_leave_every_record_as_it_was() -> None:
     before = contents(parsed(SMALL))
-    more = SMALL.replace('surface = "BF"', 'surface = ["ShuF", "BF"]')
-    more = more.replace(
+    extended = SMALL.replace('surface = "BF"', 'surface = ["ShuF", "BF"]')
+    extended = extended.replace(
         '[[method]]\nname = "bts"',
         '[[method]]\nname = "ts"\nmethod = "ts"\n\n[[method]]\nname = "bts"',
     )
-    after = contents(parsed(more.replace("repeats = 3", "repeats = 4")))
+    after = contents(parsed(extended.replace("repeats = 3", "repeats = 4")))
     assert len(after) == 4 * 4 * 3
     assert {key: after[key] for key in before} == before
 
@@ -165,26 +165,28 @@ def test_added_methods_and_problems_leave_every_record_as_it_was() -> None:
 def test_methods_problems_and_repeats_have_streams_of_their_own() -> None:
     seeds = [tuple(j.seeds().generate_state(4)) for j in parsed(SMALL).jobs()]
     assert len(set(seeds)) == len(seeds)
-    other = [tuple(j.seeds().generate_state(4)) for j in parsed(SMALL.replace("= 7", "= 8")).jobs()]
-    assert not set(seeds) & set(other)
+    reseeded = [
+        tuple(j.seeds().generate_state(4)) for j in parsed(SMALL.replace("= 7", "= 8")).jobs()
+    ]
+    assert not set(seeds) & set(reseeded)
 
 
 def test_a_record_comes_back_from_its_line_bit_for_bit() -> None:
     for job in parsed(SMALL).jobs():
         record = run(job)
-        again = Record.parse(record.text)
-        assert again.text == record.text
-        assert again.job.key == job.key
-        assert np.array_equal(again.steps.costs, record.steps.costs)
+        parsed_record = Record.parse(record.text)
+        assert parsed_record.text == record.text
+        assert parsed_record.job.key == job.key
+        assert np.array_equal(parsed_record.steps.costs, record.steps.costs)
 
 
 def test_a_record_is_what_the_search_itself_found() -> None:
-    made = parsed(SMALL.replace("budget = 400", "budget = 3000"))
-    job = jobs_of(made)["BF", "bts", 1]
-    on = made.tasks[0].problem(0)
+    plan = parsed(SMALL.replace("budget = 400", "budget = 3000"))
+    job = jobs_of(plan)["BF", "bts", 1]
+    instance = plan.tasks[0].problem(0)
     algorithm = configure("bts", **job.method["settings"])
-    search = Search(on.space, algorithm, budget=3000, seed=job.seeds(), stops=[Target(1e-9)])
-    (direct,) = lockstep(on, [search])
+    search = Search(instance.space, algorithm, budget=3000, seed=job.seeds(), stops=[Target(1e-9)])
+    (direct,) = lockstep(instance, [search])
     record = run(job)
     assert record.x == tuple(direct.x)
     assert (record.cost, record.evaluations, record.ended) == (direct.cost, 3000, "budget")
@@ -269,16 +271,16 @@ def test_a_malformed_file_is_one_line(old: str, new: str, line: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "line"),
+    ("name", "line"),
     [
         ("papers", "no campaign 'papers': there are bbob, paper, twins"),
         ("absent.toml", "absent.toml: no such file"),
         (".", "no campaign"),
     ],
 )
-def test_what_is_no_campaign_is_one_line(given: str, line: str) -> None:
+def test_what_is_no_campaign_is_one_line(name: str, line: str) -> None:
     with pytest.raises(InputError, match=line):
-        campaign(given)
+        campaign(name)
 
 
 # --- the shipped campaigns
@@ -310,57 +312,59 @@ def paper_settings(method: str, surface: str) -> dict[str, Any]:
 @pytest.mark.parametrize("surface", WIDTH)
 @pytest.mark.parametrize("method", ["ats", "ats-restart", "bts", "bts-restart"])
 def test_the_paper_campaign_has_table_2(method: str, surface: str) -> None:
-    said, w = paper_settings(method, surface), WIDTH[surface]
+    settings, w = paper_settings(method, surface), WIDTH[surface]
     R, stages = TABLE_2[surface]
-    assert (said["N"], said["count_max"], said["BT"], said["n_re_back"]) == (30, 10_000, 5, 5)
-    assert math.isclose(said["R"] * w, R)
-    assert np.allclose([(J, r * w) for J, r in said["AR"]], stages, rtol=1e-12)
-    assert said.get("deadlock", "backtrack") == ("restart" if "restart" in method else "backtrack")
+    assert (settings["N"], settings["count_max"]) == (30, 10_000)
+    assert (settings["BT"], settings["n_re_back"]) == (5, 5)
+    assert math.isclose(settings["R"] * w, R)
+    assert np.allclose([(J, r * w) for J, r in settings["AR"]], stages, rtol=1e-12)
+    deadlock = "restart" if "restart" in method else "backtrack"
+    assert settings.get("deadlock", "backtrack") == deadlock
 
 
 @pytest.mark.parametrize("surface", WIDTH)
 @pytest.mark.parametrize("method", ["abfo", "bts", "bts-restart", "bfo"])
 def test_the_paper_campaign_has_table_3(method: str, surface: str) -> None:
-    said, w = paper_settings(method, surface), WIDTH[surface]
+    settings, w = paper_settings(method, surface), WIDTH[surface]
     N_c, alpha, w_repellant = TABLE_3[surface]
-    assert (said["S"], said["N_s"]) == (30, 4)
-    assert (said["d_attract"], said["h_repellant"]) == (0.1, 0.1)
-    assert math.isclose(said["w_attract"], 0.2 * w**2)
-    assert math.isclose(said["w_repellant"], w_repellant * w**2)
+    assert (settings["S"], settings["N_s"]) == (30, 4)
+    assert (settings["d_attract"], settings["h_repellant"]) == (0.1, 0.1)
+    assert math.isclose(settings["w_attract"], 0.2 * w**2)
+    assert math.isclose(settings["w_repellant"], w_repellant * w**2)
     if method != "bfo":
-        assert said["alpha"] == alpha
-        assert math.isclose(said["step"], 1 / w)
+        assert settings["alpha"] == alpha
+        assert math.isclose(settings["step"], 1 / w)
     if method.startswith("bts"):
-        assert said["N_c"] == 20
-        assert "N_re" not in said
+        assert settings["N_c"] == 20
+        assert "N_re" not in settings
     else:
-        assert said["N_c"] == N_c
-        assert (said["N_re"], said["N_ed"], said["P_ed"]) == (4, 2, 0.25)
+        assert settings["N_c"] == N_c
+        assert (settings["N_re"], settings["N_ed"], settings["P_ed"]) == (4, 2, 0.25)
 
 
 def test_the_paper_campaign_is_fifty_trials_to_j_min_of_table_1() -> None:
-    made = campaign("paper")
-    assert made.repeats == 50
-    targets = {j.problem: j.target for j in made.trials(1).jobs()}
+    plan = campaign("paper")
+    assert plan.repeats == 50
+    targets = {j.problem: j.target for j in plan.trials(1).jobs()}
     assert targets == {"BF": 1e-9, "RF": 1e-8, "SF": 0.9990, "SchF": 1e-1, "ShuF": -186.73}
-    assert all(j.surface["dim"] == 2 for j in made.trials(1).jobs())
+    assert all(j.surface["dim"] == 2 for j in plan.trials(1).jobs())
 
 
 def test_unit_cube_and_raw_lengths_are_the_same_search() -> None:
     # The conversion is exact but for rounding: the first steps, before chaos, agree.
-    said, w = paper_settings("bts", "SchF"), WIDTH["SchF"]
-    raw = said | {
+    settings, w = paper_settings("bts", "SchF"), WIDTH["SchF"]
+    raw = settings | {
         "coordinates": "raw",
-        "step": said["step"] * w,
-        "R": said["R"] * w,
-        "AR": [(J, r * w) for J, r in said["AR"]],
-        "w_attract": said["w_attract"] / w**2,
-        "w_repellant": said["w_repellant"] / w**2,
+        "step": settings["step"] * w,
+        "R": settings["R"] * w,
+        "AR": [(J, r * w) for J, r in settings["AR"]],
+        "w_attract": settings["w_attract"] / w**2,
+        "w_repellant": settings["w_repellant"] / w**2,
     }
-    on = campaign("paper").tasks[3].problem(0)
+    cost = campaign("paper").tasks[3].problem(0)
     runs = [
-        lockstep(on, [Search(on.space, configure("bts", **s), budget=1000, seed=3)])[0]
-        for s in (said, raw)
+        lockstep(cost, [Search(cost.space, configure("bts", **s), budget=1000, seed=3)])[0]
+        for s in (settings, raw)
     ]
     assert np.allclose(runs[0].trace.u, runs[1].trace.u, atol=1e-9)
 
@@ -368,33 +372,33 @@ def test_unit_cube_and_raw_lengths_are_the_same_search() -> None:
 @pytest.mark.parametrize("surface", WIDTH)
 def test_bts_with_restart_reaches_j_min_in_50_of_50_trials(surface: str) -> None:
     # The paper's claim for BTS (section 3). Literal backtracking does not get there.
-    made = campaign("paper")
-    chosen = [j for j in made.jobs() if j.cell == (surface, "bts-restart")]
+    plan = campaign("paper")
+    chosen = [j for j in plan.jobs() if j.cell == (surface, "bts-restart")]
     assert [run(j).ended for j in chosen] == ["target"] * 50
 
 
 @pytest.mark.parametrize("surface", ["SF", "SchF"])
 def test_literal_ats_stays_in_its_first_basin(surface: str) -> None:
     # Basins lie further apart than R, a move needs J1 < J0: most trials end where they began.
-    made = campaign("paper").trials(10)
-    chosen = [j for j in made.jobs() if j.cell == (surface, "ats")]
+    plan = campaign("paper").trials(10)
+    chosen = [j for j in plan.jobs() if j.cell == (surface, "ats")]
     assert sum(run(j).reached for j in chosen) <= 3
 
 
 @pytest.mark.parametrize("name", shipped())
 def test_shipped_campaigns_say_what_they_are(name: str) -> None:
-    made = campaign(name)
-    assert made.name == name
-    assert made.doc
-    assert len(made.cells) == len(set(made.cells))
+    plan = campaign(name)
+    assert plan.name == name
+    assert plan.doc
+    assert len(plan.cells) == len(set(plan.cells))
 
 
 def test_every_deadlock_is_counted_as_an_entrapment() -> None:
     # BT = 5 rounds without improvement: a run whose stages begin by cost and that never meets
     # its target is caught about every five rounds, whichever way it gets out.
-    made = campaign("paper").trials(1)
+    plan = campaign("paper").trials(1)
     for algorithm, event in (("bts", "backtrack"), ("bts-restart", "restart")):
-        (job,) = [j for j in made.jobs() if j.cell == ("SF", algorithm)]
+        (job,) = [j for j in plan.jobs() if j.cell == ("SF", algorithm)]
         record = run(replace(job, target=None, budget=30_000))
         assert record.entrapments == record.events[event] > 5
         assert record.entrapments <= record.search_rounds / 5
@@ -402,9 +406,9 @@ def test_every_deadlock_is_counted_as_an_entrapment() -> None:
 
 def test_the_file_in_the_documentation_is_a_campaign() -> None:
     page = (Path(__file__).parent.parent / "docs" / "campaigns.md").read_text(encoding="utf-8")
-    made = parsed(page.partition("```toml\n")[2].partition("```")[0])
-    assert len(made.cells) == 18  # 6 twins and 2 slide beds by 2 methods; `de` on 2 twins
-    assert made.reference == "bts"
+    plan = parsed(page.partition("```toml\n")[2].partition("```")[0])
+    assert len(plan.cells) == 18  # 6 twins and 2 slide beds by 2 methods; `de` on 2 twins
+    assert plan.reference == "bts"
 
 
 def test_a_run_that_ends_while_foraging_has_no_tabu_rounds() -> None:

@@ -168,10 +168,10 @@ class TestForms:
 
     @pytest.mark.parametrize("make", ALL)
     def test_every_table_in_every_form_whatever_the_order(self, make: Callable[..., Table]) -> None:
-        one, other = make(RECORDS, JOBS), make(RECORDS[::-1], JOBS)
-        assert one == other
+        table_in_order, reordered = make(RECORDS, JOBS), make(RECORDS[::-1], JOBS)
+        assert table_in_order == reordered
         assert make(RECORDS) == make(RECORDS[::-1])
-        for table in (one, make([]), make(RECORDS[:3], JOBS)):
+        for table in (table_in_order, make([]), make(RECORDS[:3], JOBS)):
             assert table.text().count("\n") >= len(table.rows) + 4
             assert len([x for x in table.markdown().splitlines() if x[:1] == "|"]) == 2 + len(
                 table.rows
@@ -228,12 +228,12 @@ class TestCampaign:
         assert text(summary([ga]), 0)["entrapments"] == "–"
 
     def test_budgets_that_differ_are_named(self) -> None:
-        more = [run("BF", "long", k, 9, 5.0 + k, budget=9000) for k in range(2)]
-        less = [run("BF", "short", k, 9, 5.0 + k, budget=10) for k in range(2)]
+        long_runs = [run("BF", "long", k, 9, 5.0 + k, budget=9000) for k in range(2)]
+        short_runs = [run("BF", "short", k, 9, 5.0 + k, budget=10) for k in range(2)]
         word = "Allowed other budgets than most: short fewer evaluations; long more evaluations."
         for make in (summary, comparisons, overall, ranking):
             assert "other budgets" not in make(RECORDS).note
-            assert make([*RECORDS, *more, *less]).note.endswith(word)
+            assert make([*RECORDS, *long_runs, *short_runs]).note.endswith(word)
 
     def test_targets_met_count_to_the_budget_that_all_had(self) -> None:
         late = [run("BF", "long", k, 1002 + k, 1e-9, budget=9000) for k in range(2)]
@@ -242,10 +242,10 @@ class TestCampaign:
         assert met == {"a": 1.0, "b": 1.0, "long": 0.0}
 
     def test_one_run_repeated_is_no_sample(self) -> None:
-        same = [run("BF", "direct", k, 16, 0.5) for k in range(3)]
+        repeated = [run("BF", "direct", k, 16, 0.5) for k in range(3)]
         for make in (summary, comparisons, ranking):
-            assert "Nothing in direct is random" in make([*RECORDS, *same]).note
-            assert "random" not in make([*RECORDS, same[0]]).note
+            assert "Nothing in direct is random" in make([*RECORDS, *repeated]).note
+            assert "random" not in make([*RECORDS, repeated[0]]).note
 
     def test_a_cost_that_was_never_finite(self) -> None:
         table = solutions([run("BF", "a", 0, 5, math.inf), run("BF", "a", 1, 5, 2.0)])

@@ -21,15 +21,15 @@ from stribeck.rig.twin import TestBed
 LOG = TestBed().run("both", seed=4).recording
 
 
-def quick(**asked: Any) -> Fit:
-    return identify(LOG, budget=40, repeats=2, **asked)
+def quick(**options: Any) -> Fit:
+    return identify(LOG, budget=40, repeats=2, **options)
 
 
 FIT = quick(train="112:295", holdout="352:325")
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "options",
     [
         {},
         {"law": "stribeck-directional"},
@@ -42,13 +42,13 @@ FIT = quick(train="112:295", holdout="352:325")
     ],
     ids=["plain", "directional", "coulomb", "mass", "gear", "held", "exponent", "tied"],
 )
-def test_a_card_is_the_model_that_was_fitted(asked: Any, tmp_path: Path) -> None:
-    fit = quick(train="112:295", **asked)
+def test_a_card_is_the_model_that_was_fitted(options: Any, tmp_path: Path) -> None:
+    fit = quick(train="112:295", **options)
     file = tmp_path / "card.json"
     file.write_text(card(fit).text(), encoding="utf-8")
-    again = read_card(file)
-    assert again == card(fit)
-    parameters, p = again.model()
+    read_back = read_card(file)
+    assert read_back == card(fit)
+    parameters, p = read_back.model()
     np.testing.assert_allclose(p, fit.p, rtol=1e-14)
     assert scores(parameters, p, fit.train).value == pytest.approx(fit.score.value, rel=1e-12)
     # What is searched is summed in another order (prefix sums over rests): not bit for bit.
@@ -62,20 +62,20 @@ def test_a_fit_on_the_inverse_road_has_a_card_too(tmp_path: Path) -> None:
     fit = identify(LOG, rig="forced", law="coulomb-viscous")
     file = tmp_path / "card.json"
     file.write_text(card(fit).text(), encoding="utf-8")
-    again = read_card(file)
-    assert again == card(fit)
-    assert again.objective.name == "relative_error"
-    np.testing.assert_allclose(again.model()[1], fit.p, rtol=1e-14)
+    read_back = read_card(file)
+    assert read_back == card(fit)
+    assert read_back.objective.name == "relative_error"
+    np.testing.assert_allclose(read_back.model()[1], fit.p, rtol=1e-14)
 
 
 def test_numbers_are_in_the_unit_beside_them() -> None:
-    found = card(FIT).parameters
-    assert {n: q.unit for n, q in found.items()} == {
+    parameters = card(FIT).parameters
+    assert {n: q.unit for n, q in parameters.items()} == {
         "F_S": "N", "F_C": "N", "F_V": "N s/mm", "v_SS": "mm/s", "k_spring": "N/mm",
     }  # fmt: skip
-    assert found["v_SS"].value == pytest.approx(FIT.values["v_SS"] * 1e3, rel=1e-14)
-    assert found["F_V"].value == pytest.approx(FIT.values["F_V"] / 1e3, rel=1e-14)
-    assert found["k_spring"].value == pytest.approx(FIT.values["k_spring"] / 1e3, rel=1e-14)
+    assert parameters["v_SS"].value == pytest.approx(FIT.values["v_SS"] * 1e3, rel=1e-14)
+    assert parameters["F_V"].value == pytest.approx(FIT.values["F_V"] / 1e3, rel=1e-14)
+    assert parameters["k_spring"].value == pytest.approx(FIT.values["k_spring"] / 1e3, rel=1e-14)
 
 
 def test_another_unit_of_the_same_kind_is_the_same_value() -> None:
@@ -86,8 +86,8 @@ def test_another_unit_of_the_same_kind_is_the_same_value() -> None:
 
 
 def test_the_training_cost_can_be_asked_again() -> None:
-    again = problem(LOG, train="112:295")(FIT.p[[0, 1, 2, 3, 5]][None])
-    assert again[0] == pytest.approx(card(FIT).objective.value, rel=1e-9)
+    cost = problem(LOG, train="112:295")(FIT.p[[0, 1, 2, 3, 5]][None])
+    assert cost[0] == pytest.approx(card(FIT).objective.value, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", RIGS)
@@ -127,9 +127,9 @@ def test_an_edited_card_is_a_card_or_one_line(
 ) -> None:
     edited = copy.deepcopy(PLAIN)
     for _ in range(data.draw(st.integers(1, 3))):
-        *above, last = data.draw(st.sampled_from(places(edited)))
+        *parents, last = data.draw(st.sampled_from(places(edited)))
         parent = edited
-        for key in above:
+        for key in parents:
             parent = parent[key]
         if data.draw(st.booleans()):
             parent[last] = data.draw(VALUES)

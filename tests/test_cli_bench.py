@@ -76,44 +76,44 @@ def content(file: Path) -> list[tuple[object, ...]]:
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the small campaign, run."""
     place = tmp_path_factory.mktemp("bench")
     (place / "small.toml").write_text(SMALL)
     process = start(place, "small.toml", "--engine", "here", "--out", "out")
     out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
-    (place / "said.txt").write_text(out)
+    (place / "printed.txt").write_text(out)
     return place
 
 
-def test_a_campaign_leaves_store_tables_figures_and_a_page(done: Path) -> None:
-    out = done / "out"
-    assert len(content(out / "store.sqlite")) == 16
-    assert (out / "campaign.toml").read_text() == SMALL
+def test_a_campaign_leaves_store_tables_figures_and_a_page(finished: Path) -> None:
+    folder = finished / "out"
+    assert len(content(folder / "store.sqlite")) == 16
+    assert (folder / "campaign.toml").read_text() == SMALL
     for ending in ("txt", "md", "tex", "csv"):
-        assert (out / "tables" / f"summary.{ending}").stat().st_size > 0
+        assert (folder / "tables" / f"summary.{ending}").stat().st_size > 0
     for name in ("ecdf", "success", "convergence_rounds", "movements_BF"):
-        assert (out / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
-        assert "<svg" in (out / "figures" / f"{name}.svg").read_text()
-    assert "<table" in (out / "summary.html").read_text()
-    records = pl.read_parquet(out / "records.parquet")
-    assert records.equals(pl.read_csv(out / "records.csv", schema=records.schema))
+        assert (folder / "figures" / f"{name}.png").read_bytes()[:4] == b"\x89PNG"
+        assert "<svg" in (folder / "figures" / f"{name}.svg").read_text()
+    assert "<table" in (folder / "summary.html").read_text()
+    records = pl.read_parquet(folder / "records.parquet")
+    assert records.equals(pl.read_csv(folder / "records.csv", schema=records.schema))
     assert records.height == 16
 
 
-def test_what_is_printed_is_what_was_written(done: Path) -> None:
-    printed = (done / "said.txt").read_text()
-    summary = (done / "out" / "tables" / "summary.txt").read_text()
+def test_what_is_printed_is_what_was_written(finished: Path) -> None:
+    printed = (finished / "printed.txt").read_text()
+    summary = (finished / "out" / "tables" / "summary.txt").read_text()
     assert summary in printed
-    rows = content(done / "out" / "store.sqlite")
+    rows = content(finished / "out" / "store.sqlite")
     reached = sum(r[:2] == ("BF", "bts") and r[5] == "target" for r in rows)
     (line,) = [k for k in summary.splitlines() if k.startswith("BF") and " bts " in k]
     assert f"{reached}/4" in line
 
 
-def test_the_store_has_the_records_table_that_scripts_rely_on(done: Path) -> None:
-    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+def test_the_store_has_the_records_table_that_scripts_rely_on(finished: Path) -> None:
+    with sqlite3.connect(finished / "out" / "store.sqlite") as db:
         rows = db.execute(
             "SELECT problem, algorithm, repeat, cost, evaluations, ended FROM records"
         ).fetchall()
@@ -126,48 +126,50 @@ def test_the_store_has_the_records_table_that_scripts_rely_on(done: Path) -> Non
 
 
 def test_the_same_command_again_runs_nothing_and_says_the_same(
-    done: Path, bench: Callable[..., Completed]
+    finished: Path, bench: Callable[..., Completed]
 ) -> None:
-    before = content(done / "out" / "store.sqlite")
-    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+    before = content(finished / "out" / "store.sqlite")
+    with sqlite3.connect(finished / "out" / "store.sqlite") as db:
         seconds = db.execute("SELECT job, seconds FROM records").fetchall()
-    again = bench(done, "small.toml", "--engine", "here", "--out", "out", "--resume")
-    assert again.status == 0
-    assert again.out == (done / "said.txt").read_text()
-    assert content(done / "out" / "store.sqlite") == before
-    with sqlite3.connect(done / "out" / "store.sqlite") as db:
+    completed = bench(finished, "small.toml", "--engine", "here", "--out", "out", "--resume")
+    assert completed.status == 0
+    assert completed.out == (finished / "printed.txt").read_text()
+    assert content(finished / "out" / "store.sqlite") == before
+    with sqlite3.connect(finished / "out" / "store.sqlite") as db:
         assert db.execute("SELECT job, seconds FROM records").fetchall() == seconds
 
 
 def test_the_store_says_what_is_done_and_what_is_left(
-    done: Path, tmp_path: Path, bench: Callable[..., Completed]
+    finished: Path, tmp_path: Path, bench: Callable[..., Completed]
 ) -> None:
-    said = bench(done, "small.toml", "--out", "out", "--status")
-    assert said.status == 0
-    assert said.out.startswith("16 of 16 runs are done\n")
+    completed = bench(finished, "small.toml", "--out", "out", "--status")
+    assert completed.status == 0
+    assert completed.out.startswith("16 of 16 runs are done\n")
     (tmp_path / "out").mkdir()
     copy = tmp_path / "out" / "store.sqlite"
-    copy.write_bytes((done / "out" / "store.sqlite").read_bytes())
+    copy.write_bytes((finished / "out" / "store.sqlite").read_bytes())
     with sqlite3.connect(copy) as db:
         db.executescript("DELETE FROM traces; DELETE FROM records WHERE problem = 'RF'")
     (tmp_path / "small.toml").write_text(SMALL)
-    said = bench(tmp_path, "small.toml", "--out", "out", "--status")
-    assert said.out.startswith("8 of 16 runs are done\n")
-    rows = [line.split()[:4] for line in said.out.splitlines() if line.startswith(("BF", "RF"))]
+    completed = bench(tmp_path, "small.toml", "--out", "out", "--status")
+    assert completed.out.startswith("8 of 16 runs are done\n")
+    rows = [
+        line.split()[:4] for line in completed.out.splitlines() if line.startswith(("BF", "RF"))
+    ]
     assert sorted(rows) == [
         [p, a, n, "4"] for p, n in (("BF", "4"), ("RF", "0")) for a in ("bts", "random")
     ]
 
 
 def test_more_trials_add_to_what_is_there(
-    done: Path, tmp_path: Path, bench: Callable[..., Completed]
+    finished: Path, tmp_path: Path, bench: Callable[..., Completed]
 ) -> None:
     (tmp_path / "small.toml").write_text(SMALL)
-    few = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
-    assert few.status == 0
+    completed = bench(tmp_path, "small.toml", "--engine", "here", "--trials", "2", "--out", "out")
+    assert completed.status == 0
     assert len(content(tmp_path / "out" / "store.sqlite")) == 8
     assert bench(tmp_path, "small.toml", "--engine", "here", "--out", "out").status == 0
-    assert content(tmp_path / "out" / "store.sqlite") == content(done / "out" / "store.sqlite")
+    assert content(tmp_path / "out" / "store.sqlite") == content(finished / "out" / "store.sqlite")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
@@ -201,9 +203,9 @@ def test_bbob_runs_can_be_had_in_cocos_own_form(
     (tmp_path / "small.toml").write_text(bbob)
     theirs = tmp_path / "out" / "exdata" / "random"  # the user's own, of another study
     theirs.mkdir(parents=True)
-    said = bench(tmp_path, "small.toml", "--engine", "here", "--out", "out", "--coco")
-    assert said.status == 0, said.err
-    assert "COCO's report: out/coco/page.html" in said.out
+    completed = bench(tmp_path, "small.toml", "--engine", "here", "--out", "out", "--coco")
+    assert completed.status == 0, completed.err
+    assert "COCO's report: out/coco/page.html" in completed.out
     runs = sorted(p.name for p in (tmp_path / "out" / "coco" / "exdata").iterdir())
     assert runs == ["bts", "random"]
     assert theirs.exists()
@@ -244,7 +246,7 @@ def test_a_shipped_campaign_can_be_printed_and_changed(
     ids=lambda v: " ".join(v) if isinstance(v, list) else "",
 )  # fmt: skip
 def test_what_cannot_be_done_is_one_line(
-    done: Path,
+    finished: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
@@ -263,7 +265,7 @@ def test_what_cannot_be_done_is_one_line(
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "store.sqlite").write_text("this is a diary, not a data base")
     (tmp_path / "other").mkdir()
-    theirs = (done / "out" / "store.sqlite").read_bytes()
+    theirs = (finished / "out" / "store.sqlite").read_bytes()
     (tmp_path / "other" / "store.sqlite").write_bytes(theirs)
     if "other" in arguments:
         (tmp_path / "small.toml").write_text(SMALL.replace("seed = 3", "seed = 4"))

@@ -30,13 +30,13 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     return caller(monkeypatch, capsys)
 
 
-def refused(said: Completed, *words: str) -> None:
-    assert said.status == 2
-    assert said.out == ""
-    assert said.err.startswith("stribeck: ")
-    assert said.err.count("\n") == 1
+def refused(completed: Completed, *words: str) -> None:
+    assert completed.status == 2
+    assert completed.out == ""
+    assert completed.err.startswith("stribeck: ")
+    assert completed.err.count("\n") == 1
     for word in words:
-        assert word in said.err
+        assert word in completed.err
 
 
 def names(folder: Path = Path()) -> list[str]:
@@ -50,8 +50,8 @@ def edited(change: Callable[[dict[str, object]], object]) -> None:
 
 
 def test_c_is_a_folder_that_compiles_and_checks_itself(run: Run) -> None:
-    said = run("export", "card.json", "--to", "c", "--out", "made", "--name", "axis_x")
-    assert said.status == 0, said.err
+    completed = run("export", "card.json", "--to", "c", "--out", "made", "--name", "axis_x")
+    assert completed.status == 0, completed.err
     assert names(Path("made")) == ["axis_x.c", "axis_x.h", "selftest.c"]
     build = ["gcc", "-std=c99", "-Wall", "-Werror", "axis_x.c", "selftest.c", "-lm", "-o", "t"]
     try:
@@ -63,8 +63,8 @@ def test_c_is_a_folder_that_compiles_and_checks_itself(run: Run) -> None:
 
 
 def test_settings_reach_the_compensator(run: Run) -> None:
-    given = ("--set", "scale=0.75", "--set", "feedback=1", "--set", "dead_band=0.5")
-    assert run("export", "card.json", "--to", "c", "--out", "made", *given).status == 0
+    settings = ("--set", "scale=0.75", "--set", "feedback=1", "--set", "dead_band=0.5")
+    assert run("export", "card.json", "--to", "c", "--out", "made", *settings).status == 0
     source = Path("made/friction.c").read_text(encoding="utf-8")
     assert "compensator->c[FRICTION_SCALE] = 0.75;" in source
     assert "compensator->c[FRICTION_FEEDBACK] = 1.0;" in source
@@ -81,22 +81,22 @@ def test_a_text_goes_to_the_terminal_or_to_a_file_and_is_the_same(run: Run) -> N
 
 
 def test_the_card_goes_through_unchanged(run: Run) -> None:
-    said = run("export", "card.json", "--to", "json")
-    assert said.out == Path("card.json").read_text(encoding="utf-8")
+    completed = run("export", "card.json", "--to", "json")
+    assert completed.out == Path("card.json").read_text(encoding="utf-8")
 
 
 def test_a_patched_file_leaves_the_users_own_as_it_was(run: Run) -> None:
     before = Path("joint.xml").read_bytes()
-    asked = ("--into", "joint.xml", "--joint", "hip")
-    said = run("export", "card.json", "--to", "mjcf", *asked, "--out", "new.xml")
-    assert said.status == 0, said.err
+    options = ("--into", "joint.xml", "--joint", "hip")
+    completed = run("export", "card.json", "--to", "mjcf", *options, "--out", "new.xml")
+    assert completed.status == 0, completed.err
     assert Path("joint.xml").read_bytes() == before
     assert b"frictionloss=" in Path("new.xml").read_bytes()
-    assert "note: " in said.err
+    assert "note: " in completed.err
 
 
 @pytest.mark.parametrize(
-    ("asked", "words"),
+    ("options", "words"),
     [
         (("--to", "cobol"), ["cobol", "plcopen"]),
         (("--to", "c"), ["--out", "folder"]),
@@ -124,10 +124,10 @@ def test_a_patched_file_leaves_the_users_own_as_it_was(run: Run) -> None:
         (("--to", "urdf", "--into", "joint.xml", "--joint", "hip"), ["joint.xml"]),
     ],
 )
-def test_what_cannot_be_is_a_line(run: Run, asked: tuple[str, ...], words: list[str]) -> None:
-    there = names()
-    refused(run("export", "card.json", *asked), *words)
-    assert names() == there
+def test_what_cannot_be_is_a_line(run: Run, options: tuple[str, ...], words: list[str]) -> None:
+    before = names()
+    refused(run("export", "card.json", *options), *words)
+    assert names() == before
 
 
 @pytest.mark.parametrize("to", TARGETS)
@@ -135,12 +135,12 @@ def test_cards_edited_into_nonsense(run: Run, to: str) -> None:
     def value(card: dict[str, object]) -> None:
         card["parameters"]["F_S"]["value"] = -4.0  # type: ignore[index]
 
-    asked = {"mjcf": ("--into", "joint.xml", "--joint", "hip")}
-    asked["urdf"] = asked["mjcf"]
+    options = {"mjcf": ("--into", "joint.xml", "--joint", "hip")}
+    options["urdf"] = options["mjcf"]
     edited(value)
-    there = names()
-    refused(run("export", "card.json", "--to", to, "--out", "x", *asked.get(to, ())), "")
-    assert names() == there
+    before = names()
+    refused(run("export", "card.json", "--to", to, "--out", "x", *options.get(to, ())), "")
+    assert names() == before
 
 
 @pytest.mark.parametrize(
@@ -176,8 +176,8 @@ def test_files_that_are_no_cards(run: Run) -> None:
 
 def test_a_name_cannot_leave_a_comment(run: Run) -> None:
     edited(lambda card: card.update(warnings=["ends */ int x = 1; /* here"], rig='a" */ b'))
-    said = run("export", "card.json", "--to", "c", "--out", "made")
-    assert said.status == 0, said.err
+    completed = run("export", "card.json", "--to", "c", "--out", "made")
+    assert completed.status == 0, completed.err
     header = Path("made/friction.h").read_text(encoding="utf-8")
     assert header.index("*/") > header.index("From card.json")
 
@@ -196,29 +196,29 @@ def test_a_line_end_in_a_name_is_none_in_a_file(run: Run) -> None:
 
 def test_a_friction_that_no_motion_can_be_simulated_with_is_patched_all_the_same(run: Run) -> None:
     edited(lambda card: card["parameters"]["F_S"].update(value=1e30))  # type: ignore[index]
-    said = run("export", "card.json", "--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
-    assert said.status == 0, said.err
-    assert "RMS apart" not in said.err
+    completed = run("export", "card.json", "--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
+    assert completed.status == 0, completed.err
+    assert "RMS apart" not in completed.err
 
 
 def test_bristles_without_coulomb_friction_are_numbers(run: Run) -> None:
     Path("card.json").write_text(model_of("lugre").card.text(), encoding="utf-8")
     edited(lambda card: card["parameters"]["F_C"].update(value=0.0))  # type: ignore[index]
-    said = run("export", "card.json", "--to", "c", "--out", "made")
-    assert said.status == 0, said.err
+    completed = run("export", "card.json", "--to", "c", "--out", "made")
+    assert completed.status == 0, completed.err
     edited(lambda card: card["parameters"]["sigma_1"].update(value=1e305))  # type: ignore[index]
-    asked = ("export", "card.json", "--to", "c", "--out", "other")
-    refused(run(*asked), "card.json", "no finite friction")
+    command = ("export", "card.json", "--to", "c", "--out", "other")
+    refused(run(*command), "card.json", "no finite friction")
 
 
 def test_what_mujoco_holds_beside_two_numbers_is_asked_for(run: Run) -> None:
-    asked = ("--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
-    plain = run("export", "card.json", *asked)
-    rich = run("export", "card.json", *asked, "--set", "firm=1")
+    options = ("--to", "mjcf", "--into", "joint.xml", "--joint", "hip")
+    plain = run("export", "card.json", *options)
+    rich = run("export", "card.json", *options, "--set", "firm=1")
     assert "solimpfriction" not in plain.out
     assert "solimpfriction" in rich.out
-    refused(run("export", "card.json", *asked, "--set", "hard=1"), "hard", "firm")
-    refused(run("export", "card.json", *asked, "--set", "firm=2"), "0 or 1")
+    refused(run("export", "card.json", *options, "--set", "hard=1"), "hard", "firm")
+    refused(run("export", "card.json", *options, "--set", "firm=2"), "0 or 1")
 
 
 def recommended(**settings: float) -> None:
@@ -230,8 +230,8 @@ def recommended(**settings: float) -> None:
 
 def test_what_compensate_recommends_goes_into_the_code(run: Run) -> None:
     recommended(scale=0.9, feedback=1.0, dead_band=5e-6, drive=23.5, rest=1e-9)
-    asked = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
-    assert run("export", "card.json", *asked, "--set", "scale=0.8").status == 0
+    options = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
+    assert run("export", "card.json", *options, "--set", "scale=0.8").status == 0
     source = Path("made/friction.c").read_text(encoding="utf-8")
     for line in ("SCALE] = 0.8;", "FEEDBACK] = 1.0;", "DEAD_BAND] = 5e-06;", "DRIVE] = 23.5;"):
         assert line in source
@@ -258,15 +258,15 @@ def test_edited_compensations(run: Run, change: Callable[[Any], object], word: s
     whole = json.loads(Path("compensation.json").read_text(encoding="utf-8"))
     change(whole)
     Path("compensation.json").write_text(json.dumps(whole), encoding="utf-8")
-    asked = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
-    refused(run("export", "card.json", *asked), "compensation.json", word)
+    options = ("--to", "c", "--out", "made", "--compensation", "compensation.json")
+    refused(run("export", "card.json", *options), "compensation.json", word)
     assert not Path("made").exists()
 
 
 def test_what_is_read_is_not_written_over(run: Run) -> None:
     before = Path("joint.xml").read_bytes(), Path("card.json").read_bytes()
-    asked = ("--into", "joint.xml", "--joint", "hip", "--out", "joint.xml")
-    refused(run("export", "card.json", "--to", "mjcf", *asked), "joint.xml", "another place")
+    options = ("--into", "joint.xml", "--joint", "hip", "--out", "joint.xml")
+    refused(run("export", "card.json", "--to", "mjcf", *options), "joint.xml", "another place")
     refused(run("export", "card.json", "--to", "json", "--out", "card.json"), "another place")
     assert (Path("joint.xml").read_bytes(), Path("card.json").read_bytes()) == before
 

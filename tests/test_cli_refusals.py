@@ -17,7 +17,7 @@ QUICK = ("--rig", "slide-bed", "--budget", "20", "--repeats", "1")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """A log, its card and a few bad files, as bytes by name."""
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
@@ -47,9 +47,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def place(made: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(inputs: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of its own for every case, the working directory."""
-    for name, content in made.items():
+    for name, content in inputs.items():
         (tmp_path / name).write_bytes(content)
     (tmp_path / "folder").mkdir()
     monkeypatch.chdir(tmp_path)
@@ -77,14 +77,14 @@ def refused(
 
     def run(*arguments: str, status: int = 2) -> str:
         before = content(place)
-        found = call(monkeypatch, *arguments)
-        said, line = capsys.readouterr()
-        assert found == status, line
+        exit_status = call(monkeypatch, *arguments)
+        output, line = capsys.readouterr()
+        assert exit_status == status, line
         assert line.startswith("stribeck: ")
         assert line.count("\n") == 1
         assert line.endswith("\n")
         assert line.rstrip("\n").isprintable()
-        assert not said
+        assert not output
         assert content(place) == before
         return line
 
@@ -303,10 +303,10 @@ def test_a_model_that_does_not_hold_is_status_1(
 ) -> None:
     before = content(place)
     assert call(monkeypatch, "validate", "card.json", "up.csv", "--max-error", "1e-6") == 1
-    said, line = capsys.readouterr()
+    output, line = capsys.readouterr()
     assert line.startswith("stribeck: the model does not hold: ")
     assert line.count("\n") == 1
-    assert "up.csv" in said
+    assert "up.csv" in output
     assert content(place) == before
 
 
@@ -331,10 +331,10 @@ def test_a_full_disk_leaves_nothing_behind_but_tells_the_result(
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_text", full)
         status = call(patch, "identify", "up.csv", *QUICK, "--out", "new")
-    said, line = capsys.readouterr()
+    output, line = capsys.readouterr()
     assert status == 2
     assert line == "stribeck: new: cannot be written: No space left on device\n"
-    assert "F_S" in said
+    assert "F_S" in output
     assert content(place) == before
 
 

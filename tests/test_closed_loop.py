@@ -31,27 +31,27 @@ COULOMB, STRIBECK, LUGRE = LAWS["coulomb-viscous"], LAWS["stribeck"], LAWS["lugr
 OFF = Compensator(scale=0.0)
 
 
-def ramps(travel: float, speed: float, h: float = 1e-3, rest: float = 0.2) -> Reference:
-    knots = np.cumsum([0.0, rest, travel / speed, rest, travel / speed, rest])
+def ramps(travel: float, speed: float, h: float = 1e-3, pause: float = 0.2) -> Reference:
+    knots = np.cumsum([0.0, pause, travel / speed, pause, travel / speed, pause])
     t = np.arange(0.0, knots[-1], h)
     return Reference("ramps", t, np.interp(t, knots, travel * np.array([0, 0, 1, 1, 0, 0])))
 
 
 def run(
-    rig: Rig, law: Law, p: Array, reference: Reference, *made: Compensator, **more: Any
+    rig: Rig, law: Law, p: Array, reference: Reference, *compensators: Compensator, **options: Any
 ) -> CompensatedMotion:
-    model = more.pop("model", (law, p))
-    plants = np.repeat(np.atleast_2d(p), len(made), axis=0)
-    return compensated(rig, law, plants, reference, made, model, **more)
+    model = options.pop("model", (law, p))
+    plants = np.repeat(np.atleast_2d(p), len(compensators), axis=0)
+    return compensated(rig, law, plants, reference, compensators, model, **options)
 
 
 def set_of(rig: Rig, law: Law, **values: float) -> Array:
     """A parameter set in the middle of its ranges, but for what is given."""
-    every = rig.parameters(law)
+    parameters = rig.parameters(law)
     return np.array(
         [
             values.get(q.name, q.fixed if q.fixed is not None else 0.5 * (q.lower + q.upper))
-            for q in every
+            for q in parameters
         ]
     )
 
@@ -89,13 +89,13 @@ def test_a_scale_of_nothing_is_the_rigs_own_motion_bit_for_bit(
     rig: SimulatedRig, law: str, values: dict[str, float]
 ) -> None:
     reference = ramps(0.6, 0.6) if rig.rotary else ramps(0.08, 0.04)
-    made = law_named(law)
-    p = set_of(rig, made, **values)
+    friction = law_named(law)
+    p = set_of(rig, friction, **values)
     x = reference.x
     log = Recording(t=reference.t, position=x, command=x, rotary=rig.rotary)
-    on = rig.track(log, slice(0, len(x)), float(x[0]), np.ones(len(x)))._replace(v0=0.0)
-    plain = rig.move(made, p[None], on)
-    moved = run(rig, made, p, reference, OFF, replace(OFF, feedback=False))
+    segment = rig.track(log, slice(0, len(x)), float(x[0]), np.ones(len(x)))._replace(v0=0.0)
+    plain = rig.move(friction, p[None], segment)
+    moved = run(rig, friction, p, reference, OFF, replace(OFF, feedback=False))
     for row in range(2):
         assert np.array_equal(moved.position[row], plain.position[0])
         assert np.array_equal(moved.velocity[row], plain.velocity[0])
@@ -109,14 +109,14 @@ def test_a_slide_bed_that_sticks_moves_as_its_two_integrators_say() -> None:
     moved = run(SLIDE_BED, law, p, reference, OFF).position[0]
     x = reference.x
     log = Recording(t=reference.t, position=x, command=x)
-    on = SLIDE_BED.track(log, slice(0, len(x)), 0.0, np.ones(len(x)))
+    segment = SLIDE_BED.track(log, slice(0, len(x)), 0.0, np.ones(len(x)))
     inputs = np.zeros((4, len(x)))
-    inputs[2] = np.interp(on.t, on.knots_t, on.knots_x)
+    inputs[2] = np.interp(segment.t, segment.knots_t, segment.knots_x)
     laws, c = SLIDE_BED.split(law, p[None])
-    held = on._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
-    stepped = motions(law, SLIDE, laws, c, held, SLIDE_BED["step"], SLIDE_BED["tolerance"])
+    with_inputs = segment._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
+    stepped = motions(law, SLIDE, laws, c, with_inputs, SLIDE_BED["step"], SLIDE_BED["tolerance"])
     assert np.array_equal(moved, stepped[0][0])
-    events = SLIDE_BED.move(law, p[None], on).position[0]
+    events = SLIDE_BED.move(law, p[None], segment).position[0]
     assert rms(moved - events) < 0.02 * rms(x - events)
 
 
@@ -127,10 +127,10 @@ def test_the_cascade_of_emps_follows_as_its_own_simulation_does() -> None:
     reference = ramps(0.02, 0.02)
     log = Recording(t=reference.t, position=reference.x, command=reference.x,
                     voltage=np.zeros(len(reference.t)))  # fmt: skip
-    own = emps.simulate(law, p[None], log).position[0]
+    simulated = emps.simulate(law, p[None], log).position[0]
     moved = run(emps, law, p, reference, OFF).position[0]
     # They differ by how the velocity is measured: half a sample to a sample and a half late.
-    assert rms(moved - own) < 0.03 * rms(reference.x - own)
+    assert rms(moved - simulated) < 0.03 * rms(reference.x - simulated)
 
 
 # --- closed forms -------------------------------------------------------------------------------
@@ -140,16 +140,16 @@ def test_a_perfect_model_leaves_the_axis_without_friction() -> None:
     """What is left of the friction is what changes within a sample: it goes with the period."""
     bare = set_of(JOINT, COULOMB, **ROBOT | {"F_C": 0.0, "F_V": 0.0})
     p = set_of(JOINT, STRIBECK, **ROBOT)
-    left, errors = [], []
+    remainders, errors = [], []
     for h in (2e-3, 5e-4):
         reference = ramps(0.2, 0.1, h)
         moving = reference.t < 2.19  # then the reference stops, and friction is let hold
         free = run(JOINT, COULOMB, bare, reference, OFF).position[0]
         moved = run(JOINT, STRIBECK, p, reference, OFF, Compensator()).position
-        left.append(rms((moved[1] - free)[moving]))
+        remainders.append(rms((moved[1] - free)[moving]))
         errors.append(rms((moved[0] - free)[moving]))
-    assert left[0] < 0.05 * errors[0]
-    assert left[1] < 0.5 * left[0]
+    assert remainders[0] < 0.05 * errors[0]
+    assert remainders[1] < 0.5 * remainders[0]
 
 
 @pytest.mark.parametrize("scale", [0.0, 0.3, 0.6])
@@ -159,10 +159,10 @@ def test_a_stuck_slide_breaks_away_where_the_forces_say(scale: float) -> None:
     p = set_of(SLIDE_BED, COULOMB, F_C=F_C, F_V=500.0, k_spring=k)
     F_fm, k_hat = SLIDE_BED["F_fm"], SLIDE_BED["k_hat+"]
     reference = ramps(0.06, 0.01)
-    made = Compensator(scale=scale, feedback=False, drive=drive_friction(SLIDE_BED))
+    compensator = Compensator(scale=scale, feedback=False, drive=drive_friction(SLIDE_BED))
     # A model of the level alone: the viscous part of the axis is not at work while it rests.
     model = set_of(SLIDE_BED, COULOMB, F_C=F_C, F_V=0.0, k_spring=k)
-    moved = run(SLIDE_BED, COULOMB, p, reference, made, model=(COULOMB, model))
+    moved = run(SLIDE_BED, COULOMB, p, reference, compensator, model=(COULOMB, model))
     stretch = (reference.x - moved.position[0])[np.flatnonzero(moved.velocity[0])[0]]
     assert stretch == pytest.approx((1 - scale) * (F_C + F_fm) / (k + k_hat), abs=3e-5)
 
@@ -193,9 +193,11 @@ def test_the_output_is_held_and_the_velocity_is_a_difference_of_counts() -> None
 def test_noise_is_the_same_for_its_seed_and_disturbs() -> None:
     reference = ramps(0.2, 0.1)
     p = set_of(JOINT, STRIBECK, **ROBOT)
-    made = Compensator(dead_band=0.02)
+    compensator = Compensator(dead_band=0.02)
     motion = [
-        run(JOINT, STRIBECK, p, reference, made, sensor=Sensor(noise=1e-5, seed=seed)).position
+        run(
+            JOINT, STRIBECK, p, reference, compensator, sensor=Sensor(noise=1e-5, seed=seed)
+        ).position
         for seed in (1, 1, 2)
     ]
     assert np.array_equal(motion[0], motion[1])
@@ -219,13 +221,13 @@ def test_a_model_with_states_loads_or_terms_compensates_its_own_axis(
 ) -> None:
     law = law_named(name)
     p = set_of(rig, law, **values)
-    own = p[len(law.params) :]
-    bare = np.concatenate([np.zeros(2), own])
+    rig_values = p[len(law.params) :]
+    bare = np.concatenate([np.zeros(2), rig_values])
     free = run(rig, COULOMB, bare, reference, OFF).position[0]
-    made = Compensator(drive=drive_friction(rig))
-    without, rest = run(rig, law, p, reference, OFF, made).position
+    compensator = Compensator(drive=drive_friction(rig))
+    without, compensated_motion = run(rig, law, p, reference, OFF, compensator).position
     moving = np.abs(reference.v) > 0.0
-    assert rms((rest - free)[moving]) < 0.2 * rms((without - free)[moving])
+    assert rms((compensated_motion - free)[moving]) < 0.2 * rms((without - free)[moving])
 
 
 def test_bristles_of_a_compensator_advance_only_as_it_may_know() -> None:
@@ -235,10 +237,10 @@ def test_bristles_of_a_compensator_advance_only_as_it_may_know() -> None:
     moved = run(
         SLIDE_BED, LUGRE, p, reference, Compensator(feedback=False), Compensator(dead_band=1e-3)
     )
-    way = reference.x - reference.x[0]
+    travel = reference.x - reference.x[0]
     k = int((0.2 + 2.0) / reference.h)  # 10 mm on; the relaxed bristle bends towards F/sigma_0
     level = BRISTLES["F_C"] + (BRISTLES["F_S"] - BRISTLES["F_C"]) * np.exp(-(2.5**2))
-    bent = level * (1 - np.exp(-1e3 * way[k] / level))
+    bent = level * (1 - np.exp(-1e3 * travel[k] / level))
     assert moved.output[0, k] == pytest.approx(bent, rel=0.02)
     # With feedback the resting axis is asked for its breakaway level instead.
     first = moved.output[1, np.flatnonzero(moved.output[1])[0]]
@@ -305,7 +307,7 @@ def test_what_does_not_fit_is_refused() -> None:
         Reference("odd", np.arange(3.0), np.array([0.0, np.nan, 0.0]))
     with pytest.raises(InputError, match="resolution"):
         Sensor(resolution=-1.0)
-    far = Reference("long", np.array([0.0, 1e9, 2e9]), np.array([0.0, 1.0, 2.0]))
+    long_reference = Reference("long", np.array([0.0, 1e9, 2e9]), np.array([0.0, 1.0, 2.0]))
     with pytest.raises(InputError, match="take a shorter one"):
-        run(JOINT, STRIBECK, p, far, OFF)
+        run(JOINT, STRIBECK, p, long_reference, OFF)
     assert isinstance(JOINT, SteppedRig)

@@ -22,17 +22,17 @@ def log(cycles: int, level: float, rng: Rng) -> Recording:
     t = np.arange(0.0, cycles, DT)
     v = np.pi * np.cos(2 * np.pi * t)
     stroke = np.floor(2 * t + 0.5).astype(int)
-    own = level + rng.standard_normal(stroke[-1] + 1)
+    levels = level + rng.standard_normal(stroke[-1] + 1)
     x, a = 0.5 * np.sin(2 * np.pi * t), -2 * np.pi**2 * np.sin(2 * np.pi * t)
-    return Recording(t, x, force=own[stroke] * np.sign(v) + 5 * v + 2 * a)
+    return Recording(t, x, force=levels[stroke] * np.sign(v) + 5 * v + 2 * a)
 
 
 def doubted(cycles: tuple[int, ...], levels: tuple[float, ...], seed: int) -> bool:
     rig, rng = RIGS["forced"], np.random.default_rng(seed)
     assert isinstance(rig, BalancedRig)
     logs = [log(n, level, rng) for n, level in zip(cycles, levels, strict=True)]
-    said, _ = clustered_errors(balance(logs, Parameters.declared(rig, LAWS["coulomb-viscous"])))
-    return "the friction of the logs does not follow one law" in said
+    notes, _ = clustered_errors(balance(logs, Parameters.declared(rig, LAWS["coulomb-viscous"])))
+    return "the friction of the logs does not follow one law" in notes
 
 
 @pytest.mark.parametrize("cycles", [(6, 6, 6), (60, 3, 3)])

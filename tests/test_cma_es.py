@@ -16,8 +16,8 @@ from stribeck.space import Array
 Cost = Callable[[Array], Array]  # (n, dim) of the unit cube to (n,)
 
 
-def silent(**said: object) -> None:
-    del said
+def silent(**notes: object) -> None:
+    del notes
 
 
 def usual(dim: int) -> int:
@@ -37,25 +37,25 @@ def search(
     """Every round until it ends, meets the target or has asked for so many points."""
     dim = len(centre)
     moves = cma_es(np.array(centre), R, N or usual(dim), np.random.default_rng(seed), silent)
-    asked: list[Array] = []
+    rounds: list[Array] = []
     try:
         wish = next(moves)
-        while sum(map(len, asked)) < most:
+        while sum(map(len, rounds)) < most:
             assert isinstance(wish, np.ndarray)
             assert ((wish >= 0.0) & (wish <= 1.0)).all()
-            asked.append(wish.copy())
+            rounds.append(wish.copy())
             costs = cost(wish)
             costs = np.where(np.isfinite(costs), costs, np.inf)
             if costs.min() <= target:
-                return asked
+                return rounds
             wish = moves.send(costs)
     except StopIteration:
-        return asked
+        return rounds
     pytest.fail("it did not end")
 
 
-def best(cost: Cost, asked: list[Array]) -> float:
-    return float(np.nanmin(cost(np.vstack(asked))))
+def best(cost: Cost, rounds: list[Array]) -> float:
+    return float(np.nanmin(cost(np.vstack(rounds))))
 
 
 def bowl(dim: int, seed: int, condition: float, at: Array | None = None) -> Cost:
@@ -83,8 +83,8 @@ def test_it_learns_a_shape_as_quickly_as_pycma(dim: int) -> None:
     for seed in range(10):
         cost, N = bowl(dim, seed, 1e6), usual(dim)
         ours.append(sum(map(len, search(cost, [0.5] * dim, R=0.1, seed=seed, target=1e-8))))
-        how = {"seed": seed + 1, "verbose": -9, "popsize": N, "CMA_active": False}
-        rival, n, least = cma.CMAEvolutionStrategy([0.5] * dim, 0.1, how), 0, np.inf
+        options = {"seed": seed + 1, "verbose": -9, "popsize": N, "CMA_active": False}
+        rival, n, least = cma.CMAEvolutionStrategy([0.5] * dim, 0.1, options), 0, np.inf
         while least > 1e-8:
             points = rival.ask()
             costs = cost(np.array(points))
@@ -132,19 +132,19 @@ def test_the_unit_of_the_cost_does_not_matter_at_walls(scale: float) -> None:
 
 @pytest.mark.parametrize("dim", [1, 2, 5])
 def test_a_least_in_a_corner_is_met_exactly(dim: int) -> None:
-    asked = np.vstack(search(lambda u: (1.0 + u).sum(axis=1), [0.6] * dim))
-    assert (asked.min(axis=1) == 0.0).any()
-    assert (asked == 0.0).all(axis=1).any()
+    points = np.vstack(search(lambda u: (1.0 + u).sum(axis=1), [0.6] * dim))
+    assert (points.min(axis=1) == 0.0).any()
+    assert (points == 0.0).all(axis=1).any()
 
 
 def test_a_least_on_a_wall_is_found_from_the_middle() -> None:
     """The rotated bowl's free minimum is far outside; where it is cut was computed by scipy."""
     cost = bowl(4, 5, 30.0, at=np.array([1.5, 0.5, -0.4, 0.5]))
 
-    def one(u: Array) -> float:
+    def cost_at(u: Array) -> float:
         return float(cost(u[None])[0])
 
-    exact = minimize(one, np.full(4, 0.5), bounds=[(0, 1)] * 4, tol=1e-14)
+    exact = minimize(cost_at, np.full(4, 0.5), bounds=[(0, 1)] * 4, tol=1e-14)
     np.testing.assert_allclose(best(cost, search(cost, [0.5] * 4)), exact.fun, rtol=1e-6)
 
 
@@ -179,14 +179,14 @@ def test_holes_are_walked_round() -> None:
 @pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, 1.0, -1e300])
 @pytest.mark.parametrize("dim", [1, 2, 10])
 def test_it_ends_where_nothing_can_be_learnt(value: float, dim: int) -> None:
-    asked = search(lambda u: np.full(len(u), value), [0.5] * dim)
-    assert sum(map(len, asked)) <= 100 * dim + 200
+    rounds = search(lambda u: np.full(len(u), value), [0.5] * dim)
+    assert sum(map(len, rounds)) <= 100 * dim + 200
 
 
 def test_it_ends_on_noise() -> None:
     rng = np.random.default_rng(0)
-    asked = search(lambda u: rng.random(len(u)), [0.5] * 3)
-    assert sum(map(len, asked)) < 20_000
+    rounds = search(lambda u: rng.random(len(u)), [0.5] * 3)
+    assert sum(map(len, rounds)) < 20_000
 
 
 def test_costs_close_to_the_largest_float() -> None:

@@ -52,10 +52,10 @@ def test_the_minimum_is_taken_in_the_box_and_nowhere_undercut(function: int, dim
     at = np.array([cocoex.BareProblem("bbob", function, dim, 4).best_parameter()])
     assert (np.abs(at) <= 5).all()
     assert ours(at)[0] == ours.minimum
-    near = (
+    neighbours = (
         at + np.random.default_rng(0).normal(0, 1, (300, dim)) * np.logspace(-8, 0.5, 300)[:, None]
     )
-    assert ours(np.clip(near, -5, 5)).min() >= ours.minimum
+    assert ours(np.clip(neighbours, -5, 5)).min() >= ours.minimum
     assert ours.J_min == ours.minimum + 1e-8
 
 
@@ -123,22 +123,22 @@ def test_a_missing_suite_is_said_with_what_to_install(monkeypatch: pytest.Monkey
 def test_the_functions_are_grouped_as_published() -> None:
     sizes = [sum(f.group == group for f in FUNCTIONS.values()) for group in GROUPS]
     assert sizes == [5, 4, 5, 5, 5]
-    for number, said in [(1, "Sphere"), (8, "Rosenbrock"), (13, "Sharp ridge"), (23, "Katsuura")]:
-        assert FUNCTIONS[number].title == said
+    for number, title in [(1, "Sphere"), (8, "Rosenbrock"), (13, "Sharp ridge"), (23, "Katsuura")]:
+        assert FUNCTIONS[number].title == title
 
 
 def jobs(algorithm: str, *, repeats: int = 1, budget: int = 150) -> Iterator[Job]:
     """In no order that COCO would take."""
     for function, dim, instance, repeat in product((8, 1), (3, 2), (2, 1), range(repeats)):
-        on = bbob(function, dim, instance)
+        cost = bbob(function, dim, instance)
         yield Job(
             problem=f"f{function:02d}-d{dim}-i{instance}",
             algorithm=algorithm,
             repeat=repeat,
             seed=1,
             budget=budget + function,
-            target=on.J_min,
-            minimum=on.minimum,
+            target=cost.J_min,
+            minimum=cost.minimum,
             surface={"bbob": function, "dim": dim, "instance": instance},
             method={"name": algorithm, "settings": {}},
         )
@@ -147,8 +147,8 @@ def jobs(algorithm: str, *, repeats: int = 1, budget: int = 150) -> Iterator[Job
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Record]]:
     folder = tmp_path_factory.mktemp("a place")
-    both = [*jobs("dual-annealing"), *jobs("random", repeats=2)]
-    return folder, list(observe(both, folder))
+    all_jobs = [*jobs("dual-annealing"), *jobs("random", repeats=2)]
+    return folder, list(observe(all_jobs, folder))
 
 
 def test_observed_runs_are_the_runs(watched: tuple[Path, list[Record]]) -> None:
@@ -160,15 +160,15 @@ def test_observed_runs_are_the_runs(watched: tuple[Path, list[Record]]) -> None:
 
 def trials(folder: Path, algorithm: str) -> dict[tuple[int, int], list[list[str]]]:
     """The last line of each trial of COCO's files, by function and dimension."""
-    found = {}
+    last_lines = {}
     for function, dim in product((1, 8), (2, 3)):
         path = folder / "exdata" / algorithm / f"data_f{function}"
         text = (path / f"bbobexp_f{function}_DIM{dim}.tdat").read_text()
         lines = text.splitlines()
         heads = [i for i, line in enumerate(lines) if line.startswith("%")]
         ends = [*heads[1:], len(lines)]
-        found[function, dim] = [lines[end - 1].split() for end in ends]
-    return found
+        last_lines[function, dim] = [lines[end - 1].split() for end in ends]
+    return last_lines
 
 
 def test_coco_writes_what_we_counted(watched: tuple[Path, list[Record]]) -> None:
@@ -191,8 +191,8 @@ def test_coco_writes_what_we_counted(watched: tuple[Path, list[Record]]) -> None
     not all(map(importlib.util.find_spec, ("cocopp", "six"))), reason="cocopp is not installed"
 )
 def test_coco_makes_its_pages(tmp_path: Path) -> None:
-    few = [j for j in jobs("random") if (j.surface["bbob"], j.surface["dim"]) == (1, 2)]
-    list(observe(few, tmp_path))
+    spheres = [j for j in jobs("random") if (j.surface["bbob"], j.surface["dim"]) == (1, 2)]
+    list(observe(spheres, tmp_path))
     page = postprocess(tmp_path)
     assert page == tmp_path / "ppdata" / "index.html"
     pictures = {p.name for p in (tmp_path / "ppdata").rglob("pprldmany*.svg")}
@@ -206,9 +206,9 @@ def test_what_cannot_be_observed_is_refused(
     with pytest.raises(InputError, match="dual-annealing is there already: choose another folder"):
         list(observe([records[0].job], folder))
     job = next(jobs("random"))
-    other = Job.parse(job.text.replace('"bbob":8', '"surface":"BF"'))
+    changed = Job.parse(job.text.replace('"bbob":8', '"surface":"BF"'))
     with pytest.raises(InputError, match="is no function of the BBOB suite"):
-        list(observe([other], tmp_path))
+        list(observe([changed], tmp_path))
     named = Job.parse(job.text.replace('"algorithm":"random"', '"algorithm":"a/b"'))
     with pytest.raises(InputError, match="'a/b' cannot be a folder's name"):
         list(observe([named], tmp_path))
@@ -217,6 +217,6 @@ def test_what_cannot_be_observed_is_refused(
 
 
 def test_a_job_finds_it_by_its_table() -> None:
-    made = problem({"bbob": 15, "dim": 3, "instance": 2})
-    assert np.array_equal(made(points(3)), bbob(15, 3, 2)(points(3)))
-    assert (made.name, made.minimum) == ("f15-d3-i2", bbob(15, 3, 2).minimum)
+    cost = problem({"bbob": 15, "dim": 3, "instance": 2})
+    assert np.array_equal(cost(points(3)), bbob(15, 3, 2)(points(3)))
+    assert (cost.name, cost.minimum) == ("f15-d3-i2", bbob(15, 3, 2).minimum)

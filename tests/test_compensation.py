@@ -26,9 +26,9 @@ from stribeck.rig.twin import TestBed
 Given = dict[str, tuple[float, float | None, float | None, str]]
 
 
-def made(law: str, rig: str, parameters: Given, **constants: tuple[float, str]) -> Card:
+def card_of(law: str, rig: str, parameters: Given, **constants: tuple[float, str]) -> Card:
     """A card of parameters: value, low and high end, unit."""
-    said = {
+    fields = {
         "schema": "stribeck-card/1", "law": law, "rig": rig, "kind": rig,
         "constants": {n: {"value": v, "unit": u} for n, (v, u) in constants.items()},
         "parameters": {
@@ -40,7 +40,7 @@ def made(law: str, rig: str, parameters: Given, **constants: tuple[float, str]) 
         "search": {"method": "mbts", "seed": 0, "evaluations": 1, "seconds": 0.1, "ended": "done"},
         "data": [], "software": {},
     }  # fmt: skip
-    return Card.model_validate(said)
+    return Card.model_validate(fields)
 
 
 KD = 2.0
@@ -48,7 +48,7 @@ KD = 2.0
 
 def robot(F_V: tuple[float, float | None, float | None], F_C: float = 0.0, **ends: Any) -> Card:
     """A joint without gravity, without Coulomb friction unless given."""
-    return made(
+    return card_of(
         "coulomb-viscous", "joint",
         {
             "F_C": (F_C, ends.get("F_C_low"), ends.get("F_C_high"), "N m"),
@@ -65,14 +65,14 @@ def bed(**ends: tuple[float | None, float | None]) -> Card:
     values = dict(zip(("F_S", "F_C", "F_V", "v_SS"), PUBLISHED["right"][:4], strict=True))
     units = {"F_S": "N", "F_C": "N", "F_V": "N s/m", "v_SS": "m/s", "k_spring": "N/m"}
     values["k_spring"] = PUBLISHED["right"][5]
-    return made(
+    return card_of(
         "stribeck", "slide-bed",
         {n: (v, *ends.get(n, (None, None)), units[n]) for n, v in values.items()},
     )  # fmt: skip
 
 
-def only(found: Compensation, mode: str) -> ScaleCurve:
-    return next(c for c in found.curves if c.mode == mode)
+def only(compensated: Compensation, mode: str) -> ScaleCurve:
+    return next(c for c in compensated.curves if c.mode == mode)
 
 
 # --- signs, on motions made by hand -------------------------------------------------------------
@@ -86,8 +86,8 @@ def looked(error: Any, floor: float = 1e-3) -> set[str]:
     x = (RAMP.x - error)[None]
     v = np.gradient(x[0], T)[None]
     v[np.abs(v) < 1e-9] = 0.0
-    found = signs(RAMP, ON, x, v, 1e-3, np.array([floor]))
-    return {name for name, there in found.items() if there[0]}
+    shown = signs(RAMP, ON, x, v, 1e-3, np.array([floor]))
+    return {name for name, present in shown.items() if present[0]}
 
 
 def test_stretches_are_where_the_reference_moves_one_way_or_rests() -> None:
@@ -117,9 +117,9 @@ def test_moving_back_creeping_and_running_away_are_told() -> None:
 def test_a_lag_after_a_reversal_is_no_running_back() -> None:
     turn = Reference("turn", T, np.interp(T, [0.0, 5.0, 10.0], [0.0, 0.5, 0.0]))
     late = np.interp(T - 0.3, T, turn.x)[None]  # goes on for 0.3 s after the reference has turned
-    found = signs(turn, stretches(turn, 1e-3), late, np.gradient(late[0], T)[None], 1e-3,
+    shown = signs(turn, stretches(turn, 1e-3), late, np.gradient(late[0], T)[None], 1e-3,
                   np.array([1e-3]))  # fmt: skip
-    assert not any(there[0] for there in found.values())
+    assert not any(present[0] for present in shown.values())
 
 
 def test_the_floor_is_a_share_of_the_error_or_two_counts() -> None:
@@ -135,42 +135,42 @@ def test_the_floor_is_a_share_of_the_error_or_two_counts() -> None:
 def test_viscous_friction_beyond_the_damping_of_all_else_is_unstable(F_V: float) -> None:
     """J s² + (k_d + F_V − s F_V) s + k_p has roots to the right from s = 1 + k_d / F_V on."""
     edge = 1.0 + KD / F_V
-    below, above = (
+    stable, unstable = (
         compensation(robot((F_V, None, None)), speed=0.5, mode="feedback", scale=s)
         for s in (edge - 0.1, edge + 0.1)
     )
-    at = only(above, "feedback")
+    at = only(unstable, "feedback")
     assert at.onset is not None
     assert at.onset.sign in ("runs away", "runs back", "oscillates")
     assert at.onset.scale == pytest.approx(edge + 0.1, abs=1e-3)
-    assert above.mode is None
+    assert unstable.mode is None
     # Below, the scale itself is clean; what is a margin above it may not be.
-    signs_below = only(below, "feedback").onset
-    assert signs_below is None or signs_below.scale > edge - 0.1
+    onset = only(stable, "feedback").onset
+    assert onset is None or onset.scale > edge - 0.1
 
 
 def test_the_edge_of_stability_is_found() -> None:
     F_V = 8.0
-    found = only(compensation(robot((F_V, None, None)), speed=0.5, mode="feedback"), "feedback")
-    assert found.onset is not None
+    curve = only(compensation(robot((F_V, None, None)), speed=0.5, mode="feedback"), "feedback")
+    assert curve.onset is not None
     # A sample's delay costs some damping: k_p h / 2 of 2 N m s/rad, and it takes growth to be seen.
-    assert found.onset.scale == pytest.approx(1.0 + KD / F_V, abs=0.06)
-    assert found.scale is not None
-    assert found.scale <= found.onset.scale - MARGIN + 1e-9
+    assert curve.onset.scale == pytest.approx(1.0 + KD / F_V, abs=0.06)
+    assert curve.scale is not None
+    assert curve.scale <= curve.onset.scale - MARGIN + 1e-9
 
 
 def test_without_feedback_nothing_can_become_unstable() -> None:
-    found = only(compensation(robot((8.0, None, None)), speed=0.5, mode="reference"), "reference")
-    assert found.onset is None or found.onset.sign == "is worse"
-    assert np.isfinite(found.rms).all()
+    curve = only(compensation(robot((8.0, None, None)), speed=0.5, mode="reference"), "reference")
+    assert curve.onset is None or curve.onset.sign == "is worse"
+    assert np.isfinite(curve.rms).all()
 
 
 def test_the_ends_of_intervals_are_tried_and_hold_the_scale_back() -> None:
     """An axis with 5 where 8 N m s/rad are believed is unstable from (5 + k_d) / 8 = 0.875 on."""
     for low, clean in ((7.9, True), (5.0, False)):
-        found = compensation(robot((8.0, low, 8.1)), speed=0.5, mode="feedback", scale=0.9)
-        onset = only(found, "feedback").onset
-        assert (found.mode is not None) is clean
+        result = compensation(robot((8.0, low, 8.1)), speed=0.5, mode="feedback", scale=0.9)
+        onset = only(result, "feedback").onset
+        assert (result.mode is not None) is clean
         if clean:
             assert onset is None
         else:
@@ -187,24 +187,24 @@ def test_axes_are_the_card_and_its_ends_in_si() -> None:
     shown = {**parts, "F_V": parts["F_V"].model_copy(
         update={"value": 0.9583, "low": 0.9, "unit": "N s/mm"})}  # fmt: skip
     model, p = written.model_copy(update={"parameters": shown}).model()
-    found, said = plants(written.model_copy(update={"parameters": shown}), model, p)
-    assert list(found) == [
+    axes, messages = plants(written.model_copy(update={"parameters": shown}), model, p)
+    assert list(axes) == [
         IDENTIFIED, "F_S low", "F_S high", "F_V low", "k_spring low", "all friction low",
         "all friction high",
     ]  # fmt: skip
-    assert found["F_V low"][2] == pytest.approx(900.0)
-    np.testing.assert_allclose(found["all friction low"][:3], [140.0, p[1], 900.0])
-    assert found["all friction low"][-1] == p[-1]  # the spring does not rub
-    (left,) = said
-    assert "F_V high" in left
-    assert "F_V low" not in left
+    assert axes["F_V low"][2] == pytest.approx(900.0)
+    np.testing.assert_allclose(axes["all friction low"][:3], [140.0, p[1], 900.0])
+    assert axes["all friction low"][-1] == p[-1]  # the spring does not rub
+    (message,) = messages
+    assert "F_V high" in message
+    assert "F_V low" not in message
 
 
 def test_an_end_that_is_no_friction_is_left_out_and_told() -> None:
     written = bed(F_S=(20.0, 150.0))
-    found, said = plants(written, *written.model())
-    assert "F_S low" not in found
-    assert any(s.startswith("F_S low: no friction") for s in said)
+    axes, messages = plants(written, *written.model())
+    assert "F_S low" not in axes
+    assert any(s.startswith("F_S low: no friction") for s in messages)
 
 
 def test_a_swing_that_gravity_makes_is_not_hunting() -> None:
@@ -213,19 +213,19 @@ def test_a_swing_that_gravity_makes_is_not_hunting() -> None:
     pulls = {"g_sin": heavy.parameters["g_sin"].model_copy(update={"value": 5.0})}
     heavy = heavy.model_copy(update={"parameters": {**heavy.parameters, **pulls}})
     turns = references(1.0, 20.0, 0.0, 1e-3)[0]
-    found = only(compensation(heavy, reference=turns, mode="feedback", scale=0.8), "feedback")
-    assert found.onset is None
-    assert found.rms[1, 0, 0] > 0.02  # it swings, by g_sin / (k_p + ...) and more
+    curve = only(compensation(heavy, reference=turns, mode="feedback", scale=0.8), "feedback")
+    assert curve.onset is None
+    assert curve.rms[1, 0, 0] > 0.02  # it swings, by g_sin / (k_p + ...) and more
 
 
 def test_references_go_both_ways_and_rest_where_they_turn() -> None:
     slow, fast, sine = references(0.005, 0.1, 0.2, 1e-3)
     assert np.abs(slow.v).max() == pytest.approx(0.005)
     assert np.abs(fast.v).max() == pytest.approx(FAST * 0.005)
-    for one in (slow, fast, sine):
-        assert one.x[0] == 0.2
-        assert one.x[-1] == pytest.approx(0.2)
-        assert one.v.min() == pytest.approx(-one.v.max(), rel=1e-6)
+    for reference in (slow, fast, sine):
+        assert reference.x[0] == 0.2
+        assert reference.x[-1] == pytest.approx(0.2)
+        assert reference.v.min() == pytest.approx(-reference.v.max(), rel=1e-6)
     assert [s.direction for s in stretches(slow, 1e-6)] == [0, 1, 0, -1, 0]
 
 
@@ -251,11 +251,11 @@ def test_a_slide_that_sticks_needs_feedback_and_gains_fivefold_both_ways() -> No
     """Identified on a noisy recording of the twin; tried on the axis that made it."""
     fit = identify(TestBed().run("both", seed=3).recording, law="stribeck-directional", budget=1500)
     ramp = references(0.005, 0.1, 0.0, 1e-3)[0]
-    found = compensation(card(fit), reference=ramp, scale=0.9, beside={"truth": published_both()})
-    curve, forward = only(found, "feedback"), only(found, "reference")
-    assert found.mode == "feedback"
+    result = compensation(card(fit), reference=ramp, scale=0.9, beside={"truth": published_both()})
+    curve, forward = only(result, "feedback"), only(result, "reference")
+    assert result.mode == "feedback"
     assert curve.best is not None
-    truth = found.plants.index("truth")
+    truth = result.plants.index("truth")
     assert curve.ratio[curve.best, truth, 0] < 1 / 5
     assert curve.worst[curve.best] < 1 / 3
     # Where steady sliding is not stable, feed-forward cannot make it so.
@@ -263,27 +263,27 @@ def test_a_slide_that_sticks_needs_feedback_and_gains_fivefold_both_ways() -> No
 
 
 def test_the_simpler_mode_is_taken_where_it_is_as_good() -> None:
-    known = robot((3.0, 2.9, 3.1), F_C=1.0, F_C_low=0.95, F_C_high=1.05)
-    found = compensation(known, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
-    assert found.mode == "reference"
-    assert found.compensator is not None
-    assert found.compensator.feedback is False
-    assert found.curve is not None
-    assert found.curve.scale is not None
-    assert 0.8 <= found.curve.scale <= 1.0
+    exact = robot((3.0, 2.9, 3.1), F_C=1.0, F_C_low=0.95, F_C_high=1.05)
+    result = compensation(exact, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
+    assert result.mode == "reference"
+    assert result.compensator is not None
+    assert result.compensator.feedback is False
+    assert result.curve is not None
+    assert result.curve.scale is not None
+    assert 0.8 <= result.curve.scale <= 1.0
     # What is left is about what the loop leaves without friction.
-    assert found.curve.best is not None
-    left = found.curve.rms[found.curve.best, 0]
-    np.testing.assert_allclose(left, found.frictionless, rtol=0.3, atol=2e-5)
+    assert result.curve.best is not None
+    errors = result.curve.rms[result.curve.best, 0]
+    np.testing.assert_allclose(errors, result.frictionless, rtol=0.3, atol=2e-5)
 
 
 def test_a_card_that_knows_nothing_is_not_compensated() -> None:
     ignorant = robot((1.0, 0.0, 2.0), F_C=1.0, F_C_low=0.0, F_C_high=2.0)
-    found = compensation(ignorant, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
-    assert found.mode is None
-    assert found.compensator is None
-    assert all(c.best is None for c in found.curves)
-    assert all(c.harm is not None for c in found.curves)
+    result = compensation(ignorant, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
+    assert result.mode is None
+    assert result.compensator is None
+    assert all(c.best is None for c in result.curves)
+    assert all(c.harm is not None for c in result.curves)
 
 
 def test_a_coarse_sensor_is_told_and_sets_the_dead_band() -> None:
@@ -303,10 +303,12 @@ def test_a_law_that_is_smooth_through_rest_is_asked_where_it_has_risen() -> None
     }  # fmt: skip
     law = RIGS["slide-bed"].parameters(_law("stribeck-smooth"))
     names = {q.name for q in law}
-    written = made("stribeck-smooth", "slide-bed", {n: v for n, v in values.items() if n in names})
-    found = compensation(written, speed=0.005, mode="feedback", scale=0.9)
-    assert found.compensator is not None
-    assert found.compensator.rest > 1e-5
+    written = card_of(
+        "stribeck-smooth", "slide-bed", {n: v for n, v in values.items() if n in names}
+    )
+    result = compensation(written, speed=0.005, mode="feedback", scale=0.9)
+    assert result.compensator is not None
+    assert result.compensator.rest > 1e-5
 
 
 def _law(name: str) -> Any:
@@ -325,31 +327,31 @@ def stribeck(
     return caller(monkeypatch, capsys)
 
 
-def written_to(folder: Path, made: Card) -> str:
+def written_to(folder: Path, written: Card) -> str:
     file = folder / "card.json"
-    file.write_text(made.text(), encoding="utf-8")
+    file.write_text(written.text(), encoding="utf-8")
     return str(file)
 
 
 def test_the_command_says_yes_with_its_files(stribeck: Any, tmp_path: Path) -> None:
     file = written_to(tmp_path, robot((3.0, 2.9, 3.1), F_C=1.0, F_C_low=0.95, F_C_high=1.05))
-    said = stribeck("compensate", file, "--speed", "0.2", "--scale", "0.9", "--mode", "reference",
-                    "--out", str(tmp_path / "out"), "--json")  # fmt: skip
-    assert said.status == 0
-    told = json.loads(said.out)
-    assert told["recommended"]["scale"] == 0.9
-    assert told["recommended"]["settings"]["feedback"]["value"] == 0.0
+    options = ("--speed", "0.2", "--scale", "0.9", "--mode", "reference")
+    completed = stribeck("compensate", file, *options, "--out", str(tmp_path / "out"), "--json")
+    assert completed.status == 0
+    document = json.loads(completed.out)
+    assert document["recommended"]["scale"] == 0.9
+    assert document["recommended"]["settings"]["feedback"]["value"] == 0.0
     assert sorted(f.name for f in (tmp_path / "out").iterdir()) == [
         "compensation.json", "compensation.png", "compensation.svg",
     ]  # fmt: skip
-    assert (tmp_path / "out" / "compensation.json").read_text(encoding="utf-8") == said.out
+    assert (tmp_path / "out" / "compensation.json").read_text(encoding="utf-8") == completed.out
 
 
 def test_the_command_says_no_with_status_1(stribeck: Any, tmp_path: Path) -> None:
     file = written_to(tmp_path, robot((1.0, 0.0, 2.0), F_C=1.0, F_C_low=0.0, F_C_high=2.0))
-    said = stribeck("compensate", file, "--speed", "0.2", "--scale", "0.9")
-    assert said.status == 1
-    assert "do not compensate" in " ".join(said.out.split())
+    completed = stribeck("compensate", file, "--speed", "0.2", "--scale", "0.9")
+    assert completed.status == 1
+    assert "do not compensate" in " ".join(completed.out.split())
 
 
 def test_a_reference_may_be_a_log(stribeck: Any, tmp_path: Path) -> None:
@@ -359,13 +361,13 @@ def test_a_reference_may_be_a_log(stribeck: Any, tmp_path: Path) -> None:
     rows = "\n".join(f"{a:.6f},{b:.9f},{b:.9f}" for a, b in zip(t, q, strict=True))
     log.write_text(f"t_s,q_rad,q_cmd_rad\n{rows}\n", encoding="utf-8")
     file = written_to(tmp_path, robot((3.0, 2.9, 3.1), F_C=1.0))
-    said = stribeck("compensate", file, "--reference", str(log), "--scale", "0.9", "--json")
-    assert said.status == 0
-    assert json.loads(said.out)["motions"] == ["log.csv"]
+    completed = stribeck("compensate", file, "--reference", str(log), "--scale", "0.9", "--json")
+    assert completed.status == 0
+    assert json.loads(completed.out)["motions"] == ["log.csv"]
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ([], "its logs are not beside it: give --speed or --reference"),
         (["--speed", "0"], "speed"),
@@ -380,13 +382,13 @@ def test_a_reference_may_be_a_log(stribeck: Any, tmp_path: Path) -> None:
     ],
 )
 def test_misuse_is_one_line_and_status_2(
-    stribeck: Any, tmp_path: Path, options: list[str], said: str
+    stribeck: Any, tmp_path: Path, options: list[str], message: str
 ) -> None:
     file = written_to(tmp_path, robot((3.0, 2.9, 3.1), F_C=1.0).model_copy(update={"data": [_LOG]}))
-    got = stribeck("compensate", file, *options)
-    assert got.status == 2
-    assert said in got.err
-    assert got.err.count("\n") == 1
+    completed = stribeck("compensate", file, *options)
+    assert completed.status == 2
+    assert message in completed.err
+    assert completed.err.count("\n") == 1
 
 
 _LOG = card(
@@ -399,12 +401,12 @@ _LOG = card(
 
 
 def test_json_has_every_axis_and_null_where_one_ran_away() -> None:
-    found = compensation(robot((8.0, None, None)), speed=0.5, mode="feedback", scale=3.0)
-    told = json.loads(compensation_text(found))
-    assert told["recommended"] is None
-    rms = told["modes"]["feedback"]["rms"]
-    assert len(rms) == len(told["modes"]["feedback"]["scales"])
-    assert len(rms[0]) == len(told["axes"])
+    result = compensation(robot((8.0, None, None)), speed=0.5, mode="feedback", scale=3.0)
+    document = json.loads(compensation_text(result))
+    assert document["recommended"] is None
+    rms = document["modes"]["feedback"]["rms"]
+    assert len(rms) == len(document["modes"]["feedback"]["scales"])
+    assert len(rms[0]) == len(document["axes"])
     assert times(0.25) == "4×"
     assert times(float("inf")) == "–"
 

@@ -36,36 +36,38 @@ def test_the_law_is_evaluated_at(v_ref: float, v: float, c: Any, speed: float) -
     assert evaluation_velocity(v_ref, v, c) == speed
 
 
-def out(force: float, v_ref: float, before: float = 0.0, h: float = 0.01, **set_: float) -> float:
-    made = Compensator(**{"scale": 0.5, "dead_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
-    return float(shaped_output(force, v_ref, h, before, made.c))
+def output(
+    force: float, v_ref: float, before: float = 0.0, h: float = 0.01, **set_: float
+) -> float:
+    compensator = Compensator(**{"scale": 0.5, "dead_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
+    return float(shaped_output(force, v_ref, h, before, compensator.c))
 
 
 def test_the_output_grows_with_the_references_speed_and_rests_with_it() -> None:
     speeds = (0.0, 0.99, 1.0, 1.5, 2.0, 3.0, 50.0)
-    assert [out(8.0, v) for v in speeds] == [0.0, 0.0, 0.0, 1.0, 2.0, 4.0, 4.0]
-    assert [out(-8.0, -v) for v in speeds] == [0.0, 0.0, 0.0, -1.0, -2.0, -4.0, -4.0]
+    assert [output(8.0, v) for v in speeds] == [0.0, 0.0, 0.0, 1.0, 2.0, 4.0, 4.0]
+    assert [output(-8.0, -v) for v in speeds] == [0.0, 0.0, 0.0, -1.0, -2.0, -4.0, -4.0]
 
 
 def test_without_smoothing_the_output_is_a_step() -> None:
-    assert out(8.0, 1.0, smoothing=0.0) == 0.0
-    assert out(8.0, 1.0 + 1e-12, smoothing=0.0) == 4.0
+    assert output(8.0, 1.0, smoothing=0.0) == 0.0
+    assert output(8.0, 1.0 + 1e-12, smoothing=0.0) == 4.0
 
 
 def test_what_the_drive_eats_is_added_on_the_side_of_the_friction() -> None:
-    assert out(8.0, 9.0, drive=2.0) == 5.0
-    assert out(-8.0, 9.0, drive=2.0) == -5.0  # also where that is against the reference
-    assert out(0.0, 9.0, drive=2.0) == 0.0
+    assert output(8.0, 9.0, drive=2.0) == 5.0
+    assert output(-8.0, 9.0, drive=2.0) == -5.0  # also where that is against the reference
+    assert output(0.0, 9.0, drive=2.0) == 0.0
 
 
 def test_the_output_changes_and_reaches_no_further_than_it_may() -> None:
-    assert out(80.0, 9.0, slew=300.0, h=0.01) == 3.0
-    assert out(80.0, 9.0, before=39.0, slew=300.0) == 40.0
-    assert out(-80.0, 9.0, before=39.0, slew=300.0) == 36.0
-    assert out(80.0, 0.0, before=39.0, slew=300.0) == 36.0  # also where the reference stops
-    assert out(80.0, 9.0, limit=7.0) == 7.0
-    assert out(-80.0, 9.0, limit=7.0) == -7.0
-    assert out(-80.0, 9.0, before=6.0, slew=1e4, limit=7.0) == -7.0
+    assert output(80.0, 9.0, slew=300.0, h=0.01) == 3.0
+    assert output(80.0, 9.0, before=39.0, slew=300.0) == 40.0
+    assert output(-80.0, 9.0, before=39.0, slew=300.0) == 36.0
+    assert output(80.0, 0.0, before=39.0, slew=300.0) == 36.0  # also where the reference stops
+    assert output(80.0, 9.0, limit=7.0) == 7.0
+    assert output(-80.0, 9.0, limit=7.0) == -7.0
+    assert output(-80.0, 9.0, before=6.0, slew=1e4, limit=7.0) == -7.0
 
 
 def test_compiled_and_plain_python_are_the_same_function() -> None:
@@ -75,8 +77,8 @@ def test_compiled_and_plain_python_are_the_same_function() -> None:
         c[7] = TINY
         force, v_ref, v, before = rng.normal(size=4)
         assert evaluation_velocity(v_ref, v, c) == evaluation_velocity.py_func(v_ref, v, c)
-        given = (force, v_ref, 0.01, before, c)
-        assert shaped_output(*given) == shaped_output.py_func(*given)
+        arguments = (force, v_ref, 0.01, before, c)
+        assert shaped_output(*arguments) == shaped_output.py_func(*arguments)
 
 
 def test_every_setting_stands_in_its_own_place() -> None:

@@ -26,12 +26,12 @@ PACKAGE = Path(stribeck.__file__).parent
 
 def python(code: str, *arguments: str, path: Path, **environment: str) -> str:
     """What a program prints, run in a process of its own with modules from a folder."""
-    done = subprocess.run(
+    completed = subprocess.run(
         [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": str(path), **environment}, cwd=path,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout + done.stderr
+    assert completed.returncode == 0, completed.stderr
+    return completed.stdout + completed.stderr
 
 
 # --- nothing is out of date -----------------------------------------------------------------------
@@ -112,14 +112,14 @@ def test_a_law_of_ones_own_follows_its_helpers_in_other_files(tmp_path: Path) ->
     assert [int(line.split()[1]) for line in printed[1:]] == [0, 1, 1, 0]
 
 
-def made(source: str, name: str = "f", **names: Any) -> Any:
+def function_of(source: str, name: str = "f", **names: Any) -> Any:
     space: dict[str, Any] = {"compiled": compiled, "njit": njit, "np": np, **names}
     exec(source, space)  # noqa: S102 - as at a prompt
     return space[name]
 
 
 def content(source: str, **names: Any) -> str:
-    return digest(made(source, **names), (float64,))
+    return digest(function_of(source, **names), (float64,))
 
 
 _CALLS = "@njit\ndef g(x):\n    return {0} * x\n@compiled()\ndef f(x):\n    return g(x) + {1}\n"
@@ -135,7 +135,7 @@ def test_content_is_that_of_all_that_is_compiled_in() -> None:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("value", "changed"),
     [
         (1, 2), (1, 1.0), (0.0, -0.0), (True, 1), ((1, 2), (1, (2,))), ("a", b"a"),
         (np.array([1.0, 2.0]), np.array([1.0, 3.0])), (np.zeros((2, 3)), np.zeros((3, 2))),
@@ -144,15 +144,15 @@ def test_content_is_that_of_all_that_is_compiled_in() -> None:
     ],
     ids=repr,
 )  # fmt: skip
-def test_values_of_globals_are_content(one: Any, other: Any) -> None:
+def test_values_of_globals_are_content(value: Any, changed: Any) -> None:
     source = "@compiled()\ndef f(x):\n    return K\n"
-    assert content(source, K=one) == content(source, K=one)
-    assert content(source, K=one) != content(source, K=other)
+    assert content(source, K=value) == content(source, K=value)
+    assert content(source, K=value) != content(source, K=changed)
 
 
 def test_closures_defaults_and_functions_inside_are_content() -> None:
     factory = "def make(k):\n    @compiled()\n    def f(x):\n        return k * x\n    return f\n"
-    two, three = (digest(made(factory + f"f = make({k})"), ()) for k in (2, 3))
+    two, three = (digest(function_of(factory + f"f = make({k})"), ()) for k in (2, 3))
     assert two != three
     inside = (
         "@compiled()\ndef f(x, y={0}):\n    def g(z):\n        return z + {1}\n    return g(x)\n"
@@ -164,7 +164,9 @@ def test_functions_that_call_each_other_are_content_of_either() -> None:
     pair = ("@njit\ndef g(x):\n    return f(x - 1) if x > 0 else {0}\n"
             "@compiled()\ndef f(x):\n    return g(x - 1) if x > 0 else {1}\n")  # fmt: skip
     for name in ("f", "g"):
-        contents = {digest(made(pair.format(*k), name), ()) for k in ((1, 2), (3, 2), (1, 4))}
+        contents = {
+            digest(function_of(pair.format(*k), name), ()) for k in ((1, 2), (3, 2), (1, 4))
+        }
         assert len(contents) == 3
 
 
@@ -183,14 +185,14 @@ def test_order_of_named_fields_is_content() -> None:
     source = "@compiled()\ndef f(x):\n    return x.k\n"
     types = typeof(Gains(1.0, 2.0)), typeof(Swapped(1.0, 2.0))
     assert str(types[0]) == str(types[1])
-    assert digest(made(source), types[:1]) != digest(made(source), types[1:])
+    assert digest(function_of(source), types[:1]) != digest(function_of(source), types[1:])
 
 
 def test_what_cannot_be_told_is_compiled_in_each_process() -> None:
     source = "@compiled()\ndef f(x):\n    return 2.0 * x.T.sum()\n"
     with pytest.raises(UnknownContentError, match="object"):
         content(source, sum=object())
-    assert made(source, sum=object())(np.ones(3)) == 6.0
+    assert function_of(source, sum=object())(np.ones(3)) == 6.0
 
 
 # --- where it is kept -----------------------------------------------------------------------------
@@ -236,9 +238,9 @@ def test_a_folder_that_others_can_write_is_not_read(
 ) -> None:
     Folder().save("a", 1)
     place.chmod(0o770)
-    other = Folder()
-    assert other.load("a") is None
-    other.save("b", 2)
+    shared = Folder()
+    assert shared.load("a") is None
+    shared.save("b", 2)
     assert not (place / "b").exists()
     (record,) = caplog.records
     assert "others can write there" in record.getMessage()
@@ -264,9 +266,9 @@ with notices():
 
 def test_without_a_home_it_compiles_into_a_temporary_folder_and_says_so_once() -> None:
     nowhere = "/dev/null/home"
-    said = python(_COMPILES, path=PACKAGE.parent, HOME=nowhere, XDG_CACHE_HOME=nowhere,
+    lines = python(_COMPILES, path=PACKAGE.parent, HOME=nowhere, XDG_CACHE_HOME=nowhere,
                   NUMBA_CACHE_DIR="").splitlines()  # fmt: skip
-    law, temporary, warning, time = said
+    law, temporary, warning, time = lines
     assert law == "karnopp"
     assert warning == (
         f"stribeck: cannot keep compiled code in {nowhere}/stribeck/compiled (Not a directory): "
@@ -289,12 +291,12 @@ def test_the_first_run_says_that_it_compiles_and_the_second_nothing(tmp_path: Pa
 
 def test_a_command_tells_only_of_its_own_compiling(capsys: pytest.CaptureFixture[str]) -> None:
     source = f"@compiled()\ndef f(x):\n    return x + {os.getpid()}.25\n"
-    made(source)(1.0)
+    function_of(source)(1.0)
     with notices():
         pass
     assert capsys.readouterr().err == ""
     with notices():
-        made(source.replace("+", "-"))(1.0)
+        function_of(source.replace("+", "-"))(1.0)
     lines = capsys.readouterr().err.splitlines()
     assert re.fullmatch(r"stribeck: compiled 1 functions in \d+\.\d s", lines[-1])
 
@@ -314,6 +316,6 @@ def test_warm_takes_every_file_that_compiles() -> None:
     }
     assert len(compiling) > 15
     code = "from stribeck.cli.warm import warm; warm(); import sys; print(*sys.modules)"
-    there, *modules = python(code, path=PACKAGE.parent).splitlines()
+    summary, *modules = python(code, path=PACKAGE.parent).splitlines()
     assert compiling <= set(" ".join(modules).split())
-    assert re.match(r"(all )?\d+ functions ", there)
+    assert re.match(r"(all )?\d+ functions ", summary)

@@ -27,7 +27,7 @@ AREA = np.pi / 4 * 0.025**2
 TRUTH = np.array([4.0, 60.0, 0.5e-5, 8.0, 1.5, 0.2e-5])
 
 
-def log(bar: float, seed: int = 0, more: float = 0.0, file: str = "") -> Recording:
+def log(bar: float, seed: int = 0, extra: float = 0.0, file: str = "") -> Recording:
     """Strokes at many speeds under a pressure, force with a little noise."""
     w = 2 * np.pi / 8.0
     x = 0.04 * np.sin(w * T) + 0.01 * np.sin(2.7 * w * T)
@@ -35,14 +35,14 @@ def log(bar: float, seed: int = 0, more: float = 0.0, file: str = "") -> Recordi
     a = -0.04 * w**2 * np.sin(w * T) - 0.0729 * w**2 * np.sin(2.7 * w * T)
     p = 1e5 * bar * (1 + 0.02 * np.sin(0.3 * T))
     F_C, F_V, mu, M, offset, b = TRUTH
-    force = M * a + (F_C + mu * p + more) * np.sign(v) + F_V * v + (AREA + b) * p + offset
+    force = M * a + (F_C + mu * p + extra) * np.sign(v) + F_V * v + (AREA + b) * p + offset
     force += 0.05 * np.random.default_rng(seed).standard_normal(len(T))
-    made = Recording(T, x, force=force, pressure=p)
-    return replace(made, source=replace(made.source, file=file))
+    recording = Recording(T, x, force=force, pressure=p)
+    return replace(recording, source=replace(recording.source, file=file))
 
 
-def logs(*more: float) -> list[Recording]:
-    return [log(bar, k, m) for k, (bar, m) in enumerate(zip((1, 3, 5, 7), more, strict=True))]
+def logs(*extras: float) -> list[Recording]:
+    return [log(bar, k, m) for k, (bar, m) in enumerate(zip((1, 3, 5, 7), extras, strict=True))]
 
 
 def test_everything_comes_back_and_pressure_is_told_per_bar() -> None:
@@ -51,27 +51,27 @@ def test_everything_comes_back_and_pressure_is_told_per_bar() -> None:
     # Reversals inside the filter cost the last percent.
     np.testing.assert_allclose(fit.p[[0, 2, 3]], TRUTH[[0, 2, 3]], rtol=0.03)
     np.testing.assert_allclose(fit.p[[4, 5]], TRUTH[[4, 5]], rtol=0.06)
-    said = {e.name: e for e in fit.estimates}
-    assert list(said) == ["F_C", "F_V", "mu_p", "M", "offset", "b"]
-    assert (said["mu_p"].unit, said["b"].unit) == ("N/bar", "N/bar")
-    assert said["mu_p"].verdict == "identified"
-    assert said["mu_p"].low < TRUTH[2] < said["mu_p"].high
+    estimates = {e.name: e for e in fit.estimates}
+    assert list(estimates) == ["F_C", "F_V", "mu_p", "M", "offset", "b"]
+    assert (estimates["mu_p"].unit, estimates["b"].unit) == ("N/bar", "N/bar")
+    assert estimates["mu_p"].verdict == "identified"
+    assert estimates["mu_p"].low < TRUTH[2] < estimates["mu_p"].high
     assert not any("does not follow one law" in w for w in fit.warnings)
 
 
 def test_the_error_is_of_the_force_without_the_pressure() -> None:
-    one = log(5)
-    assert one.force is not None
-    assert one.pressure is not None
-    fit = identify(one, rig="cylinder")
-    own = FORCED.measured(one) - AREA * one.pressure
+    recording = log(5)
+    assert recording.force is not None
+    assert recording.pressure is not None
+    fit = identify(recording, rig="cylinder")
+    friction_force = FORCED.measured(recording) - AREA * recording.pressure
     assert fit.balance is not None
-    size = np.sqrt(np.mean(own**2))
-    assert size < 0.06 * np.sqrt(np.mean(one.force**2))
+    size = np.sqrt(np.mean(friction_force**2))
+    assert size < 0.06 * np.sqrt(np.mean(recording.force**2))
     assert fit.score.value == pytest.approx(100 * fit.balance.residual_sd / size, rel=0.1)
-    np.testing.assert_allclose(CYLINDER.measured(one), own)
+    np.testing.assert_allclose(CYLINDER.measured(recording), friction_force)
     np.testing.assert_allclose(
-        CYLINDER.set(bore=50.0).measured(one) - own, -3 * AREA * one.pressure
+        CYLINDER.set(bore=50.0).measured(recording) - friction_force, -3 * AREA * recording.pressure
     )
 
 
@@ -89,16 +89,18 @@ def test_a_seal_without_one_slope_is_told_and_its_interval_takes_logs_as_units()
 
 
 def test_the_friction_range_is_twice_the_friction_whatever_the_offset() -> None:
-    way = np.sign(np.sin(2 * np.pi * T / 8.0))
-    x = np.cumsum(0.01 * way) * 0.01
+    direction = np.sign(np.sin(2 * np.pi * T / 8.0))
+    x = np.cumsum(0.01 * direction) * 0.01
     pressure = 3e5 + 0 * T
-    made = Recording(T, x, force=6.0 * way + 2.5 + AREA * pressure, pressure=pressure)
-    assert CYLINDER.friction_range(made) == pytest.approx(12.0, rel=0.01)
-    fit = identify(replace(made, source=replace(made.source, file="a.csv")), rig="cylinder")
+    recording = Recording(T, x, force=6.0 * direction + 2.5 + AREA * pressure, pressure=pressure)
+    assert CYLINDER.friction_range(recording) == pytest.approx(12.0, rel=0.01)
+    fit = identify(
+        replace(recording, source=replace(recording.source, file="a.csv")), rig="cylinder"
+    )
     assert fit.balance is not None
     assert fit.balance.figures()["friction_range_N a.csv"] == pytest.approx(12.0, rel=0.01)
     with pytest.raises(InputError, match="strokes both ways"):
-        CYLINDER.friction_range(replace(made, position=0.01 * T))
+        CYLINDER.friction_range(replace(recording, position=0.01 * T))
 
 
 def test_static_laws_run_on_it_too() -> None:
@@ -111,15 +113,17 @@ def test_a_law_with_a_load_is_its_own_formula() -> None:
     law = LAWS["coulomb-load"]
     loads = np.zeros((4, 5))
     loads[:, 2] = [0.0, 2.0, -2.0, 5.0]
-    found = rubs(law.rub, np.array([1.0, -1.0, 0.0, 2.0]), loads, np.array([3.0, 10.0, 0.5]))
-    np.testing.assert_allclose(found, [13.0, -14.0, 0.0, 25.5])
+    friction = rubs(law.rub, np.array([1.0, -1.0, 0.0, 2.0]), loads, np.array([3.0, 10.0, 0.5]))
+    np.testing.assert_allclose(friction, [13.0, -14.0, 0.0, 25.5])
 
 
 def test_a_rig_file_maps_a_pressure_of_any_name_and_unit(tmp_path: Path) -> None:
-    one = log(4)
-    assert one.force is not None
-    assert one.pressure is not None
-    table = np.column_stack([one.t, 1e3 * one.position, 1e-3 * one.pressure, one.force])
+    original = log(4)
+    assert original.force is not None
+    assert original.pressure is not None
+    table = np.column_stack(
+        [original.t, 1e3 * original.position, 1e-3 * original.pressure, original.force]
+    )
     file = tmp_path / "log.csv"
     np.savetxt(file, table, "%.6f", ",", header="t_s,x_mm,Kammer A,F_N", comments="")
     rig = tmp_path / "press.toml"
@@ -127,12 +131,12 @@ def test_a_rig_file_maps_a_pressure_of_any_name_and_unit(tmp_path: Path) -> None
         'kind = "cylinder"\nconstants = { bore = 40.0 }\n'
         'columns = { pressure = "Kammer A [kPa]" }\n'
     )
-    made = rig_file(rig)
-    found = read(file, columns=dict(made.columns))
-    assert found.pressure is not None
-    np.testing.assert_allclose(found.pressure, one.pressure, rtol=1e-6)
-    assert isinstance(made, Cylinder)
-    assert made.area == pytest.approx(np.pi * 0.02**2)
+    cylinder = rig_file(rig)
+    recording = read(file, columns=dict(cylinder.columns))
+    assert recording.pressure is not None
+    np.testing.assert_allclose(recording.pressure, original.pressure, rtol=1e-6)
+    assert isinstance(cylinder, Cylinder)
+    assert cylinder.area == pytest.approx(np.pi * 0.02**2)
     assert read(file).pressure is None  # unmapped, it is a further column
     assert list(read(file).extra) == ["Kammer A"]
 
@@ -147,11 +151,11 @@ def test_a_rig_file_maps_a_pressure_of_any_name_and_unit(tmp_path: Path) -> None
     ],
 )
 def test_laws_that_a_force_balance_cannot_follow(law: str, rig: str, words: str) -> None:
-    made = replace(log(1), rotary=RIGS[rig].rotary)
-    one: Any = RIGS[rig]
-    with pytest.raises(InputError, match=words) as told:
-        balance(made, Parameters.declared(one, LAWS[law]))
-    assert "\n" not in str(told.value)
+    recording = replace(log(1), rotary=RIGS[rig].rotary)
+    axis: Any = RIGS[rig]
+    with pytest.raises(InputError, match=words) as refusal:
+        balance(recording, Parameters.declared(axis, LAWS[law]))
+    assert "\n" not in str(refusal.value)
 
 
 def test_a_cylinder_needs_a_pressure_and_a_temperature_term_a_temperature() -> None:
@@ -167,18 +171,18 @@ def test_a_temperature_term_multiplies_all_friction() -> None:
     x, v, a = 0.04 * np.sin(w * T), 0.04 * w * np.cos(w * T), -0.04 * w * w * np.sin(w * T)
     warm = 293.15 + T
     force = 5 * a + (8 * np.sign(v) + 200 * v) * (1 - 0.01 * (warm - 293.15))
-    found = balance(
+    estimates = balance(
         Recording(T, x, force=force, temperature=warm), Parameters.declared(FORCED, law)
     )
-    assert found["temp_slope"] == pytest.approx(-0.01, rel=0.02)
-    assert found["F_C"] == pytest.approx(8.0, rel=0.02)
+    assert estimates["temp_slope"] == pytest.approx(-0.01, rel=0.02)
+    assert estimates["F_C"] == pytest.approx(8.0, rel=0.02)
 
 
 def test_a_term_never_makes_friction_drive() -> None:
     law, loads = law_named("coulomb-viscous+temperature"), np.zeros((3, 5))
     loads[:, 4] = 303.15, 313.15, 333.15  # 5 % less a kelvin: half, none, and no less than none
-    found = FORCED.friction(law, np.array([20.0, 5.0, -0.05, 293.15]), np.ones(3), loads)
-    assert found == pytest.approx([12.5, 0.0, 0.0], abs=1e-9)
+    friction = FORCED.friction(law, np.array([20.0, 5.0, -0.05, 293.15]), np.ones(3), loads)
+    assert friction == pytest.approx([12.5, 0.0, 0.0], abs=1e-9)
 
 
 def test_the_card_of_a_csv_is_held_against_another_log(
@@ -201,8 +205,8 @@ def test_the_card_of_a_csv_is_held_against_another_log(
             return int(done.code or 0)
         return 0
 
-    made = ("--rig", "cylinder", "--set", "bore=25", "--set", "F_V=60", "--out", "fit")
-    assert run("identify", "one.csv", "two.csv", *made) == 0
+    options = ("--rig", "cylinder", "--set", "bore=25", "--set", "F_V=60", "--out", "fit")
+    assert run("identify", "one.csv", "two.csv", *options) == 0
     assert "friction range N one.csv" in capsys.readouterr().out
     assert run("validate", "fit/card.json", "three.csv", "--max-error", "15") == 0
     assert run("validate", "fit/card.json", "three.csv", "--max-error", "0.1") == 1

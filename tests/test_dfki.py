@@ -54,8 +54,8 @@ def test_it_says_why(fit: Any, words: str) -> None:
 
 
 def test_torque_is_ahead_of_the_motion_by_a_few_hundredths(fit: Any) -> None:
-    (said,) = (w for w in fit.warnings if "ahead of the motion" in w)
-    assert float(said.split(" ms")[0].split()[-1]) == pytest.approx(20.0, abs=5.0)
+    (warning,) = (w for w in fit.warnings if "ahead of the motion" in w)
+    assert float(warning.split(" ms")[0].split()[-1]) == pytest.approx(20.0, abs=5.0)
 
 
 def test_the_commands_say_so_and_validation_fails(
@@ -64,7 +64,7 @@ def test_the_commands_say_so_and_validation_fails(
     columns = tmp_path / "map.toml"
     lines = [f'{channel} = "{head}"' for channel, head in COLUMNS.items()]
     columns.write_text("\n".join(["[columns]", *lines]))
-    file, out = str(DATA / "sysid_measured.csv"), str(tmp_path / "fit")
+    file, folder = str(DATA / "sysid_measured.csv"), str(tmp_path / "fit")
 
     def run(*arguments: str) -> int:
         monkeypatch.setattr(sys, "argv", ["stribeck", *arguments, "--columns", str(columns)])
@@ -74,10 +74,12 @@ def test_the_commands_say_so_and_validation_fails(
             return int(done.code or 0)
         return 0
 
-    assert run("identify", file, "--rig", "forced-pendulum", "--set", "g_cos=0", "--out", out) == 0
-    told = capsys.readouterr().out
-    assert "identified" not in told.replace("not identifiable", "")
-    assert run("validate", f"{out}/card.json", file, "--max-error", "30") == 1
+    assert (
+        run("identify", file, "--rig", "forced-pendulum", "--set", "g_cos=0", "--out", folder) == 0
+    )
+    printed = capsys.readouterr().out
+    assert "identified" not in printed.replace("not identifiable", "")
+    assert run("validate", f"{folder}/card.json", file, "--max-error", "30") == 1
     assert "the model does not hold" in capsys.readouterr().err
     assert run("check", file) == 0
     assert "of its variance is spikes" in capsys.readouterr().out
@@ -89,9 +91,9 @@ def test_no_log_is_called_stick_slip(name: str) -> None:
 
 
 def test_gravity_compensation_is_a_command_and_not_a_measurement() -> None:
-    said = check(log("gravity_comp")).verdict
-    assert any("an exact function of the position" in line for line in said)
-    assert not any("road is open" in line for line in said)
+    verdict = check(log("gravity_comp")).verdict
+    assert any("an exact function of the position" in line for line in verdict)
+    assert not any("road is open" in line for line in verdict)
     fit = identify(log("gravity_comp"), rig="forced-pendulum", fixed={"g_cos": 0.0})
     assert any("it is a command that was computed from it" in w for w in fit.warnings)
     assert all(e.verdict != "identified" for e in fit.estimates)

@@ -23,20 +23,20 @@ pytestmark = pytest.mark.recordings("direct_drive")
     ],
 )  # fmt: skip
 def test_the_breakaway_of_each_ramp(file: str, level: float) -> None:
-    (found,) = ramps(read(DATA / f"est_j1_{file}.csv"))
-    assert found.by_speed == pytest.approx(level, abs=0.01)
-    assert abs(found.rate) == pytest.approx(0.5, rel=1e-3)
+    (ramp,) = ramps(read(DATA / f"est_j1_{file}.csv"))
+    assert ramp.by_speed == pytest.approx(level, abs=0.01)
+    assert abs(ramp.rate) == pytest.approx(0.5, rel=1e-3)
     # The authors' files lie between 9.5 and 12 N m whatever is called breakaway.
-    assert all(9.4 <= abs(x) <= 12.1 for x in found.levels)
-    assert len(found.levels) == 2
+    assert all(9.4 <= abs(x) <= 12.1 for x in ramp.levels)
+    assert len(ramp.levels) == 2
 
 
 def test_one_ramp_ends_before_breakaway() -> None:
-    (found,) = ramps(read(DATA / "est_j1_05_exp.csv"))
-    assert found.by_speed is None
-    assert found.reached == pytest.approx(10.07, abs=0.01)
-    said = dict(check(read(DATA / "est_j1_05_exp.csv")).lines())
-    assert said["breakaway"].startswith("none below 10.07 N m")
+    (ramp,) = ramps(read(DATA / "est_j1_05_exp.csv"))
+    assert ramp.by_speed is None
+    assert ramp.reached == pytest.approx(10.07, abs=0.01)
+    quality = dict(check(read(DATA / "est_j1_05_exp.csv")).lines())
+    assert quality["breakaway"].startswith("none below 10.07 N m")
 
 
 def test_all_ramps_together_are_the_authors_mean_and_spread() -> None:
@@ -50,12 +50,12 @@ def test_all_ramps_together_are_the_authors_mean_and_spread() -> None:
 
 
 def test_the_stiffness_by_the_authors_definition() -> None:
-    found = [presliding(read(DATA / f"sig0_j1_6_exp{k}.csv")) for k in (1, 2, 3)]
-    each = [one.half for one in found if one is not None]
-    assert len(each) == 3
-    assert np.mean(each) == pytest.approx(20809.4, rel=1e-3)
-    assert np.mean(each) == pytest.approx(21419.0, rel=0.05)  # as they print it
-    assert [one.cycles for one in found if one is not None] == [4, 4, 4]
+    stiffnesses = [presliding(read(DATA / f"sig0_j1_6_exp{k}.csv")) for k in (1, 2, 3)]
+    halves = [cycle.half for cycle in stiffnesses if cycle is not None]
+    assert len(halves) == 3
+    assert np.mean(halves) == pytest.approx(20809.4, rel=1e-3)
+    assert np.mean(halves) == pytest.approx(21419.0, rel=0.05)  # as they print it
+    assert [cycle.cycles for cycle in stiffnesses if cycle is not None] == [4, 4, 4]
 
 
 @pytest.mark.parametrize("file", sorted(f.name for f in DATA.glob("*.csv")))

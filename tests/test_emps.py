@@ -47,7 +47,7 @@ def pulses() -> Recording:
 
 
 @pytest.fixture(scope="module")
-def found(log: Recording) -> Balance:
+def symmetric(log: Recording) -> Balance:
     return balance(log, Parameters.declared(EMPS, SYMMETRIC))
 
 
@@ -67,50 +67,54 @@ def printed(value: float, decimals: int = 4) -> float:
     ],
 )
 def test_symmetric_model_is_the_published_one_to_every_printed_digit(
-    found: Balance, name: str, value: float, standard_error: float
+    symmetric: Balance, name: str, value: float, standard_error: float
 ) -> None:
-    assert printed(found[name]) == value
-    assert printed(found.standard_error(name)) == standard_error
+    assert printed(symmetric[name]) == value
+    assert printed(symmetric.standard_error(name)) == standard_error
 
 
 @real
-def test_its_condition_number_and_errors_are_the_published_ones(found: Balance) -> None:
-    assert printed(found.condition) == 25.9883
-    assert printed(found.relative_error) == 4.0834
-    assert printed(found.residual_sd) == 2.1843
-    assert found.rows == 2480
-    assert found.at_bound == {}
-    assert found.notes == ()
+def test_its_condition_number_and_errors_are_the_published_ones(symmetric: Balance) -> None:
+    assert printed(symmetric.condition) == 25.9883
+    assert printed(symmetric.relative_error) == 4.0834
+    assert printed(symmetric.residual_sd) == 2.1843
+    assert symmetric.rows == 2480
+    assert symmetric.at_bound == {}
+    assert symmetric.notes == ()
 
 
 @real
 def test_direction_dependent_model_is_the_published_one(log: Recording) -> None:
-    found = balance(log, Parameters.declared(EMPS, DIRECTIONAL))
-    assert {n: printed(found[n]) for n in found.names} == {
+    directional = balance(log, Parameters.declared(EMPS, DIRECTIONAL))
+    assert {n: printed(directional[n]) for n in directional.names} == {
         "F_C+": 20.1440,
         "F_V+": 166.7061,
         "F_C-": 20.6277,
         "F_V-": 240.4236,
         "M": 95.1540,
     }
-    assert printed(found.relative_error) == 3.1117
+    assert printed(directional.relative_error) == 3.1117
 
 
 @real
-def test_cross_test_on_the_pulses_is_the_published_one(found: Balance, pulses: Recording) -> None:
+def test_cross_test_on_the_pulses_is_the_published_one(
+    symmetric: Balance, pulses: Recording
+) -> None:
     assert (
-        printed(validate(pulses, Parameters.declared(EMPS, SYMMETRIC), found.values).relative_error)
+        printed(
+            validate(pulses, Parameters.declared(EMPS, SYMMETRIC), symmetric.values).relative_error
+        )
         == 5.9824
     )
 
 
 @real
 def test_force_follows_from_the_voltage_where_a_log_has_no_force(
-    log: Recording, found: Balance
+    log: Recording, symmetric: Balance
 ) -> None:
     alone = Recording(t=log.t, position=log.position, voltage=log.voltage)
-    again = balance(alone, Parameters.declared(EMPS, SYMMETRIC))
-    np.testing.assert_allclose(again.values, found.values, rtol=1e-9)
+    from_voltage = balance(alone, Parameters.declared(EMPS, SYMMETRIC))
+    np.testing.assert_allclose(from_voltage.values, symmetric.values, rtol=1e-9)
 
 
 #: The report's closed-loop simulation, percent: position, velocity, acceleration, force.
@@ -142,43 +146,43 @@ def test_the_logged_voltage_is_the_controller_s(log: Recording) -> None:
     assert log.voltage is not None
     q = log.position
     u = EMPS["kv"] * (EMPS["kp"] * (log.command - q)[2:] - (q[2:] - q[:-2]) / (2 * EMPS["T"]))
-    left = np.linalg.norm(log.voltage[2:] - u) / np.linalg.norm(log.voltage)
-    assert left < 0.003
+    error = np.linalg.norm(log.voltage[2:] - u) / np.linalg.norm(log.voltage)
+    assert error < 0.003
 
 
 @real
 @pytest.mark.parametrize("name", ["stribeck", "stribeck-directional"])
 def test_no_confident_stribeck_parameters_from_data_that_has_none(
-    log: Recording, found: Balance, name: str
+    log: Recording, symmetric: Balance, name: str
 ) -> None:
-    seen = balance(log, Parameters.declared(EMPS, LAWS[name]))
-    assert seen.relative_error <= found.relative_error + 1e-9  # it holds the Coulomb law
-    for n in seen.names:
+    estimates = balance(log, Parameters.declared(EMPS, LAWS[name]))
+    assert estimates.relative_error <= symmetric.relative_error + 1e-9  # it holds the Coulomb law
+    for n in estimates.names:
         if n.startswith(("F_S", "v_SS")):
-            own = seen.standard_error(n)
-            assert own > 0.5 * seen[n] or n in seen.at_bound, (n, seen[n], own)
-            assert n not in seen.at_bound or own == np.inf
-    stems = {n.rstrip("+-") for n in seen.at_bound}
+            error = estimates.standard_error(n)
+            assert error > 0.5 * estimates[n] or n in estimates.at_bound, (n, estimates[n], error)
+            assert n not in estimates.at_bound or error == np.inf
+    stems = {n.rstrip("+-") for n in estimates.at_bound}
     assert stems & {"F_S", "v_SS"}
-    assert any(("stopped" in note or "cannot be identified" in note) for note in seen.notes)
+    assert any(("stopped" in note or "cannot be identified" in note) for note in estimates.notes)
     # What the data does show keeps its value.
-    assert seen["M"] == pytest.approx(95.1, abs=0.2)
+    assert estimates["M"] == pytest.approx(95.1, abs=0.2)
 
 
 @real
-def test_rows_can_be_held_out(log: Recording, found: Balance) -> None:
+def test_rows_can_be_held_out(log: Recording, symmetric: Balance) -> None:
     half = np.zeros(len(log), dtype=bool)
     half[: len(log) // 2] = True
     first, second = (
         balance(log, Parameters.declared(EMPS, SYMMETRIC), rows=[m]) for m in (half, ~half)
     )
-    assert first.rows + second.rows == found.rows
+    assert first.rows + second.rows == symmetric.rows
     assert first["M"] != second["M"]
     assert first["M"] == pytest.approx(second["M"], rel=0.02)
-    both = balance(
+    joined = balance(
         [log, log], Parameters.declared(EMPS, SYMMETRIC), rows=[half, slice(len(log) // 2, None)]
     )
-    np.testing.assert_allclose(both.values, found.values, rtol=1e-10)
+    np.testing.assert_allclose(joined.values, symmetric.values, rtol=1e-10)
 
 
 # The loop in itself: a log made up, so that these run everywhere.
@@ -243,9 +247,9 @@ def test_loop_obeys_the_force_balance_of_the_rig(law: str) -> None:
     np.testing.assert_allclose(F[slip], EMPS.force(LAWS[law], p, v, a)[slip], atol=1e-9)
     # At rest friction balances the drive, within its levels.
     low, high = LAWS[law].levels(p)
-    held = F[~slip] - (0.0 if LAWS[law].directional else p[-1])
+    static = F[~slip] - (0.0 if LAWS[law].directional else p[-1])
     resting = motion.acceleration[0][~slip] == 0
-    assert ((held >= low) & (held <= high))[resting].all()
+    assert ((static >= low) & (static <= high))[resting].all()
 
 
 @pytest.mark.parametrize(("tolerance", "off"), [(emps.LOOP_TOLERANCE, 5e-10), (1e-16, 1e-11)])
@@ -363,8 +367,8 @@ def test_refusals(rig: emps.Emps, columns: int, command: bool, says: str) -> Non
 
 def test_friction_at_rest_is_midway_between_the_levels() -> None:
     p = np.array([10.0, 1.0, 14.0, 1.0])
-    found = slips(DIRECTIONAL.slip, np.array([0.0, 2.0, -2.0]), p)
-    np.testing.assert_array_equal(found, [-2.0, 12.0, -16.0])
+    friction = slips(DIRECTIONAL.slip, np.array([0.0, 2.0, -2.0]), p)
+    np.testing.assert_array_equal(friction, [-2.0, 12.0, -16.0])
 
 
 def test_the_filtering_is_the_report_s() -> None:

@@ -29,7 +29,7 @@ LONG_LIFE = {"name": "abfo", "settings": {"N_c": 10**7}}
 
 
 def job(
-    method: str, repeat: int = 0, *, label: str = "", budget: int = 1500, on: Any = None
+    method: str, repeat: int = 0, *, label: str = "", budget: int = 1500, instance: Any = None
 ) -> Job:
     return Job(
         problem="one",
@@ -39,58 +39,58 @@ def job(
         budget=budget,
         target=None,
         minimum=None,
-        surface=on or {"surface": "BF", "dim": 2, "twin": None},
+        surface=instance or {"surface": "BF", "dim": 2, "twin": None},
         method={"name": method, "settings": {}},
     )
 
 
 JOBS = [
     *(job(method, repeat) for repeat in range(2) for method in ("bts", "ats", "abfo")),
-    job("abfo", label="on-slide-bed", budget=130, on=SLIDE_BED),
+    job("abfo", label="on-slide-bed", budget=130, instance=SLIDE_BED),
     job("no-such-method"),
 ]
 
 
-def told(outcomes: Iterator[Record | Failure]) -> dict[str, str]:
+def contents_of(outcomes: Iterator[Record | Failure]) -> dict[str, str]:
     """What became of each job, without the time it took."""
-    found = list(outcomes)
-    by_key = {o.job.key: o.content if isinstance(o, Record) else o.message for o in found}
-    assert len(by_key) == len(found), "an outcome was delivered twice"
+    delivered = list(outcomes)
+    by_key = {o.job.key: o.content if isinstance(o, Record) else o.message for o in delivered}
+    assert len(by_key) == len(delivered), "an outcome was delivered twice"
     return by_key
 
 
 @pytest.fixture(scope="module")
-def here() -> dict[str, str]:
-    return told(Here().run(iter(JOBS)))
+def serial() -> dict[str, str]:
+    return contents_of(Here().run(iter(JOBS)))
 
 
-def test_here_is_the_runner(here: dict[str, str]) -> None:
-    *good, bad = JOBS
-    assert [here[j.key] for j in good] == [run(j).content for j in good]
-    assert here[bad.key].startswith("no method 'no-such-method'")
+def test_here_is_the_runner(serial: dict[str, str]) -> None:
+    *sound, broken = JOBS
+    assert [serial[j.key] for j in sound] == [run(j).content for j in sound]
+    assert serial[broken.key].startswith("no method 'no-such-method'")
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_processes_give_the_same_records(here: dict[str, str], workers: int) -> None:
-    assert told(engine(f"processes:{workers}").run(iter(JOBS))) == here
+def test_processes_give_the_same_records(serial: dict[str, str], workers: int) -> None:
+    assert contents_of(engine(f"processes:{workers}").run(iter(JOBS))) == serial
 
 
-@pytest.mark.parametrize("made", [Here(), Processes(2)])
-def test_a_job_is_taken_when_a_worker_is_free_and_no_sooner(made: Engine) -> None:
-    pulled, delivered, held = 0, 0, []
+@pytest.mark.parametrize("pool", [Here(), Processes(2)])
+def test_a_job_is_taken_when_a_worker_is_free_and_no_sooner(pool: Engine) -> None:
+    pulled, delivered, in_flight = 0, 0, []
 
     def jobs() -> Iterator[Job]:
         nonlocal pulled
         for repeat in range(7):
             pulled += 1
-            held.append(pulled - delivered)
+            in_flight.append(pulled - delivered)
             yield job("ats", repeat, budget=40)
 
-    for _ in made.run(jobs()):
-        assert pulled - delivered <= made.workers  # none was taken before this one was delivered
+    for _ in pool.run(jobs()):
+        assert pulled - delivered <= pool.workers  # none was taken before this one was delivered
         delivered += 1
     assert delivered == 7
-    assert max(held) == made.workers
+    assert max(in_flight) == pool.workers
 
 
 def test_without_jobs_no_worker_is_started() -> None:
@@ -98,58 +98,58 @@ def test_without_jobs_no_worker_is_started() -> None:
 
 
 def test_an_exception_costs_its_job_only() -> None:
-    broken = job("ats", on={"surface": "BF"})
-    (failed, done) = Here().run(iter([broken, job("ats")]))
+    broken = job("ats", instance={"surface": "BF"})
+    (failed, finished) = Here().run(iter([broken, job("ats")]))
     assert isinstance(failed, Failure)
     assert failed.job is broken
     assert failed.message == "KeyError: 'dim'"
-    assert isinstance(done, Record)
+    assert isinstance(finished, Record)
 
 
 def test_an_outcome_belongs_to_its_job() -> None:
-    one, other = job("ats", 0, budget=40), job("ats", 1, budget=40)
-    line = answer(one.text)
-    found = outcome(one, line)
-    assert isinstance(found, Record)
-    assert found.text == line
+    first, second = job("ats", 0, budget=40), job("ats", 1, budget=40)
+    line = answer(first.text)
+    delivered = outcome(first, line)
+    assert isinstance(delivered, Record)
+    assert delivered.text == line
     with pytest.raises(ValueError, match="another job"):
-        outcome(other, line)
+        outcome(second, line)
     for garbage in ("", "[]", "7", "null", "{}", '{"job": 1}', "\x00", line[:-1]):
         with pytest.raises(ValueError, match=r".+"):
-            outcome(one, garbage)
+            outcome(first, garbage)
 
 
 def test_a_message_is_one_line() -> None:
-    found = outcome(JOBS[0], refusal("a\nb\r\n c" + "!" * 10_000))
-    assert isinstance(found, Failure)
-    assert found.message.startswith("a b c!!")
-    assert len(found.message) == 500
+    failure = outcome(JOBS[0], refusal("a\nb\r\n c" + "!" * 10_000))
+    assert isinstance(failure, Failure)
+    assert failure.message.startswith("a b c!!")
+    assert len(failure.message) == 500
 
 
 @posix
 def test_a_worker_that_is_lost_costs_its_job_at_most(
-    here: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    serial: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HARM", str(tmp_path))
     killer, mortal, babbler, printer = (
         job("ats", label=label) for label in ("killer", "mortal", "babbler", "printer")
     )
     harmful = [killer, mortal, babbler, printer]
-    found = told(Processes(2, MORTAL).run(iter([*harmful, *JOBS])))
-    assert found.pop(killer.key) == "the worker died, 3 times: killed by SIGKILL"
+    contents = contents_of(Processes(2, MORTAL).run(iter([*harmful, *JOBS])))
+    assert contents.pop(killer.key) == "the worker died, 3 times: killed by SIGKILL"
     assert {p.name for p in tmp_path.iterdir()} == {"mortal", "babbler"}
     for survivor in harmful[1:]:
-        assert found.pop(survivor.key) == run(survivor).content
-    assert found == here
+        assert contents.pop(survivor.key) == run(survivor).content
+    assert contents == serial
 
 
 def test_last_words_are_kept_however_much_was_said() -> None:
     chatty = (
         "import sys; sys.stderr.write('so it goes\\n' * 100_000 + 'the end\\n\\n'); sys.exit(3)"
     )
-    with pytest.raises(InputError, match=r"exit status 3, and said last: the end$") as said:
+    with pytest.raises(InputError, match=r"exit status 3, and said last: the end$") as raised:
         list(Processes(1, (sys.executable, "-c", chatty)).run(iter(JOBS)))
-    assert str(said.value).startswith("no worker process can be started")
+    assert str(raised.value).startswith("no worker process can be started")
 
 
 @pytest.mark.parametrize(
@@ -171,11 +171,11 @@ class Callers:
 
     def wait(self, count: int) -> None:
         """Until so many have called."""
-        said = b""
-        while said.count(b"\n") < count:
-            assert select.select([self._open], [], [], PATIENCE)[0], f"no call: {said!r}"
-            said += os.read(self._open, 100)
-        self.pids |= {int(line) for line in said.split()}
+        heard = b""
+        while heard.count(b"\n") < count:
+            assert select.select([self._open], [], [], PATIENCE)[0], f"no call: {heard!r}"
+            heard += os.read(self._open, 100)
+        self.pids |= {int(line) for line in heard.split()}
         ours, self._open = self._open, os.open(self.path, os.O_RDONLY | os.O_NONBLOCK)
         os.close(ours)
 
@@ -194,9 +194,9 @@ class Callers:
 
 @pytest.fixture
 def callers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callers]:
-    made = Callers(tmp_path / "callers", monkeypatch)
-    yield made
-    made.close()
+    pipe = Callers(tmp_path / "callers", monkeypatch)
+    yield pipe
+    pipe.close()
 
 
 ENDLESS = [
@@ -244,12 +244,12 @@ def test_no_worker_outlives_its_driver(callers: Callers, deadly: signal.Signals)
 
 
 @pytest.mark.parametrize(
-    ("text", "made"),
+    ("text", "expected"),
     [("here", Here()), ("processes", Processes(cores())), ("processes:3", Processes(3))],
 )
-def test_names(text: str, made: Engine) -> None:
-    assert engine(text) == made
-    assert made.workers in {1, 3, cores()}
+def test_names(text: str, expected: Engine) -> None:
+    assert engine(text) == expected
+    assert expected.workers in {1, 3, cores()}
 
 
 @pytest.mark.parametrize(
@@ -259,6 +259,6 @@ def test_names(text: str, made: Engine) -> None:
      "dask:// :80", "tcp://host:80"],
 )  # fmt: skip
 def test_other_names_are_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"^no engine .*: there are here, processes.*") as said:
+    with pytest.raises(InputError, match=r"^no engine .*: there are here, processes.*") as refused:
         engine(text)
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(refused.value)

@@ -20,7 +20,7 @@ from stribeck.bench.engines import Dask, Here, engine
 from stribeck.bench.record import Job, Record
 from stribeck.bench.run import run
 from stribeck.bench.worker import errand, software
-from test_engines import JOBS, job, told
+from test_engines import JOBS, contents_of, job
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 #: The scheduler gives a job up when it has lost one worker, not four: less to start again.
@@ -44,7 +44,7 @@ class Cluster:
         options = ("--nthreads", "1", "--preload", str(HARMFUL))
         self._start("worker", r"Registered to: +(\S+)", f"tcp://{self.address}", *options)
 
-    def _start(self, kind: str, said: str, *options: str) -> str:
+    def _start(self, kind: str, pattern: str, *options: str) -> str:
         """Start a program and read on until it says that it is there."""
         program = subprocess.Popen(
             [sys.executable, "-m", "dask", kind, *options, "--host", "127.0.0.1", "--no-dashboard"],
@@ -56,7 +56,7 @@ class Cluster:
         )
         self.running.append(program)
         lines = program.stderr or ()
-        heard = next((m[1] for line in lines if (m := re.search(said, line))), None)
+        heard = next((m[1] for line in lines if (m := re.search(pattern, line))), None)
         assert heard, f"the {kind} did not start"
         Thread(target=deque[str](maxlen=0).extend, args=(lines,), daemon=True).start()
         return heard
@@ -71,64 +71,64 @@ class Cluster:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    made = Cluster(tmp_path_factory.mktemp("cluster"))
+    started = Cluster(tmp_path_factory.mktemp("cluster"))
     try:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(engines, "REACH", PATIENCE)
             patch.setattr(engines, "STAFF", 0.1)
             with pytest.raises(InputError, match=r": the scheduler has no workers .* start some"):
-                engine(made.name)
+                engine(started.name)
             patch.setattr(engines, "STAFF", PATIENCE)  # one that was killed is started anew
-            made.worker()
-            yield made
+            started.worker()
+            yield started
     finally:
-        made.close()
+        started.close()
 
 
 @pytest.fixture(scope="module")
-def here() -> dict[str, str]:
-    return told(Here().run(iter(JOBS)))
+def serial() -> dict[str, str]:
+    return contents_of(Here().run(iter(JOBS)))
 
 
-def test_one_worker_gives_the_same_records(cluster: Cluster, here: dict[str, str]) -> None:
-    made = engine(cluster.name)
-    assert made == Dask(cluster.address, 1)
-    assert told(made.run(iter(JOBS))) == here
+def test_one_worker_gives_the_same_records(cluster: Cluster, serial: dict[str, str]) -> None:
+    pool = engine(cluster.name)
+    assert pool == Dask(cluster.address, 1)
+    assert contents_of(pool.run(iter(JOBS))) == serial
 
 
-def test_a_worker_that_joins_is_used(cluster: Cluster, here: dict[str, str]) -> None:
-    made = engine(cluster.name)
-    pulled, delivered, held = 0, 0, 0
+def test_a_worker_that_joins_is_used(cluster: Cluster, serial: dict[str, str]) -> None:
+    pool = engine(cluster.name)
+    pulled, delivered, in_flight = 0, 0, 0
 
     def jobs() -> Iterator[Job]:
-        nonlocal pulled, held
-        while held <= engines.AT_HAND * made.workers and pulled < 10_000:
+        nonlocal pulled, in_flight
+        while in_flight <= engines.AT_HAND * pool.workers and pulled < 10_000:
             pulled += 1
-            held = pulled - delivered
+            in_flight = pulled - delivered
             yield job("ats", pulled, budget=40)
 
-    for done in made.run(jobs()):
-        assert isinstance(done, Record)
+    for finished in pool.run(jobs()):
+        assert isinstance(finished, Record)
         if not delivered:
-            assert held == engines.AT_HAND * made.workers
+            assert in_flight == engines.AT_HAND * pool.workers
             cluster.worker()
         delivered += 1
     assert delivered == pulled < 10_000
-    more = engine(cluster.name)
-    assert more.workers == made.workers + 1
-    assert told(more.run(iter(JOBS))) == here
+    enlarged = engine(cluster.name)
+    assert enlarged.workers == pool.workers + 1
+    assert contents_of(enlarged.run(iter(JOBS))) == serial
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_a_worker_that_is_lost_costs_its_job_at_most(
-    cluster: Cluster, here: dict[str, str]
+    cluster: Cluster, serial: dict[str, str]
 ) -> None:
     killer, mortal = job("ats", label="killer"), job("ats", label="mortal")
-    found = told(engine(cluster.name).run(iter([killer, mortal, *JOBS])))
+    contents = contents_of(engine(cluster.name).run(iter([killer, mortal, *JOBS])))
     assert (cluster.folder / "mortal").exists()
-    assert found.pop(killer.key) == "every worker that ran it died"
-    assert found.pop(mortal.key) == run(mortal).content
-    assert found == here
+    assert contents.pop(killer.key) == "every worker that ran it died"
+    assert contents.pop(mortal.key) == run(mortal).content
+    assert contents == serial
 
 
 def test_who_stops_listening_leaves_nothing_behind(cluster: Cluster) -> None:
@@ -136,7 +136,7 @@ def test_who_stops_listening_leaves_nothing_behind(cluster: Cluster) -> None:
     assert isinstance(next(outcomes), Record)
     outcomes.close()
     last = job("ats", 100, budget=40)
-    assert told(engine(cluster.name).run(iter([last]))) == {last.key: run(last).content}
+    assert contents_of(engine(cluster.name).run(iter([last]))) == {last.key: run(last).content}
 
 
 def test_other_software_is_refused(cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -153,18 +153,20 @@ def test_a_worker_that_cannot_run_our_function_is_said(
 ) -> None:
     monkeypatch.setattr(engines, "errand", partial(int, base=7))
     outcomes = Dask(cluster.address, 1).run(iter(JOBS))
-    with pytest.raises(InputError, match=r"is the same stribeck installed there.*Error: ") as said:
+    with pytest.raises(
+        InputError, match=r"is the same stribeck installed there.*Error: "
+    ) as refused:
         next(outcomes)
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(refused.value)
 
 
 def test_where_nobody_answers(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(engines, "REACH", 0.5)
-    with socket() as taken:
-        taken.bind(("127.0.0.1", 0))  # and does not listen
-        port = taken.getsockname()[1]
+    with socket() as silent:
+        silent.bind(("127.0.0.1", 0))  # and does not listen
+        port = silent.getsockname()[1]
         with pytest.raises(InputError, match=r"^dask://127.*: no scheduler answers within 0.5 s"):
             engine(f"dask://127.0.0.1:{port}")
     assert capfd.readouterr() == ("", "")
@@ -175,17 +177,17 @@ def test_where_something_else_listens(monkeypatch: pytest.MonkeyPatch, words: by
     monkeypatch.setattr(engines, "REACH", 0.5)
 
     def speak() -> None:
-        held.append(other.accept()[0])
-        held[0].sendall(words)
+        connections.append(listener.accept()[0])
+        connections[0].sendall(words)
 
-    held = list[socket]()
-    with socket() as other:
-        other.bind(("127.0.0.1", 0))
-        other.listen()
+    connections = list[socket]()
+    with socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen()
         Thread(target=speak, daemon=True).start()
         with pytest.raises(InputError, match=r"^dask://127.*: no scheduler answers within 0.5 s"):
-            engine(f"dask://127.0.0.1:{other.getsockname()[1]}")
-    held[0].close()
+            engine(f"dask://127.0.0.1:{listener.getsockname()[1]}")
+    connections[0].close()
 
 
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:

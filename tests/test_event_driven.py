@@ -30,14 +30,14 @@ T = np.linspace(0.0, 3.0, 601)
 
 
 def motion(
-    rig: SlideBed, law: Law, p: list[float] | Array, on: Track, tolerance: float = 1.0
+    rig: SlideBed, law: Law, p: list[float] | Array, command: Track, tolerance: float = 1.0
 ) -> tuple[Array, Array]:
     laws, c = rig.split(law, np.array([p]))
-    x, v = trajectories(law, laws, c, on, tolerance)
+    x, v = trajectories(law, laws, c, command, tolerance)
     return x[0], v[0]
 
 
-def still(t: Array, x0: float) -> Track:
+def resting_command(t: Array, x0: float) -> Track:
     """Released at rest x0 from a command that stays at zero."""
     return track(Drive.line(0.0, 0.0, 1.0, 0.0), t, x0)
 
@@ -65,7 +65,7 @@ def ramp(direction: int, seconds: float = 36.6, rate: float = 100.0) -> Track:
 
 @pytest.mark.parametrize("x0", [0.01, -0.01])
 def test_a_free_mass_on_a_spring_swings_as_a_cosine(x0: float) -> None:
-    x, v = motion(SPRING, COULOMB, [0, 0, K], still(T, x0))
+    x, v = motion(SPRING, COULOMB, [0, 0, K], resting_command(T, x0))
     np.testing.assert_allclose(x, x0 * np.cos(W * T), atol=2e-7)
     np.testing.assert_allclose(v[1:], -x0 * W * np.sin(W * T[1:]), atol=3e-6)
 
@@ -74,7 +74,7 @@ def test_viscous_friction_damps_the_swing() -> None:
     F_V = 60.0
     g = F_V / (2 * M)
     w = math.sqrt(W * W - g * g)
-    x, _ = motion(SPRING, COULOMB, [0, F_V, K], still(T, 0.01))
+    x, _ = motion(SPRING, COULOMB, [0, F_V, K], resting_command(T, 0.01))
     exact = 0.01 * np.exp(-g * T) * (np.cos(w * T) + g / w * np.sin(w * T))
     np.testing.assert_allclose(x, exact, atol=2e-7)
 
@@ -82,7 +82,7 @@ def test_viscous_friction_damps_the_swing() -> None:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_coulomb_friction_swings_about_shifted_centres_until_it_holds(sign: float) -> None:
     # Each half swing takes 2 F_C / k off the amplitude: 10, 6, 2 mm with F_C / k = 2 mm.
-    x, v = motion(SPRING, COULOMB, [4.0, 0, K], still(T, sign * 0.010))
+    x, v = motion(SPRING, COULOMB, [4.0, 0, K], resting_command(T, sign * 0.010))
     first, second = math.pi / W, 2 * math.pi / W
     exact = np.where(
         first > T, 2e-3 + 8e-3 * np.cos(W * T),
@@ -95,7 +95,7 @@ def test_coulomb_friction_swings_about_shifted_centres_until_it_holds(sign: floa
 def test_the_motor_adds_its_reflected_inertia() -> None:
     heavy = SPRING.set(J_m=4.17e-6, F_m_max=math.inf)
     w = math.sqrt(K / (M + SLIDE_BED["K_kt"] * 4.17e-6))
-    x, _ = motion(heavy, COULOMB, [0, 0, K], still(T, 0.01))
+    x, _ = motion(heavy, COULOMB, [0, 0, K], resting_command(T, 0.01))
     np.testing.assert_allclose(x, 0.01 * np.cos(w * T), atol=2e-7)
 
 
@@ -103,23 +103,23 @@ def test_a_clamped_motor_is_a_constant_force_while_the_pull_is_strong() -> None:
     # 100 mm of stretch pull with 200 N; the clamp holds until the pull falls to 31.9 N.
     rig = SPRING.set(J_m=4.17e-6, F_m_max=30.0)
     K_J = SLIDE_BED["K_kt"] * 4.17e-6
-    left = 30.0 * (M + K_J) / K_J / K  # the stretch where the clamp lets go
-    end = math.acos((left - 0.015) / (0.1 - 0.015)) / W
+    release = 30.0 * (M + K_J) / K_J / K  # the stretch where the clamp lets go
+    end = math.acos((release - 0.015) / (0.1 - 0.015)) / W
     t = np.linspace(0, end, 200)
-    x, _ = motion(rig, COULOMB, [0, 0, K], still(t, -0.1))
+    x, _ = motion(rig, COULOMB, [0, 0, K], resting_command(t, -0.1))
     np.testing.assert_allclose(-x, 0.015 + 0.085 * np.cos(W * t), atol=2e-7)
 
 
 def test_the_motors_own_friction_is_a_dead_zone_of_its_force() -> None:
     # k_hat = 3 N/mm behind 15 N: below 5 mm of stretch only k_spring pulls.
     rig = SPRING.set(**{"k_hat+": 3.0, "k_hat-": 3.0, "F_fm": 15.0})
-    inside, _ = motion(rig, COULOMB, [0, 0, K], still(T, 4.9e-3))
+    inside, _ = motion(rig, COULOMB, [0, 0, K], resting_command(T, 4.9e-3))
     np.testing.assert_allclose(inside, 4.9e-3 * np.cos(W * T), atol=2e-7)
     # Beyond, it starts as a swing of stiffness k_hat + k_spring about F_fm / (k_hat + k_spring).
     w = math.sqrt((K + 3000.0) / M)
     end = math.acos((5e-3 - 3e-3) / (10e-3 - 3e-3)) / w
     short = np.linspace(0, end, 200)
-    outside, _ = motion(rig, COULOMB, [0, 0, K], still(short, 10e-3))
+    outside, _ = motion(rig, COULOMB, [0, 0, K], resting_command(short, 10e-3))
     np.testing.assert_allclose(outside, 3e-3 + 7e-3 * np.cos(w * short), atol=2e-7)
 
 
@@ -160,8 +160,8 @@ def test_steady_sliding_has_the_stretch_that_friction_asks_for() -> None:
     # Coulomb friction alone cannot stick again under viscous damping strong enough.
     F_C, F_V, u = 20.0, 3000.0, 5e-3
     t = np.linspace(0, 40, 401)
-    on = track(Drive.line(0, 0, 40, u), t, 0.0)
-    x, v = motion(SPRING, COULOMB, [F_C, F_V, K], on)
+    command = track(Drive.line(0, 0, 40, u), t, 0.0)
+    x, v = motion(SPRING, COULOMB, [F_C, F_V, K], command)
     assert v[-1] == pytest.approx(u, rel=1e-5)
     assert u * t[-1] - x[-1] == pytest.approx((F_C + F_V * u) / K, rel=1e-5)
 
@@ -169,11 +169,11 @@ def test_steady_sliding_has_the_stretch_that_friction_asks_for() -> None:
 def test_a_slide_that_never_breaks_loose_stays_and_scores_what_was_measured() -> None:
     t = np.linspace(0, 5, 101)
     measured = 0.1 + 1e-3 * np.sin(t)
-    on = track(Drive.line(0, 0.1, 5, 5e-3), t, 0.1, measured)  # 25 mm: not enough
-    x, v = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], on)
+    command = track(Drive.line(0, 0.1, 5, 5e-3), t, 0.1, measured)  # 25 mm: not enough
+    x, v = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], command)
     assert (x == 0.1).all()
     assert not v.any()
-    (sse,) = SLIDE_BED.misfits(STRIBECK, PUBLISHED["right"][None], on)
+    (sse,) = SLIDE_BED.misfits(STRIBECK, PUBLISHED["right"][None], command)
     assert sse == pytest.approx(np.sum((measured - 0.1) ** 2), rel=1e-10)
 
 
@@ -190,19 +190,19 @@ def test_energy_is_accounted_for_and_friction_makes_none(law: Law) -> None:
         p = [F_C, F_V, k] if law is COULOMB else [2 * F_C, F_C, F_V, 2e-3, 1.0, k]
         knots = np.array([0.0, 2.0, 4.5, 8.0])
         drive = Drive(knots, rng.uniform(-0.05, 0.05, 4))
-        on = track(drive, t, rng.uniform(-0.05, 0.05))
-        x, v = motion(rig, law, p, on)
+        command = track(drive, t, rng.uniform(-0.05, 0.05))
+        x, v = motion(rig, law, p, command)
         laws, c = rig.split(law, np.array([p]))
         e = drive(t) - x
         F = np.array([reference.drive(c[0], s) for s in e])
         work = np.sum(0.5 * (F[1:] + F[:-1]) * np.diff(drive(t)))
-        given = np.sum(0.5 * (F[1:] + F[:-1]) * np.diff(e))
+        potential = np.sum(0.5 * (F[1:] + F[:-1]) * np.diff(e))
         lost = (law.friction(v, laws[0]) + D * v) * v
         assert (lost >= 0).all()
-        taken = np.sum(0.5 * (lost[1:] + lost[:-1])) * 2e-4
+        dissipated = np.sum(0.5 * (lost[1:] + lost[:-1])) * 2e-4
         kinetic = 0.5 * mass * (v[-1] ** 2 - v[0] ** 2)
         scale = np.sum(np.abs(0.5 * (F[1:] + F[:-1]) * np.diff(x))) + 1e-3
-        assert work == pytest.approx(given + kinetic + taken, abs=2e-4 * scale)
+        assert work == pytest.approx(potential + kinetic + dissipated, abs=2e-4 * scale)
 
 
 # --- symmetries and what must not matter ---
@@ -226,22 +226,22 @@ def test_left_is_the_mirror_of_right() -> None:
 def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    on = ramp(1, 20)
+    command = ramp(1, 20)
     laws, c = SLIDE_BED.split(STRIBECK, box(41, 5))
     alone = np.array(
-        [misfits(STRIBECK, a[None], b[None], on)[0] for a, b in zip(laws, c, strict=True)]
+        [misfits(STRIBECK, a[None], b[None], command)[0] for a, b in zip(laws, c, strict=True)]
     )
-    x = trajectories(STRIBECK, laws, c, on)[0]
+    x = trajectories(STRIBECK, laws, c, command)[0]
     for n in (1, 2, 7):
         hands = row_pool.RowPool(n)
         monkeypatch.setattr(row_pool, "pool", lambda hands=hands: hands)
         for _ in range(10):  # whoever takes which row
-            assert misfits(STRIBECK, laws, c, on).tobytes() == alone.tobytes()
-        assert trajectories(STRIBECK, laws, c, on)[0].tobytes() == x.tobytes()
+            assert misfits(STRIBECK, laws, c, command).tobytes() == alone.tobytes()
+        assert trajectories(STRIBECK, laws, c, command)[0].tobytes() == x.tobytes()
         hands.dismiss()
     monkeypatch.undo()
     order = np.random.default_rng(0).permutation(41)
-    assert misfits(STRIBECK, laws[order], c[order], on).tobytes() == alone[order].tobytes()
+    assert misfits(STRIBECK, laws[order], c[order], command).tobytes() == alone[order].tobytes()
 
 
 @pytest.mark.parametrize("masked", [False, True])
@@ -250,11 +250,11 @@ def test_misfits_are_the_squares_of_the_residuals(masked: bool) -> None:
     base = ramp(-1)
     measured = 0.325 - 5e-3 * base.t + 5e-3 * rng.standard_normal(len(base.t))
     score = (rng.random(len(base.t)) < 0.4).astype(float) if masked else np.ones(len(base.t))
-    on = track(Drive(base.knots_t, base.knots_x), base.t, base.x0, measured, score)
+    command = track(Drive(base.knots_t, base.knots_x), base.t, base.x0, measured, score)
     laws, c = SLIDE_BED.split(STRIBECK, box(50, 9))
-    x, _ = trajectories(STRIBECK, laws, c, on)
+    x, _ = trajectories(STRIBECK, laws, c, command)
     np.testing.assert_allclose(
-        misfits(STRIBECK, laws, c, on), ((x - measured) ** 2 * score).sum(axis=1), rtol=1e-10
+        misfits(STRIBECK, laws, c, command), ((x - measured) ** 2 * score).sum(axis=1), rtol=1e-10
     )
 
 
@@ -267,10 +267,10 @@ def test_sampling_does_not_change_the_motion() -> None:
 
 
 def test_knots_on_a_line_do_not_change_the_motion() -> None:
-    on = ramp(1)
-    knots = Drive(on.t, on.t * 5e-3 + 0.112)
-    x, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], on)
-    y, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], track(knots, on.t, 0.112))
+    command = ramp(1)
+    knots = Drive(command.t, command.t * 5e-3 + 0.112)
+    x, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], command)
+    y, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], track(knots, command.t, 0.112))
     np.testing.assert_allclose(y, x, atol=1e-7)
 
 
@@ -278,12 +278,12 @@ def test_uneven_samples_see_the_same_motion() -> None:
     fine = ramp(1, 36.0, 1000.0)
     x, v = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], fine)
     rng = np.random.default_rng(4)
-    few = np.sort(np.append(0, rng.choice(len(fine.t), 300, replace=False)))
+    sparse = np.sort(np.append(0, rng.choice(len(fine.t), 300, replace=False)))
     gaps = np.concatenate([np.arange(0, 3000), np.arange(30000, 30040), np.arange(35990, 36000)])
-    for at in (few, np.unique(np.exp(rng.uniform(0, 10.4, 500)).astype(int)), gaps):
+    for at in (sparse, np.unique(np.exp(rng.uniform(0, 10.4, 500)).astype(int)), gaps):
         at = np.unique(np.append(0, at))  # noqa: PLW2901 - a motion starts at its first sample
-        on = track(Drive(fine.knots_t, fine.knots_x), fine.t[at], fine.x0)
-        y, w = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], on)
+        command = track(Drive(fine.knots_t, fine.knots_x), fine.t[at], fine.x0)
+        y, w = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], command)
         np.testing.assert_allclose(y, x[at], atol=1e-12)
         np.testing.assert_allclose(w, v[at], atol=1e-9)
 
@@ -294,10 +294,10 @@ def test_runs_of_the_command_are_only_passed_where_nothing_happens(knots: int, d
     rig, rng = SLIDE_BED.set(dv=dv), np.random.default_rng(knots)
     at = np.sort(rng.uniform(0.0, 60.0, knots))
     to = 0.06 * np.sin(0.3 * at) + 1e-3 * rng.standard_normal(knots)
-    on = track(Drive(at, to), np.linspace(0.0, 60.0, 601), 0.0)
+    command = track(Drive(at, to), np.linspace(0.0, 60.0, 601), 0.0)
     p = published_both()
-    x, _ = motion(rig, BOTH, p, on)
-    y, _ = motion(rig, BOTH, p, on._replace(extremes=np.empty((2, 0))))
+    x, _ = motion(rig, BOTH, p, command)
+    y, _ = motion(rig, BOTH, p, command._replace(extremes=np.empty((2, 0))))
     assert x.tobytes() == y.tobytes()
     if knots > 2:
         assert np.ptp(x) > 1e-2
@@ -305,36 +305,36 @@ def test_runs_of_the_command_are_only_passed_where_nothing_happens(knots: int, d
 
 def test_a_slip_read_again_is_the_slip_integrated_again() -> None:
     # A corner too small to matter, once a second, and every slip is another one.
-    on = ramp(1)
+    command = ramp(1)
     knots = np.arange(0.0, 37.0, 0.2)
     bend = 1e-10 * np.random.default_rng(1).standard_normal(len(knots))
-    cornered = track(Drive(knots, 0.112 + 5e-3 * knots + bend), on.t, 0.112)
+    cornered = track(Drive(knots, 0.112 + 5e-3 * knots + bend), command.t, 0.112)
     laws, c = SLIDE_BED.split(STRIBECK, box(30, 3))
-    x, _ = trajectories(STRIBECK, laws, c, on)
+    x, _ = trajectories(STRIBECK, laws, c, command)
     y, _ = trajectories(STRIBECK, laws, c, cornered)
     assert max(rms(a, b) for a, b in zip(x, y, strict=True)) < 2e-7
 
 
 def test_finite_differences_see_the_motion_and_not_the_integrator() -> None:
     # Steps as least squares takes them. A share of tools/kernel_study.py.
-    on = ramp(-1)
+    command = ramp(-1)
     params = SLIDE_BED.parameters(STRIBECK)
     for p in box(20, 21):
         sets = np.repeat(p[None], 6, axis=0)
         for i, k in enumerate((0, 1, 2, 3, 5)):
             sets[i + 1, k] += STEP * (params[k].upper - params[k].lower)
         laws, c = SLIDE_BED.split(STRIBECK, sets)
-        x, _ = trajectories(STRIBECK, laws, c, on)
-        y, _ = trajectories(STRIBECK, laws, c, on, 1e-4)
+        x, _ = trajectories(STRIBECK, laws, c, command)
+        y, _ = trajectories(STRIBECK, laws, c, command, 1e-4)
         slopes = y[1:] - y[0]
-        wrong = np.linalg.norm(x[1:] - x[0] - slopes, axis=1)
-        assert (wrong < 2e-3 * np.linalg.norm(slopes, axis=1)).all(), p
+        errors = np.linalg.norm(x[1:] - x[0] - slopes, axis=1)
+        assert (errors < 2e-3 * np.linalg.norm(slopes, axis=1)).all(), p
 
 
 def test_a_clock_that_counts_from_1970_changes_nothing() -> None:
-    on = ramp(-1)
-    late = on._replace(t=on.t + 1.75e9, knots_t=on.knots_t + 1.75e9)
-    x, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["left"], on)
+    command = ramp(-1)
+    late = command._replace(t=command.t + 1.75e9, knots_t=command.knots_t + 1.75e9)
+    x, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["left"], command)
     y, _ = motion(SLIDE_BED, STRIBECK, PUBLISHED["left"], late)
     np.testing.assert_allclose(y, x, atol=1e-7)  # such a clock ticks in 0.24 us
     z, _ = reference.trajectory(
@@ -376,78 +376,78 @@ def test_a_long_wait_before_the_ramp_changes_nothing(
 
 
 def test_what_fails_in_another_thread_fails_for_the_caller() -> None:
-    hands, begun = row_pool.RowPool(2), threading.Event()
+    pool, started = row_pool.RowPool(2), threading.Event()
     me = threading.current_thread()
 
     def work(counter: Array) -> None:
         del counter
         if threading.current_thread() is not me:
-            begun.set()
+            started.set()
             raise MemoryError("no room")
-        assert begun.wait(PATIENCE)
+        assert started.wait(PATIENCE)
 
     with pytest.raises(MemoryError, match="no room"):
-        hands.share(work, 100, ())
-    hands.dismiss()
+        pool.share(work, 100, ())
+    pool.dismiss()
 
 
 def test_a_caller_does_not_wait_for_threads_that_are_busy_elsewhere() -> None:
-    hands, begun, go_on = row_pool.RowPool(2), threading.Event(), threading.Event()
+    pool, started, go_on = row_pool.RowPool(2), threading.Event(), threading.Event()
     callers = {threading.current_thread()}
 
     def long(counter: Array) -> None:
         del counter
         if threading.current_thread() not in callers:
-            begun.set()
+            started.set()
             assert go_on.wait(PATIENCE)
-        assert begun.wait(PATIENCE)
+        assert started.wait(PATIENCE)
 
     def short(counter: Array) -> None:
         while row_pool.next_row(counter) < 100:
             pass
 
-    other = threading.Thread(target=hands.share, args=(long, 100, ()))
-    callers.add(other)
-    other.start()
-    assert begun.wait(PATIENCE)
-    hands.share(short, 100, ())
-    assert other.is_alive()
+    caller = threading.Thread(target=pool.share, args=(long, 100, ()))
+    callers.add(caller)
+    caller.start()
+    assert started.wait(PATIENCE)
+    pool.share(short, 100, ())
+    assert caller.is_alive()
     go_on.set()
-    other.join(PATIENCE)
-    assert not other.is_alive()
-    hands.dismiss()
+    caller.join(PATIENCE)
+    assert not caller.is_alive()
+    pool.dismiss()
 
 
 # --- what cannot be simulated ---
 
 
 @pytest.mark.parametrize(
-    ("column", "bad"),
+    ("column", "constant"),
     [
-        (column, bad)
+        (column, constant)
         for column in range(10)
-        for bad in (math.nan, math.inf, -1.0)
-        if bad != math.inf or column not in (F_FM, CLAMP)  # a limit may be open
+        for constant in (math.nan, math.inf, -1.0)
+        if constant != math.inf or column not in (F_FM, CLAMP)  # a limit may be open
     ],
 )
-def test_an_impossible_constant_gives_nan_and_no_hang(column: int, bad: float) -> None:
-    on = ramp(1, 20)
+def test_an_impossible_constant_gives_nan_and_no_hang(column: int, constant: float) -> None:
+    command = ramp(1, 20)
     laws, c = SLIDE_BED.split(STRIBECK, np.array([PUBLISHED["right"]] * 3))
-    good = misfits(STRIBECK, laws, c, on)
-    c[1, column] = bad
-    sse = misfits(STRIBECK, laws, c, on)
+    finite = misfits(STRIBECK, laws, c, command)
+    c[1, column] = constant
+    sse = misfits(STRIBECK, laws, c, command)
     assert np.isnan(sse[1])
-    assert sse[0] == good[0] == sse[2]
+    assert sse[0] == finite[0] == sse[2]
 
 
 @pytest.mark.parametrize(
-    ("name", "bad"),
+    ("name", "value"),
     [("F_S", math.nan), ("F_S", math.inf), ("F_S", -1.0), ("F_C", math.nan), ("F_V", math.nan),
      ("v_SS", 0.0), ("v_SS", math.nan), ("exponent", math.nan), ("F_V", 1e300), ("F_V", -1e12)],
 )  # fmt: skip
-def test_an_impossible_law_gives_nan_and_no_hang(name: str, bad: float) -> None:
+def test_an_impossible_law_gives_nan_and_no_hang(name: str, value: float) -> None:
     p = np.array([PUBLISHED["right"]] * 3)
-    p[1, STRIBECK.names.index(name)] = bad
+    p[1, STRIBECK.names.index(name)] = value
     sse = SLIDE_BED.misfits(STRIBECK, p, ramp(1, 20))
     assert np.isnan(sse).tolist() == [False, True, False]
 
@@ -466,22 +466,22 @@ def rms(x: Array, y: Array) -> float:
 @pytest.mark.parametrize("direction", [1, -1])
 def test_fast_and_reference_agree_within_a_micrometre_over_the_box(direction: int) -> None:
     # A share of tools/kernel_study.py, which does 1,000 sets a direction.
-    on, p = ramp(direction), box(60, 100 + direction)
+    command, p = ramp(direction), box(60, 100 + direction)
     laws, c = SLIDE_BED.split(STRIBECK, p)
-    x, _ = trajectories(STRIBECK, laws, c, on)
+    x, _ = trajectories(STRIBECK, laws, c, command)
     for k in range(len(p)):
-        y, _ = reference.trajectory(STRIBECK, laws[k], c[k], on, 4e-5)
+        y, _ = reference.trajectory(STRIBECK, laws[k], c[k], command, 4e-5)
         assert rms(x[k], y) < 1e-6, p[k]
 
 
 def test_the_reference_converges_to_the_fast_motion_at_second_order() -> None:
-    on = ramp(1)
+    command = ramp(1)
     laws, c = SLIDE_BED.split(STRIBECK, box(10, 77))
-    x, _ = trajectories(STRIBECK, laws, c, on, 1e-3)
+    x, _ = trajectories(STRIBECK, laws, c, command, 1e-3)
     steps = np.array([1e-4, 5e-5, 2.5e-5])  # coarser ones do not resolve the slow end of a slip
     error = [
         np.median([
-            rms(x[k], reference.trajectory(STRIBECK, laws[k], c[k], on, dt)[0])
+            rms(x[k], reference.trajectory(STRIBECK, laws[k], c[k], command, dt)[0])
             for k in range(len(laws))
         ])
         for dt in steps
@@ -491,28 +491,32 @@ def test_the_reference_converges_to_the_fast_motion_at_second_order() -> None:
 
 
 def test_the_fast_motion_converges_with_its_tolerance() -> None:
-    on = ramp(-1)
+    command = ramp(-1)
     laws, c = SLIDE_BED.split(STRIBECK, box(40, 78))
-    best, _ = trajectories(STRIBECK, laws, c, on, 1e-4)
-    worst = [np.abs(trajectories(STRIBECK, laws, c, on, s)[0] - best).max() for s in (100, 1, 0.01)]
+    best, _ = trajectories(STRIBECK, laws, c, command, 1e-4)
+    worst = [
+        np.abs(trajectories(STRIBECK, laws, c, command, s)[0] - best).max() for s in (100, 1, 0.01)
+    ]
     assert worst[0] > 5 * worst[1] > 25 * worst[2]
     assert worst[1] < 1e-6
 
 
 def test_the_printed_scheme_does_not_converge() -> None:
-    on = ramp(1)
+    command = ramp(1)
     (p,), (c,) = SLIDE_BED.split(STRIBECK, PUBLISHED["right"])
-    (x,), _ = trajectories(STRIBECK, p[None], c[None], on)
+    (x,), _ = trajectories(STRIBECK, p[None], c[None], command)
     for dt in (1e-3, 1e-4, 1e-5):
-        y, _ = reference.trajectory(STRIBECK, p, c, on, dt, "paper")
+        y, _ = reference.trajectory(STRIBECK, p, c, command, dt, "paper")
         assert rms(x, y) > 1e-3, dt
 
 
 def test_the_compiled_reference_is_the_plain_one() -> None:
-    on = ramp(1, 9.0)
+    command = ramp(1, 9.0)
     (p,), (c,) = SLIDE_BED.split(STRIBECK, PUBLISHED["right"] * [0.5, 1, 1, 1, 1, 1])
-    plain, _ = reference.implicit(STRIBECK.slip, p, c, on.knots_t, on.knots_x, on.t, on.x0, 5e-4)
-    fast, _ = reference.trajectory(STRIBECK, p, c, on, 5e-4)
+    plain, _ = reference.implicit(
+        STRIBECK.slip, p, c, command.knots_t, command.knots_x, command.t, command.x0, 5e-4
+    )
+    fast, _ = reference.trajectory(STRIBECK, p, c, command, 5e-4)
     assert np.ptp(plain) > 5e-3
     np.testing.assert_allclose(plain, fast, atol=1e-12)
 
@@ -534,10 +538,10 @@ def test_commands_that_stop_turn_and_jerk(points: list[tuple[float, float]], dv:
     knots = np.array(points, dtype=float)
     rig = SLIDE_BED.set(dv=dv)
     p = np.concatenate([PUBLISHED["right"][:4], PUBLISHED["left"][:4], [1.0, 968.0, 554.0]])
-    on = track(Drive(knots[:, 0].copy(), knots[:, 1].copy()), np.linspace(0, 20, 1001), 0.0)
-    x, _ = motion(rig, BOTH, p, on)
+    command = track(Drive(knots[:, 0].copy(), knots[:, 1].copy()), np.linspace(0, 20, 1001), 0.0)
+    x, _ = motion(rig, BOTH, p, command)
     laws, c = rig.split(BOTH, p)
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], on, 5e-5)
+    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 5e-5)
     assert rms(x, y) < 2e-6
 
 
@@ -565,10 +569,10 @@ def test_odd_rigs_and_laws_under_odd_commands(seed: int) -> None:
         return [F_S, F_C, rng.uniform(0, 1000) * rng.integers(0, 2), rng.uniform(5e-4, 2e-2)]
 
     p = [*one_side(), *one_side(), float(rng.choice([1.0, 2.0])), *rng.uniform(50, 1500, 2)]
-    on = track(Drive(at, to), np.linspace(0, 10, 501), 0.1 + rng.normal(0, 0.02))
-    x, _ = motion(rig, BOTH, p, on)
+    command = track(Drive(at, to), np.linspace(0, 10, 501), 0.1 + rng.normal(0, 0.02))
+    x, _ = motion(rig, BOTH, p, command)
     laws, c = rig.split(BOTH, np.array(p))
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], on, 2.5e-5)
+    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 2.5e-5)
     assert rms(x, y) < 5e-6
 
 
@@ -580,20 +584,20 @@ def test_a_piece_entered_at_one_bend_may_be_left_by_the_other() -> None:
         np.array([0.0, 1.2195, 3.6623, 5.0993, 5.2467]), np.array([0.1, 0.1, 0.099, 0.099, 0.1444])
     )
     p = [13.08, 13.08, 0.0, 0.016, 43.8, 0.0, 323.8, 0.0096, 2.0, 107.5, 520.8]
-    on = track(drive, np.linspace(0, 10, 501), 0.0864)
-    x, _ = motion(rig, BOTH, p, on)
+    command = track(drive, np.linspace(0, 10, 501), 0.0864)
+    x, _ = motion(rig, BOTH, p, command)
     laws, c = rig.split(BOTH, np.array(p))
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], on, 2.5e-5)
+    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 2.5e-5)
     assert rms(x, y) < 2e-6
 
 
 @pytest.mark.parametrize(
-    ("told", "taken"), [("1", 1), ("9999", None), ("", None), ("0", None), ("2,1", None)]
+    ("setting", "threads"), [("1", 1), ("9999", None), ("", None), ("0", None), ("2,1", None)]
 )
 def test_the_kernel_takes_no_more_threads_than_it_is_told(
-    told: str, taken: int | None, monkeypatch: pytest.MonkeyPatch
+    setting: str, threads: int | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     all_of_them = row_pool.threads()
-    monkeypatch.setenv("OMP_NUM_THREADS", told)
-    assert row_pool.threads() == (taken or all_of_them)
+    monkeypatch.setenv("OMP_NUM_THREADS", setting)
+    assert row_pool.threads() == (threads or all_of_them)

@@ -55,16 +55,16 @@ def model_in(case: str) -> Model:
 
 
 def compiled(folder: Path, *arguments: str) -> None:
-    done = subprocess.run(
+    completed = subprocess.run(
         [str(CC), *arguments], cwd=folder, capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
 
 
 def at_once(calls: Sequence[Callable[[], object]]) -> None:
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for done in [pool.submit(call) for call in calls]:
-            done.result()
+        for future in [pool.submit(call) for call in calls]:
+            future.result()
 
 
 def driver(models: Sequence[Model]) -> str:
@@ -140,19 +140,19 @@ class Laws:
         compiled(folder, *CHECKED, "driver.o", *objects, "-lm", "-o", "driver")
         self.width = max(m.law.states for m in self.models)
 
-    def run(self, which: int, mode: int, rows: Array) -> Array:
+    def run(self, index: int, mode: int, rows: Array) -> Array:
         """What the C of a law says to rows of v, v_ref, h, loads and states."""
         full = np.zeros((len(rows), INPUTS + self.width))
         full[:, : rows.shape[1]] = rows
-        done = self.call(which, mode, full.tobytes())
-        assert done.returncode == 0, done.stderr.decode()
-        got: Array = np.frombuffer(done.stdout).reshape(len(rows), -1)
-        return got
+        completed = self.call(index, mode, full.tobytes())
+        assert completed.returncode == 0, completed.stderr.decode()
+        results: Array = np.frombuffer(completed.stdout).reshape(len(rows), -1)
+        return results
 
-    def call(self, which: int, mode: int, given: bytes) -> subprocess.CompletedProcess[bytes]:
+    def call(self, index: int, mode: int, stdin: bytes) -> subprocess.CompletedProcess[bytes]:
         return subprocess.run(
-            [str(self.folder / "driver"), str(which), str(mode)],
-            input=given, capture_output=True, check=False,
+            [str(self.folder / "driver"), str(index), str(mode)],
+            input=stdin, capture_output=True, check=False,
         )  # fmt: skip
 
 
@@ -163,17 +163,17 @@ def laws(tmp_path_factory: pytest.TempPathFactory) -> Laws:
 
 def speeds(rng: np.random.Generator, n: int) -> Array:
     """Speeds of both signs from far below any that is measured to far above."""
-    made: Array = rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-12.0, 2.0, n)
-    return made
+    drawn: Array = rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-12.0, 2.0, n)
+    return drawn
 
 
 def loads(rng: np.random.Generator, model: Model, n: int) -> Array:
     level = max(abs(x) for x in model.law.levels(model.p))
-    made: Array = rng.uniform(-5.0, 5.0, (n, len(LOADS))) * np.array(
+    drawn: Array = rng.uniform(-5.0, 5.0, (n, len(LOADS))) * np.array(
         [level, level, level, 0.2, 0.0]
     )
-    made[:, LOADS.index("temperature")] = rng.uniform(270.0, 340.0, n)
-    return made
+    drawn[:, LOADS.index("temperature")] = rng.uniform(270.0, 340.0, n)
+    return drawn
 
 
 def rows_of(rng: np.random.Generator, model: Model, n: int) -> Array:
@@ -186,37 +186,37 @@ def rows_of(rng: np.random.Generator, model: Model, n: int) -> Array:
     return np.column_stack([v, v_ref, h, loads(rng, model, n)])
 
 
-def off(got: Array, want: Array, beside: Array | float = 0.0) -> float:
+def off(computed: Array, want: Array, floor: Array | float = 0.0) -> float:
     """The largest error relative to what is wanted, and to what it is made of."""
     assert np.isfinite(want).all()
-    return float(np.max(np.abs(got - want) / np.maximum(np.abs(want) + beside, 1e-300)))
+    return float(np.max(np.abs(computed - want) / np.maximum(np.abs(want) + floor, 1e-300)))
 
 
-@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
-def test_steady_sliding_is_the_laws(laws: Laws, which: int) -> None:
+@pytest.mark.parametrize("index", range(len(CASES)), ids=CASES)
+def test_steady_sliding_is_the_laws(laws: Laws, index: int) -> None:
     # Relative to the friction alone: no law takes a difference of large numbers here.
-    model = laws.models[which]
-    rng = np.random.default_rng(which)
+    model = laws.models[index]
+    rng = np.random.default_rng(index)
     v, load = speeds(rng, RANDOM), loads(rng, model, RANDOM)
     rows = np.column_stack([v, v, np.full(RANDOM, 1e-3), load])
     want = slips(model.law.slip, v, model.p)
     want *= [scale(model, at) for at in load] if model.law.terms else 1.0
-    assert off(laws.run(which, 0, rows)[:, 1], want) <= 1e-12
-    at_rest = laws.run(which, 0, np.array([[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]))
+    assert off(laws.run(index, 0, rows)[:, 1], want) <= 1e-12
+    at_rest = laws.run(index, 0, np.array([[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]))
     if not model.law.terms:
         np.testing.assert_allclose(at_rest[:, 1], model.law.levels(model.p)[::-1], rtol=1e-15)
 
 
-@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
-def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, which: int) -> None:
+@pytest.mark.parametrize("index", range(len(CASES)), ids=CASES)
+def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, index: int) -> None:
     # Relative to the force alone, although a bristle's force passes through zero.
-    model = laws.models[which]
+    model = laws.models[index]
     tolerance = 1e-9 if model.law.states else 1e-12
-    rows = rows_of(np.random.default_rng(100 + which), model, WALK)
+    rows = rows_of(np.random.default_rng(100 + index), model, WALK)
     want = walk(model, COMPENSATOR, rows[:, :3], rows[:, 3:])
-    got = laws.run(which, 0, rows)
-    assert off(got[:, 0], want.forces) <= tolerance
-    assert off(got[:, 2], want.outputs) <= tolerance
+    results = laws.run(index, 0, rows)
+    assert off(results[:, 0], want.forces) <= tolerance
+    assert off(results[:, 2], want.outputs) <= tolerance
 
 
 @compiled_here(float64[::1](SLIP_TYPE, float64[:, ::1], READ))
@@ -237,23 +237,23 @@ def rubbed(rub: Any, rows: Array, z: Array, p: Array, after: Array) -> Array:
     return forces
 
 
-@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
-def test_one_span_from_any_states_under_any_loads(laws: Laws, which: int) -> None:
-    model = laws.models[which]
+@pytest.mark.parametrize("index", range(len(CASES)), ids=CASES)
+def test_one_span_from_any_states_under_any_loads(laws: Laws, index: int) -> None:
+    model = laws.models[index]
     law, n = model.law, model.law.states
     tolerance = 1e-9 if n else 1e-12
-    rng = np.random.default_rng(200 + which)
+    rng = np.random.default_rng(200 + index)
     rows, z = rows_of(rng, model, RANDOM), states(rng, model, RANDOM)
-    got = laws.run(which, 1, np.column_stack([rows, z]))
+    results = laws.run(index, 1, np.column_stack([rows, z]))
     after = np.zeros_like(z)
     if law.rub is None:
         want = slipped(law.slip, rows, model.p)
     else:
         want = rubbed(law.rub, rows, z, model.p, after)
     want *= [scale(model, row[3:]) for row in rows] if law.terms else 1.0
-    assert off(got[:, 0], want) <= tolerance
+    assert off(results[:, 0], want) <= tolerance
     if n:
-        assert off(got[:, 3 : 3 + n], after) <= tolerance
+        assert off(results[:, 3 : 3 + n], after) <= tolerance
 
 
 def states(rng: np.random.Generator, model: Model, n: int) -> Array:
@@ -267,10 +267,10 @@ def states(rng: np.random.Generator, model: Model, n: int) -> Array:
     return z
 
 
-@pytest.mark.parametrize("which", range(len(CASES)), ids=CASES)
-def test_the_self_test_of_every_law_passes(laws: Laws, which: int) -> None:
-    done = laws.call(which, 2, b"")
-    assert (done.returncode, done.stdout) == (0, b"0 of 256 rows differ\n")
+@pytest.mark.parametrize("index", range(len(CASES)), ids=CASES)
+def test_the_self_test_of_every_law_passes(laws: Laws, index: int) -> None:
+    completed = laws.call(index, 2, b"")
+    assert (completed.returncode, completed.stdout) == (0, b"0 of 256 rows differ\n")
 
 
 @pytest.mark.parametrize("name", ["stribeck-free", "lugre", "bam-m4"])
@@ -359,23 +359,23 @@ def test_headers_are_cpp_as_well(laws: Laws) -> None:
     text = f"{includes}\nint main() {{ double sum = 0.0;\n{calls}\nreturn sum > 0.0 ? 0 : 1; }}\n"
     (laws.folder / "all.cpp").write_text(text)
     objects = [f"l{i}.o" for i in names]
-    made = subprocess.run(
+    completed = subprocess.run(
         [CPP, "-Wall", "-Wextra", "-Wpedantic", "-Werror", *CHECKED, "all.cpp", *objects,
          "-o", "all"],
         cwd=laws.folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert made.returncode == 0, made.stderr
+    assert completed.returncode == 0, completed.stderr
     assert subprocess.run([str(laws.folder / "all")], check=False).returncode == 0
 
 
 @pytest.mark.skipif(not CLANG, reason="there is no clang here")
 def test_clang_finds_nothing_either(laws: Laws) -> None:
     sources = [f"l{i}.c" for i in range(len(laws.models))]
-    done = subprocess.run(
+    completed = subprocess.run(
         [CLANG, *STRICT, "-fsyntax-only", *sources],
         cwd=laws.folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
 
 
 @pytest.mark.parametrize("name", ["", "1st", "a b", "double", "x" * 42, "f\n"])
@@ -419,13 +419,13 @@ int main(int argc, char **argv)
 
     def call(name: str, a: Array, b: Array | float = 0.0) -> Array:
         rows = np.column_stack(np.broadcast_arrays(a, b)).astype(float)
-        done = subprocess.run(
+        completed = subprocess.run(
             [str(folder / "math"), str(list(MATH_FUNCTIONS).index(name))],
             input=rows.tobytes(), capture_output=True, check=False,
         )  # fmt: skip
-        assert done.returncode == 0, done.stderr.decode()
-        got: Array = np.frombuffer(done.stdout)
-        return got
+        assert completed.returncode == 0, completed.stderr.decode()
+        results: Array = np.frombuffer(completed.stdout)
+        return results
 
     return call
 
@@ -445,16 +445,16 @@ def test_mathematics_is_right_where_numbers_end(
     a, b = EDGES, np.zeros(len(EDGES))
     if MATH_FUNCTIONS[name] > 1:
         a, b = (grid.ravel() for grid in np.meshgrid(EDGES, EDGES))
-    got, want = mathematics(name, a, b), in_python(name, a, b)
-    np.testing.assert_allclose(got, want, rtol=1e-15)
-    np.testing.assert_array_equal(np.signbit(got[want == 0.0]), np.signbit(want[want == 0.0]))
+    computed, want = mathematics(name, a, b), in_python(name, a, b)
+    np.testing.assert_allclose(computed, want, rtol=1e-15)
+    np.testing.assert_array_equal(np.signbit(computed[want == 0.0]), np.signbit(want[want == 0.0]))
 
 
 def in_python(name: str, a: Array, b: Array) -> Array:
     """What Python or numpy says."""
     if name in ("min", "max"):
-        of = min if name == "min" else max
-        return np.array([of(x, y) for x, y in zip(a.tolist(), b.tolist(), strict=True)])
+        extreme = min if name == "min" else max
+        return np.array([extreme(x, y) for x, y in zip(a.tolist(), b.tolist(), strict=True)])
     function = getattr(np, {"pow": "power"}.get(name, name))
     with np.errstate(all="ignore"):
         values: Array = function(a, *[b] * (MATH_FUNCTIONS[name] - 1))
@@ -464,7 +464,7 @@ def in_python(name: str, a: Array, b: Array) -> Array:
 def test_the_head_says_what_friction_is_added_to() -> None:
     assert "add it to the force that is asked of the drive" in "\n".join(model_of("lugre").head())
     servo = model_of("bam-m4")  # on a rig whose drive takes volts
-    own = {q.name: v for q, v in zip(servo.parameters.every, servo.values, strict=True)}
-    said = "\n".join(servo.head())
-    assert "add it to the torque that is asked of the drive" in said
-    assert f"takes volts: {own['R'] / own['k_t']:.4g} V for a N m" in said
+    values = {q.name: v for q, v in zip(servo.parameters.every, servo.values, strict=True)}
+    head = "\n".join(servo.head())
+    assert "add it to the torque that is asked of the drive" in head
+    assert f"takes volts: {values['R'] / values['k_t']:.4g} V for a N m" in head

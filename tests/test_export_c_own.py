@@ -24,11 +24,11 @@ def test_its_self_test_passes(case: str, tmp_path: Path) -> None:
     for file, text in c(rude(model_with(own_law(CASES[case])))).items():
         (tmp_path / file).write_bytes(text)
     command = [str(CC), *STRICT, "friction.c", "selftest.c", "-lm", "-o", "t"]
-    made = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr
-    done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
-    assert done.stdout == "0 of 256 rows differ\n"
+    build = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert build.returncode == 0, build.stderr
+    run = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout
+    assert run.stdout == "0 of 256 rows differ\n"
 
 
 @pytest.mark.parametrize("case", list(UNKNOWN))

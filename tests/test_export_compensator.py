@@ -76,10 +76,10 @@ def files(law: str, to: str) -> dict[str, bytes]:
 def test_a_change_is_in_every_export(
     before: dict[tuple[str, str], dict[str, bytes]], changed: str
 ) -> None:
-    for (law, to), old in before.items():
-        new = files(law, to)
-        assert new.keys() == old.keys()
-        assert any(new[name] != old[name] for name in old), (law, to, changed)
+    for (law, to), original in before.items():
+        changed_files = files(law, to)
+        assert changed_files.keys() == original.keys()
+        assert any(changed_files[name] != original[name] for name in original), (law, to, changed)
 
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler here")
@@ -90,8 +90,8 @@ def test_exported_c_computes_the_change(law: str, changed: str, tmp_path: Path) 
         (tmp_path / name).write_bytes(text)
     command = [str(CC), "-std=c99", "friction.c", "selftest.c", "-lm", "-o", "t"]
     subprocess.run(command, cwd=tmp_path, check=True)
-    done = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
-    assert done.stdout == "0 of 256 rows differ\n"
+    completed = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=False)
+    assert completed.stdout == "0 of 256 rows differ\n"
 
 
 def test_structured_text_computes_the_change(

@@ -81,17 +81,17 @@ class Unit:
         self.set(**values)
         self.slave.exitInitializationMode()
 
-    def walk(self, t: Array, given: Mapping[str, Array]) -> Array:
+    def walk(self, t: Array, inputs: Mapping[str, Array]) -> Array:
         """Outputs at times t under inputs there, linear between them unless held: (4, N)."""
-        out = np.empty((4, len(t)))
-        out[:, 0] = self.get(*OUTPUTS)
-        slopes = {n: np.diff(x) / np.diff(t) for n, x in given.items() if n not in self.held}
+        outputs = np.empty((4, len(t)))
+        outputs[:, 0] = self.get(*OUTPUTS)
+        slopes = {n: np.diff(x) / np.diff(t) for n, x in inputs.items() if n not in self.held}
         for k, h in enumerate(np.diff(t)):
-            self.set(**{n: x[k] for n, x in given.items()})
+            self.set(**{n: x[k] for n, x in inputs.items()})
             self.slope(**{n: s[k] for n, s in slopes.items()})
             self.slave.doStep(t[k], h)
-            out[:, k + 1] = self.get(*OUTPUTS)
-        return out
+            outputs[:, k + 1] = self.get(*OUTPUTS)
+        return outputs
 
 
 #: Units that have been built, by the card's hash.
@@ -100,7 +100,7 @@ BUILT: dict[str, bytes] = {}
 
 @pytest.fixture
 def opened(tmp_path: Path) -> Callable[[Model], Unit]:
-    def of(model: Model) -> Unit:
+    def unit_of(model: Model) -> Unit:
         path = tmp_path / f"{len(list(tmp_path.iterdir()))}.fmu"
         if model.sha256 not in BUILT:
             BUILT[model.sha256] = fmu(model)
@@ -108,14 +108,14 @@ def opened(tmp_path: Path) -> Callable[[Model], Unit]:
         folder = fmpy.extract(str(path), str(path.with_suffix("")))
         return Unit(folder, fmpy.read_model_description(str(path)))
 
-    return of
+    return unit_of
 
 
-def apart(got: Array, want: Array) -> float:
+def difference(computed: Array, expected: Array) -> float:
     """The largest difference as a share of the range."""
-    assert np.isfinite(want).all()
-    assert np.ptp(want) > 0.0
-    return float(np.abs(got - want).max() / np.ptp(want))
+    assert np.isfinite(expected).all()
+    assert np.ptp(expected) > 0.0
+    return float(np.abs(computed - expected).max() / np.ptp(expected))
 
 
 # The archive.
@@ -128,7 +128,7 @@ EVERY = [
 ]  # fmt: skip
 
 
-def on(law: str, rig: str | None) -> Model:
+def model_on(law: str, rig: str | None) -> Model:
     """A model of a law on a rig, its parameters from the middle of their ranges."""
     if rig is None:
         return model_of(law)
@@ -148,7 +148,7 @@ def on(law: str, rig: str | None) -> Model:
 def test_every_law_and_rig_makes_a_valid_unit(law: str, rig: str | None, tmp_path: Path) -> None:
     # Whether it compiles is seen below for each drive, and in test_export_c for each law.
     path = tmp_path / "axis.fmu"
-    path.write_bytes(fmu(on(law, rig), "axis", binary=False))
+    path.write_bytes(fmu(model_on(law, rig), "axis", binary=False))
     assert validate_fmu(str(path)) == []
 
 
@@ -178,21 +178,21 @@ def test_what_goes_with_it() -> None:
 
 def test_parameters_carry_unit_range_interval_and_verdict() -> None:
     model = model_of("stribeck")
-    given = model.card.parameters["F_C"].model_copy(update={"low": 60.0, "high": 65.5})
-    parameters = {**model.card.parameters, "F_C": given}
+    bounded = model.card.parameters["F_C"].model_copy(update={"low": 60.0, "high": 65.5})
+    parameters = {**model.card.parameters, "F_C": bounded}
     model = Model(model.card.model_copy(update={"parameters": parameters}), model.parameters,
                   model.values, "", "card.json")  # fmt: skip
     root = ET.fromstring(unpacked(fmu(model, binary=False))["modelDescription.xml"])  # noqa: S314
-    made = {v.get("name"): v for v in root.iter("ScalarVariable")}
-    said = made["F_C"]
-    assert said.get("variability") == "tunable"
-    assert said.get("description") == (
+    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    level = variables["F_C"]
+    assert level.get("variability") == "tunable"
+    assert level.get("description") == (
         "Coulomb friction; 95 % interval 60 to 65.5; identified"
     )  # fmt: skip
-    number = said[0].attrib
+    number = level[0].attrib
     assert (number["unit"], float(number["min"]), float(number["max"])) == ("N", 40.0, 80.0)
     assert float(number["start"]) == model.p[1]
-    assert made["k_hat_pos"][0].attrib == {"unit": "N/m", "start": "3500.0"}
+    assert variables["k_hat_pos"][0].attrib == {"unit": "N/m", "start": "3500.0"}
 
 
 @pytest.mark.parametrize(
@@ -218,17 +218,17 @@ def test_units_are_powers_of_what_fmi_knows(written: str, powers: dict[str, int]
      ("stribeck-directional", "forced-pendulum")],
 )  # fmt: skip
 def test_its_sources_compile_without_a_warning(law: str, rig: str, tmp_path: Path) -> None:
-    for name, text in unpacked(fmu(on(law, rig), binary=False)).items():
+    for name, text in unpacked(fmu(model_on(law, rig), binary=False)).items():
         if name.startswith("sources/"):
             (tmp_path / Path(name).name).write_bytes(text)
     cc = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))))
     strict = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
-    done = subprocess.run(
+    completed = subprocess.run(
         [cc, "-std=c99", "-O1", *strict, "-DFMI2_FUNCTION_PREFIX=friction_", "-c",
          "axis.c", "fmi2.c", "friction.c"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
 
 
 # The motion.
@@ -244,23 +244,23 @@ def inputs_of(model: Model) -> list[str]:
     return [v.name for v in axis(model).of("input") if v.name not in ("temperature", "pressure")]
 
 
-def moved(unit: Unit, model: Model, on: Track, **values: float) -> Array:
+def moved(unit: Unit, model: Model, segment: Track, **values: float) -> Array:
     """The unit's motion over a prepared track: (4, N)."""
-    rows = dict(zip(inputs_of(model), on.inputs[2:], strict=True))
-    rows |= {"temperature": on.inputs[1]} if "temperature" in unit.of else {}
-    rows |= {"pressure": on.inputs[0]} if "pressure" in unit.of else {}
+    rows = dict(zip(inputs_of(model), segment.inputs[2:], strict=True))
+    rows |= {"temperature": segment.inputs[1]} if "temperature" in unit.of else {}
+    rows |= {"pressure": segment.inputs[0]} if "pressure" in unit.of else {}
     start = {name: x[0] for name, x in rows.items()}
-    unit.begin(position_start=on.x0, velocity_start=on.v0, **start, **values)
-    return unit.walk(on.t - on.t[0], rows)
+    unit.begin(position_start=segment.x0, velocity_start=segment.v0, **start, **values)
+    return unit.walk(segment.t - segment.t[0], rows)
 
 
 def ramp(temperature: float = 293.15) -> Track:
     """The ramp of the paper's test bed, up and down, with its command at the samples of a log."""
     drive, x0 = TestBed().drive("both")
-    made = track(drive, np.arange(0.0, drive.t[-1], 0.01), x0)
-    inputs = np.zeros((4, len(made.t)))
-    inputs[1], inputs[2] = temperature, drive(made.t)
-    return made._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
+    segment = track(drive, np.arange(0.0, drive.t[-1], 0.01), x0)
+    inputs = np.zeros((4, len(segment.t)))
+    inputs[1], inputs[2] = temperature, drive(segment.t)
+    return segment._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 @pytest.mark.parametrize(
@@ -287,10 +287,10 @@ def test_a_slide_follows_the_ramp_of_the_test_bed(
         if law == "stribeck-directional"
         else model_of(law)
     )
-    on = ramp(300.0)
-    want = rig_of(model).move(model.law, model.values[None], on)
-    got = moved(opened(model), model, on)
-    assert apart(got[0], want.position[0]) <= most
+    segment = ramp(300.0)
+    want = rig_of(model).move(model.law, model.values[None], segment)
+    motion = moved(opened(model), model, segment)
+    assert difference(motion[0], want.position[0]) <= most
 
 
 @real
@@ -299,14 +299,14 @@ def test_a_servo_follows_a_recorded_goal(opened: Callable[[Model], Unit], law: s
     model = model_with("servo-pendulum", law, SERVO, (-5.0, 5.0))
     log = read(min((DATA / "bam_xl330" / "logs").glob("*.json")), columns=dict(model.rig.columns))
     n = len(log)
-    on = rig_of(model).track(log, slice(0, n), float(log.position[0]), np.ones(n))
-    on.inputs[1] = 300.0
-    want = rig_of(model).move(model.law, model.values[None], on)
-    of_the_run = dict(zip(("m", "l", "kp", "vin"), on.given, strict=True))
-    got = moved(opened(model), model, on, **of_the_run)
+    segment = rig_of(model).track(log, slice(0, n), float(log.position[0]), np.ones(n))
+    segment.inputs[1] = 300.0
+    want = rig_of(model).move(model.law, model.values[None], segment)
+    of_the_run = dict(zip(("m", "l", "kp", "vin"), segment.given, strict=True))
+    motion = moved(opened(model), model, segment, **of_the_run)
     assert np.ptp(want.position) > 0.3
-    assert apart(got[0], want.position[0]) <= 1e-9
-    assert apart(got[2], want.force[0]) <= 1e-9
+    assert difference(motion[0], want.position[0]) <= 1e-9
+    assert difference(motion[2], want.force[0]) <= 1e-9
 
 
 #: A small servo with a pendulum, SI.
@@ -319,15 +319,15 @@ SERVO = {
 
 
 def forced(model: Model, t: Array, *inputs: Array, constants: Array, kind: int = FORCE,
-           held: bool = False) -> Array:  # fmt: skip
+           hold: bool = False) -> Array:  # fmt: skip
     """Positions of an axis under a force, as `implicit` has them, with the unit's own steps."""
-    made = {v.name: v.start for v in axis(model).of("setting")}
+    settings = {v.name: v.start for v in axis(model).of("setting")}
     x0 = 0.1
-    on = Track(t, t, t, x0, t, t, np.empty((3, 0)), inputs=np.array(inputs),
-               held=np.full(len(inputs), float(held)))  # fmt: skip
+    segment = Track(t, t, t, x0, t, t, np.empty((3, 0)), inputs=np.array(inputs),
+                    held=np.full(len(inputs), float(hold)))  # fmt: skip
     q, _, _ = motions(
-        model.law, kind, model.p[None], constants[None], on, made["step"] or 0.0,
-        made["tolerance"] or 0.0,
+        model.law, kind, model.p[None], constants[None], segment, settings["step"] or 0.0,
+        settings["tolerance"] or 0.0,
     )  # fmt: skip
     position: Array = q[0]
     return position
@@ -342,9 +342,9 @@ def test_emps_follows_its_recorded_force(opened: Callable[[Model], Unit], law: s
     want = forced(model, t, nothing, nothing, force, constants=np.array([95.1089, offset]))
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0])
-    got = unit.walk(t, {"force": force})
-    assert apart(got[0], want) <= 1e-9
-    np.testing.assert_allclose(got[2], force, rtol=1e-12)
+    motion = unit.walk(t, {"force": force})
+    assert difference(motion[0], want) <= 1e-9
+    np.testing.assert_allclose(motion[2], force, rtol=1e-12)
 
 
 def emps(law: str) -> tuple[Model, Array, Array]:
@@ -366,16 +366,16 @@ def test_fmpy_simulates_a_recorded_force(tmp_path: Path) -> None:
     t = np.arange(5000) / 1000.0
     force = np.interp(t, logged - logged[0], recorded)
     (tmp_path / "axis.fmu").write_bytes(fmu(model))
-    given = np.array(list(zip(t, force, strict=True)), dtype=[("time", float), ("force", float)])
-    done = fmpy.simulate_fmu(
-        str(tmp_path / "axis.fmu"), stop_time=t[-1], output_interval=1e-3, input=given,
+    inputs = np.array(list(zip(t, force, strict=True)), dtype=[("time", float), ("force", float)])
+    motion = fmpy.simulate_fmu(
+        str(tmp_path / "axis.fmu"), stop_time=t[-1], output_interval=1e-3, input=inputs,
         start_values={"position_start": 0.1}, output=["position"],
     )  # fmt: skip
     nothing = np.zeros(len(t))
     want = forced(
-        model, t, nothing, nothing, force, constants=np.array([95.1089, -3.1648]), held=True
+        model, t, nothing, nothing, force, constants=np.array([95.1089, -3.1648]), hold=True
     )
-    assert apart(np.interp(t, done["time"], done["position"]), want) <= 1e-6
+    assert difference(np.interp(t, motion["time"], motion["position"]), want) <= 1e-6
 
 
 def test_bristles_under_a_force_are_the_rigs(opened: Callable[[Model], Unit]) -> None:
@@ -384,12 +384,12 @@ def test_bristles_under_a_force_are_the_rigs(opened: Callable[[Model], Unit]) ->
     model = model_with("presliding", "lugre", values, (-0.1, 0.1))
     t = np.arange(0.0, 4.0, 2e-3)
     force = 14.0 * np.sin(2.0 * t) + 10.0 * np.sin(7.3 * t)
-    on = Track(t, t, t, 0.0, t, t, np.empty((3, 0)), held=np.zeros(3),
-               inputs=np.array([0.0 * t, 0.0 * t, force]))  # fmt: skip
-    want = rig_of(model).move(model.law, model.values[None], on)
-    got = moved(opened(model), model, on)
-    assert apart(got[0], want.position[0]) <= 1e-9
-    assert apart(got[1], want.velocity[0]) <= 1e-9
+    segment = Track(t, t, t, 0.0, t, t, np.empty((3, 0)), held=np.zeros(3),
+                    inputs=np.array([0.0 * t, 0.0 * t, force]))  # fmt: skip
+    want = rig_of(model).move(model.law, model.values[None], segment)
+    motion = moved(opened(model), model, segment)
+    assert difference(motion[0], want.position[0]) <= 1e-9
+    assert difference(motion[1], want.velocity[0]) <= 1e-9
 
 
 @pytest.mark.parametrize("hold", [0.0, 1.0, 2.0])
@@ -405,12 +405,12 @@ def test_a_joint_is_the_rigs_with_a_torque_that_follows_or_is_held(
     t = np.arange(0.0, 3.0, 4e-3)
     command = 0.5 * np.sin(2.0 * t)
     inputs = np.array([0 * t, 0 * t, command, np.gradient(command, t), 0.3 * np.sign(np.sin(t))])
-    on = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(5))
-    want = rig.move(model.law, model.values[None], on)
-    got = moved(opened(model), model, on, hold=hold, limit=20.0, kp=60.0)
-    assert apart(got[0], want.position[0]) <= 1e-9
+    segment = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(5))
+    want = rig.move(model.law, model.values[None], segment)
+    motion = moved(opened(model), model, segment, hold=hold, limit=20.0, kp=60.0)
+    assert difference(motion[0], want.position[0]) <= 1e-9
     if hold == 0.0:
-        assert apart(got[2], want.force[0]) <= 1e-9
+        assert difference(motion[2], want.force[0]) <= 1e-9
 
 
 def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
@@ -424,8 +424,8 @@ def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
     want = forced(model, t, *(0.0 * t for _ in range(4)), torque, constants=joint, kind=JOINT)
     unit = opened(model)
     unit.begin(position_start=0.1)
-    got = unit.walk(t, {"force": torque})
-    assert apart(got[0], want) <= 1e-9
+    motion = unit.walk(t, {"force": torque})
+    assert difference(motion[0], want) <= 1e-9
 
 
 def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model], Unit]) -> None:
@@ -440,9 +440,9 @@ def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model]
     )
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0], pressure=pressure[0])
-    got = unit.walk(t, {"force": force, "pressure": pressure})
+    motion = unit.walk(t, {"force": force, "pressure": pressure})
     assert NORMAL == 2
-    assert apart(got[0], want) <= 1e-9
+    assert difference(motion[0], want) <= 1e-9
 
 
 # What a master may do with it.
@@ -450,12 +450,12 @@ def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model]
 
 def pushed(unit: Unit, forces: Array, h: float = 1e-3) -> Array:
     """Position, velocity and friction after steps of h under forces."""
-    out = np.empty((len(forces), 3))
+    motion = np.empty((len(forces), 3))
     for k, force in enumerate(forces):
         unit.set(force=force)
         unit.slave.doStep(k * h, h)
-        out[k] = unit.get("position", "velocity", "friction")
-    return out
+        motion[k] = unit.get("position", "velocity", "friction")
+    return motion
 
 
 def bristled() -> Model:
@@ -472,25 +472,25 @@ def test_a_state_brings_back_the_motion(opened: Callable[[Model], Unit], by: str
     unit = opened(bristled())
     unit.begin()
     pushed(unit, FORCES)
-    kept = unit.slave.getFMUstate()
-    data = unit.slave.serializeFMUState(kept) if by == "bytes" else b""
+    state = unit.slave.getFMUstate()
+    data = unit.slave.serializeFMUState(state) if by == "bytes" else b""
     first = pushed(unit, FORCES)
     if by == "bytes":
-        unit.slave.freeFMUState(kept)
-        kept = unit.slave.deSerializeFMUstate(data)
-    unit.slave.setFMUState(kept)
+        unit.slave.freeFMUState(state)
+        state = unit.slave.deSerializeFMUstate(data)
+    unit.slave.setFMUState(state)
     assert np.array_equal(pushed(unit, FORCES), first)
-    unit.slave.freeFMUState(kept)
+    unit.slave.freeFMUState(state)
     assert not np.array_equal(pushed(unit, FORCES), first)
 
 
 def test_two_axes_of_one_unit_are_two(opened: Callable[[Model], Unit]) -> None:
     model = bristled()
-    alone, one, other = opened(model), opened(model), opened(model)
-    for unit in (alone, one, other):
+    alone, first, second = opened(model), opened(model), opened(model)
+    for unit in (alone, first, second):
         unit.begin()
-    pushed(other, -FORCES)
-    assert np.array_equal(pushed(one, FORCES), pushed(alone, FORCES))
+    pushed(second, -FORCES)
+    assert np.array_equal(pushed(first, FORCES), pushed(alone, FORCES))
 
 
 def test_a_reset_axis_starts_anew(opened: Callable[[Model], Unit]) -> None:
@@ -507,23 +507,25 @@ def test_the_communication_step_does_not_decide_the_motion(
 ) -> None:
     t = np.arange(0.0, 2.0, 1e-3)
     force = 25.0 * np.sin(4.0 * t)
-    far = []
+    positions = []
     for stride in (1, 10, 40):
         unit = opened(bristled())
         unit.begin(step=1e-4)
-        given = np.interp(t, t[::40], force[::40])  # linear in the longest step
-        far.append(unit.walk(t[::stride], {"force": given[::stride]})[0, :: 40 // stride])
-    assert apart(far[1], far[0]) <= 1e-5
-    assert apart(far[2], far[0]) <= 1e-5
+        coarse_force = np.interp(t, t[::40], force[::40])  # linear in the longest step
+        positions.append(
+            unit.walk(t[::stride], {"force": coarse_force[::stride]})[0, :: 40 // stride]
+        )
+    assert difference(positions[1], positions[0]) <= 1e-5
+    assert difference(positions[2], positions[0]) <= 1e-5
 
 
 def test_friction_holds_an_axis_with_what_pulls_at_it(opened: Callable[[Model], Unit]) -> None:
     values = {"F_C": 12.5, "F_V": 40.0, "M": 10.0, "offset": 1.5}
     unit = opened(model_with("forced", "coulomb-viscous", values, (-0.5, 0.5)))
     unit.begin()
-    held = pushed(unit, np.array([5.0, -4.0, 13.9]))
-    np.testing.assert_allclose(held[:, 2], [3.5, -5.5, 12.4], rtol=1e-12)
-    assert not held[:, :2].any()
+    motion = pushed(unit, np.array([5.0, -4.0, 13.9]))
+    np.testing.assert_allclose(motion[:, 2], [3.5, -5.5, 12.4], rtol=1e-12)
+    assert not motion[:, :2].any()
     moving = pushed(unit, np.full(3, 30.0))[-1]
     assert moving[1] > 0.0
     assert moving[2] == pytest.approx(12.5 + 40.0 * moving[1], rel=1e-12)
@@ -531,19 +533,19 @@ def test_friction_holds_an_axis_with_what_pulls_at_it(opened: Callable[[Model], 
 
 def test_a_tuned_parameter_is_that_of_another_model(opened: Callable[[Model], Unit]) -> None:
     values = {"F_C": 12.5, "F_V": 40.0, "M": 10.0, "offset": 0.0}
-    tuned, other = (
+    tuned, built = (
         opened(model_with("forced", "coulomb-viscous", v, (-0.5, 0.5)))
         for v in (values, {**values, "F_C": 9.0, "M": 7.0})
     )
     tuned.begin()
-    other.begin()
+    built.begin()
     tuned.set(F_C=9.0, M=7.0)  # while it runs
-    assert np.array_equal(pushed(tuned, FORCES), pushed(other, FORCES))
+    assert np.array_equal(pushed(tuned, FORCES), pushed(built, FORCES))
 
 
-def refused(call: Callable[..., object], *given: object, **named: float) -> None:
+def refused(call: Callable[..., object], *arguments: object, **named: float) -> None:
     with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
-        call(*given, **named)
+        call(*arguments, **named)
 
 
 def test_what_cannot_be_is_an_error_and_no_crash(opened: Callable[[Model], Unit]) -> None:
@@ -624,15 +626,15 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("which", ["slide, lugre", "slide, stribeck", "servo", "joint", "force"])
-def test_no_byte_is_lost_or_touched_that_is_another_s(which: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("case", ["slide, lugre", "slide, stribeck", "servo", "joint", "force"])
+def test_no_byte_is_lost_or_touched_that_is_another_s(case: str, tmp_path: Path) -> None:
     model = {
-        "slide, lugre": lambda: on("lugre", "slide-bed"),
-        "slide, stribeck": lambda: on("stribeck", "slide-bed"),
-        "servo": lambda: on("bam-m4", "servo-pendulum"),
-        "joint": lambda: on("gms", "joint"),
+        "slide, lugre": lambda: model_on("lugre", "slide-bed"),
+        "slide, stribeck": lambda: model_on("stribeck", "slide-bed"),
+        "servo": lambda: model_on("bam-m4", "servo-pendulum"),
+        "joint": lambda: model_on("gms", "joint"),
         "force": bristled,
-    }[which]()
+    }[case]()
     for name, text in unpacked(fmu(model, binary=False)).items():
         if name.startswith("sources/"):
             (tmp_path / Path(name).name).write_bytes(text)
@@ -640,23 +642,23 @@ def test_no_byte_is_lost_or_touched_that_is_another_s(which: str, tmp_path: Path
     cc = str(next(filter(None, map(shutil.which, ("cc", "gcc", "clang")))))
     checked = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     sources = ["master.c", "axis.c", "fmi2.c", "friction.c"]
-    done = subprocess.run(
+    completed = subprocess.run(
         [cc, "-std=c99", "-O1", *checked, *sources, "-lm", "-o", "master"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    assert completed.returncode == 0, completed.stderr
     ran = subprocess.run([tmp_path / "master"], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
 
 
 def test_a_unit_of_another_guid_is_not_instantiated(opened: Callable[[Model], Unit]) -> None:
     unit = opened(bristled())
-    other = FMU2Slave(
+    renamed = FMU2Slave(
         guid="{0}", unzipDirectory=unit.slave.unzipDirectory, instanceName="axis",
         modelIdentifier="friction",
     )  # fmt: skip
     with pytest.raises(Exception, match="Failed to instantiate"):
-        other.instantiate()
+        renamed.instantiate()
 
 
 # Where it cannot be made.
@@ -686,11 +688,11 @@ def test_a_compiler_that_fails_is_told_in_one_line_and_leaves_nothing(
     broken.parent.mkdir()
     broken.write_text(f"#!/bin/sh\necho '{says}' >&2\nexit 1\n")
     broken.chmod(broken.stat().st_mode | stat.S_IXUSR)
-    left = tmp_path / "left"
-    left.mkdir()
+    folder = tmp_path / "left"
+    folder.mkdir()
     monkeypatch.setenv("PATH", str(broken.parent))
-    monkeypatch.setattr("tempfile.tempdir", str(left))
+    monkeypatch.setattr("tempfile.tempdir", str(folder))
     with pytest.raises(InputError, match=says.partition("\n")[0] or "it said nothing") as error:
         fmu(model_of("stribeck"))
     assert "\n" not in str(error.value)
-    assert not list(left.iterdir())
+    assert not list(folder.iterdir())

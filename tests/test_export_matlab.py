@@ -52,19 +52,19 @@ def run(folder: Path, *names: str) -> dict[str, Array]:
     """What Octave makes of laws and rows in a folder: friction, compensation, steady friction."""
     (folder / "walk.m").write_text(WALK)
     calls = "; ".join(f"walk('{name}')" for name in names)
-    done = subprocess.run(
+    completed = subprocess.run(
         [str(OCTAVE), "--no-init-file", "--no-history", "--quiet", "--eval", calls],
         cwd=folder,
         capture_output=True,
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+    assert completed.returncode == 0, completed.stderr
+    assert completed.stderr == ""
     return {name: np.loadtxt(folder / f"{name}.out", ndmin=2) for name in names}
 
 
-def put(folder: Path, model: Model, name: str, rows: Array, compensator: Compensator) -> None:
+def write_law(folder: Path, model: Model, name: str, rows: Array, compensator: Compensator) -> None:
     for file, text in matlab(model, name, compensator).items():
         (folder / file).write_bytes(text)
     np.savetxt(folder / f"{name}.txt", rows, fmt="%.17g")
@@ -72,18 +72,24 @@ def put(folder: Path, model: Model, name: str, rows: Array, compensator: Compens
 
 @needs_octave
 def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
-    wanted: dict[str, tuple[Model, Any]] = {}
+    cases: dict[str, tuple[Model, Any]] = {}
     for i, law in enumerate((*LAWS, *MORE, *DAHLS)):
         model = model_of(law)
         for compensator, kind in ((BUSY, "busy"), (Compensator(feedback=False), "plain")):
-            of = check_vectors(model, compensator, 128, seed=i)
-            put(tmp_path, model, f"l{i}_{kind}", np.hstack([of.inputs, of.loads]), compensator)
-            wanted[f"l{i}_{kind}"] = model, of
-    for name, said in run(tmp_path, *wanted).items():
-        model, of = wanted[name]
+            vectors = check_vectors(model, compensator, 128, seed=i)
+            write_law(
+                tmp_path,
+                model,
+                f"l{i}_{kind}",
+                np.hstack([vectors.inputs, vectors.loads]),
+                compensator,
+            )
+            cases[f"l{i}_{kind}"] = model, vectors
+    for name, rows in run(tmp_path, *cases).items():
+        model, vectors = cases[name]
         tolerance = 1e-9 if model.law.states else 1e-12
-        for got, want in ((said[:, 0], of.forces), (said[:, 1], of.outputs)):
-            worst = np.max(np.abs(got - want) / (np.abs(want) + of.floor))
+        for computed, want in ((rows[:, 0], vectors.forces), (rows[:, 1], vectors.outputs)):
+            worst = np.max(np.abs(computed - want) / (np.abs(want) + vectors.floor))
             assert worst < tolerance, (model.law.name, name)
 
 
@@ -93,12 +99,12 @@ def test_steady_sliding_and_zeros_with_a_sign(tmp_path: Path) -> None:
     names = [n for n in LAWS if model_of(n).law.rub is None or model_of(n).law.states]
     for i, name in enumerate(names):
         rows = np.column_stack([v, v, np.full(4, 1e-3), np.zeros((4, 5))])
-        put(tmp_path, model_of(name), f"l{i}", rows, BUSY)
-    said = run(tmp_path, *(f"l{i}" for i in range(len(names))))
+        write_law(tmp_path, model_of(name), f"l{i}", rows, BUSY)
+    results = run(tmp_path, *(f"l{i}" for i in range(len(names))))
     for i, name in enumerate(names):
         model = model_of(name)
         want = [model.law.slip(x, model.p) for x in v.tolist()]
-        np.testing.assert_allclose(said[f"l{i}"][:, 2], want, rtol=1e-12, err_msg=name)
+        np.testing.assert_allclose(results[f"l{i}"][:, 2], want, rtol=1e-12, err_msg=name)
 
 
 @needs_octave
@@ -107,11 +113,11 @@ def test_awkward_python_and_the_words_of_the_language(tmp_path: Path) -> None:
     laws = {f"l{i}": own_law(function) for i, function in enumerate(cases.values())}
     rows = np.column_stack([SPEEDS, SPEEDS, np.full((7, 1), 1e-3), np.zeros((7, 5))])
     for name, law in laws.items():
-        put(tmp_path, model_with(law), name, rows, BUSY)
-    said = run(tmp_path, *laws)
+        write_law(tmp_path, model_with(law), name, rows, BUSY)
+    results = run(tmp_path, *laws)
     for case, (name, law) in zip(cases, laws.items(), strict=True):
         want = [law.slip(v, model_with(law).p) for v in SPEEDS]
-        np.testing.assert_allclose(said[name][:, 0], want, rtol=1e-12, atol=1e-12, err_msg=case)
+        np.testing.assert_allclose(results[name][:, 0], want, rtol=1e-12, atol=1e-12, err_msg=case)
 
 
 @needs_octave
@@ -123,17 +129,17 @@ def test_states_and_parameters_go_in_and_out(tmp_path: Path) -> None:
         "[~, z, p] = friction(0); printf('%.17g ', z, p); p(9) = 2 * p(9);"
         "[F, z] = friction(1e-3, 1e-3, z, [], p); printf('%.17g ', F, z)"
     )
-    done = subprocess.run(
+    completed = subprocess.run(
         [str(OCTAVE), "--no-init-file", "--no-history", "--quiet", "--eval", script],
         cwd=tmp_path, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    said = np.array(done.stdout.split(), float)
-    p, out = model.p.copy(), np.zeros(4)
-    np.testing.assert_array_equal(said[:13], [0.0, 0.0, 0.0, 0.0, *p])
+    printed = np.array(completed.stdout.split(), float)
+    p, states = model.p.copy(), np.zeros(4)
+    np.testing.assert_array_equal(printed[:13], [0.0, 0.0, 0.0, 0.0, *p])
     p[8] *= 2.0
     rub: Any = model.law.rub
-    force = rub(1e-3, 1e-3, np.zeros(4), np.zeros(5), p, out)
-    np.testing.assert_allclose(said[13:], [force, *out], rtol=1e-12)
+    force = rub(1e-3, 1e-3, np.zeros(4), np.zeros(5), p, states)
+    np.testing.assert_allclose(printed[13:], [force, *states], rtol=1e-12)
 
 
 def test_all_is_ascii_and_what_a_card_says_stays_in_its_comment() -> None:

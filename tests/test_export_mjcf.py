@@ -40,14 +40,14 @@ WRITTEN = {"frictionloss": "12.5", "damping": "40"}
 
 
 def patched(text: str, joint: str = "x", model: Any = None, **options: bool) -> str:
-    made, _ = mjcf(model or slide(), text.encode(), joint, **options)
-    return made.decode()
+    file, _ = mjcf(model or slide(), text.encode(), joint, **options)
+    return file.decode()
 
 
 def attributes(text: str, joint: str) -> dict[str, str]:
     """Of the one joint of this name, as another parser reads them."""
-    (found,) = [e for e in ET.fromstring(text).iter("joint") if e.get("name") == joint]  # noqa: S314
-    return dict(found.attrib)
+    (element,) = [e for e in ET.fromstring(text).iter("joint") if e.get("name") == joint]  # noqa: S314
+    return dict(element.attrib)
 
 
 def in_body(joint: str) -> str:
@@ -58,16 +58,16 @@ def in_body(joint: str) -> str:
 
 
 def test_a_joint_gets_level_and_damping_and_keeps_the_rest() -> None:
-    made = patched(PLAIN)
-    assert attributes(made, "x") == attributes(PLAIN, "x") | WRITTEN
-    assert made == PLAIN.replace(
+    file = patched(PLAIN)
+    assert attributes(file, "x") == attributes(PLAIN, "x") | WRITTEN
+    assert file == PLAIN.replace(
         'axis="1 0 0"/>', 'axis="1 0 0" frictionloss="12.5" damping="40"/>'
     )
 
 
 def test_a_hinge_takes_a_rotary_card() -> None:
-    made = patched(PLAIN, "turn", hinge())
-    assert attributes(made, "turn") == {
+    file = patched(PLAIN, "turn", hinge())
+    assert attributes(file, "turn") == {
         "name": "turn", "axis": "0 0 1", "frictionloss": "0.5", "damping": "0.02",
     }  # fmt: skip
 
@@ -135,35 +135,35 @@ def test_armature_is_the_rotor_s_and_nothing_else() -> None:
 
 
 def test_firm_is_written_when_asked_for() -> None:
-    made = attributes(patched(PLAIN, firm=True), "x")
-    assert made["solimpfriction"] == "0.9999 0.9999 0.001 0.5 2"
+    written = attributes(patched(PLAIN, firm=True), "x")
+    assert written["solimpfriction"] == "0.9999 0.9999 0.001 0.5 2"
     assert "solimpfriction" not in attributes(patched(PLAIN), "x")
 
 
 # Not another byte.
 
 
-def encoded(text: str, how: str) -> bytes:
-    if how == "utf-8-sig":
+def encoded(text: str, encoding: str) -> bytes:
+    if encoding == "utf-8-sig":
         return text.encode("utf-8-sig")
-    if how == "utf-16-be":
+    if encoding == "utf-16-be":
         return b"\xfe\xff" + text.encode("utf-16-be")
-    if how == "utf-8":
+    if encoding == "utf-8":
         return text.encode()
-    return f'<?xml version="1.0" encoding="{how}"?>\n{text}'.encode(how)
+    return f'<?xml version="1.0" encoding="{encoding}"?>\n{text}'.encode(encoding)
 
 
 @pytest.mark.parametrize(
-    "how", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "iso-8859-1", "cp1252"]
+    "encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "iso-8859-1", "cp1252"]
 )
 @pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
-def test_encodings_and_line_ends_stay(how: str, ends: str) -> None:
+def test_encodings_and_line_ends_stay(encoding: str, ends: str) -> None:
     text = PLAIN.replace('name="car"', 'name="Gerät"').removesuffix("\n")
     tag = '<joint\n  name="x" type="slide"/>'
-    source = encoded(in_body(tag).replace("car", "Gerät").replace("\n", ends), how)
+    source = encoded(in_body(tag).replace("car", "Gerät").replace("\n", ends), encoding)
     expected = '<joint\n  name="x" type="slide" frictionloss="12.5" damping="40"/>'
-    wanted = encoded(in_body(expected).replace("car", "Gerät").replace("\n", ends), how)
-    assert mjcf(slide(), source, "x")[0] == wanted
+    target = encoded(in_body(expected).replace("car", "Gerät").replace("\n", ends), encoding)
+    assert mjcf(slide(), source, "x")[0] == target
     assert text in in_body('<joint name="x" type="slide" axis="1 0 0"/>').replace("car", "Gerät")
 
 
@@ -191,12 +191,12 @@ def attribute(draw: st.DrawFn, name: str, value: str | None = None) -> str:
 @st.composite
 def files(draw: st.DrawFn) -> tuple[str, str, str]:
     """What comes before the joint's tag, the tag, and what comes after."""
-    given = [draw(attribute("name", "x")), draw(attribute("type", "slide"))]
-    others = st.lists(
+    chosen = [draw(attribute("name", "x")), draw(attribute("type", "slide"))]
+    names = st.lists(
         st.sampled_from(["damping", "frictionloss", "info", "pos", "mydamping"]), unique=True
     )
-    given += [draw(attribute(name)) for name in draw(others)]
-    tag = f"<joint{''.join(draw(st.permutations(given)))}{draw(LOOSE)}"
+    chosen += [draw(attribute(name)) for name in draw(names)]
+    tag = f"<joint{''.join(draw(st.permutations(chosen)))}{draw(LOOSE)}"
     tag += draw(st.sampled_from(["/>", "></joint>"]))
     noise = st.lists(NOISE, max_size=4).map("".join)
     head = f"{draw(st.sampled_from(['', '﻿']))}<mujoco>{draw(noise)}<worldbody><body>{draw(noise)}"
@@ -212,15 +212,15 @@ def test_all_bytes_outside_the_tag_stay_whatever_the_file(
     codec = "utf-16-le" if wide else "utf-8"
     if wide:
         head = "﻿" + head.removeprefix("﻿")
-    made = mjcf(slide(), f"{head}{tag}{tail}".encode(codec), "x")[0]
-    assert made.startswith(head.encode(codec))
-    assert made.endswith(tail.encode(codec))
-    within = made[len(head.encode(codec)) : len(made) - len(tail.encode(codec))].decode(codec)
-    before, after = (dict(ET.fromstring(t).attrib) for t in (tag, within))  # noqa: S314
+    file = mjcf(slide(), f"{head}{tag}{tail}".encode(codec), "x")[0]
+    assert file.startswith(head.encode(codec))
+    assert file.endswith(tail.encode(codec))
+    patched_tag = file[len(head.encode(codec)) : len(file) - len(tail.encode(codec))].decode(codec)
+    before, after = (dict(ET.fromstring(t).attrib) for t in (tag, patched_tag))  # noqa: S314
     assert after == before | WRITTEN
     # Within the tag too nothing goes but the two values: what is left is in the same order.
-    left = re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", within)
-    assert left == re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", tag)
+    remainder = re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", patched_tag)
+    assert remainder == re.sub(r"\s+(damping|frictionloss)\s*=\s*(\"[^\"]*\"|'[^']*')", "", tag)
 
 
 def test_a_patched_file_is_patched_again_to_the_same() -> None:
@@ -322,36 +322,36 @@ def test_the_type_may_come_from_a_class(tag: str, says: str | None) -> None:
 
 def test_defaults_without_a_class_hold_for_all() -> None:
     main = '<default class="main"><joint type="slide"/></default><default/><worldbody>'
-    made = patched(in_body('<joint name="x"/>').replace("<worldbody>", main))
-    assert attributes(made, "x") == {"name": "x", **WRITTEN}
+    file = patched(in_body('<joint name="x"/>').replace("<worldbody>", main))
+    assert attributes(file, "x") == {"name": "x", **WRITTEN}
 
 
 # What is lost.
 
 
-def said(model: Any, text: str = PLAIN, joint: str = "x", **options: bool) -> str:
+def notes(model: Any, text: str = PLAIN, joint: str = "x", **options: bool) -> str:
     return "\n".join(mjcf(model, text.encode(), joint, **options)[1])
 
 
 def test_a_law_of_two_numbers_loses_nothing() -> None:
-    told = said(slide())
-    assert "sliding friction is the card's own, at speeds from 0 mm/s to 500 mm/s" in told
-    assert "is not held" not in told
-    assert "pulled" not in told
+    text = notes(slide())
+    assert "sliding friction is the card's own, at speeds from 0 mm/s to 500 mm/s" in text
+    assert "is not held" not in text
+    assert "pulled" not in text
 
 
 def test_a_stribeck_axis_loses_its_peak_and_its_jumps() -> None:
-    told = said(sticking())
+    text = notes(sticking())
     # The best two numbers by hand: the normal equations of a dense, even grid.
     v = np.linspace(0, 0.2, 200_001)[1:]
     F = 12 + 8 * np.exp(-v / 0.01) + 40 * v
     (level, damping), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), F)
     error = level + damping * v - F
     rms = float(np.sqrt(np.mean(error**2)))
-    assert f"off by {rms:.3g} N RMS" in told
-    assert f"static friction of 20 N is not held: the axis breaks away at {level:.4g} N" in told
-    assert re.search(r"the card's axis breaks away at 20\.0?\d* N and then jumps by", told)
-    assert re.search(r"the file's breaks away at 13\.\d+ N and then slides evenly", told)
+    assert f"off by {rms:.3g} N RMS" in text
+    assert f"static friction of 20 N is not held: the axis breaks away at {level:.4g} N" in text
+    assert re.search(r"the card's axis breaks away at 20\.0?\d* N and then jumps by", text)
+    assert re.search(r"the file's breaks away at 13\.\d+ N and then slides evenly", text)
 
 
 def test_the_two_numbers_are_the_best_two() -> None:
@@ -373,12 +373,12 @@ def test_the_two_numbers_are_the_best_two() -> None:
 def test_the_largest_error_is_looked_for_beside_rest() -> None:
     """A peak that is narrower than the spacing of even speeds is lost, and that is said."""
     law, p = LAWS["stribeck"], np.array([20.0, 12.0, 40.0, 2e-4, 1.0])
-    found = coulomb_viscous(law, p, (0.0, 0.2), rotary=False)
+    line = coulomb_viscous(law, p, (0.0, 0.2), rotary=False)
     v = np.geomspace(2e-5, 0.2, 100_001)
     friction = 12.0 + 8.0 * np.exp(-v / 2e-4) + 40.0 * v
-    error = np.abs(found["F_C"] + found["F_V"] * v - friction)
-    assert found.worst == pytest.approx(error.max(), rel=1e-3)
-    assert abs(found.worst_at) < 3e-5
+    error = np.abs(line["F_C"] + line["F_V"] * v - friction)
+    assert line.worst == pytest.approx(error.max(), rel=1e-3)
+    assert abs(line.worst_at) < 3e-5
 
 
 @pytest.mark.parametrize(
@@ -401,8 +401,8 @@ def test_what_no_symmetric_curve_has_is_named(
 ) -> None:
     rig = "cylinder" if law == "coulomb-load" else "forced"
     model = model_of(rig, law, {"M": 10.0, "offset": 0.0, "b": 0.0, **values})
-    assert re.search(says, said(model))
-    assert not re.search(says, said(slide()))
+    assert re.search(says, notes(model))
+    assert not re.search(says, notes(slide()))
 
 
 @pytest.mark.parametrize(
@@ -417,8 +417,8 @@ def test_what_no_symmetric_curve_has_is_named(
     ],
 )  # fmt: skip
 def test_what_else_has_a_say_is_named(text: str, says: str) -> None:
-    assert re.search(says, said(slide(), text))
-    assert not re.search(says, said(slide()))
+    assert re.search(says, notes(slide(), text))
+    assert not re.search(says, notes(slide()))
 
 
 def test_a_parameter_that_the_card_doubts_is_named() -> None:
@@ -428,13 +428,13 @@ def test_a_parameter_that_the_card_doubts_is_named() -> None:
         for n in ("F_V", "offset")
     }
     doubted = as_model(card.model_copy(update={"parameters": parameters}))
-    assert "the card calls F_V not identifiable" in said(doubted)  # the offset is no friction
-    assert "not identifiable" not in said(slide())
+    assert "the card calls F_V not identifiable" in notes(doubted)  # the offset is no friction
+    assert "not identifiable" not in notes(slide())
 
 
 def test_speeds_that_nobody_said_are_said_to_be_assumed() -> None:
-    assert "(assumed: the card does not say its speeds)" in said(slide(speeds=None))
-    assert "assumed" not in said(slide())
+    assert "(assumed: the card does not say its speeds)" in notes(slide(speeds=None))
+    assert "assumed" not in notes(slide())
 
 
 def test_what_a_pull_tells_is_the_closed_form() -> None:
@@ -493,7 +493,7 @@ def test_creep_at_rest_is_what_is_said(firm: bool) -> None:
     assert data.qvel[0] == pytest.approx(
         creep(6.25 - 40.0 * data.qvel[0], 10.0, firm=firm), rel=1e-3
     )
-    assert f"creeps at {1e3 * creep(6.25, 10.0, firm=firm):.3g} mm/s" in said(slide(), firm=firm)
+    assert f"creeps at {1e3 * creep(6.25, 10.0, firm=firm):.3g} mm/s" in notes(slide(), firm=firm)
 
 
 def test_a_joint_file_knows_where_its_elements_end() -> None:
@@ -512,8 +512,8 @@ def bristled(text: str = PLAIN, model: Any = None) -> str:
 
 
 def motor(text: str) -> dict[str, str]:
-    (found,) = ET.fromstring(text).iter("dcmotor")  # noqa: S314
-    return dict(found.attrib)
+    (element,) = ET.fromstring(text).iter("dcmotor")  # noqa: S314
+    return dict(element.attrib)
 
 
 @pytest.mark.parametrize(
@@ -526,29 +526,29 @@ def motor(text: str) -> dict[str, str]:
 )
 def test_the_motor_stands_last_among_the_actuators(actuators: str, before: str) -> None:
     text = PLAIN.replace("</mujoco>", f"{actuators}</mujoco>")
-    made = bristled(text)
-    put = re.search(r"<dcmotor[^>]*/>", made)
-    assert put is not None
-    assert made[: put.start()].endswith(before)
-    rest = made.replace(put[0], "").replace("<actuator></actuator>", actuators)
-    assert rest.replace(' frictionloss="0" damping="35.2527"', "") == text
-    assert motor(made)["joint"] == "x"
+    file = bristled(text)
+    element = re.search(r"<dcmotor[^>]*/>", file)
+    assert element is not None
+    assert file[: element.start()].endswith(before)
+    remainder = file.replace(element[0], "").replace("<actuator></actuator>", actuators)
+    assert remainder.replace(' frictionloss="0" damping="35.2527"', "") == text
+    assert motor(file)["joint"] == "x"
 
 
 def test_a_lugre_card_is_written_as_it_is() -> None:
     p = {"sigma_0": 1e5, "sigma_1": 300.0, "F_S": 20.0, "F_C": 12.0, "v_s": 0.01, "F_V": 40.0}
     model = model_of("forced", "lugre", {**p, "M": 10.0, "offset": 0.0}, (-0.2, 0.2))
-    made = bristled(model=model)
-    assert attributes(made, "x")["damping"] == "40"
-    assert [float(v) for v in motor(made)["lugre"].split()] == pytest.approx(
+    file = bristled(model=model)
+    assert attributes(file, "x")["damping"] == "40"
+    assert [float(v) for v in motor(file)["lugre"].split()] == pytest.approx(
         [1e5, 300.0, 12.0, 20.0, 0.01], rel=1e-5
     )
     # Bristles too stiff for the time step are made softer, and that is no secret.
     stiff = model_of("forced", "lugre", {**p, "sigma_0": 1e7, "M": 10.0, "offset": 0.0})
     assert motor(bristled(model=stiff))["lugre"].split()[0] == "100000"
-    assert "its bristles (1e+05 N/m)" in said(stiff, lugre=True)
-    fine = PLAIN.replace("<option ", '<option timestep="0.0002" ')
-    assert motor(bristled(fine, stiff))["lugre"].split()[0] == "1e+07"
+    assert "its bristles (1e+05 N/m)" in notes(stiff, lugre=True)
+    small_step = PLAIN.replace("<option ", '<option timestep="0.0002" ')
+    assert motor(bristled(small_step, stiff))["lugre"].split()[0] == "1e+07"
 
 
 @pytest.mark.parametrize(
@@ -573,8 +573,8 @@ def test_bristles_need_a_law_that_sticks() -> None:
 
 def test_any_name_is_written_so_that_it_is_read_again() -> None:
     tag = "<joint name='é\"&lt;&amp;' type='slide'/>"
-    made, _ = mjcf(sticking(), in_body(tag).encode("utf-16"), 'é"<&', lugre=True)
-    assert motor(made.decode("utf-16"))["joint"] == 'é"<&'
+    file, _ = mjcf(sticking(), in_body(tag).encode("utf-16"), 'é"<&', lugre=True)
+    assert motor(file.decode("utf-16"))["joint"] == 'é"<&'
 
 
 def test_mujoco_has_the_drop_with_bristles() -> None:
@@ -608,9 +608,9 @@ def test_bristles_rest_in_mujoco_and_break_away_where_the_card_does() -> None:
             data.qfrc_applied[0] = force
             mujoco.mj_step(model, data)
         mujoco.mj_step(model, data, 1000)
-        held = float(data.qpos[0])
+        position = float(data.qpos[0])
         mujoco.mj_step(model, data, 3000)
-        assert abs(data.qpos[0] - held) < 1e-6
+        assert abs(data.qpos[0] - position) < 1e-6
         data.qfrc_applied[0] = 20.5
         mujoco.mj_step(model, data, 3000)
         assert data.qvel[0] > 0.1

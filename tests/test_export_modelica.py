@@ -31,48 +31,50 @@ def text_of(model: Model, compensator: Compensator | None = None) -> str:
 
 
 def walked(
-    model: Model, block: Block, of: CheckVectors, out: str, *, reference: bool
+    model: Model, block: Block, vectors: CheckVectors, output: str, *, reference: bool
 ) -> list[float]:
     """What a block puts out at the instants of a walk whose sample times are the block's h."""
     read = (*model.law.loads, *model.law.terms)
-    said = []
-    for (v, v_ref, h), row in zip(of.inputs.tolist(), of.loads.tolist(), strict=True):
+    values = []
+    for (v, v_ref, h), row in zip(vectors.inputs.tolist(), vectors.loads.tolist(), strict=True):
         if "h" in block.values:
             block.values["h"] = h
         loads = {f"load_{x}": row[i] for i, x in enumerate(LOADS) if x in read}
         block.step(v=v, **({"v_ref": v_ref} if reference else {}), **loads)
-        said.append(block.values[out])
-    return said
+        values.append(block.values[output])
+    return values
 
 
-def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
+def agrees(model: Model, computed: list[float], expected: Any, floor: float) -> None:
     tolerance = 1e-9 if model.law.states else 1e-12
-    np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
+    np.testing.assert_array_less(
+        np.abs(computed - expected), tolerance * (np.abs(expected) + floor)
+    )
 
 
 @pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
 def test_the_blocks_say_what_the_law_says(name: str) -> None:
     model = model_of(name)
     for seed, compensator in enumerate((BUSY, Compensator(feedback=False))):
-        of = check_vectors(model, compensator, 200, seed)
+        vectors = check_vectors(model, compensator, 200, seed)
         package = Package(text_of(model, compensator), "Friction")
-        law = walked(model, Block(package, "Law"), of, "force", reference=False)
-        agrees(model, law, of.forces, of.floor)
-        u = walked(model, Block(package, "Compensator"), of, "u", reference=True)
-        agrees(model, u, of.outputs, of.floor)
+        law = walked(model, Block(package, "Law"), vectors, "force", reference=False)
+        agrees(model, law, vectors.forces, vectors.floor)
+        u = walked(model, Block(package, "Compensator"), vectors, "u", reference=True)
+        agrees(model, u, vectors.outputs, vectors.floor)
 
 
 @pytest.mark.parametrize(
-    ("name", "law", "own"), [("expm1", "lugre", math.expm1), ("log1p", "dahl", math.log1p)]
+    ("name", "law", "function"), [("expm1", "lugre", math.expm1), ("log1p", "dahl", math.log1p)]
 )
 def test_own_mathematics_is_right_to_the_last_places(
-    name: str, law: str, own: Callable[[float], float]
+    name: str, law: str, function: Callable[[float], float]
 ) -> None:
     package = Package(text_of(model_of(law)), "Friction")
     small = 10.0 ** np.linspace(-20.0, math.log10(0.999), 400)
     for x in (*small.tolist(), *(-small).tolist(), 0.0, 0.25, -0.25, 0.5, -0.5):
-        (got,) = package.call(name, [x])
-        assert got == pytest.approx(own(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
+        (value,) = package.call(name, [x])
+        assert value == pytest.approx(function(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
 
 
 def test_a_law_with_states_is_sampled_at_the_end_of_each_span() -> None:
@@ -100,8 +102,8 @@ def test_awkward_python_keeps_its_meaning(case: str) -> None:
     block = Block(Package(text_of(model_with(law)), "Friction"), "Law")
     for v in (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0):
         block.step(v=v)
-        wanted = law.slip(v, model_with(law).p)
-        assert block.values["force"] == pytest.approx(wanted, rel=1e-12, abs=1e-12), v
+        expected = law.slip(v, model_with(law).p)
+        assert block.values["force"] == pytest.approx(expected, rel=1e-12, abs=1e-12), v
 
 
 def test_names_that_are_words_of_the_language() -> None:
@@ -109,8 +111,8 @@ def test_names_that_are_words_of_the_language() -> None:
     block = Block(Package(text_of(model_with(law)), "Friction"), "Law")
     for v in (-0.02, 0.0, 0.3):
         block.step(v=v)
-        wanted = law.slip(v, model_with(law).p)
-        assert block.values["force"] == pytest.approx(wanted, rel=1e-12)
+        expected = law.slip(v, model_with(law).p)
+        assert block.values["force"] == pytest.approx(expected, rel=1e-12)
 
 
 def test_no_string_ends_early_and_all_is_ascii() -> None:

@@ -86,14 +86,14 @@ def without_comments(text: str) -> str:
     return "\n".join(line for line in bare.split("\n") if line.strip()) + "\n"
 
 
-def both(model: Model, compensator: Compensator | None = None) -> tuple[bytes, str]:
+def xml_and_text(model: Model, compensator: Compensator | None = None) -> tuple[bytes, str]:
     xml = plcopen(model, compensator=compensator)["Friction.xml"]
     return xml, st(model, compensator=compensator)["Friction.st"].decode()
 
 
 @pytest.mark.parametrize("name", [*LAWS, *MORE])
 def test_the_file_is_valid_and_says_what_the_text_says(name: str) -> None:
-    xml, text = both(model_of(name), Compensator(feedback=True, limit=1e-7))
+    xml, text = xml_and_text(model_of(name), Compensator(feedback=True, limit=1e-7))
     schema().assertValid(etree.fromstring(xml))
     assert text_again(xml) == without_comments(text)
     project = STRICT.from_bytes(xml, Project)
@@ -102,7 +102,7 @@ def test_the_file_is_valid_and_says_what_the_text_says(name: str) -> None:
 
 
 def test_the_schema_can_say_no() -> None:
-    xml, _ = both(model_of("stribeck"))
+    xml, _ = xml_and_text(model_of("stribeck"))
     for old, new in (
         (b'<dimension lower="0"', b'<dimension lower="a"'),
         (b"<LREAL />", b"<LREALS />"),
@@ -115,7 +115,7 @@ def test_the_schema_can_say_no() -> None:
 
 
 def test_the_same_card_gives_the_same_file() -> None:
-    assert both(model_of("lugre")) == both(model_of("lugre"))
+    assert xml_and_text(model_of("lugre")) == xml_and_text(model_of("lugre"))
 
 
 def test_names_and_words_that_could_break_the_file() -> None:
@@ -124,7 +124,7 @@ def test_names_and_words_that_could_break_the_file() -> None:
     assert xml.isascii()
     assert b"rig Fuhrung -1 * ) ( * * / / * ]]&gt; &lt;b&gt; &amp;" in xml
     model = model_with(own_law(HOSTILE))
-    xml, text = both(model)
+    xml, text = xml_and_text(model)
     schema().assertValid(etree.fromstring(xml))
     assert text_again(xml) == without_comments(text)
     block = Controller(text_again(xml)).instance("Friction")

@@ -39,21 +39,21 @@ def loads_of(model: Model, row: Any) -> dict[str, float]:
     return {f"load_{x}": float(row[i]) for i, x in enumerate(LOADS) if x in read}
 
 
-def law_on(block: Instance, model: Model, of: CheckVectors) -> list[float]:
+def law_on(block: Instance, model: Model, vectors: CheckVectors) -> list[float]:
     """What the law's block says to the rows of a walk, one after the other."""
-    said = []
-    for (v, _, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
+    forces = []
+    for (v, _, h), loads in zip(vectors.inputs.tolist(), vectors.loads, strict=True):
         block(v=v, **({"h": h} if model.law.states else {}), **loads_of(model, loads))
-        said.append(block.output("force"))
-    return said
+        forces.append(block.output("force"))
+    return forces
 
 
-def compensator_on(block: Instance, model: Model, of: CheckVectors) -> list[float]:
-    said = []
-    for (v, v_ref, h), loads in zip(of.inputs.tolist(), of.loads, strict=True):
+def compensator_on(block: Instance, model: Model, vectors: CheckVectors) -> list[float]:
+    outputs = []
+    for (v, v_ref, h), loads in zip(vectors.inputs.tolist(), vectors.loads, strict=True):
         block(v=v, v_ref=v_ref, h=h, **loads_of(model, loads))
-        said.append(block.output("u"))
-    return said
+        outputs.append(block.output("u"))
+    return outputs
 
 
 def settings_of(compensator: Compensator) -> dict[str, float | bool]:
@@ -62,17 +62,24 @@ def settings_of(compensator: Compensator) -> dict[str, float | bool]:
     return {**named, "feedback": compensator.feedback}
 
 
-def agrees(model: Model, said: list[float], wanted: Any, floor: float) -> None:
+def agrees(model: Model, computed: list[float], expected: Any, floor: float) -> None:
     tolerance = 1e-9 if model.law.states else 1e-12
-    np.testing.assert_array_less(np.abs(said - wanted), tolerance * (np.abs(wanted) + floor))
+    np.testing.assert_array_less(
+        np.abs(computed - expected), tolerance * (np.abs(expected) + floor)
+    )
 
 
 @pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
 def test_a_controller_says_what_the_law_says(name: str) -> None:
     model, controller = model_of(name), Controller(text_of(name))
     for compensator, rows, seed in ((PLAIN, 256, 0), (BUSY, 600, 1)):
-        of = check_vectors(model, compensator, rows, seed)
-        agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
+        vectors = check_vectors(model, compensator, rows, seed)
+        agrees(
+            model,
+            law_on(controller.instance("Friction"), model, vectors),
+            vectors.forces,
+            vectors.floor,
+        )
         block = controller.instance("Friction_compensator")
         if compensator is BUSY:
             with pytest.raises(IecError, match="no input"):
@@ -83,7 +90,7 @@ def test_a_controller_says_what_the_law_says(name: str) -> None:
             block = controller.instance("Friction_compensator")
             for key, value in settings_of(compensator).items():
                 block.write(key, value)
-        agrees(model, compensator_on(block, model, of), of.outputs, of.floor)
+        agrees(model, compensator_on(block, model, vectors), vectors.outputs, vectors.floor)
 
 
 @pytest.mark.parametrize("name", ["lugre", "elasto-plastic", "gms", "stribeck", "bam-m4"])
@@ -92,12 +99,17 @@ def test_a_smooth_motion_with_reversals(name: str) -> None:
     t = 1e-3 * np.arange(800)
     v = 2e-3 * np.sin(2 * np.pi * 2.5 * t) + 4e-4 * np.sin(2 * np.pi * 31.0 * t)
     loads = np.column_stack([20.0 * np.sin(3.0 * t), 5.0 * np.cos(7.0 * t), *np.ones((3, 800))])
-    of = walk(model, BUSY, np.column_stack([v, v, np.full(800, 1e-3)]), loads)
-    agrees(model, law_on(controller.instance("Friction"), model, of), of.forces, of.floor)
+    vectors = walk(model, BUSY, np.column_stack([v, v, np.full(800, 1e-3)]), loads)
+    agrees(
+        model,
+        law_on(controller.instance("Friction"), model, vectors),
+        vectors.forces,
+        vectors.floor,
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "law", "own"),
+    ("name", "law", "function"),
     [
         ("expm1", "lugre", math.expm1),
         ("log1p", "dahl", math.log1p),
@@ -105,14 +117,14 @@ def test_a_smooth_motion_with_reversals(name: str) -> None:
     ],
 )
 def test_own_mathematics_is_right_to_the_last_places(
-    name: str, law: str, own: Callable[[float], float]
+    name: str, law: str, function: Callable[[float], float]
 ) -> None:
     controller = Controller(text_of(law))
     small = 10.0 ** np.linspace(-20.0, math.log10(0.999), 400)
     large = [] if name == "log1p" else [-700.0, -21.0, -20.0, 20.0, 21.0, 300.0]
     for x in (*small.tolist(), *(-small).tolist(), 0.0, 0.25, -0.25, 0.5, -0.5, *large):
-        got = controller.call(f"Friction_{name}", float(x))
-        assert got == pytest.approx(own(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
+        value = controller.call(f"Friction_{name}", float(x))
+        assert value == pytest.approx(function(x), rel=2e-15 if abs(x) < 0.5 else 4e-15, abs=0.0), x
 
 
 def test_parameters_are_the_identified_ones_and_can_be_retuned() -> None:
@@ -139,11 +151,11 @@ def test_states_are_kept_relaxed_and_left_alone() -> None:
     first = block.output("force")
     block(v=1e-3, h=1e-4)
     assert block.output("force") > first
-    kept = list(block.value("z"))
+    states = list(block.value("z"))
     block(v=1e-3, h=1e-4, steady=True)
     model = model_of("lugre")
     assert block.output("force") == pytest.approx(model.law.slip(1e-3, model.p), rel=1e-12)
-    assert block.value("z") == kept
+    assert block.value("z") == states
     block(v=1e-3, h=1e-4, steady=False, reset=True)
     assert block.output("force") == first
 
@@ -163,10 +175,10 @@ def test_a_disabled_compensator_forgets() -> None:
 
 def test_two_instances_share_nothing() -> None:
     controller = Controller(text_of("dahl"))
-    one, other = controller.instance("Friction"), controller.instance("Friction")
-    one(v=1e-3, h=1e-3)
-    other(v=-1e-3, h=1e-3)
-    assert one.output("force") == -other.output("force")
+    first, second = controller.instance("Friction"), controller.instance("Friction")
+    first(v=1e-3, h=1e-3)
+    second(v=-1e-3, h=1e-3)
+    assert first.output("force") == -second.output("force")
 
 
 @pytest.mark.parametrize("case", list(AWKWARD))
@@ -176,8 +188,8 @@ def test_awkward_python_keeps_its_meaning(case: str) -> None:
     block = controller.instance("Friction")
     for v in (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0):
         block(v=v)
-        wanted = law.slip(v, model_with(law).p)
-        assert block.output("force") == pytest.approx(wanted, rel=1e-12, abs=1e-12), v
+        expected = law.slip(v, model_with(law).p)
+        assert block.output("force") == pytest.approx(expected, rel=1e-12, abs=1e-12), v
 
 
 @pytest.mark.parametrize("name", [*LAWS, "calls", "conditions"])

@@ -20,42 +20,42 @@ def off(side: DirectionTable, v: np.ndarray, want: np.ndarray) -> float:
 @pytest.mark.parametrize("points", [5, 16, 20])
 def test_the_stated_error_is_that_of_a_fine_look_at_the_curve(law: str, points: int) -> None:
     model = model_of(law)
-    made = table(model, points, 0.1)
+    lookup = table(model, points, 0.1)
     v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 20_001), np.linspace(0.0, 0.1, 20_001)])
     want = model.law.friction(v, model.p)
-    assert len(made.plus.speeds) <= points
-    assert made.plus.speeds[0] == 0.0
-    assert made.plus.speeds[-1] == pytest.approx(0.1)
-    assert off(made.plus, v, want) == pytest.approx(made.plus.worst, rel=0.03)
+    assert len(lookup.plus.speeds) <= points
+    assert lookup.plus.speeds[0] == 0.0
+    assert lookup.plus.speeds[-1] == pytest.approx(0.1)
+    assert off(lookup.plus, v, want) == pytest.approx(lookup.plus.worst, rel=0.03)
 
 
 @pytest.mark.parametrize("law", ["stribeck", "stribeck-rational", "lugre"])
 def test_no_drive_finds_more_than_the_stated_error(law: str) -> None:
     model = model_of(law)
-    made = table(model, 20, 0.1)
+    lookup = table(model, 20, 0.1)
     v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 300_001), np.linspace(0.0, 0.1, 300_001)])
-    worst = off(made.plus, v, model.law.friction(v, model.p))
-    assert worst == pytest.approx(made.plus.worst, rel=2e-4)
+    worst = off(lookup.plus, v, model.law.friction(v, model.p))
+    assert worst == pytest.approx(lookup.plus.worst, rel=2e-4)
 
 
 @pytest.mark.parametrize("points", [5, 16, 20])
 def test_points_stand_where_evenly_spaced_ones_would_be_many_times_worse(points: int) -> None:
     model = model_of("stribeck")
-    made = table(model, points, 0.1)
+    lookup = table(model, points, 0.1)
     v = np.linspace(0.0, 0.1, 40_001)
     want = model.law.friction(v, model.p)
     evenly = np.linspace(0.0, 0.1, points)
     plain = np.abs(np.interp(v, evenly, model.law.friction(evenly, model.p)) - want).max()
-    assert off(made.plus, v, want) < 0.25 * plain
+    assert off(lookup.plus, v, want) < 0.25 * plain
 
 
 def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
     model = model_of("stribeck")
-    made = table(model, 4, 0.1)
+    lookup = table(model, 4, 0.1)
     v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 2_001), np.linspace(0.0, 0.1, 2_001)])
     v.sort()
     want = model.law.friction(v, model.p)
-    scale = made.plus.speeds[1:3], made.plus.levels
+    scale = lookup.plus.speeds[1:3], lookup.plus.levels
 
     def worst(x: np.ndarray) -> float:
         inner = scale[0] * np.exp(x[:2])
@@ -70,7 +70,7 @@ def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
         method="Nelder-Mead",
         options={"maxiter": 4000, "maxfev": 4000, "xatol": 1e-9, "fatol": 1e-9},
     )
-    assert best.fun > 0.9 * made.plus.worst
+    assert best.fun > 0.9 * lookup.plus.worst
 
 
 def test_a_straight_law_has_no_error_and_directions_have_tables_of_their_own() -> None:
@@ -78,25 +78,25 @@ def test_a_straight_law_has_no_error_and_directions_have_tables_of_their_own() -
     assert straight.symmetric
     assert straight.plus.worst == pytest.approx(0.0, abs=1e-9)
     model = model_of("coulomb-viscous-directional")
-    made = table(model, 3, 0.1)
-    assert not made.symmetric
-    for side, sign in ((made.plus, 1.0), (made.minus, -1.0)):
+    lookup = table(model, 3, 0.1)
+    assert not lookup.symmetric
+    for side, sign in ((lookup.plus, 1.0), (lookup.minus, -1.0)):
         want = sign * model.law.friction(sign * side.speeds[1:], model.p)
         assert side.levels[1:] == pytest.approx(want, rel=1e-9)
-    assert not np.allclose(made.plus.levels, made.minus.levels, rtol=1e-3)
+    assert not np.allclose(lookup.plus.levels, lookup.minus.levels, rtol=1e-3)
 
 
 def test_the_file_reads_back_as_the_table_and_states_its_error() -> None:
     model = model_of("stribeck")
-    made = table(model, 16, 0.1)
-    said = text(model, made)
-    lines = [line for line in said.splitlines() if not line.startswith("#")]
+    lookup = table(model, 16, 0.1)
+    file = text(model, lookup)
+    lines = [line for line in file.splitlines() if not line.startswith("#")]
     read = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
     assert lines[0] == "speed / (mm/s),friction / (N)"
-    assert read[:, 0] == pytest.approx(1e3 * made.plus.speeds, rel=1e-8)
-    assert read[:, 1] == pytest.approx(made.plus.levels, rel=1e-8)
-    assert f"greatest error {made.plus.worst:.3g} N" in said
-    assert "SI throughout, but for the speeds of the table: mm/s." in said
+    assert read[:, 0] == pytest.approx(1e3 * lookup.plus.speeds, rel=1e-8)
+    assert read[:, 1] == pytest.approx(lookup.plus.levels, rel=1e-8)
+    assert f"greatest error {lookup.plus.worst:.3g} N" in file
+    assert "SI throughout, but for the speeds of the table: mm/s." in file
 
 
 @pytest.mark.parametrize(

@@ -42,26 +42,26 @@ def patched(text: str, joint: str = "x", model: Any = None) -> str:
 def dynamics(text: str, joint: str) -> list[dict[str, str]]:
     """Of the robot's joint of this name, as another parser reads them."""
     robot = ET.fromstring(text)  # noqa: S314
-    (found,) = [e for e in robot.findall("joint") if e.get("name") == joint]
-    return [dict(e.attrib) for e in found.findall("dynamics")]
+    (element,) = [e for e in robot.findall("joint") if e.get("name") == joint]
+    return [dict(e.attrib) for e in element.findall("dynamics")]
 
 
 # What is written.
 
 
 def test_a_joint_without_dynamics_gets_them_on_a_line_of_their_own() -> None:
-    made = patched(ROBOT)
+    file = patched(ROBOT)
     before = '<joint name="x" type="prismatic">\n'
-    assert made == ROBOT.replace(
+    assert file == ROBOT.replace(
         before, f'{before}    <dynamics damping="40" friction="12.5"/>\n', 1
     )
-    assert dynamics(made, "x") == [{"damping": "40", "friction": "12.5"}]
-    assert dynamics(made, "turn") == dynamics(ROBOT, "turn")
+    assert dynamics(file, "x") == [{"damping": "40", "friction": "12.5"}]
+    assert dynamics(file, "turn") == dynamics(ROBOT, "turn")
 
 
 def test_dynamics_that_are_there_get_other_values() -> None:
-    made = patched(ROBOT, "turn", hinge())
-    assert made == ROBOT.replace(
+    file = patched(ROBOT, "turn", hinge())
+    assert file == ROBOT.replace(
         "<dynamics friction=\"9\" damping='8'/>", "<dynamics friction=\"0.5\" damping='0.02'/>"
     )
 
@@ -124,19 +124,19 @@ OWN = st.sampled_from(
     st.sampled_from(["utf-8", "utf-8-sig", "utf-16"]),
 )
 def test_all_bytes_outside_the_dynamics_stay_whatever_the_file(
-    head: str, before: str, own: str, after: str, tail: str, how: str
+    head: str, before: str, dynamics_tag: str, after: str, tail: str, encoding: str
 ) -> None:
     opens, closes = f"<robot>{head}<joint name='x' type='prismatic'>", f"</joint>{tail}</robot>"
-    text = f"{opens}{before}{own}{after}{closes}"
-    made = urdf(slide(), text.encode(how), "x")[0].decode(how)
-    assert dynamics(made, "x") == [{"damping": "40", "friction": "12.5"}]
-    if own:
-        assert made.startswith(opens + before)
-        assert made.endswith(after + closes)
+    text = f"{opens}{before}{dynamics_tag}{after}{closes}"
+    file = urdf(slide(), text.encode(encoding), "x")[0].decode(encoding)
+    assert dynamics(file, "x") == [{"damping": "40", "friction": "12.5"}]
+    if dynamics_tag:
+        assert file.startswith(opens + before)
+        assert file.endswith(after + closes)
     else:  # put in behind the blanks at the joint's beginning, which it repeats
         blank = re.match(r"\s*", before + after + "<").group()  # type: ignore[union-attr]
-        assert made == f"{opens}{blank}{PUT}{before}{after}{closes}"
-    assert made.encode(how) == urdf(slide(), made.encode(how), "x")[0]
+        assert file == f"{opens}{blank}{PUT}{before}{after}{closes}"
+    assert file.encode(encoding) == urdf(slide(), file.encode(encoding), "x")[0]
 
 
 # Which joint.
@@ -185,9 +185,9 @@ def test_a_prismatic_joint_is_no_place_for_a_rotary_card() -> None:
 
 
 def test_a_joint_of_a_macro_is_patched_with_a_word() -> None:
-    made, said = urdf(slide(), XACRO.encode(), "z")
-    assert '<joint name="z" type="prismatic"><dynamics damping="40" friction="12.5"/>' in str(made)
-    assert any("macro of xacro: each use of it" in line for line in said)
+    file, notes = urdf(slide(), XACRO.encode(), "z")
+    assert '<joint name="z" type="prismatic"><dynamics damping="40" friction="12.5"/>' in str(file)
+    assert any("macro of xacro: each use of it" in line for line in notes)
     assert not any("macro" in line for line in urdf(slide(), ROBOT.encode(), "x")[1])
 
 
@@ -198,9 +198,9 @@ def test_a_joint_that_mimics_is_said_to() -> None:
 
 
 def test_what_is_lost_is_said_as_for_mujoco() -> None:
-    said = "\n".join(urdf(sticking(), ROBOT.encode(), "x")[1])
-    assert "static friction of 20 N is not held" in said
-    assert "creeps" not in said  # that is MuJoCo's own
+    notes = "\n".join(urdf(sticking(), ROBOT.encode(), "x")[1])
+    assert "static friction of 20 N is not held" in notes
+    assert "creeps" not in notes  # that is MuJoCo's own
 
 
 def test_mujoco_reads_what_was_written() -> None:
