@@ -1,9 +1,9 @@
-"""Real axes: what comes out, beside what others published.
+"""Results on real axes, beside published ones.
 
     python benchmarks/run.py --only axes
 
-What is found is kept in axes.json as it is found: an interrupted run goes on where it stopped, and
-a part is measured anew after its keys have been taken out of that file. The recordings are not
+Each result goes to axes.json at once: an interrupted run continues there, and a part is measured
+again after its keys have been taken out of that file. The recordings are not
 part of the repository: `../shared/data` beside it, see docs/axes.md.
 """
 
@@ -30,7 +30,7 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
 
 
 def _kept(file: Path) -> Callable[[str, Callable[[], Any]], Any]:
-    """What a key stands for, measured if the file does not say."""
+    """Results by key, read from a file or measured."""
 
     def keep(key: str, measurement: Callable[[], Any]) -> Any:
         results = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}

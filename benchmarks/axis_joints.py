@@ -37,7 +37,7 @@ DATA = Path(__file__).parents[2] / "shared" / "data" / "openarm"
 GAINS = {1: (115.0, 5.0), 3: (35.0, 2.2), 4: (40.0, 2.0)}
 #: Share of the feedback that acts, and the longest step: the held torque has no stiffness.
 GAIN, STEP = 0.2, 20.0
-#: cos q tells nothing that a constant does not where a joint moves over a few tenths of a radian.
+#: Over a few tenths of a radian cos q cannot be told from a constant.
 FIXED = {"g_cos": 0.0}
 BOUNDS = {
     "J": (0.01, 1.0), "g_sin": (-12.0, 12.0), "g_0": (-2.0, 2.0), "F_S": (0.0, 2.0),
@@ -62,13 +62,13 @@ MODELS = {
     "Stribeck, exponent 2, directional": Model("stribeck-gauss-directional"),
 }
 ROADS = {"whole": False, "rest to rest": True}
-#: What the tables call them.
+#: Their names in the tables.
 WORDS = {"whole": "whole", "rest to rest": "legs"}
 #: Slips shorter than this are creep, rad.
 SHORTEST = 4e-3
 #: Seeds of the known axes.
 SEEDS = (1, 2)
-#: Whether their breakaway scatters, by what they are called.
+#: Whether their breakaway scatters, by their name in the file.
 KINDS = {"scattered": 1.0, "steady": 0.0}
 
 Keep = Callable[[str, Callable[[], Any]], Any]
@@ -82,7 +82,7 @@ class Half(NamedTuple):
 
 
 def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
-    """Whatever has been kept is not measured again."""
+    """All results of the joints; those on file are not measured again."""
     if not DATA.exists():
         return {}
     return {str(joint): _joint(joint, keep, quick=quick) for joint in ((3,) if quick else GAINS)}
@@ -118,7 +118,7 @@ def recording(joint: int) -> Recording:
 
 
 def rig(joint: int) -> SimulatedRig:
-    """The rig of a joint: the gains that its authors state, a torque held from row to row."""
+    """The rig of a joint: its authors' gains, a torque held from row to row."""
     kp, kd = GAINS[joint]
     servo = RIGS["joint"].set(kp=kp, kd=kd, gain=GAIN, hold=1.0, step=STEP)
     assert isinstance(servo, SimulatedRig)  # noqa: S101 - it is
@@ -139,14 +139,14 @@ def halves(log: Recording) -> tuple[Half, Half]:
 def predicted(
     joint: int, train: Half, test: Half, model: Model, *, restart: bool
 ) -> dict[str, Any]:
-    """A model identified on one half, held against the other in both ways."""
+    """A model identified on one half, compared with the other in both ways."""
     fit = _fitted(joint, train, model, restart=restart)
     return {
         "train": fit.score.value,
         "evaluations": fit.search.evaluations,
         "seconds": fit.search.seconds,
         "estimates": {e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates},
-        **held_against(fit.parameters, fit.p, test),
+        **test_errors(fit.parameters, fit.p, test),
     }
 
 
@@ -166,7 +166,7 @@ def _fitted(joint: int, half: Half, model: Model, *, restart: bool) -> Fit:
     )
 
 
-def held_against(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
+def test_errors(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
     """RMSE of the whole half and from rest to rest, mrad, and both staircases."""
     tested = Range.parse(test.range, "mrad")
     assert isinstance(parameters.rig, SimulatedRig)  # noqa: S101 - it is
@@ -193,7 +193,7 @@ def _stairs(statistics: StickSlipStatistics | None) -> list[float] | None:
 # --- breakaway at the onsets of slips -------------------------------------------------------------
 
 
-def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
+def onsets(log: Recording, part: str | None = None) -> dict[str, Any]:
     """The breakaway torque over all slips: its mean, scatter and interval.
 
     The last row before slip i computed a torque that the axis did not bear; the one before that
@@ -202,8 +202,8 @@ def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
     the mean F_S and gravity, and what is left is the scatter.
     """
     slips = [s for s in segment(log).slips if abs(s.jump) > SHORTEST]
-    if within is not None:
-        span = Range.parse(within, "mrad")
+    if part is not None:
+        span = Range.parse(part, "mrad")
         slips = [s for s in slips if span.start <= log.t[s.start] <= span.stop]
     at = np.array([s.start for s in slips])
     s = np.sign([x.jump for x in slips])
@@ -229,7 +229,7 @@ def onsets(log: Recording, within: str | None = None) -> dict[str, Any]:
 
 
 def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -> dict[str, Any]:
-    """A made log of a Stribeck axis, whose breakaway scatters as the measured one's or not at all.
+    """The twin of a Stribeck axis, whose breakaway scatters as the measured one's or not at all.
 
     Its first half trains a Coulomb-viscous model; the second is predicted by that, and by the very
     law and parameters that made the log (the mean F_S, where it scatters).
@@ -246,7 +246,7 @@ def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -
     return {
         "truth": values,
         "share": share,
-        "true": held_against(parameters, p, second),
+        "true": test_errors(parameters, p, second),
         "plain": {
             road: {key: row[key] for key in (*ROADS, "modelled")} for road, row in plain.items()
         },
@@ -310,7 +310,7 @@ _HEAD = 3
 
 
 def _rows(part: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Mapping[str, Any]]]]:
-    """Half, law, and what it found by each road."""
+    """Half, law, and the result of each method."""
     for half in ("1", "2"):
         for name in MODELS:
             by = {road: part["halves"].get(f"{half}/{name}/{road}") for road in ROADS}

@@ -1,4 +1,4 @@
-"""A servo with a pendulum, 16 logs at once: load-dependent friction, and gains that were not seen.
+"""A servo with a pendulum, 16 logs at once: load-dependent friction, and gains held out.
 
 Recordings and the published figures: Rhoban/bam, M. Duclusaud et al. (2025), arXiv 2410.08650.
 """
@@ -27,13 +27,13 @@ from stribeck.space import Array
 
 LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
 RIG = RIGS["servo-pendulum"]
-#: The published models and what they are called here; a richer one follows what it contains.
+#: The published models and their laws here; a richer one follows those it contains.
 LAWS = {
     "m1": "coulomb-viscous", "m2": "stribeck-free", "m3": "bam-m3", "m4": "bam-m4",
     "m5": "bam-m5", "m6": "bam-m6",
 }  # fmt: skip
 GAINS = (100, 200, 400, 800)
-#: The gain that nothing is chosen by.
+#: The gain that takes no part in a choice.
 UNSEEN = 800
 LOSSES: tuple[Loss, ...] = get_args(Loss)
 #: Mean absolute errors of the published parameter files on these logs, and of an independent
@@ -65,7 +65,7 @@ def measure(keep: Keep, *, quick: bool = False) -> dict[str, Any]:
 
 
 def _splits(*, quick: bool) -> Iterator[tuple[int, ...]]:
-    """The gains that are left out: none, one, and one more beside the unseen one."""
+    """The gains held out: none, one, and one more beside the unseen one."""
     if quick:
         yield (UNSEEN,)
         return
@@ -121,7 +121,7 @@ def _mae(model: Any, logs: Sequence[Recording]) -> float:
 def _climbed(
     names: Sequence[str], logs: Sequence[Recording], excluded: tuple[int, ...], loss: Loss
 ) -> dict[str, Any]:
-    """Each law fitted to the gains that are not left out, tested on the first that is."""
+    """Each law fitted to the gains that are not held out, tested on the first that is."""
     train = [log for log in logs if _gain(log) not in excluded]
     test = [log for log in logs if excluded and _gain(log) == excluded[0]]
     simpler: list[TrainedLaw] = []
@@ -143,7 +143,7 @@ def _climbed(
 
 
 def _last(law: TrainedLaw) -> tuple[Array, int]:
-    """Absolute errors nearly to the letter, as `identify` ends; complete parameters."""
+    """The last refinement of absolute errors, as `identify` makes it; complete parameters."""
     problem, parameters = law.problem, law.parameters
     assert isinstance(problem, MotionProblem)  # noqa: S101 - no start is free here
     if parameters.objective.loss != "absolute":
@@ -193,8 +193,8 @@ def _all_splits(results: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _gains(excluded: str) -> str:
-    first, *others = excluded.split("+")
-    return f"kp {first}" + "".join(f" (and {gain})" for gain in others)
+    first, *further = excluded.split("+")
+    return f"kp {first}" + "".join(f" (and {gain})" for gain in further)
 
 
 def choice(results: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The 24 functions of BBOB: how many targets are met, and how soon.
+"""The 24 functions of BBOB: share of the targets met, over evaluations.
 
 Instances 1 to 5 in 2, 3 and 5 dimensions, 2,000 evaluations a dimension, 51 targets from 1e2 to
 1e-8 above the minimum. Area: under the share of (function, instance, target) triples met, over
@@ -48,7 +48,7 @@ dim = {dimensions}
 
 
 def measure(quick: bool = False) -> dict[str, Any]:
-    """Run them all.
+    """Run all methods on all functions.
 
     Args:
         quick: Every other function, one instance, 2 and 5 dimensions, 500 evaluations each.
@@ -102,7 +102,7 @@ def area_under(runs: Sequence[Record], limit: float) -> float:
 
 
 def tables(results: dict[str, Any]) -> list[str]:
-    """Areas and shares by dimension, areas by group, and what each loses, in Markdown."""
+    """Areas and shares by dimension, areas by group, and by function, in Markdown."""
     ranked = sorted(results["methods"].items(), key=lambda item: -_mean(item[1]["share"]))
     return [
         _overall(results, dict(ranked)).markdown(),

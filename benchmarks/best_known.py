@@ -1,4 +1,4 @@
-"""The least J that anybody has found of each twin: long, blunt searches, and the least of all.
+"""The best known J of each twin: the least of several long searches.
 
     python benchmarks/best_known.py [NAME ...]
 

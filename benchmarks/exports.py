@@ -1,4 +1,4 @@
-"""What exported C costs in a call, and how near a co-simulation unit comes to our simulation."""
+"""The cost of a call of exported C, and the agreement of co-simulation units with the rigs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""How many simulated candidates it takes to identify the slide bed's five parameters.
+"""Simulated candidates until the slide bed's five parameters are identified.
 
-An answer counts as found when J is within 0.5 % of the least that anybody has found of that twin
-(best_known.json). What is counted is rows of the cost, those of finite differences too.
+An answer counts as found when J is within 0.5 % of the best known J of that twin
+(best_known.json). Rows of the cost are counted, those of finite differences too.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ Count = int | None
 #: (twin, seed, budget) to the count.
 Contestant = Callable[[Twin, int, int], Count]
 
-#: The goal for `mbts`: found every time, half of the times within the first, always the second.
+#: The goal for `mbts`: always found, half of the times within the first count, always the second.
 MEDIAN, MOST = 350, 2000
 SKETCH = "100 random, then least squares"
 
 
 def ours(method: str, **settings: Any) -> Contestant:
-    """A method of stribeck's own."""
+    """A method of stribeck."""
 
     def run(twin: Twin, seed: int, budget: int) -> Count:
         problem, stops = twin.problem, [Target(twin.target)]
@@ -46,7 +46,7 @@ def ours(method: str, **settings: Any) -> Contestant:
 
 
 def theirs(peer: str, **settings: Any) -> Contestant:
-    """Other people's optimizer."""
+    """A third-party optimizer."""
 
     def run(twin: Twin, seed: int, budget: int) -> Count:
         trace, _ = third_party.search(
@@ -120,7 +120,7 @@ def sketch(twin: Twin, seed: int, budget: int) -> Count:
         return count.spent if count.reached else None
 
 
-#: Who is run on the demo's twins: (contestant, seeds, budget), and the same in a short pass.
+#: Contestants on the demo's twins: (contestant, seeds, budget), and the same in a short pass.
 CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
     "mbts": (ours("mbts"), (100, 5_000), (10, 5_000)),
     SKETCH: (sketch, (20, 20_000), (5, 20_000)),
@@ -130,7 +130,7 @@ CONTESTANTS: dict[str, tuple[Contestant, tuple[int, int], tuple[int, int]]] = {
     "bts": (ours("bts"), (6, 30_000), (1, 5_000)),
     "ats-restart": (ours("ats", deadlock="restart"), (6, 30_000), (1, 5_000)),
 }
-#: Who is run on the random ones.
+#: Contestants on the random twins.
 RANDOM = ("mbts", SKETCH)
 
 
@@ -173,7 +173,7 @@ def _raced(
 
 
 def spread(counts: Sequence[Count]) -> tuple[int, float, float, float]:
-    """How many found it, and the least, the median and the greatest count; inf where not found."""
+    """Number of answers, and the least, median and greatest count; inf where not found."""
     all_ = np.sort([np.inf if c is None else float(c) for c in counts])
     # Of an even number the upper one of the middle two: no mean with infinity.
     return int(np.isfinite(all_).sum()), all_[0], all_[len(all_) // 2], all_[-1]

@@ -46,7 +46,7 @@ class Known:
     """Recordings of an axis whose parameters are known.
 
     Args:
-        recordings: What the sensors saw.
+        recordings: Of the sensors.
         rig: The axis.
         law: Its friction.
         truth: The free parameters behind the logs, SI, by name.

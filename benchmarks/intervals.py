@@ -1,4 +1,4 @@
-"""Do intervals hold the truth? Recordings whose truth is known, identified as a user would.
+"""Coverage of the intervals: recordings of known truth, identified with the defaults.
 
     python benchmarks/run.py --only intervals
 
@@ -32,11 +32,11 @@ from stribeck.report.table import Cell, Table
 from stribeck.space import Param, Space
 
 HERE = Path(__file__).parent
-#: One recording that is done: which, and what was found.
+#: One identified recording: its study and number, and its estimates.
 Row = dict[str, Any]
 
 VERDICTS = ("identified", "weak", "not identifiable")
-#: What a nominal 95 % interval of an identified parameter should hold.
+#: Goal for the coverage of nominal 95 % intervals of identified parameters.
 GOAL = (0.90, 0.99)
 #: Data sets a bootstrap draws here; a user's default is 200.
 DRAWS = 60
@@ -53,10 +53,10 @@ class Study:
 
     Args:
         title: Of its table.
-        made: Recording number k.
+        recording: Recording number k.
         count: How many, and how many in a short pass.
         draws: Data sets of the bootstrap; 0 for none.
-        note: What a reader must know.
+        note: Below the table.
     """
 
     title: str
@@ -172,18 +172,18 @@ def _each(missing: Sequence[tuple[str, int]]) -> Iterator[Row]:
 
 def identified_row(study: str, k: int) -> Row:
     """The identification of recording k of a study, or the reason of its refusal."""
-    known, draws = STUDIES[study].recording(k), STUDIES[study].draws
-    header = {"study": study, "k": k, "noise": known.noise, "rate": round(known.rate, 3)}
+    axis, draws = STUDIES[study].recording(k), STUDIES[study].draws
+    header = {"study": study, "k": k, "noise": axis.noise, "rate": round(axis.rate, 3)}
     start_time = time.perf_counter()
     try:
-        fit = identify(list(known.recordings), rig=known.rig, law=known.law, draws=draws)
+        fit = identify(list(axis.recordings), rig=axis.rig, law=axis.law, draws=draws)
     except InputError as error:
         return header | {"seconds": 0.0, "refused": str(error), "parameters": {}}
     seconds = time.perf_counter() - start_time
     return header | {
         "misfit": fit.score.value,
         "seconds": round(seconds, 2),
-        "parameters": _parameters(fit, known.truth),
+        "parameters": _parameters(fit, axis.truth),
     }
 
 

@@ -2,7 +2,7 @@
 
 Everything runs in this one process on one thread, the same equations on the same parameter sets,
 and each is compared with one converged motion: the kernel at a ten-thousandth of its tolerance,
-which is itself checked against the reference extrapolated to a step of zero.
+itself checked against the reference extrapolated to a step of zero.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ FLAGS = ("-O3", "-march=native", "-ffast-math", "-shared", "-fPIC")
 
 
 def ramp(direction: int) -> Track:
-    """The ramp of the paper's section 4.5, from where its identification starts."""
+    """The ramp of the paper's section 4.5, from the start of its identification."""
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
     x0 = 0.112 if direction > 0 else 0.325
     return track(Drive.line(0.0, x0, SECONDS, direction * SPEED), t, x0)
@@ -144,35 +144,35 @@ def scipy_motion(p: Array, c: Array, stroke: Track) -> Array:
     loose.terminal = standstill.terminal = True  # type: ignore[attr-defined]
     loose.direction, standstill.direction = 1.0, -1.0  # type: ignore[attr-defined]
     x = np.full(len(stroke.t), np.nan)
-    now, at, end = 0.0, stroke.x0, float(stroke.t[-1])
-    while now < end:
+    reached, at, end = 0.0, stroke.x0, float(stroke.t[-1])
+    while reached < end:
         reach = (level + c[5]) / ((c[1] + c[3]) if s > 0 else (c[2] + c[4]))
-        edge = min(end, max(now, (at + s * reach - stroke.knots_x[0]) / rate))
-        stick_start, state = now, [0.0, at]
+        edge = min(end, max(reached, (at + s * reach - stroke.knots_x[0]) / rate))
+        stick_start, state = reached, [0.0, at]
         if edge < end:
             piece = solve_ivp(
                 sticking, (edge, end), state, "LSODA", events=loose, rtol=1e-8, atol=1e-10
             )
             edge = float(piece.t[-1])
         x[(stroke.t >= stick_start) & (stroke.t <= edge)] = at
-        now = edge
-        if now >= end:
+        reached = edge
+        if reached >= end:
             break
         piece = solve_ivp(
-            slipping, (now, end), [s * band, at], "LSODA", dense_output=True, events=standstill,
+            slipping, (reached, end), [s * band, at], "LSODA", dense_output=True, events=standstill,
             rtol=1e-7, atol=1e-9, max_step=0.05,
         )  # fmt: skip
-        rows = (stroke.t > now) & (stroke.t <= piece.t[-1])
+        rows = (stroke.t > reached) & (stroke.t <= piece.t[-1])
         x[rows] = piece.sol(stroke.t[rows])[1]  # type: ignore[misc]
-        now, at = float(piece.t[-1]), float(piece.y[1, -1])
+        reached, at = float(piece.t[-1]), float(piece.y[1, -1])
     return x
 
 
 def richardson(p: Array, c: Array, stroke: Track, dt: float) -> Array:
     """The reference at a step of zero, from two steps and its second order."""
     coarse, _ = reference.trajectory(LAW, p, c, stroke, dt)
-    fine, _ = reference.trajectory(LAW, p, c, stroke, 0.5 * dt)
-    return fine + (fine - coarse) / 3.0
+    finer, _ = reference.trajectory(LAW, p, c, stroke, 0.5 * dt)
+    return finer + (finer - coarse) / 3.0
 
 
 def spread(values: Array) -> dict[str, float]:

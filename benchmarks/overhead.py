@@ -1,7 +1,7 @@
-"""What a method costs by itself: time per evaluation on a cost that is all but free, in 5-D.
+"""The cost of a method itself: time per evaluation on an almost free cost, in 5-D.
 
-The sphere, at each method's default population. What calling the sphere as often, with as many
-points, costs alone is subtracted. Rounds are interleaved: a busy moment of the machine hits all.
+The sphere, at each method's default population. The time of as many calls of the sphere alone, with
+as many points, is subtracted. Rounds are interleaved: a busy moment of the machine hits all.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from stribeck.optimize import METHODS, Search, configure, lockstep
 from stribeck.space import Array, Space, box
 
 DIM, BUDGET, ROUNDS = 5, 20_000, 9
-#: Where the sphere is least: off the middle, inside the box [-5, 5].
+#: The sphere's minimum: off the middle, inside the box [-5, 5].
 AT = np.array([1.3, -2.1, 0.7, 3.2, -0.4])
 BOUNDS = [(-5.0, 5.0)] * DIM
 #: Goals, us an evaluation.
@@ -53,7 +53,7 @@ class Sphere:
 
 
 class Residuals(Sphere):
-    """The same as a problem of least squares."""
+    """The sphere as a problem of least squares."""
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) points to (n,) costs."""
@@ -68,7 +68,7 @@ class Residuals(Sphere):
         return off
 
 
-#: Minimises a sphere with so many evaluations and a seed.
+#: Minimises a sphere within a budget, with a seed.
 Contestant = Callable[[Sphere, int, int], None]
 
 

@@ -1,7 +1,7 @@
-"""Which law follows the loops of a contact below breakaway: a real direct-drive joint, three logs.
+"""Laws on the loops of a contact below breakaway: a real direct-drive joint, three logs.
 
-Each law is identified from each log, with what `stribeck identify` does by default, and held
-against the other two. Errors are shares of the standard deviation of the angle; the first period,
+Each law is identified from each log, with the defaults of `stribeck identify`, and compared with
+the other two. Errors are shares of the standard deviation of the angle; the first period,
 in which a loop settles, does not count.
 """
 
@@ -58,12 +58,12 @@ def _fit(law: str, logs: dict[int, Recording], train: int) -> dict[str, Any]:
 
 
 def _size(log: Recording) -> float:
-    """Standard deviation of the angle where it counts, rad."""
+    """Standard deviation of the angle after the first period, rad."""
     return float(np.std(log.position[_counts(log)]))
 
 
 def _floor(log: Recording) -> float:
-    """What rounding to the encoder's step alone would leave, as such a share."""
+    """The error of rounding to the encoder's step alone, as such a share."""
     return float(step(log.position) / np.sqrt(12) / _size(log))
 
 

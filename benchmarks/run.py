@@ -1,4 +1,4 @@
-"""Everything that is claimed of speed, measured side by side in one run: `make bench`.
+"""All measurements behind the claims of speed, in one run: `make bench`.
 
     python benchmarks/run.py [--quick] [--only NAME]... [--show NAME [TABLE]]
 
@@ -105,7 +105,7 @@ def read(file: Path) -> dict[str, Any]:
 
 
 def keep(file: Path, name: str, part: dict[str, Any]) -> None:
-    """Put a part into the file; whoever interrupts leaves the old file or the new one."""
+    """Put a part into the file; an interruption leaves the old file or the new one."""
     parts = read(file) | {name: part}
     ordered = {n: parts[n] for n in PARTS if n in parts}
     _write(file, json.dumps(ordered, indent=1, default=_plain) + "\n")
@@ -126,7 +126,7 @@ def _plain(value: Any) -> Any:
 
 
 def machine() -> dict[str, Any]:
-    """What it was measured on."""
+    """The machine: processor, cores, memory, system and libraries."""
     return {
         "processor": _processor(),
         "cores": os.cpu_count() or 1,
@@ -203,7 +203,7 @@ def tables(name: str, results: Any) -> list[str]:
 
 
 def _machines(parts: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Each machine in words, and what was measured on it."""
+    """Each machine in words, and the parts measured on it."""
     by: dict[str, list[str]] = {}
     for name, part in parts.items():
         by.setdefault(described(part["machine"]), []).append(name)

@@ -1,6 +1,6 @@
-"""How cost and memory grow with samples, candidates and strokes.
+"""Growth of time and memory with samples, candidates and strokes.
 
-Cost: seconds for one call of J, the least of several. Memory: the peak of a process of its own
+Time: seconds for one call of J, the least of several. Memory: the peak of a process of its own
 that evaluates 10,000 candidates on a log of ten minutes at 1 kHz.
 
     python benchmarks/scaling.py memory SAMPLES CANDIDATES
@@ -36,14 +36,14 @@ LOW, HIGH, SPEED = 0.050, 0.350, 0.005
 HOLD = 1.0
 #: An encoder's noise, m.
 NOISE = 1e-6
-#: What is varied, its values in full and in a short pass; the rest stays at these.
+#: The varied sizes, their values in full and in a short pass; the others stay at FIXED.
 VARIED = {
     "samples": (np.logspace(3, 6, 7), np.logspace(3, 5, 3)),
     "candidates": (np.logspace(0, 5, 11), np.logspace(0, 3, 4)),
     "strokes": (np.array([1, 2, 5, 10, 20, 50, 100]), np.array([1, 5, 20])),
 }
 FIXED = {"samples": 6_000, "candidates": 40, "strokes": 1}
-#: Axes of the figure: what is varied, and what the others are held at.
+#: Axes of the figure: the varied size, and the values of the others.
 LABELS = {
     "samples": "Samples (40 candidates)",
     "candidates": "Candidates (6,000 samples)",

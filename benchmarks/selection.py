@@ -1,9 +1,9 @@
-"""Which law two real axes need: a ball screw by force balance, a servo by simulated motion.
+"""Selection of laws for two real axes: a ball screw by force balance, a servo by simulated motion.
 
     python benchmarks/run.py --only selection
 
-The logs are not part of the repository: `../shared/data` beside it, see docs/validation.md. Where
-they are absent, that is what is measured.
+The logs are not part of the repository: `../shared/data` beside it, see docs/validation.md. Without
+them nothing is measured.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TESTED = 800.0
 
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
-    """Compare the laws; a short pass leaves the servo's richer ones away."""
+    """Compare the laws; a short pass leaves out the servo's richer ones."""
     results: dict[str, Any] = {}
     if (DATA / "emps").exists():
         results["emps"] = _compared(

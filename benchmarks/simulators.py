@@ -25,7 +25,7 @@ from stribeck.rig.rig import shown_in
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis and what is done to it, SI."""
+    """An axis and its tests, SI."""
 
     name: str
     joint: str
@@ -48,7 +48,7 @@ AXES = (
          spring=10.0, pull=0.01, coast=3.0, push=0.45),
 )  # fmt: skip
 LAWS = ("coulomb-viscous", "stribeck")
-#: How the joint is exported.
+#: Options of the exported joint.
 WAYS: dict[str, dict[str, bool]] = {
     "MuJoCo, frictionloss": {},
     "MuJoCo, frictionloss, firm": {"firm": True},
@@ -56,7 +56,7 @@ WAYS: dict[str, dict[str, bool]] = {
 }
 #: Seconds of a pull, of a coast or push, and of holding.
 PULL, FREE, HOLD = 60.0, 30.0, 10.0
-#: Steps at speed before an axis is let go.
+#: Steps at speed before an axis is released.
 SLID = 100
 FILE = """<mujoco>
   <option gravity="0 0 0"/>
@@ -114,7 +114,7 @@ def _model(axis: Axis, law: str) -> Model:
 
 
 def _ours(axis: Axis, model: Model) -> dict[str, float]:
-    """The card's law, by our own integrators."""
+    """The axis's motions by the rig's own integrators."""
     pull = spring_pull(model.law, model.p, axis.inertia, axis.spring, axis.pull, PULL)
     coast, _ = _free(axis, model, axis.coast, 0.0, FREE)
     _, speed = _free(axis, model, 0.1 * axis.coast, axis.push, FREE)

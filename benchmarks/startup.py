@@ -1,4 +1,4 @@
-"""What a user waits for: every figure is of a whole process, Python's own start included."""
+"""Time of commands: every figure is of a whole process, Python's own start included."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ IDENTIFY = (
     "--rig", "slide-bed", "--law", "stribeck",
     "--train", "112:295", "--holdout", "44:112", "--holdout", "295:352",
 )  # fmt: skip
-#: The line in which `identify` says where its time went.
+#: The line of `identify` with the time of its steps.
 TOOK = re.compile(r"^[\d.]+ s: (start-up .+)$", re.MULTILINE)
 #: What comes after the card.
 LATER = "figures"
@@ -83,7 +83,7 @@ def _middle(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def tables(results: Mapping[str, Any]) -> list[str]:
-    """What was measured, as Markdown."""
+    """The times, as Markdown."""
     warm, first, version = (results[n] for n in ("identify", "identify_first", "version"))
     rows = [
         ("`import stribeck`, above bare Python", results["import_above_python"], None, None),

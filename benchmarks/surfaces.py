@@ -1,6 +1,6 @@
 """Evaluations to J_min on the paper's five functions and on their shifted and rotated twins.
 
-Fifty trials each; every trial of a twin has another shift and rotation, the same for everybody.
+Fifty trials each; every trial of a twin has another shift and rotation, the same for all methods.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ METHODS = {
     "pycma IPOP": 'method = "cma-ipop"',
     "pymoo DE": 'method = "pymoo-de"',
 }
-#: The one that `mbts` is measured against.
+#: The method that `mbts` is compared with.
 RIVAL = "scipy dual_annealing"
 TRIALS, BUDGET = 50, 20_000
 CAMPAIGN = """

@@ -5,7 +5,7 @@ ranges, drawn again until the slide sticks and slips at least three times in the
 an echo with noise uniform in 0.05 to 0.5 mm; a log, and a transducer as fast as the log, at a rate
 log-uniform in 20 to 1,000 Hz; and the two directions in turn.
 
-The least J that anybody has found of each is in best_known.json, which best_known.py writes.
+The best known J of each is in best_known.json, which best_known.py writes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FILE = Path(__file__).with_name("best_known.json")
 #: An answer is found when J is within this share of the best known.
 WITHIN = 0.005
 RANDOM, SEED = 20, 2012
-#: What makes a motion stick-slip: so many slips in the training range.
+#: A motion with at least so many slips in the training range is stick-slip.
 SLIPS = 3
 NOISE, RATE = (0.05e-3, 0.5e-3), (20.0, 1000.0)
 LAW = LAWS["stribeck"]
@@ -83,7 +83,7 @@ class Twin:
 
     @property
     def best_x(self) -> Array:
-        """Where it was found, SI."""
+        """Parameters at the least J known, SI."""
         return np.array(_known()[self.name]["x"])
 
     @property
@@ -125,15 +125,15 @@ def _draws(space: Space, rng: np.random.Generator) -> Iterator[Array]:
 
 
 def slips(truth: Array, side: Side) -> int:
-    """How often the slide starts from rest in the training range, by its true motion."""
+    """Number of starts from rest in the training range, by the slide's true motion."""
     bed = TestBed()
     drive, x0 = bed.drive("up" if side == "right" else "down")
     t = np.arange(0.0, drive.t[-1], 1e-3)
     motion = bed.rig.move(LAW, _full(truth)[None], track(drive, t, x0))
     moves = motion.velocity[0] != 0.0
     starts = np.flatnonzero(moves[1:] & ~moves[:-1])
-    within = Range.parse(TRAINING[side], "mm")
-    low, high = sorted((within.start, within.stop))
+    training = Range.parse(TRAINING[side], "mm")
+    low, high = sorted((training.start, training.stop))
     x = motion.position[0, starts]
     return int(((low <= x) & (x <= high)).sum())
 

@@ -1,4 +1,4 @@
-"""The archive of `mbts`: cells that fill the cube, starts that stand alone, where minima lead."""
+"""The archive of `mbts`: cells that fill the cube, isolated starts, surrogate minima."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def archive(dim: int, seed: int = 0) -> Archive:
 
 
 def line(places: list[float], costs: list[float], drawn: int) -> Archive:
-    """Cells on the unit interval, as if they were all that `drawn` places had brought."""
+    """An archive on the unit interval with these cells, after `drawn` places."""
     visited = archive(1)
     visited.sample(drawn)
     visited.keep(np.array(places)[:, None], np.array(costs))
@@ -260,7 +260,7 @@ def test_few_minima_lead_along_the_axes_or_down_a_slope() -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_they_never_lead_to_a_place_already_known(seed: int) -> None:
-    """Whatever begins where they led: the next place keeps a share of the minima' distance."""
+    """After starts at earlier places, the next keeps a share of the minima' distance."""
     visited = bowl(2, np.array([0.5, 0.5]), seed)
     distances = np.linalg.norm(visited.minima[:, None] - visited.minima, axis=2)
     np.fill_diagonal(distances, np.inf)

@@ -21,7 +21,7 @@ from stribeck.space import Array
 HOME = axis_servo.LOGS.parent
 pytestmark = pytest.mark.recordings("bam_xl330")
 RIG = RIGS["servo-pendulum"]
-#: What the authors call the parameters.
+#: The authors' names of the parameters.
 CALLED = {
     "k_t": "kt", "K_c": "friction_base", "K_v": "friction_viscous", "K_cs": "friction_stribeck",
     "w_s": "dtheta_stribeck", "K_m": "load_friction_motor", "K_e": "load_friction_external",
@@ -113,7 +113,7 @@ def test_friction_that_grows_with_the_load_predicts_an_unseen_gain(
 
 
 def test_the_choice_looks_at_no_log_of_the_unseen_gain() -> None:
-    """A made table in which the unseen gain would choose otherwise."""
+    """A table in which the unseen gain would choose otherwise."""
     names = list(axis_servo.LAWS)
 
     def row(**tests: float) -> dict[str, Any]:

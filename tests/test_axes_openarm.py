@@ -92,7 +92,7 @@ def test_a_steady_axis_is_predicted_by_its_own_law_and_a_scattering_one_is_not(
     for share in (0.0, 0.17):
         twin = axis_joints.made_log(logs[3], 3, TRUTH, share, seed=1)
         _, second = axis_joints.halves(twin)
-        whole[share] = axis_joints.held_against(model, p, second)
+        whole[share] = axis_joints.test_errors(model, p, second)
     assert whole[0.17]["whole"] > 2 * whole[0.0]["whole"]
     measured, modelled = whole[0.17]["measured"], whole[0.17]["modelled"]
     assert modelled[0] == pytest.approx(measured[0], rel=0.25)  # yet it slips as often
@@ -120,14 +120,14 @@ def test_committed_predictions_are_what_the_models_do(
         row = committed[f"1/{name}/rest to rest"]
         parameters = partition(axis_joints.rig(joint), law_named(axis_joints.MODELS[name].law))
         p = np.array([row["estimates"][q.name][0] for q in parameters.every])
-        prediction = axis_joints.held_against(parameters, p, parts[1])
+        prediction = axis_joints.test_errors(parameters, p, parts[1])
         assert prediction["rest to rest"] == pytest.approx(row["rest to rest"], rel=0.02)
         assert prediction["measured"] == pytest.approx(row["measured"])
 
 
 @pytest.mark.parametrize("joint", FOUND)
 def test_breakaway_at_the_onsets_makes_the_staircase(joint: int) -> None:
-    """Of both halves: whoever fits positions alone smooths slips that come at any time away."""
+    """Of both halves: a fit of positions alone smooths irregular slips away."""
     committed = results(joint)
 
     def missed(name: str, road: str) -> Any:

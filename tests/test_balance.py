@@ -1,4 +1,4 @@
-"""A force balance told as a fit: which logs and which of their samples it rests on."""
+"""A force balance as a Fit: its logs and the samples that it uses."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a force balance warns of: made logs with exactly one fault each, and EMPS with none."""
+"""Warnings of a force balance: simulated logs with one fault each, and EMPS with none."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stribeck.space import Array
 
 EMPS = Path(__file__).parents[2] / "shared" / "data" / "emps"
 T: Array = np.arange(0.0, 20.0, 1e-3)
-#: Starts of the sentences, by the fault that they tell.
+#: Starts of the warnings, by fault.
 FAULTS = {
     "delay": "the motion: moved by that",
     "spikes": "the force has spikes",
@@ -33,7 +33,7 @@ FAULTS = {
 
 
 def motion(reach: float = 0.2) -> tuple[Array, Array, Array]:
-    """Two tones: many speeds, both ways."""
+    """Position, speed and acceleration of two tones: many speeds, both ways."""
     x, v, a = np.zeros((3, len(T)))
     for size, w in ((reach, 1.57), (0.3 * reach, 4.1)):
         x += size * np.sin(w * T)

@@ -1,4 +1,4 @@
-"""The benchmarks' own arithmetic, and the answers they measure against."""
+"""The benchmarks' arithmetic, and their reference minima."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_twins_are_the_same_each_time(all_twins: list[Twin]) -> None:
 
 
 class Line:
-    """J is the distance from 0.5 on a line; what the counter needs of a problem."""
+    """A problem on a line, whose J is the distance from 0.5."""
 
     space: Space = box([(0.0, 1.0)])
 

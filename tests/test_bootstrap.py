@@ -1,4 +1,4 @@
-"""Moving-block bootstrap: what it draws, what it fits, how often it holds the truth."""
+"""Moving-block bootstrap: its draws, its fits, and the coverage of its intervals."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_draws_stay_in_the_search_range() -> None:
 
 
 def test_failures_are_counted_and_rows_too() -> None:
-    """Half of the plane cannot be run: some data sets ask to go there, and end at its edge."""
+    """Half of the plane cannot be run: some data sets lead there, and end at its edge."""
     line = Line(0.3 * red(5, 200, 0.0))
     edge, plain = float(line.best[1]) + 0.02, line.residuals
 

@@ -1,4 +1,4 @@
-"""Breakaway of force ramps and stiffness below it: from axes whose answer is known."""
+"""Breakaway of force ramps and presliding stiffness, of axes whose values are known."""
 
 from __future__ import annotations
 

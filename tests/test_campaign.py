@@ -1,4 +1,4 @@
-"""Campaign files: what they span, what they refuse, and the paper's own against its tables."""
+"""Campaign files: their cells, their refusals, and the paper's campaign against its tables."""
 
 from __future__ import annotations
 

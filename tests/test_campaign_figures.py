@@ -1,4 +1,4 @@
-"""The figures of a campaign: what is drawn is what the statistics say."""
+"""The figures of a campaign: their curves are those of the statistics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables of a campaign, and the forms they are written in."""
+"""The tables of a campaign, in all their forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The card: what was fitted comes back from JSON as it was, and nothing else gets through."""
+"""The card: a fit returns from JSON unchanged, and a malformed card is refused."""
 
 import copy
 import json

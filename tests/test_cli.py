@@ -1,4 +1,4 @@
-"""The command line where nothing is wrong: what it prints, writes and returns."""
+"""The command line on valid input: its output, files and exit status."""
 
 import csv
 import json
@@ -272,7 +272,7 @@ def test_an_output_that_is_full_is_one_line(folder: Path) -> None:
 
 
 def searching(folder: Path, *options: str) -> subprocess.Popen[str]:
-    """A search without end, after it has told its first progress."""
+    """A search without end, after its first line of progress."""
     process = subprocess.Popen(
         [*COMMAND, "identify", "up.csv", "--rig", "slide-bed", "--method", "bts",
          "--setting", "count_max=1000000000", "--budget", "1000000000", *options],

@@ -1,4 +1,4 @@
-"""`stribeck bench`, as its user meets it: results, resuming, and refusals in one line."""
+"""`stribeck bench`: results, resuming, and refusals in one line."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def start(place: Path, *arguments: str) -> subprocess.Popen[str]:
 def bench(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., Completed]:
-    """Runs `stribeck bench` in a folder, in this process, and draws no figures."""
+    """A function that runs `stribeck bench` in a folder, in this process, without figures."""
     monkeypatch.setattr(Study, "figures", lambda _: iter(()))
     run = caller(monkeypatch, capsys)
 
@@ -66,7 +66,7 @@ def bench(
 
 
 def content(file: Path) -> list[tuple[object, ...]]:
-    """All of the records and traces but the seconds."""
+    """All records and traces, without their seconds."""
     with sqlite3.connect(file) as db:
         return db.execute(
             "SELECT r.problem, r.algorithm, r.repeat, r.cost, r.evaluations, r.ended, r.x, "

@@ -1,4 +1,4 @@
-"""`stribeck export`: files whole or not at all, and a line for whatever cannot be."""
+"""`stribeck export`: files whole or not at all, and one line for a refusal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line refuses: one line that names the culprit, status 2, nothing touched."""
+"""Refusals of the command line: one line that names the culprit, status 2, no file changed."""
 
 import json
 import os
@@ -48,7 +48,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 @pytest.fixture
 def place(inputs: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of its own for every case, the working directory."""
+    """The working directory of a case, with the inputs."""
     for name, content in inputs.items():
         (tmp_path / name).write_bytes(content)
     (tmp_path / "folder").mkdir()

@@ -1,4 +1,4 @@
-"""Closed loops with a compensator: nothing added is nothing changed, closed forms, refusals."""
+"""Closed loops with a compensator: a scale of 0 changes nothing, closed forms, refusals."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def run(
 
 
 def set_of(rig: Rig, law: Law, **values: float) -> Array:
-    """A parameter set in the middle of its ranges, but for what is given."""
+    """A parameter set in the middle of its ranges, but for the values."""
     parameters = rig.parameters(law)
     return np.array(
         [
@@ -137,7 +137,7 @@ def test_the_cascade_of_emps_follows_as_its_own_simulation_does() -> None:
 
 
 def test_a_perfect_model_leaves_the_axis_without_friction() -> None:
-    """What is left of the friction is what changes within a sample: it goes with the period."""
+    """The friction that remains is its change within a sample: proportional to the period."""
     bare = set_of(JOINT, COULOMB, **ROBOT | {"F_C": 0.0, "F_V": 0.0})
     p = set_of(JOINT, STRIBECK, **ROBOT)
     remainders, errors = [], []

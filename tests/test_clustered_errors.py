@@ -1,4 +1,4 @@
-"""Several logs of one axis: whether chance alone makes them seem to follow different laws."""
+"""Several logs of one axis: chance alone rarely makes them seem to follow different laws."""
 
 from __future__ import annotations
 

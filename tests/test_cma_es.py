@@ -1,4 +1,4 @@
-"""The neighbourhood whose shape adapts: rates, order, walls, holes, and when it ends."""
+"""CMA-ES: rates, invariance, walls, holes, and its end."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def search(
     target: float = -np.inf,
     most: int = 100_000,
 ) -> list[Array]:
-    """Every round until it ends, meets the target or has asked for so many points."""
+    """The points of every round, (n, dim), until it ends, meets the target or has `most` points."""
     dim = len(centre)
     moves = cma_es(np.array(centre), R, N or usual(dim), np.random.default_rng(seed), silent)
     rounds: list[Array] = []
@@ -138,7 +138,7 @@ def test_a_least_in_a_corner_is_met_exactly(dim: int) -> None:
 
 
 def test_a_least_on_a_wall_is_found_from_the_middle() -> None:
-    """The rotated bowl's free minimum is far outside; where it is cut was computed by scipy."""
+    """The rotated bowl's free minimum is far outside; the one on the wall is scipy's."""
     cost = bowl(4, 5, 30.0, at=np.array([1.5, 0.5, -0.4, 0.5]))
 
     def cost_at(u: Array) -> float:

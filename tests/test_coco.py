@@ -128,7 +128,7 @@ def test_the_functions_are_grouped_as_published() -> None:
 
 
 def jobs(algorithm: str, *, repeats: int = 1, budget: int = 150) -> Iterator[Job]:
-    """In no order that COCO would take."""
+    """Jobs in an order unlike COCO's."""
     for function, dim, instance, repeat in product((8, 1), (3, 2), (2, 1), range(repeats)):
         cost = bbob(function, dim, instance)
         yield Job(

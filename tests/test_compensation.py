@@ -1,4 +1,4 @@
-"""How much may be compensated: signs of too much where they are certain, and what follows."""
+"""The scale of a compensation: signs of overcompensation, its limit, and the recommendation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The compensator's definition, by hand: when it asks at which speed, and what goes out."""
+"""The compensator's definition, by hand: the speed that it takes, and its output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compiled code that is kept: never out of date, private, and in a place that can be written."""
+"""The compile cache: never out of date, private, and in a folder that can be written."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PACKAGE = Path(stribeck.__file__).parent
 
 
 def python(code: str, *arguments: str, path: Path, **environment: str) -> str:
-    """What a program prints, run in a process of its own with modules from a folder."""
+    """The output of a program in another process, with modules from a folder."""
     completed = subprocess.run(
         [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": str(path), **environment}, cwd=path,
@@ -200,7 +200,7 @@ def test_what_cannot_be_told_is_compiled_in_each_process() -> None:
 
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where a folder made from here on is."""
+    """The folder of caches made from here on."""
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     return tmp_path / "stribeck"

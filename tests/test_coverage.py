@@ -1,4 +1,4 @@
-"""The benchmark of intervals: its twins, its counting, and that a run goes on where it ended."""
+"""The benchmark of intervals: its twins, its counts, and its resumption."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_pendulums_swing_with_loads_of_their_own() -> None:
 
 
 def test_the_bootstrap_of_a_bed_spreads_as_its_standard_errors_say() -> None:
-    """Along a curved valley refits need many steps; those that end early huddle about the fit."""
+    """Along a curved valley refits need many steps; those that end early stay near the fit."""
     axis = bed(7)
     fit = identify(list(axis.recordings), rig=axis.rig, law=axis.law, draws=intervals.DRAWS)
     drawn = fit.uncertainty.bootstrap

@@ -1,4 +1,4 @@
-"""A cylinder whose seals rub the more the higher the pressure: recovery, refusals, the card."""
+"""A cylinder whose seal friction grows with the pressure: recovery, refusals, the card."""
 
 from __future__ import annotations
 

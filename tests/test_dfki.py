@@ -1,4 +1,4 @@
-"""A torque-limited pendulum with a spiky torque: the right answer is wide intervals, and why."""
+"""A torque-limited pendulum with a spiky torque: intervals must be wide, with the reason."""
 
 from __future__ import annotations
 

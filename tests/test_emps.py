@@ -52,7 +52,7 @@ def symmetric(log: Recording) -> Balance:
 
 
 def printed(value: float, decimals: int = 4) -> float:
-    """As the report prints it."""
+    """A number as the report prints it."""
     return round(float(value), decimals)
 
 
@@ -274,7 +274,7 @@ def test_coasting_to_a_stop_is_the_closed_form(
 
 
 def pulled(volts: Array, before: float) -> Recording:
-    """An axis at rest under voltages that no controller adds to, and the one in force before."""
+    """An axis at rest under voltages without a controller, and the voltage before them."""
     t = np.arange(len(volts)) / 1000.0
     return Recording(
         t=t, position=0.0 * t, command=0.0 * t, voltage=volts + before, extra={"pulses_N": volts}

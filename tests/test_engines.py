@@ -1,4 +1,4 @@
-"""Engines: the same records from each, whatever happens to its workers."""
+"""Engines: the same records from each, also when workers are lost."""
 
 import os
 import select
@@ -52,7 +52,7 @@ JOBS = [
 
 
 def contents_of(outcomes: Iterator[Record | Failure]) -> dict[str, str]:
-    """What became of each job, without the time it took."""
+    """The record or failure of each job, by key, without its seconds."""
     delivered = list(outcomes)
     by_key = {o.job.key: o.content if isinstance(o, Record) else o.message for o in delivered}
     assert len(by_key) == len(delivered), "an outcome was delivered twice"
@@ -161,7 +161,7 @@ def test_a_worker_that_cannot_start_is_said_at_once(command: tuple[str, ...]) ->
 
 
 class Callers:
-    """Worker processes that say who they are on a pipe, and hold it as long as they live."""
+    """Worker processes that write their ids to a pipe, and keep it open as long as they live."""
 
     def __init__(self, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         os.mkfifo(path)
@@ -170,7 +170,7 @@ class Callers:
         self._open = os.open(path, os.O_RDWR)  # blocks nobody, and is never at its end
 
     def wait(self, count: int) -> None:
-        """Until so many have called."""
+        """Wait until `count` workers have written."""
         heard = b""
         while heard.count(b"\n") < count:
             assert select.select([self._open], [], [], PATIENCE)[0], f"no call: {heard!r}"
@@ -180,7 +180,7 @@ class Callers:
         os.close(ours)
 
     def all_end(self) -> bool:
-        """Whether all are gone in time: a pipe is at its end when nobody holds it any more."""
+        """Whether all have ended in time: the pipe is at its end once no process has it open."""
         return bool(select.select([self._open], [], [], PATIENCE)[0]) and not os.read(self._open, 1)
 
     def close(self) -> None:

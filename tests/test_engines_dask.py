@@ -32,7 +32,7 @@ HARMFUL = Path(__file__).with_name("mortal_worker.py")
 
 
 class Cluster:
-    """A scheduler, and the workers that it was given."""
+    """A scheduler and its workers."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.running = folder, list[subprocess.Popen[str]]()
@@ -40,12 +40,12 @@ class Cluster:
         self.name = f"dask://{self.address}"
 
     def worker(self) -> None:
-        """One more, of one thread."""
+        """Start one more worker, of one thread."""
         options = ("--nthreads", "1", "--preload", str(HARMFUL))
         self._start("worker", r"Registered to: +(\S+)", f"tcp://{self.address}", *options)
 
     def _start(self, kind: str, pattern: str, *options: str) -> str:
-        """Start a program and read on until it says that it is there."""
+        """Start a program and read its output up to a pattern."""
         program = subprocess.Popen(
             [sys.executable, "-m", "dask", kind, *options, "--host", "127.0.0.1", "--no-dashboard"],
             stdout=subprocess.DEVNULL,

@@ -38,7 +38,7 @@ def motion(
 
 
 def resting_command(t: Array, x0: float) -> Track:
-    """Released at rest x0 from a command that stays at zero."""
+    """A command that stays at zero, for a slide released at rest from x0."""
     return track(Drive.line(0.0, 0.0, 1.0, 0.0), t, x0)
 
 
@@ -54,7 +54,7 @@ def box(n: int, seed: int) -> Array:
 
 
 def ramp(direction: int, seconds: float = 36.6, rate: float = 100.0) -> Track:
-    """A ramp of 5 mm/s from where the paper's identification starts."""
+    """A ramp of 5 mm/s from the start of the paper's identification."""
     t = np.arange(round(seconds * rate) + 1) / rate
     x0 = 0.112 if direction > 0 else 0.325
     return track(Drive.line(0.0, x0, seconds, direction * 5e-3), t, x0)

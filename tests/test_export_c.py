@@ -1,4 +1,4 @@
-"""C99: every law says in C what it says here, under a compiler and a run that forgive nothing."""
+"""C99: every law has the same values in C, under a strict compiler and sanitizers."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STRICT = (
 )  # fmt: skip
 CHECKED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 READ = types.Array(float64, 1, "C", readonly=True)
-#: All that a controller can ask of a compensator, at once.
+#: A compensator with every setting in use.
 COMPENSATOR = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, drive=3.0)
 #: Numbers of a row for the driver, before the states: v, v_ref, h, loads.
 INPUTS = 3 + len(LOADS)
@@ -121,7 +121,7 @@ int main(int argc, char **argv)
 
 
 class Laws:
-    """All laws in one program, compiled strictly and checked while it runs."""
+    """All laws in one program, compiled strictly and run under sanitizers."""
 
     def __init__(self, folder: Path) -> None:
         self.models = [model_in(case) for case in CASES]
@@ -141,7 +141,7 @@ class Laws:
         self.width = max(m.law.states for m in self.models)
 
     def run(self, index: int, mode: int, rows: Array) -> Array:
-        """What the C of a law says to rows of v, v_ref, h, loads and states."""
+        """The results of a law's C for rows of v, v_ref, h, loads and states."""
         full = np.zeros((len(rows), INPUTS + self.width))
         full[:, : rows.shape[1]] = rows
         completed = self.call(index, mode, full.tobytes())
@@ -187,7 +187,7 @@ def rows_of(rng: np.random.Generator, model: Model, n: int) -> Array:
 
 
 def off(computed: Array, want: Array, floor: Array | float = 0.0) -> float:
-    """The largest error relative to what is wanted, and to what it is made of."""
+    """The largest error relative to the expected value plus a floor."""
     assert np.isfinite(want).all()
     return float(np.max(np.abs(computed - want) / np.maximum(np.abs(want) + floor, 1e-300)))
 
@@ -451,7 +451,7 @@ def test_mathematics_is_right_where_numbers_end(
 
 
 def in_python(name: str, a: Array, b: Array) -> Array:
-    """What Python or numpy says."""
+    """The values of Python or numpy."""
     if name in ("min", "max"):
         extreme = min if name == "min" else max
         return np.array([extreme(x, y) for x, y in zip(a.tolist(), b.tolist(), strict=True)])

@@ -1,4 +1,4 @@
-"""C99 of laws of one's own: awkward Python, and words of C's in names and comments."""
+"""C99 of laws outside the tables: awkward Python, and words of C in names and comments."""
 
 from __future__ import annotations
 

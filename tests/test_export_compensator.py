@@ -1,4 +1,4 @@
-"""The compensator has one source: what is changed in its Python changes in every export."""
+"""The compensator has one source: a change of its Python changes every export."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def changed(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.
 
 @pytest.fixture(scope="module")
 def before() -> dict[tuple[str, str], dict[str, bytes]]:
-    """Every export of the models as the compensator is."""
+    """Every export of the models with the compensator unchanged."""
     return {(law, to): files(law, to) for law in MODELS for to in (*CODE, "fmu")}
 
 

@@ -1,4 +1,4 @@
-"""The co-simulation unit: valid, alike each time, and the same motion as the rigs have here."""
+"""The co-simulation unit: valid, reproducible, and with the motion of the rigs."""
 
 from __future__ import annotations
 
@@ -571,7 +571,7 @@ def test_what_is_held_has_no_slope(opened: Callable[[Model], Unit]) -> None:
     assert unit.get("added_force")[0] == 3.0
 
 
-#: A master in C: what it does is checked by the sanitizers.
+#: A master in C, run under the sanitizers.
 MASTER = """
 #include "axis.h"
 #include "fmi2.h"

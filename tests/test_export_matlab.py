@@ -1,4 +1,4 @@
-"""MATLAB: every law says in GNU Octave what it says here."""
+"""MATLAB: every law has the same values in GNU Octave."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ end
 
 
 def run(folder: Path, *names: str) -> dict[str, Array]:
-    """What Octave makes of laws and rows in a folder: friction, compensation, steady friction."""
+    """Octave's results for laws and rows in a folder: friction, compensation, steady friction."""
     (folder / "walk.m").write_text(WALK)
     calls = "; ".join(f"walk('{name}')" for name in names)
     completed = subprocess.run(

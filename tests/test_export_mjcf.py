@@ -45,7 +45,7 @@ def patched(text: str, joint: str = "x", model: Any = None, **options: bool) -> 
 
 
 def attributes(text: str, joint: str) -> dict[str, str]:
-    """Of the one joint of this name, as another parser reads them."""
+    """Attributes of the one joint of this name, by another parser."""
     (element,) = [e for e in ET.fromstring(text).iter("joint") if e.get("name") == joint]  # noqa: S314
     return dict(element.attrib)
 
@@ -190,7 +190,7 @@ def attribute(draw: st.DrawFn, name: str, value: str | None = None) -> str:
 
 @st.composite
 def files(draw: st.DrawFn) -> tuple[str, str, str]:
-    """What comes before the joint's tag, the tag, and what comes after."""
+    """The text before the joint's tag, the tag, and the text after it."""
     chosen = [draw(attribute("name", "x")), draw(attribute("type", "slide"))]
     names = st.lists(
         st.sampled_from(["damping", "frictionloss", "info", "pos", "mydamping"]), unique=True
@@ -371,7 +371,7 @@ def test_the_two_numbers_are_the_best_two() -> None:
 
 
 def test_the_largest_error_is_looked_for_beside_rest() -> None:
-    """A peak that is narrower than the spacing of even speeds is lost, and that is said."""
+    """A peak narrower than the spacing of even speeds is lost, and a note tells so."""
     law, p = LAWS["stribeck"], np.array([20.0, 12.0, 40.0, 2e-4, 1.0])
     line = coulomb_viscous(law, p, (0.0, 0.2), rotary=False)
     v = np.geomspace(2e-5, 0.2, 100_001)

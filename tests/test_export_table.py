@@ -1,4 +1,4 @@
-"""Friction tables for drives: how far they are off, and where their points stand."""
+"""Friction tables for drives: their error and the places of their points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stribeck.export.drive_table import DirectionTable, table, text
 
 
 def off(side: DirectionTable, v: np.ndarray, want: np.ndarray) -> float:
-    """The greatest error of interpolation as a drive would make it."""
+    """The greatest error of linear interpolation, as in a drive."""
     return float(np.abs(np.interp(v, side.speeds, side.levels) - want).max())
 
 

@@ -40,7 +40,7 @@ def patched(text: str, joint: str = "x", model: Any = None) -> str:
 
 
 def dynamics(text: str, joint: str) -> list[dict[str, str]]:
-    """Of the robot's joint of this name, as another parser reads them."""
+    """The dynamics of the robot's joint of this name, by another parser."""
     robot = ET.fromstring(text)  # noqa: S314
     (element,) = [e for e in robot.findall("joint") if e.get("name") == joint]
     return [dict(e.attrib) for e in element.findall("dynamics")]
@@ -66,7 +66,7 @@ def test_dynamics_that_are_there_get_other_values() -> None:
     )
 
 
-#: What stands in the file afterwards; and a joint around what is inside it.
+#: The patched element, and the tags of the joint around it.
 PUT = '<dynamics damping="40" friction="12.5"/>'
 
 

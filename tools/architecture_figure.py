@@ -1,4 +1,4 @@
-"""The house as a picture: floors, rooms and the imports between them, read from the code.
+"""A picture of the package: floors, rooms and the imports between them, read from the code.
 
 `python tools/architecture_figure.py` writes docs/figures/architecture.png and .svg, and prints the
 table of docs/architecture.md; the floors test holds that page against the same reading.
@@ -16,7 +16,7 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from structure import FLOORS, GRAPH, MODULES, ROOMS
 
 FIGURES = Path(__file__).parents[1] / "docs" / "figures"
-#: What a package is, in the words that fit into its box.
+#: What a package is, in words short enough for its box.
 WORDS = {
     "cli": "parse, call, print",
     "bench": "campaigns of search methods",
@@ -37,13 +37,13 @@ INK, SOFT, FILL, ARROW = "#1f2933", "#52606d", "#eef3f8", "#7b8794"
 
 
 def uses() -> dict[tuple[str, str], int]:
-    """How many imports lead from one package to another; the ground floor is `ground`."""
+    """Counts of the imports from one package to another; the ground floor is `ground`."""
     counts: dict[tuple[str, str], int] = {}
     for name, targets in GRAPH.items():
         package = _box(name)
         for target in targets:
-            if (other := _box(target)) != package and package != "__main__":
-                counts[package, other] = counts.get((package, other), 0) + 1
+            if (imported := _box(target)) != package and package != "__main__":
+                counts[package, imported] = counts.get((package, imported), 0) + 1
     return counts
 
 
@@ -88,18 +88,19 @@ def draw(axes: Axes) -> None:
                   color=SOFT, size=8, zorder=4)  # fmt: skip
         axes.text(middle, bottom + 0.2, rooms, ha="center", va="center", color=SOFT, size=7.5,
                   zorder=4)  # fmt: skip
-    for (package, other), count in sorted(uses().items()):
-        if other == "ground":
+    for (package, imported), count in sorted(uses().items()):
+        if imported == "ground":
             continue  # everything stands on it
-        (left, bottom, width), (o_left, o_bottom, o_width) = boxes[package], boxes[other]
-        far = round((bottom - o_bottom) / 1.55) > 1
+        (left, bottom, width), (o_left, o_bottom, o_width) = boxes[package], boxes[imported]
+        distant = round((bottom - o_bottom) / 1.55) > 1
         side = 1 if (o_left + o_width / 2) >= MIDDLE else -1
-        start = (left + width / 2 + (side * width * 0.44 if far else 0.0), bottom)
-        end = (o_left + o_width / 2 + (side * o_width * 0.44 if far else 0.0), o_bottom + 1.0)
+        start = (left + width / 2 + (side * width * 0.44 if distant else 0.0), bottom)
+        end = (o_left + o_width / 2 + (side * o_width * 0.44 if distant else 0.0), o_bottom + 1.0)
         axes.add_patch(FancyArrowPatch(
-            start, end, arrowstyle="-|>", mutation_scale=9, color=ARROW, alpha=0.35 if far else 0.9,
-            linewidth=0.6 + 0.05 * min(count, 40), shrinkA=0, shrinkB=1,
-            connectionstyle=f"arc3,rad={-0.28 * side if far else 0.0}", zorder=2,
+            start, end, arrowstyle="-|>", mutation_scale=9, color=ARROW,
+            alpha=0.35 if distant else 0.9, linewidth=0.6 + 0.05 * min(count, 40),
+            shrinkA=0, shrinkB=1,
+            connectionstyle=f"arc3,rad={-0.28 * side if distant else 0.0}", zorder=2,
         ))  # fmt: skip
     axes.set_xlim(-0.5, 12.5)
     axes.set_ylim(-0.2, max(bottom for _, bottom, _ in boxes.values()) + 1.2)
@@ -114,10 +115,10 @@ def table() -> list[str]:
     for name, floor in sorted(FLOORS.items(), key=lambda item: (-item[1], item[0])):
         if name in GROUND or name == "__main__":
             continue
-        targets = sorted(other for package, other in counts if package == name)
+        targets = sorted(imported for package, imported in counts if package == name)
         rooms = ", ".join(f"`{room}`" for room in ROOMS.get(name, ())) or "–"
-        below = ", ".join(f"`{other}`" for other in targets if other != "ground")
-        rows.append(f"| {floor} | `{name}` | {rooms} | {below or '–'} |")
+        imports = ", ".join(f"`{imported}`" for imported in targets if imported != "ground")
+        rows.append(f"| {floor} | `{name}` | {rooms} | {imports or '–'} |")
     rows.append(f"| 0 | {', '.join(f'`{name}`' for name in GROUND)} | – | – |")
     return rows
 

@@ -44,17 +44,17 @@ from result_differences import (
 from result_runs import Run, all_runs, makers
 
 RECORDING, RESULT, RUNS = "recording.json", "result.json", "runs"
-#: What a run sees of its checkout.
+#: The parts of its checkout that a run has.
 LINKED = ("README.md", "benchmarks", "docs", "tools")
 #: Files of these kinds are drawn, or hold the same as another file and times: only their names are
 #: kept.
 DRAWN = (".png", ".svg", ".html", ".parquet", ".sqlite")
-#: Differences that are shown of a run.
+#: Differences of a run that are shown.
 SHOWN = 12
 
 
 def main() -> None:
-    """Read the command line and obey."""
+    """Carry out the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -102,17 +102,17 @@ class Recorder:
         self.runs = all_runs(checkout)
 
     def record(self, only: Sequence[str], jobs: int) -> None:
-        """Run what is chosen and not finished, what others read first.
+        """Run the chosen runs that are not finished; those whose files others read come first.
 
         Raises:
             SystemExit: The folder holds results of other sources, or the checkout is not imported.
         """
         self._open()
-        wanted: list[Run] = []
+        queue: list[Run] = []
         for run in chosen(self.runs, only):
-            self._add(run, wanted)
-        todo = [run for run in wanted if not (self._folder(run) / RESULT).exists()]
-        print(f"{len(wanted) - len(todo)} of {len(wanted)} runs are finished", flush=True)
+            self._add(run, queue)
+        todo = [run for run in queue if not (self._folder(run) / RESULT).exists()]
+        print(f"{len(queue) - len(todo)} of {len(queue)} runs are finished", flush=True)
         ready = {run.name: threading.Event() for run in todo}
 
         def work(run: Run) -> None:
@@ -127,24 +127,24 @@ class Recorder:
 
         with ThreadPoolExecutor(max(jobs, 1)) as pool:
             list(pool.map(work, todo))
-        total = sum(_result(self._folder(run))["cpu_seconds"] for run in wanted)
-        print(f"{total:7.1f} s of CPU time, {len(wanted)} runs, in {self.out}")
+        total = sum(_result(self._folder(run))["cpu_seconds"] for run in queue)
+        print(f"{total:7.1f} s of CPU time, {len(queue)} runs, in {self.out}")
 
     def _makers(self, run: Run) -> list[Run]:
         return [] if self.inputs else makers(run, self.runs)
 
-    def _add(self, run: Run, wanted: list[Run]) -> None:
+    def _add(self, run: Run, queue: list[Run]) -> None:
         """Add a run behind the runs whose files it reads."""
         for maker in self._makers(run):
-            self._add(maker, wanted)
-        if run not in wanted:
-            wanted.append(run)
+            self._add(maker, queue)
+        if run not in queue:
+            queue.append(run)
 
     def _folder(self, run: Run) -> Path:
         return self.out / RUNS / run.folder
 
     def _open(self) -> None:
-        """Begin or go on with a recording."""
+        """Start or continue a recording."""
         head = {
             "sources": _fingerprint(self.checkout),
             "inputs": str(self.inputs) if self.inputs else None,
@@ -177,7 +177,7 @@ class Recorder:
         }
 
     def _run(self, run: Run) -> dict[str, Any]:
-        """A run in a fresh folder; what it leaves below `root` are its files."""
+        """Run in a fresh folder; the files below its `root` are the run's."""
         folder = self._folder(run)
         shutil.rmtree(folder, ignore_errors=True)
         root = folder / "root"
@@ -207,14 +207,14 @@ class Recorder:
         return result
 
     def _provide(self, run: Run, root: Path) -> list[Path]:
-        """Copies of what the run reads; those that it does not write itself."""
+        """Copies of the run's input files; those that it does not write itself."""
         copies = []
         for maker in makers(run, self.runs):
-            made = (self.inputs or self.out) / RUNS / maker.folder / "root"
-            if not made.exists():
-                sys.exit(f"{run.name}: {made} is not recorded")
-            shutil.copytree(made, root, dirs_exist_ok=True)
-            copies += [root / p.relative_to(made) for p in made.rglob("*") if p.is_file()]
+            recorded = (self.inputs or self.out) / RUNS / maker.folder / "root"
+            if not recorded.exists():
+                sys.exit(f"{run.name}: {recorded} is not recorded")
+            shutil.copytree(recorded, root, dirs_exist_ok=True)
+            copies += [root / p.relative_to(recorded) for p in recorded.rglob("*") if p.is_file()]
         for path in run.outputs:
             shutil.rmtree(root / path, ignore_errors=True)
             (root / path).unlink(missing_ok=True)
@@ -253,7 +253,7 @@ def _fingerprint(checkout: Path) -> str:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a comparison of one run says."""
+    """The outcome of a comparison of one run."""
 
     name: str
     word: str
@@ -275,11 +275,11 @@ def compare(before: Path, after: Path, only: Sequence[str], *, everything: bool)
         if v.differences:
             print(f"\n{v.name}")
             _print_differences(v.differences if everything else v.differences[:SHOWN])
-            if (left := len(v.differences) - SHOWN) > 0 and not everything:
-                print(f"  ... and {left} more")
-    bad = sum(v.word in ("differs", "only in before") for v in verdicts)
-    print(f"\n{bad} of {len(verdicts)} runs differ")
-    return int(bad > 0)
+            if (hidden := len(v.differences) - SHOWN) > 0 and not everything:
+                print(f"  ... and {hidden} more")
+    differing = sum(v.word in ("differs", "only in before") for v in verdicts)
+    print(f"\n{differing} of {len(verdicts)} runs differ")
+    return int(differing > 0)
 
 
 def _results(recording: Path) -> dict[str, Path]:
@@ -332,11 +332,11 @@ def _files(root: Path) -> dict[str, Path]:
 
 def _print_differences(differences: Sequence[Difference]) -> None:
     for d in differences:
-        far = "" if math.isnan(d.relative) else f"  ({d.relative:.1e})"
+        deviation = "" if math.isnan(d.relative) else f"  ({d.relative:.1e})"
         if len(d.before) + len(d.after) < SHOWN * 4:
-            print(f"  {d.field}: {d.before} -> {d.after}{far}")
+            print(f"  {d.field}: {d.before} -> {d.after}{deviation}")
         else:
-            print(f"  {d.field}:{far}\n    before  {d.before}\n    after   {d.after}")
+            print(f"  {d.field}:{deviation}\n    before  {d.before}\n    after   {d.after}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What a compensation that was identified does on the axis that is known: the slide bed's twin.
+"""The effect of an identified compensation on a known axis, the slide bed's twin.
 
 Identifies both directions of demo/twin.csv at once, takes the recommended compensator, and tries
 it on the true axis beside those that the card allows.
@@ -22,13 +22,13 @@ def main() -> None:
     """Run the study from the repository's root, after `make demo`."""
     log = read(Path("demo/twin.csv"), columns=dict(RIGS["slide-bed"].columns) or None)
     fit = identify(log, rig="slide-bed", law="stribeck-directional")
-    found = compensation(card(fit), recordings=[log], beside={"truth": published_both()})
-    truth = found.plants.index("truth")
+    result = compensation(card(fit), recordings=[log], beside={"truth": published_both()})
+    truth = result.plants.index("truth")
     rows = []
-    for curve in found.curves:
+    for curve in result.curves:
         if curve.best is None:
             continue
-        for m, motion in enumerate(found.motions):
+        for m, motion in enumerate(result.motions):
             ratio = curve.ratio[curve.best]
             allowed = np.delete(ratio[:, m], truth)
             rows.append([
@@ -39,7 +39,7 @@ def main() -> None:
             ])  # fmt: skip
     heads = ["mode", "scale", "motion", "truth without/mm", "with/mm", "less", "worst axis"]
     show_table(Table.of_texts("", heads, rows))
-    for curve in found.curves:
+    for curve in result.curves:
         o = curve.onset
         console().print(
             f"{curve.mode}: "

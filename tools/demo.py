@@ -1,7 +1,7 @@
 """The main job, end to end: record the twin, identify both directions, validate, compare.
 
-Runs the commands that anyone would type, then lays the values that the twin was made with, which
-are the published ones, and the identified ones side by side. Everything is left in demo/.
+Runs the commands of a user, then prints the twin's true values, which are the published ones,
+beside the identified ones. All files go to demo/.
 """
 
 from __future__ import annotations
@@ -46,17 +46,17 @@ def main() -> None:
             "--out", str(DEMO / side),
         )  # fmt: skip
     truth = json.loads((DEMO / "twin.truth.json").read_text())["parameters"]
-    out = Console(highlight=False, width=100)
+    console = Console(highlight=False, width=100)
     for side, sign in (("right", "+"), ("left", "-")):
         card = json.loads((DEMO / side / "card.json").read_text())
-        out.print(
+        console.print(
             f"\n[bold]{side}ward[/]: the twin, made with the published values, and what was found"
         )
         show_table(_table(card["parameters"], truth, sign))
-        held = ", ".join(f"{h['range']} {h['value']:.3g}" for h in card["holdout"])
-        out.print(
+        holdout = ", ".join(f"{h['range']} {h['value']:.3g}" for h in card["holdout"])
+        console.print(
             f"J = {card['objective']['value']:.3g} mm in training (published for the real bed: "
-            f"{PUBLISHED_J[side]} mm), held out {held} mm"
+            f"{PUBLISHED_J[side]} mm), held out {holdout} mm"
         )
     stribeck("export", str(DEMO / "left" / "card.json"), "--to", "c", "--out", str(DEMO / "c"))
     print(
@@ -65,10 +65,10 @@ def main() -> None:
 
 
 def _table(
-    found: dict[str, dict[str, float]], truth: dict[str, dict[str, float]], sign: str
+    estimates: dict[str, dict[str, float]], truth: dict[str, dict[str, float]], sign: str
 ) -> Table:
     rows = []
-    for name, p in found.items():
+    for name, p in estimates.items():
         true = truth[f"{name}{sign}"]["value"]
         rows.append([
             name, number(true), number(p["value"]), f"{p['value'] / true - 1:+.1%}",

@@ -1,4 +1,4 @@
-"""Run every command that the README and the docs show, and put what it printed below it.
+"""Run every command that the README and the docs show, and put its output below it.
 
     python tools/docs.py [PAGE.md ...]
 
@@ -33,13 +33,15 @@ def run(match: re.Match[str]) -> str:
         print(f"  kept: {command} ({DATA} is not there)")
         return match[0]
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(  # noqa: S602 - the commands are the pages' own
+    completed = subprocess.run(  # noqa: S602 - the commands are the pages' own
         command, shell=True, check=False, capture_output=True, text=True,
         env={**os.environ, "PATH": path, "COLUMNS": "100"},
     )  # fmt: skip
-    said = "\n".join(line.rstrip() for line in (done.stdout or done.stderr).splitlines())
-    print(f"  {done.returncode}: {command}")
-    return f"<!-- $ {command} -->\n```text\n$ {command}\n{said}\n```\n"
+    output = "\n".join(
+        line.rstrip() for line in (completed.stdout or completed.stderr).splitlines()
+    )
+    print(f"  {completed.returncode}: {command}")
+    return f"<!-- $ {command} -->\n```text\n$ {command}\n{output}\n```\n"
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""How much faster two workers are than one, on processes and on Dask.
+"""The speed-up of two workers over one, on processes and on Dask.
 
 Runs the same jobs, the first repeats of the paper's campaign with a budget cut to size, on one
 and on two workers in turn, and compares the throughput within each turn, start-up included.
@@ -34,18 +34,18 @@ OUT = Path(__file__).parents[1] / "docs" / "data" / "engines_study.json"
 HOST = ("--host", "127.0.0.1", "--no-dashboard")
 
 
-def started(folder: str, said: str, *command: str) -> tuple[subprocess.Popen[bytes], str]:
-    """A Dask program, once it has said that it is there, and what it said."""
+def started(folder: str, pattern: str, *command: str) -> tuple[subprocess.Popen[bytes], str]:
+    """A Dask program, once its log matches a pattern, and the pattern's first group."""
     log = Path(folder, f"{time.monotonic_ns()}.log")
     with log.open("wb") as sink:
         program = subprocess.Popen(  # noqa: S603
             [sys.executable, "-m", "dask", *command, *HOST], stderr=sink, cwd=folder
         )
-    while not (found := re.search(said, log.read_text())):
+    while not (match := re.search(pattern, log.read_text())):
         if program.poll() is not None:
             sys.exit(f"dask {command[0]} ended: {log.read_text()[-300:]}")
         time.sleep(0.05)
-    return program, found[1]
+    return program, match[1]
 
 
 @contextmanager
@@ -59,7 +59,7 @@ def cluster(workers: int) -> Iterator[str]:
             programs.append(program)
             for _ in range(workers):
                 worker = ("worker", f"tcp://{at}", "--nthreads", "1")
-                program, _said = started(folder, r"Registered to: +(\S+)", *worker)
+                program, _matched = started(folder, r"Registered to: +(\S+)", *worker)
                 programs.append(program)
             yield f"dask://{at}"
         finally:
@@ -68,11 +68,11 @@ def cluster(workers: int) -> Iterator[str]:
                 program.wait()
 
 
-def throughput(on: Engine, jobs: list[Job]) -> tuple[float, str]:
-    """Evaluations a second from the first job taken to the last outcome, and the records' bits."""
-    began = time.perf_counter()
-    records = [o for o in on.run(iter(jobs)) if isinstance(o, Record)]
-    seconds = time.perf_counter() - began
+def throughput(tested: Engine, jobs: list[Job]) -> tuple[float, str]:
+    """Evaluations a second from the first job to the last outcome, and the records' bits."""
+    start_time = time.perf_counter()
+    records = [o for o in tested.run(iter(jobs)) if isinstance(o, Record)]
+    seconds = time.perf_counter() - start_time
     if len(records) < len(jobs):
         sys.exit("a job failed")
     bits = "".join(sorted(r.content for r in records))
@@ -85,27 +85,27 @@ def main() -> None:
     parse.add_argument("--repeats", type=int, default=4, help="of the campaign: how many jobs")
     parse.add_argument("--turns", type=int, default=3)
     parse.add_argument("--budget", type=int, default=100_000, help="at most, of a job")
-    given = parse.parse_args()
-    all_jobs = campaign("paper").trials(given.repeats).jobs()
-    jobs = [replace(job, budget=min(job.budget, given.budget)) for job in all_jobs]
+    options = parse.parse_args()
+    all_jobs = campaign("paper").trials(options.repeats).jobs()
+    jobs = [replace(job, budget=min(job.budget, options.budget)) for job in all_jobs]
     rates: dict[str, list[float]] = {}
-    seen = set[str]()
-    with cluster(1) as one, cluster(2) as two:
+    contents = set[str]()
+    with cluster(1) as single, cluster(2) as two:
         names = {"processes 1": "processes:1", "processes 2": "processes:2"}
-        names |= {"dask 1": one, "dask 2": two}
+        names |= {"dask 1": single, "dask 2": two}
         for name in names.values():  # Dask workers load their code once, not once a turn
             list(engine(name).run(iter(jobs[:8])))
-        for turn in range(given.turns):
+        for turn in range(options.turns):
             for label in list(names)[:: 1 if turn % 2 == 0 else -1]:
                 rate, bits = throughput(engine(names[label]), jobs)
                 rates.setdefault(label, []).append(rate)
-                seen.add(bits)
+                contents.add(bits)
                 print(f"{label}: {rate:,.0f} evaluations a second")
     ratios = {
         kind: np.array(rates[f"{kind} 2"]) / np.array(rates[f"{kind} 1"])
         for kind in ("processes", "dask")
     }
-    said: dict[str, Any] = {
+    document: dict[str, Any] = {
         "command": " ".join(["python tools/engines_study.py", *sys.argv[1:]]),
         "machine": {
             "cores": cores(),
@@ -115,7 +115,7 @@ def main() -> None:
             "software": software(),
         },
         "jobs": len(jobs),
-        "records_are_the_same_on_every_engine": len(seen) == 1,
+        "records_are_the_same_on_every_engine": len(contents) == 1,
         "evaluations_a_second": {k: [round(r) for r in v] for k, v in rates.items()},
         "two_workers_over_one": {
             kind: {
@@ -126,8 +126,8 @@ def main() -> None:
             for kind, r in ratios.items()
         },
     }
-    OUT.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(said["two_workers_over_one"]))
+    OUT.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(document["two_workers_over_one"]))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""How far the fast integrator and the plain reference are apart, over the whole search box.
+"""Differences of the fast integrator from the plain reference, over the whole search box.
 
 Random parameter sets of the slide bed (uniform in its search ranges), both directions, the ramp
-of 5 mm/s of section 4.5 for 36.6 s sampled at 100 Hz: agreement, what a looser tolerance costs,
-and how smooth the error is, which finite differences of the motion depend on. Writes
+of 5 mm/s of section 4.5 for 36.6 s sampled at 100 Hz: agreement, error at looser tolerances, and
+smoothness of the error, on which finite differences of the motion depend. Writes
 docs/data/kernel_study.json.
 """
 
@@ -44,18 +44,18 @@ def study(direction: int, n: int, dt: float, coarse: Array) -> dict[str, Any]:
     """One direction: agreement over the box, and the order over a part of it."""
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
     x0 = 0.112 if direction > 0 else 0.325
-    on = track(Drive.line(0.0, x0, SECONDS, direction * SPEED), t, x0)
+    stroke = track(Drive.line(0.0, x0, SECONDS, direction * SPEED), t, x0)
     p, c = SLIDE_BED.split(LAW, SLIDE_BED.sample(LAW, np.random.default_rng(2012 + direction), n))
-    x, v = trajectories(LAW, p, c, on)
-    tight, _ = trajectories(LAW, p, c, on, 1e-3)
+    x, v = trajectories(LAW, p, c, stroke)
+    tight, _ = trajectories(LAW, p, c, stroke, 1e-3)
 
     def error(k: int, step: float, against: Array) -> float:
-        y, _ = reference.trajectory(LAW, p[k], c[k], on, step)
+        y, _ = reference.trajectory(LAW, p[k], c[k], stroke, step)
         return float(np.sqrt(np.mean((y - against[k]) ** 2)))
 
     error(0, 1e-3, x)  # compiled once, before the threads
     with ThreadPoolExecutor() as pool:
-        apart = np.array(list(pool.map(lambda k: error(k, dt, x), range(n))))
+        distances = np.array(list(pool.map(lambda k: error(k, dt, x), range(n))))
         part = range(0, n, max(1, n // 50))
         medians = [
             float(np.median(list(pool.map(lambda k, s=step: error(k, s, tight), part))))
@@ -65,12 +65,12 @@ def study(direction: int, n: int, dt: float, coarse: Array) -> dict[str, Any]:
     return {
         "sets": n,
         "reference_step_s": dt,
-        "fast_against_reference_rms": spread(apart),
+        "fast_against_reference_rms": spread(distances),
         "fast_against_a_thousandth_of_its_tolerance_rms": spread(
             np.sqrt(np.mean((x - tight) ** 2, axis=1))
         ),
-        "fast_against_the_same_by_tolerance": by_tolerance(p, c, on, tight),
-        "finite_differences": differences(direction, on),
+        "fast_against_the_same_by_tolerance": by_tolerance(p, c, stroke, tight),
+        "finite_differences": differences(direction, stroke),
         "slips_a_set": {"least": int(slips.min()), "most": int(slips.max())},
         "reference_order": {
             "steps_s": coarse.tolist(),
@@ -80,17 +80,17 @@ def study(direction: int, n: int, dt: float, coarse: Array) -> dict[str, Any]:
     }
 
 
-def by_tolerance(p: Array, c: Array, on: Track, tight: Array) -> list[dict[str, float]]:
+def by_tolerance(p: Array, c: Array, stroke: Track, tight: Array) -> list[dict[str, float]]:
     """Error and work of the fast integrator at looser and tighter tolerances."""
     rows = []
     for tolerance in (0.1, 1.0, 3.0, 10.0):
-        x, _ = trajectories(LAW, p, c, on, tolerance)
+        x, _ = trajectories(LAW, p, c, stroke, tolerance)
         error = spread(np.sqrt(np.mean((x - tight) ** 2, axis=1)))
         rows.append({"tolerance": tolerance, **error})
     return rows
 
 
-def differences(direction: int, on: Track, n: int = 100) -> list[dict[str, float]]:
+def differences(direction: int, stroke: Track, n: int = 100) -> list[dict[str, float]]:
     """Relative error of a column of finite differences of the motion, by tolerance.
 
     Steps of least squares, from `n` sets.
@@ -107,7 +107,7 @@ def differences(direction: int, on: Track, n: int = 100) -> list[dict[str, float
     p, c = SLIDE_BED.split(LAW, sets.reshape(-1, len(params)))
 
     def columns(tolerance: float) -> Array:
-        x, _ = trajectories(LAW, p, c, on, tolerance)
+        x, _ = trajectories(LAW, p, c, stroke, tolerance)
         x = x.reshape(n, len(free) + 1, -1)
         return x[:, 1:] - x[:, :1]
 
@@ -126,14 +126,14 @@ def printed(direction: str, steps: list[float]) -> list[dict[str, float]]:
     """The printed scheme's distance from the fast motion, for a published set, by step."""
     sign = 1 if direction == "right" else -1
     t = np.arange(round(SECONDS * RATE) + 1) / RATE
-    on = track(Drive.line(0.0, 0.0, SECONDS, sign * SPEED), t, 0.0)
+    stroke = track(Drive.line(0.0, 0.0, SECONDS, sign * SPEED), t, 0.0)
     (p,), (c,) = SLIDE_BED.split(LAW, PUBLISHED[direction])
-    (x,), _ = trajectories(LAW, p[None], c[None], on)
+    (x,), _ = trajectories(LAW, p[None], c[None], stroke)
     rows = []
     for dt in steps:
         row = {"step_s": dt}
         for scheme, name in (("implicit", "reference_rms_mm"), ("paper", "paper_rms_mm")):
-            y, _ = reference.trajectory(LAW, p, c, on, dt, scheme)
+            y, _ = reference.trajectory(LAW, p, c, stroke, dt, scheme)
             row[name] = 1e3 * float(np.sqrt(np.mean((x - y) ** 2)))
         rows.append(row)
     return rows
@@ -145,17 +145,17 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=1000, help="parameter sets a direction (1000)")
     parser.add_argument("--step", type=float, default=2e-5, help="the reference's step, s (2e-5)")
     parser.add_argument("--out", type=Path, default=OUT, help="the file to write")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     coarse = np.array([2e-4, 1e-4, 5e-5, 2.5e-5])
     steps = [1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
-    found = {
+    results = {
         "ramp": {"speed_mm_s": 1e3 * SPEED, "seconds": SECONDS, "rate_hz": RATE},
-        "right": study(1, asked.sets, asked.step, coarse),
-        "left": study(-1, asked.sets, asked.step, coarse),
+        "right": study(1, options.sets, options.step, coarse),
+        "left": study(-1, options.sets, options.step, coarse),
         "published_sets": {name: printed(name, steps) for name in PUBLISHED},
     }
-    text = json.dumps(found, indent=2)
-    asked.out.write_text(text + "\n")
+    text = json.dumps(results, indent=2)
+    options.out.write_text(text + "\n")
     print(text)
 
 

@@ -1,7 +1,7 @@
 """Draw the catalogue of friction laws: docs/figures/laws-*.png, which docs/laws.md shows.
 
-Static laws by their force over speed; laws with states by their presliding loops, their way out of
-rest, and how they lag behind a changing speed; laws under load by their force over the load.
+Static laws by their force over speed; laws with states by their presliding loops, their departure
+from rest, and their lag behind a changing speed; laws under load by their force over the load.
 """
 
 from __future__ import annotations
@@ -61,16 +61,16 @@ def static() -> Figure:
     figure = Figure(figsize=(9.2, 5.0), layout="constrained")
     axes = figure.subplots(2, 4, sharex=True, sharey=True)
     v = np.concatenate([-np.geomspace(1e-7, 8e-3, 900)[::-1], np.geomspace(1e-7, 8e-3, 900)])
-    known = LAWS["stribeck"].friction(v, np.array(STATIC["stribeck"][0]))
-    for ax, (name, (p, what)) in zip(axes.flat, STATIC.items(), strict=True):
-        ax.plot(1e3 * v, known, color=COMMAND, lw=1.2)
+    stribeck = LAWS["stribeck"].friction(v, np.array(STATIC["stribeck"][0]))
+    for ax, (name, (p, caption)) in zip(axes.flat, STATIC.items(), strict=True):
+        ax.plot(1e3 * v, stribeck, color=COMMAND, lw=1.2)
         if name == "stribeck-free":
             for exponent in (1.0, 3.0):
                 shape = np.array([*p[:4], exponent])
                 ax.plot(1e3 * v, LAWS[name].friction(v, shape), color=MODEL, lw=0.9, alpha=0.6)
         ax.plot(1e3 * v, LAWS[name].friction(v, np.array(p)), color=MODEL)
         ax.set_title(name)
-        ax.text(0.97, 0.06, what, transform=ax.transAxes, ha="right", fontsize=9, color=INK)
+        ax.text(0.97, 0.06, caption, transform=ax.transAxes, ha="right", fontsize=9, color=INK)
     for ax in axes[1]:
         ax.set_xlabel("Speed / (mm/s)")
     for ax in axes[:, 0]:
@@ -83,16 +83,16 @@ def static() -> Figure:
 def walk(law: Law, p: list[float], x: Array, h: float) -> tuple[Array, Array]:
     """Friction along positions h seconds apart, and the speeds between them."""
     v = np.diff(x) / h
-    z, out, none = np.zeros(law.states), np.zeros(law.states), np.zeros(5)
+    z, following, none = np.zeros(law.states), np.zeros(law.states), np.zeros(5)
     F = np.empty(len(v))
     for k, speed in enumerate(v):
-        F[k] = law.rub(speed, h, z, none, np.array(p, dtype=float), out)
-        z, out = out, z
+        F[k] = law.rub(speed, h, z, none, np.array(p, dtype=float), following)
+        z, following = following, z
     return F, v
 
 
 def dynamic() -> Figure:
-    """A row for each law: loops within presliding, out of rest, and a speed that swings."""
+    """A row for each law: presliding loops, departure from rest, and an oscillating speed."""
     figure = Figure(figsize=(9.2, 11.0), layout="constrained")
     axes = figure.subplots(len(DYNAMIC), 3, sharey="col")
     for row, (name, p) in zip(axes, DYNAMIC.items(), strict=True):
@@ -127,7 +127,7 @@ def dynamic() -> Figure:
 
 
 def loops(ax: Axes, law: Law, p: list[float]) -> None:
-    """There and back within presliding: 6 µm, then 2 µm inside it, at up to 0.1 mm/s."""
+    """Loops within presliding: 6 µm, then 2 µm inside it, at up to 0.1 mm/s."""
     turns = [0.0, 6e-6, -6e-6, 6e-6, 1e-6, 4e-6, -6e-6, 6e-6]
     x = np.concatenate([a + (b - a) * np.linspace(0, 1, 400)[:-1] for a, b in pairwise(turns)])
     F, _ = walk(law, p, x, 1e-3)

@@ -1,4 +1,4 @@
-"""Draw how the slide bed's stick-slip depends on the step, by scheme, for both published sets.
+"""Draw the slide bed's stick-slip over the step, by scheme, for both published sets.
 
 A minute of ramp at 5 mm/s from rest: length of the jumps,
 number of slips and share of the time stuck, with the printed explicit procedure, with the plain
@@ -41,7 +41,7 @@ TITLES = {"right": "Rightward", "left": "Leftward"}
 
 @dataclass(frozen=True)
 class Slips:
-    """What a minute of ramp shows: slips, mean and spread of their lengths, share stuck."""
+    """Statistics of a minute of ramp: slips, mean and spread of their lengths, share stuck."""
 
     scheme: str
     step_s: float
@@ -60,7 +60,7 @@ def minute(direction: str) -> Track:
 
 
 def slips(scheme: str, step: float, x: Array, v: Array) -> Slips:
-    """Take a motion apart into the slips between its rests.
+    """Statistics of the slips between a motion's rests.
 
     The printed scheme leaves single steps at rest inside a slip: a rest counts from 50 ms on.
     """
@@ -86,32 +86,34 @@ def slips(scheme: str, step: float, x: Array, v: Array) -> Slips:
 
 def runs(direction: str) -> list[Slips]:
     """All schemes at all steps for one published set."""
-    on = minute(direction)
+    stroke = minute(direction)
     (p,), (c,) = SLIDE_BED.split(LAW, PUBLISHED[direction])
-    (x,), (v,) = trajectories(LAW, p[None], c[None], on)
-    found = [slips("fast", 0.0, x, v)]
+    (x,), (v,) = trajectories(LAW, p[None], c[None], stroke)
+    simulated = [slips("fast", 0.0, x, v)]
     for scheme in ("implicit", "paper"):
-        reference.trajectory(LAW, p, c, on, 1e-2, scheme)  # compiled before the threads
+        reference.trajectory(LAW, p, c, stroke, 1e-2, scheme)  # compiled before the threads
         with ThreadPoolExecutor() as pool:
             motions = list(
                 pool.map(
-                    lambda dt, s=scheme: reference.trajectory(LAW, p, c, on, dt, s),
+                    lambda dt, s=scheme: reference.trajectory(LAW, p, c, stroke, dt, s),
                     STEPS,
                 )
             )
         for dt, (x, v) in zip(STEPS, motions, strict=True):
-            found.append(slips("reference" if scheme == "implicit" else scheme, float(dt), x, v))
-    return found
+            simulated.append(
+                slips("reference" if scheme == "implicit" else scheme, float(dt), x, v)
+            )
+    return simulated
 
 
-def draw(found: dict[str, list[Slips]]) -> Figure:
+def draw(results: dict[str, list[Slips]]) -> Figure:
     """Three rows (jump, slips, stuck) by two columns (the published sets)."""
     figure = Figure(figsize=(9.2, 7.2), layout="constrained")
     axes = figure.subplots(3, 2, sharex=True, sharey="row")
-    for column, (direction, of) in enumerate(found.items()):
-        paper = [s for s in of if s.scheme == "paper"]
-        plain = [s for s in of if s.scheme == "reference"]
-        fast = next(s for s in of if s.scheme == "fast")
+    for column, (direction, schemes) in enumerate(results.items()):
+        paper = [s for s in schemes if s.scheme == "paper"]
+        plain = [s for s in schemes if s.scheme == "reference"]
+        fast = next(s for s in schemes if s.scheme == "fast")
         for ax, name in zip(axes[:, column], ("jump_mm", "slips", "stuck"), strict=True):
             panel(ax, name, paper, plain, fast)
         axes[0, column].set_title(
@@ -157,14 +159,14 @@ def panel(ax: Axes, name: str, paper: list[Slips], plain: list[Slips], fast: Sli
 
 def main() -> None:
     """Run, draw, write."""
-    found = {direction: runs(direction) for direction in PUBLISHED}
-    data = {direction: [asdict(s) for s in of] for direction, of in found.items()}
+    results = {direction: runs(direction) for direction in PUBLISHED}
+    data = {direction: [asdict(s) for s in schemes] for direction, schemes in results.items()}
     text = json.dumps(data, indent=1).replace("NaN", "null")
     (DOCS / "data" / "step_dependence.json").write_text(text + "\n")
     with mpl.rc_context(STYLE):
-        files = save(draw(found), DOCS / "figures", "step_dependence")
-    for of in found.values():
-        for s in of:
+        files = save(draw(results), DOCS / "figures", "step_dependence")
+    for schemes in results.values():
+        for s in schemes:
             print(s)
     print(*files, sep="\n")
 

@@ -1,4 +1,4 @@
-"""What differs between two results: texts line by line, JSON field by field, tables cell by cell.
+"""Differences of two results: texts line by line, JSON field by field, tables cell by cell.
 
 What changes from one run of the same code to the next is blanked or left out before: how long
 something took, the version, hashes of cards (a card holds how long its search took) and what is
@@ -22,7 +22,7 @@ from typing import Any
 
 _SECONDS = r"\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?: ms| s| min| h)"
 _LAP = r"[a-z-]+(?:\s[a-z-]+)*\s+\d+\.\d+"
-#: What is blanked in any text: the number goes, the words stay.
+#: Patterns blanked in any text: the number goes, the words stay.
 BLANKED = (
     # `2.11 s: start-up 0.88, reading 0.02, ...`, the stopwatch's words, which may be wrapped
     (
@@ -50,7 +50,7 @@ BLANKED = (
 PROGRESS = re.compile(
     r"^[\d,]+/[\d,]+ (?:evaluations, |runs)|: [\d,]+ evaluations, best |compil|% of the work, "
 )
-#: Fields of JSON that are about the run and not its result.
+#: Fields of JSON that describe the run and not its result.
 IGNORED = frozenset({"seconds", "software"})
 #: Columns of CSV that are seconds; of Table 4 it is the one beside the published seconds.
 IGNORED_COLUMNS = frozenset({"seconds"})
@@ -70,7 +70,7 @@ TIMED_TABLES = re.compile(
 NUMBER = re.compile(
     r"[-+−]?(?<![\w.])\d[\d,]*(?:\.\d+)?(?:[eE][-+]?\d+)?|[-+−]?\.\d+(?:[eE][-+]?\d+)?"
 )
-#: A list of numbers longer than this is told by its largest difference.
+#: A list of numbers longer than this is compared by its largest difference.
 SHORT_LIST = 8
 #: Characters of a text that a difference shows.
 SHOWN = 160
@@ -197,10 +197,10 @@ def _list(field: str, a: list[Any], b: list[Any]) -> Iterator[Difference]:
         yield Difference(field, f"{len(a)} entries", f"{len(b)} entries")
         return
     if len(a) > SHORT_LIST and all(_is_number(x) for x in (*a, *b)):
-        apart = [relative(x, y) for x, y in zip(a, b, strict=True)]
-        if (worst := max(apart)) > 0:
-            k = apart.index(worst)
-            count = sum(x > 0 for x in apart)
+        distances = [relative(x, y) for x, y in zip(a, b, strict=True)]
+        if (worst := max(distances)) > 0:
+            k = distances.index(worst)
+            count = sum(x > 0 for x in distances)
             yield Difference(f"{field}[{k}] ({count} of {len(a)})", repr(a[k]), repr(b[k]), worst)
         return
     for k, (x, y) in enumerate(zip(a, b, strict=True)):
@@ -234,19 +234,24 @@ def _table(name: str, before: str, after: str) -> Iterator[Difference]:
             if x[j] != y[j] and not (j and x[0] == y[0] and x[0].startswith(TIMED_ROW))
         ]  # fmt: skip
         if rows:
-            apart = [_apart(x, y) for _, x, y in rows]
-            k = max(range(len(rows)), key=lambda k: math.inf if apart[k] is None else apart[k] or 0)
+            distances = [_apart(x, y) for _, x, y in rows]
+            k = max(
+                range(len(rows)),
+                key=lambda k: math.inf if distances[k] is None else distances[k] or 0,
+            )
             i, x, y = rows[k]
-            far = apart[k]
+            distance = distances[k]
             field = f"{name}: {head}, row {i} ({len(rows)} of {len(a) - 1})"
-            yield Difference(field, x[:SHOWN], y[:SHOWN], math.nan if far is None else far)
+            yield Difference(
+                field, x[:SHOWN], y[:SHOWN], math.nan if distance is None else distance
+            )
 
 
 # --- texts ----------------------------------------------------------------------------------------
 
 
 def blanked(text: str) -> str:
-    """A text without what changes from run to run."""
+    """A text without durations, versions and hashes, which change from run to run."""
     for pattern, replacement in BLANKED:
         text = pattern.sub(replacement, text)
     return "\n".join(line.rstrip() for line in text.splitlines())
@@ -254,15 +259,15 @@ def blanked(text: str) -> str:
 
 def without_progress(text: str) -> str:
     """Standard error without lines that come by the clock, and none twice in a row."""
-    kept: list[str] = []
+    lines: list[str] = []
     for line in text.splitlines():
-        if not PROGRESS.search(line) and kept[-1:] != [line]:
-            kept.append(line)
-    return "\n".join(kept)
+        if not PROGRESS.search(line) and lines[-1:] != [line]:
+            lines.append(line)
+    return "\n".join(lines)
 
 
 def printed_differences(name: str, before: str, after: str) -> Iterator[Difference]:
-    """Differences of what two runs printed; that which is JSON field by field."""
+    """Differences of the outputs of two runs; JSON is compared field by field."""
     if before.startswith("{") and after.startswith("{"):
         yield from _json(name, before, after)
         return
@@ -288,14 +293,14 @@ def text_differences(
             continue
         for k, (x, y) in enumerate(zip_longest(a[i:i_end], b[j:j_end])):
             field = name if len(a) == len(b) == 1 else f"{name}:{i + k + 1}"
-            same = x is not None and y is not None and x.split() == y.split()
-            far = None if x is None or y is None else _apart(x, y)
+            equal_but_for_spaces = x is not None and y is not None and x.split() == y.split()
+            distance = None if x is None or y is None else _apart(x, y)
             yield Difference(
                 field,
                 ABSENT if x is None else x[:SHOWN],
                 ABSENT if y is None else y[:SHOWN],
-                math.nan if far is None else far,
-                same and not exact,
+                math.nan if distance is None else distance,
+                equal_but_for_spaces and not exact,
             )
 
 

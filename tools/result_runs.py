@@ -1,4 +1,4 @@
-"""The runs whose results `compare_results.py` holds against each other.
+"""The runs whose results `compare_results.py` compares.
 
 Every command that a page of the README or the docs shows, the demo, and a fixed list that enters
 each kind of rig, search method, estimate and export once. All go through the command line, so that
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from docs import BLOCK
 
-#: Where commands leave what they make, as the pages do.
+#: Folder that commands write to, as those of the pages do.
 DEMO = "demo/"
 #: CPU seconds of the pages' blocks that take more than `BLOCK_COST`, by how their commands begin.
 BLOCK_COST = 2
@@ -26,7 +26,7 @@ BLOCK_COSTS = {
     "stribeck identify ../shared/data/openarm": 70,
     "stribeck identify": 5,
 }
-#: What programs read without a word of it in their command.
+#: Files that programs read although their command does not name them.
 READ = {"python tools/compensation_study.py": ("demo/twin.csv",)}
 
 
@@ -38,7 +38,7 @@ class Run:
         name: What the comparison calls it.
         command: The line; it leaves its files below `demo/`.
         cost: About how many CPU seconds it takes, for the order of magnitude.
-        makes: What it leaves for others, files or folders.
+    makes: Files or folders that other runs read.
     """
 
     name: str
@@ -54,15 +54,15 @@ class Run:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """What it leaves: `makes`, and what `--out` names."""
+        """Files that it writes: `makes`, and the values of `--out`."""
         return (*self.makes, *re.findall(rf"--out ({DEMO}\S+)", self.command))
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """What it reads of what others leave."""
+        """Files that it reads and other runs write."""
         words = re.findall(rf"(?<!\S){DEMO}[^\s)]+", self.command)
         words += READ.get(self.command, ())
-        return tuple(w for w in words if not any(_inside(w, made) for made in self.outputs))
+        return tuple(w for w in words if not any(_inside(w, output) for output in self.outputs))
 
 
 def _inside(path: str, folder: str) -> bool:
@@ -70,19 +70,19 @@ def _inside(path: str, folder: str) -> bool:
 
 
 def makers(run: Run, runs: list[Run]) -> list[Run]:
-    """The runs that leave what `run` reads, the first of those that leave the same.
+    """The runs that write what `run` reads; the first of those that write the same.
 
     Raises:
-        LookupError: Nothing leaves it.
+        LookupError: No run writes it.
     """
-    wanted = []
+    chosen = []
     for path in run.inputs:
-        maker = next((r for r in runs if any(_inside(path, made) for made in r.outputs)), None)
+        maker = next((r for r in runs if any(_inside(path, output) for output in r.outputs)), None)
         if maker is None:
             raise LookupError(f"{run.name}: no run makes {path}")
-        if maker not in wanted:
-            wanted.append(maker)
-    return wanted
+        if maker not in chosen:
+            chosen.append(maker)
+    return chosen
 
 
 def all_runs(checkout: Path) -> list[Run]:

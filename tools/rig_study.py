@@ -1,10 +1,10 @@
-"""Measure how far off a stepped motion is: default step and tolerance against ever finer ones.
+"""Measure the error of stepped motions: default step and tolerance against ever finer ones.
 
     python tools/rig_study.py
 
 For every rig that steps, and laws of each kind, a typical motion is simulated. Step and tolerance
-are then halved, again and again, until nothing changes any more; the table says how far the
-defaults are from there.
+are then halved until nothing changes any more; the table holds the defaults' difference from that
+limit.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Case:
 
 
 def creep(t: Array) -> Array:
-    """Positions that a log must have; only the first is used, which is 0."""
+    """Positions of a log; only the first is used, which is 0."""
     return 1e-4 * t
 
 
@@ -138,24 +138,24 @@ def row(case: Case) -> str:
 
 
 def at(rig: object, case: Case, p: Array, halvings: int) -> Array:
-    """The motion with step and tolerance halved so often, (N,)."""
+    """The motion with step and tolerance halved `halvings` times, (N,)."""
     assert isinstance(rig, SimulatedRig)  # noqa: S101 - all cases are
     shown = {c.name: c.shown for c in rig.constants}
-    fine = rig.set(**{n: shown[n] / 2**halvings for n in ("step", "tolerance")})
+    refined = rig.set(**{n: shown[n] / 2**halvings for n in ("step", "tolerance")})
     everything = slice(0, len(case.log))
-    on = fine.track(case.log, everything, 0.0, np.ones(len(case.log)))
-    moved: Array = fine.move(law_named(case.law), p, on).position[0]
+    segment = refined.track(case.log, everything, 0.0, np.ones(len(case.log)))
+    moved: Array = refined.move(law_named(case.law), p, segment).position[0]
     return moved
 
 
 def clocked(rig: object, case: Case, p: Array) -> float:
-    """Seconds that a simulation takes, the least of five."""
-    taken = []
+    """Seconds of a simulation, the least of five."""
+    seconds = []
     for _ in range(5):
-        begun = time.perf_counter()
+        start_time = time.perf_counter()
         at(rig, case, p, 0)
-        taken.append(time.perf_counter() - begun)
-    return min(taken)
+        seconds.append(time.perf_counter() - start_time)
+    return min(seconds)
 
 
 if __name__ == "__main__":

@@ -62,8 +62,8 @@ def imports(path: Path) -> set[str]:
     targets = set()
     for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.level:
-            above = folder[: len(folder) - node.level + 1]
-            module = ".".join((*above, *(node.module.split(".") if node.module else ())))
+            parents = folder[: len(folder) - node.level + 1]
+            module = ".".join((*parents, *(node.module.split(".") if node.module else ())))
             for alias in node.names:
                 inner = f"{module}.{alias.name}".strip(".")
                 targets.add(inner if inner in MODULES else module)
@@ -93,7 +93,7 @@ SCREEN = 60
 
 
 def counts(root: Path) -> Iterator[tuple[str, str]]:
-    """What can be counted of the sources below a folder: a quantity and its value.
+    """Counts of the sources below a folder: a quantity and its value.
 
     Args:
         root: The folder of the package, `src/stribeck` of a checkout.
@@ -126,8 +126,8 @@ def counts(root: Path) -> Iterator[tuple[str, str]]:
     twice = sorted(name for name, n in classes.items() if n > 1)
     yield "class names used twice", f"{len(twice)} {' '.join(twice)}".strip()
     modules = Counter(p.stem for p in texts if p.stem != "__init__")
-    same = sorted(name for name, n in modules.items() if n > 1)
-    yield "module names used twice", f"{len(same)} {' '.join(same)}".strip()
+    repeated = sorted(name for name, n in modules.items() if n > 1)
+    yield "module names used twice", f"{len(repeated)} {' '.join(repeated)}".strip()
     names = Counter(
         node.id
         for tree in trees.values()

@@ -26,36 +26,38 @@ from surface_figures import draw_surfaces, draw_twins
 
 #: Figures that are kept, where it is not all of them.
 KEPT = {"twins": {"ecdf", "success"}, "bbob": {"ecdf", "profile"}}
-#: Libraries that the numbers hang on.
+#: Libraries on which the numbers depend.
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
 
 
 def main() -> None:
-    """Run it and copy what is kept."""
+    """Run the campaign and copy its tables, records and figures."""
     name, *engine = sys.argv[1:]
-    out = Path("study") / name
-    out.parent.mkdir(exist_ok=True)
-    command = ["stribeck", "bench", name, "--out", str(out)]
+    campaign_folder = Path("study") / name
+    campaign_folder.parent.mkdir(exist_ok=True)
+    command = ["stribeck", "bench", name, "--out", str(campaign_folder)]
     command += ["--engine", engine[0]] if engine else []
-    whole = not (out / "store.sqlite").exists()
-    began = time.monotonic()
+    whole = not (campaign_folder / "store.sqlite").exists()
+    start_time = time.monotonic()
     subprocess.run([sys.executable, "-m", *command], check=True)  # noqa: S603
-    minutes = (time.monotonic() - began) / 60
+    minutes = (time.monotonic() - start_time) / 60
     data, figures = Path("docs/data/study") / name, Path("docs/figures/study") / name
     for folder in (data, figures):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-    for file in [*(out / "tables").iterdir(), out / "records.parquet"]:
+    for file in [*(campaign_folder / "tables").iterdir(), campaign_folder / "records.parquet"]:
         if file.suffix in {".txt", ".csv", ".parquet"} and file.stem != "comparisons":
             shutil.copy(file, data)
-    shutil.copy(out / "tables" / "comparisons.csv", data)
-    for file in (out / "figures").glob("*.png"):
+    shutil.copy(campaign_folder / "tables" / "comparisons.csv", data)
+    for file in (campaign_folder / "figures").glob("*.png"):
         if file.stem in KEPT.get(name, {file.stem}):
             keep(file, figures)
-    made = {
+    document = {
         "command": " ".join(command),
         **({"minutes": round(minutes, 1)} if whole else {}),
-        "minutes_of_runs": round(pl.read_parquet(out / "records.parquet")["seconds"].sum() / 60, 1),
+        "minutes_of_runs": round(
+            pl.read_parquet(campaign_folder / "records.parquet")["seconds"].sum() / 60, 1
+        ),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}, {platform.system()}",
         "software": {
             "python": platform.python_version(),
@@ -64,7 +66,7 @@ def main() -> None:
     }
     if name == "paper":
         surfaces(figures.parent)
-    (data / "made.json").write_text(json.dumps(made, indent=1) + "\n", encoding="utf-8")
+    (data / "made.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def surfaces(folder: Path) -> None:
@@ -76,13 +78,13 @@ def surfaces(folder: Path) -> None:
 
 
 def keep(file: Path, folder: Path) -> None:
-    """A picture in 128 colours, which is a third of its size; maps keep their shades."""
+    """Copy a picture in 128 colours, a third of its size; maps keep their shades."""
     if file.stem.startswith("movements"):
         shutil.copy(file, folder)
         return
     with Image.open(file) as picture:
-        few = picture.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
-        few.save(folder / file.name, optimize=True)
+        reduced = picture.convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE)
+        reduced.save(folder / file.name, optimize=True)
 
 
 if __name__ == "__main__":

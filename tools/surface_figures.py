@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stribeck.space import Array
 
-#: Low is dark; what is marked in MODEL's colour stands out on all of it.
+#: Low is dark; marks in MODEL's colour stand out on all of it.
 _DEPTH = LinearSegmentedColormap.from_list("depth", ["#0b1f4b", ACCENT, "#8fb4f0", "#f3f6fa"])
 _PALE = LinearSegmentedColormap.from_list("pale", ["#6f7fa6", "#86a5ee", "#c3d6f7", "#f8fafc"])
 _BEYOND = "#e6ddd1"  # above all values that the surface itself has
@@ -64,7 +64,7 @@ def relief(s: Surface) -> Figure:
 
 
 def sheet() -> Figure:
-    """The five surfaces on one sheet, with what Table 1 says of them."""
+    """The five surfaces on one sheet, with their rows of Table 1."""
     figure = Figure(figsize=(13.0, 8.6), dpi=160)
     for k, s in enumerate(SURFACES.values()):
         left, bottom = 0.005 + k % 3 / 3, 0.51 - k // 3 * 0.49
@@ -84,13 +84,13 @@ def twins(seed: int) -> Figure:
         x=0.008, y=0.99, ha="left", size=14, weight="bold", color=INK,
     )  # fmt: skip
     grid = figure.subplots(2, len(SURFACES))
-    for (above, below), own in zip(grid.T, SURFACES.values(), strict=True):
-        _map(own, own, above)
-        filled = _map(surface(own.name, twin=seed), own, below)
+    for (above, below), original in zip(grid.T, SURFACES.values(), strict=True):
+        _map(original, original, above)
+        filled = _map(surface(original.name, twin=seed), original, below)
         bar = figure.colorbar(
             filled, ax=[above, below], location="bottom", aspect=28, shrink=0.85, pad=0.03
         )
-        bar.set_ticks(_few(own))
+        bar.set_ticks(_few(original))
         bar.set_label("Cost")
     figure.text(
         0.992, 0.985, "orange: where it is least   ·   dashed: wall of the surface's own box"
@@ -124,18 +124,18 @@ def _relief(s: Surface, axes: Any, ticks: int = 5) -> None:
     axes.tick_params(labelsize=9, pad=1)
 
 
-def _map(s: Surface, own: Surface, axes: Axes) -> Any:
+def _map(s: Surface, original: Surface, axes: Axes) -> Any:
     """A surface or a twin as a contour map, in the colours of the surface's own values."""
     x, y, cost = _grid(s)
-    shades = Normalize(own.minimum, own.ceiling)
-    levels = np.linspace(own.minimum, own.ceiling, 15)
-    levels[0] -= 1e-9 * own.ceiling  # rounding must not leave a hole where it is least
+    shades = Normalize(original.minimum, original.ceiling)
+    levels = np.linspace(original.minimum, original.ceiling, 15)
+    levels[0] -= 1e-9 * original.ceiling  # rounding must not leave a hole where it is least
     filled = axes.contourf(
         x, y, cost, levels, cmap=_DEPTH.with_extremes(over=_BEYOND), norm=shades, extend="max"
     )
     filled.set(rasterized=True)
     if isinstance(s.function, Moved):
-        corners = own.half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        corners = original.half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         wall = s.function.images(corners)
         axes.add_patch(Polygon(wall, fill=False, ls="--", lw=1.2, ec=INK))
     axes.plot(*s.optima.T, "o", color=MODEL, ms=6, mec="white", mew=0.9)
@@ -165,7 +165,7 @@ def _row(s: Surface) -> tuple[str, ...]:
 
 
 def _answer(s: Surface) -> str:
-    """The least value and where it is."""
+    """The least value and its place."""
     if len(s.optima) > 1:
         return f"Least value {_number(s.minimum)} at {len(s.optima)} places"
     place = ", ".join(_number(float(c)) for c in s.optima[0])

@@ -1,4 +1,4 @@
-"""How far a reader travels who follows `identify LOG --out DIR` from the command to the card.
+"""The files and functions between the command `identify LOG --out DIR` and its card.
 
     python tools/trace_journey.py CHECKOUT_SRC LOG [OPTIONS OF identify ...]
 
@@ -38,19 +38,19 @@ DEPTHS, PRINTED = (1, 2, 3, 4, 5, 99), 3
 
 @dataclass(frozen=True)
 class Entry:
-    """The first entry of a function: its file, its name, and how deep it lies.
+    """The first entry of a function: its file, its name and its depth.
 
-    `within` is whether a function that is open around it stands in the same file.
+    `still_open` is whether an open function around it stands in the same file.
     """
 
     file: str
     name: str
     depth: int
-    within: bool
+    still_open: bool
 
 
 class _Arrival(BaseException):
-    """The goal is reached. No handler of errors takes it for one."""
+    """Raised at the goal; not an Exception, so that no handler of errors catches it."""
 
 
 class Journey:
@@ -91,8 +91,8 @@ class Journey:
         function = code.co_flags & CO_OPTIMIZED and not code.co_name.startswith("<")
         if function and not self._importing and code not in self._entered:
             self._entered.add(code)
-            within = file in self._open
-            self.entries.append(Entry(file, code.co_qualname, len(self._open), within))
+            still_open = file in self._open
+            self.entries.append(Entry(file, code.co_qualname, len(self._open), still_open))
         self._open.append(file)
 
     def audit(self, event: str, args: tuple[Any, ...]) -> None:
@@ -113,12 +113,12 @@ def path(entries: Iterable[Entry], depth: int) -> list[Entry]:
 def returns(steps: Iterable[Entry]) -> list[Entry]:
     """The steps to a file in which an earlier one stands."""
     visited: set[str] = set()
-    back = []
+    repeated = []
     for step in steps:
         if step.file in visited:
-            back.append(step)
+            repeated.append(step)
         visited.add(step.file)
-    return back
+    return repeated
 
 
 def main() -> None:
@@ -153,18 +153,18 @@ def show(journey: Journey) -> None:
     print("depth  functions  files  hops  returns  reopened")
     for depth in DEPTHS:
         steps = path(entries, depth)
-        back = returns(steps)
+        repeated = returns(steps)
         print(
             f"{'all' if depth == DEPTHS[-1] else depth:>5}  "
             f"{sum(entry.depth <= depth for entry in entries):9}  "
-            f"{len({step.file for step in steps}):5}  {len(steps) - 1:4}  {len(back):7}  "
-            f"{sum(not step.within for step in back):8}"
+            f"{len({step.file for step in steps}):5}  {len(steps) - 1:4}  {len(repeated):7}  "
+            f"{sum(not step.still_open for step in repeated):8}"
         )
     print(f"the path at depth {PRINTED}:")
     steps = path(entries, PRINTED)
-    back = returns(steps)
+    repeated = returns(steps)
     for step in steps:
-        mark = "" if step not in back else "  (still open)" if step.within else "  (again)"
+        mark = "" if step not in repeated else "  (still open)" if step.still_open else "  (again)"
         print(f"{'  ' * (step.depth + 1)}{step.file}: {step.name}{mark}")
 
 

@@ -1,4 +1,4 @@
-"""Does `bts` find the twin? Twenty seeds a direction, the paper's settings (section 4.4).
+"""Recovery of the twin by `bts`: twenty seeds a direction, the paper's settings (section 4.4).
 
     python tools/twin_study.py [SEEDS]
 
@@ -31,7 +31,7 @@ def main() -> None:
     log = TestBed().run("both", seed=1).recording
     study: dict[str, object] = {"command": f"python tools/twin_study.py {seeds}", "seeds": seeds}
     for side, train in TRAIN.items():
-        on = problem(log, rig="slide-bed", law="stribeck", train=train)
+        cost = problem(log, rig="slide-bed", law="stribeck", train=train)
         truth = PUBLISHED[side][[0, 1, 2, 3, 5]]
         ended = {}
         for name, stops in (
@@ -39,16 +39,16 @@ def main() -> None:
             ("1000 rounds", []),
         ):
             searches = [
-                Search(on.space, configure("bts"), budget=10**6, seed=s, stops=stops)
+                Search(cost.space, configure("bts"), budget=10**6, seed=s, stops=stops)
                 for s in range(seeds)
             ]
-            ended[name] = _summary(lockstep(on, searches), on, truth)
+            ended[name] = _summary(lockstep(cost, searches), cost, truth)
             print(side, name, json.dumps(ended[name], indent=1), flush=True)
-        study[side] = {"train": train, "J_at_truth": float(on(truth[None])[0]), "endings": ended}
+        study[side] = {"train": train, "J_at_truth": float(cost(truth[None])[0]), "endings": ended}
     OUT.write_text(json.dumps(study, indent=1) + "\n")
 
 
-def _summary(runs: list[Run], on: MotionProblem, truth: np.ndarray) -> dict[str, object]:
+def _summary(runs: list[Run], cost: MotionProblem, truth: np.ndarray) -> dict[str, object]:
     J = np.array([r.cost for r in runs])
     off = np.array([r.x / truth - 1 for r in runs])
     return {
@@ -57,7 +57,7 @@ def _summary(runs: list[Run], on: MotionProblem, truth: np.ndarray) -> dict[str,
         "evaluations": _spread(np.array([r.evaluations for r in runs])),
         "evaluations_to_4.5": _spread(np.array([r.trace.reached(PAPER_TARGET) for r in runs])),
         "off_from_truth_percent": {
-            name: _spread(100 * off[:, k]) for k, name in enumerate(on.space.names)
+            name: _spread(100 * off[:, k]) for k, name in enumerate(cost.space.names)
         },
     }
 
