@@ -42,10 +42,10 @@ method = "random"
 LONG = SMALL.replace("repeats = 4", "repeats = 10_000")
 
 
-def start(place: Path, *arguments: str) -> subprocess.Popen[str]:
+def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-m", "stribeck", "bench", *arguments],
-        cwd=place, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=os.environ | {"MPLBACKEND": "agg"},
     )  # fmt: skip
 
@@ -58,8 +58,8 @@ def bench(
     monkeypatch.setattr(Study, "figures", lambda _: iter(()))
     run = caller(monkeypatch, capsys)
 
-    def bench(place: Path, *arguments: str) -> Completed:
-        monkeypatch.chdir(place)
+    def bench(folder: Path, *arguments: str) -> Completed:
+        monkeypatch.chdir(folder)
         return run("bench", *arguments)
 
     return bench
@@ -78,13 +78,13 @@ def content(file: Path) -> list[tuple[object, ...]]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the small campaign, run."""
-    place = tmp_path_factory.mktemp("bench")
-    (place / "small.toml").write_text(SMALL)
-    process = start(place, "small.toml", "--engine", "here", "--out", "out")
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "small.toml").write_text(SMALL)
+    process = start(folder, "small.toml", "--engine", "here", "--out", "out")
     out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
-    (place / "printed.txt").write_text(out)
-    return place
+    (folder / "printed.txt").write_text(out)
+    return folder
 
 
 def test_a_campaign_leaves_store_tables_figures_and_a_page(finished: Path) -> None:

@@ -199,58 +199,58 @@ def test_what_cannot_be_told_is_compiled_in_each_process() -> None:
 
 
 @pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def caches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of caches made from here on."""
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     return tmp_path / "stribeck"
 
 
-def test_what_is_saved_is_loaded_and_private(place: Path) -> None:
+def test_what_is_saved_is_loaded_and_private(caches: Path) -> None:
     Folder().save("a", (1, "x"))
     assert Folder().load("a") == (1, "x")
     assert Folder().load("b") is None
-    assert place.stat().st_mode & 0o777 == 0o700
+    assert caches.stat().st_mode & 0o777 == 0o700
 
 
-def test_a_damaged_file_is_compiled_anew(place: Path) -> None:
+def test_a_damaged_file_is_compiled_anew(caches: Path) -> None:
     Folder().save("a", (1, "x"))
-    for data in (b"", (place / "a").read_bytes()[:-3], b"garbage"):
-        (place / "a").write_bytes(data)
+    for data in (b"", (caches / "a").read_bytes()[:-3], b"garbage"):
+        (caches / "a").write_bytes(data)
         assert Folder().load("a") is None
     Folder().save("a", 2)
     assert Folder().load("a") == 2
 
 
-def test_files_unused_for_longest_go_first(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_unused_for_longest_go_first(caches: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cache_folder, "MOST_BYTES", 2500)
     for k, name in enumerate("abcd"):
         Folder().save(name, bytes(1000))
-        os.utime(place / name, (k * 1e5, k * 1e5))
-    assert {p.name for p in place.iterdir()} == {"c", "d"}
+        os.utime(caches / name, (k * 1e5, k * 1e5))
+    assert {p.name for p in caches.iterdir()} == {"c", "d"}
     Folder().load("c")
     Folder().save("e", bytes(1000))
-    assert {p.name for p in place.iterdir()} == {"c", "e"}
+    assert {p.name for p in caches.iterdir()} == {"c", "e"}
 
 
 def test_a_folder_that_others_can_write_is_not_read(
-    place: Path, caplog: pytest.LogCaptureFixture
+    caches: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     Folder().save("a", 1)
-    place.chmod(0o770)
+    caches.chmod(0o770)
     shared = Folder()
     assert shared.load("a") is None
     shared.save("b", 2)
-    assert not (place / "b").exists()
+    assert not (caches / "b").exists()
     (record,) = caplog.records
     assert "others can write there" in record.getMessage()
     assert record.levelno == logging.WARNING
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root alone may give")
-def test_a_folder_of_someone_else_is_not_read(place: Path) -> None:
+def test_a_folder_of_someone_else_is_not_read(caches: Path) -> None:
     Folder().save("a", 1)
-    os.chown(place, 12345, 12345)
+    os.chown(caches, 12345, 12345)
     assert Folder().load("a") is None
 
 

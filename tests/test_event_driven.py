@@ -233,12 +233,12 @@ def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     )
     x = trajectories(STRIBECK, laws, c, command)[0]
     for n in (1, 2, 7):
-        hands = row_pool.RowPool(n)
-        monkeypatch.setattr(row_pool, "pool", lambda hands=hands: hands)
+        pool = row_pool.RowPool(n)
+        monkeypatch.setattr(row_pool, "pool", lambda pool=pool: pool)
         for _ in range(10):  # whoever takes which row
             assert misfits(STRIBECK, laws, c, command).tobytes() == alone.tobytes()
         assert trajectories(STRIBECK, laws, c, command)[0].tobytes() == x.tobytes()
-        hands.dismiss()
+        pool.dismiss()
     monkeypatch.undo()
     order = np.random.default_rng(0).permutation(41)
     assert misfits(STRIBECK, laws[order], c[order], command).tobytes() == alone[order].tobytes()

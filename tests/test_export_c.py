@@ -186,10 +186,10 @@ def rows_of(rng: np.random.Generator, model: Model, n: int) -> Array:
     return np.column_stack([v, v_ref, h, loads(rng, model, n)])
 
 
-def off(computed: Array, want: Array, floor: Array | float = 0.0) -> float:
+def off(computed: Array, expected: Array, floor: Array | float = 0.0) -> float:
     """The largest error relative to the expected value plus a floor."""
-    assert np.isfinite(want).all()
-    return float(np.max(np.abs(computed - want) / np.maximum(np.abs(want) + floor, 1e-300)))
+    assert np.isfinite(expected).all()
+    return float(np.max(np.abs(computed - expected) / np.maximum(np.abs(expected) + floor, 1e-300)))
 
 
 @pytest.mark.parametrize("index", range(len(CASES)), ids=CASES)
@@ -199,9 +199,9 @@ def test_steady_sliding_is_the_laws(laws: Laws, index: int) -> None:
     rng = np.random.default_rng(index)
     v, load = speeds(rng, RANDOM), loads(rng, model, RANDOM)
     rows = np.column_stack([v, v, np.full(RANDOM, 1e-3), load])
-    want = slips(model.law.slip, v, model.p)
-    want *= [scale(model, at) for at in load] if model.law.terms else 1.0
-    assert off(laws.run(index, 0, rows)[:, 1], want) <= 1e-12
+    expected = slips(model.law.slip, v, model.p)
+    expected *= [scale(model, at) for at in load] if model.law.terms else 1.0
+    assert off(laws.run(index, 0, rows)[:, 1], expected) <= 1e-12
     at_rest = laws.run(index, 0, np.array([[0.0, 0.0, 1.0], [-0.0, 0.0, 1.0]]))
     if not model.law.terms:
         np.testing.assert_allclose(at_rest[:, 1], model.law.levels(model.p)[::-1], rtol=1e-15)
@@ -213,15 +213,15 @@ def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, index: int) -> None
     model = laws.models[index]
     tolerance = 1e-9 if model.law.states else 1e-12
     rows = rows_of(np.random.default_rng(100 + index), model, WALK)
-    want = walk(model, COMPENSATOR, rows[:, :3], rows[:, 3:])
+    expected = walk(model, COMPENSATOR, rows[:, :3], rows[:, 3:])
     results = laws.run(index, 0, rows)
-    assert off(results[:, 0], want.forces) <= tolerance
-    assert off(results[:, 2], want.outputs) <= tolerance
+    assert off(results[:, 0], expected.forces) <= tolerance
+    assert off(results[:, 2], expected.outputs) <= tolerance
 
 
 @compiled_here(float64[::1](SLIP_TYPE, float64[:, ::1], READ))
 def slipped(slip: Any, rows: Array, p: Array) -> Array:
-    """What a law without states and loads says of each row."""
+    """Friction of a law without states and loads at each row."""
     forces = np.empty(len(rows))
     for i in range(len(rows)):
         forces[i] = slip(rows[i, 0], p)
@@ -230,7 +230,7 @@ def slipped(slip: Any, rows: Array, p: Array) -> Array:
 
 @compiled_here(float64[::1](RUB_TYPE, float64[:, ::1], float64[:, ::1], READ, float64[:, ::1]))
 def rubbed(rub: Any, rows: Array, z: Array, p: Array, after: Array) -> Array:
-    """What any other says of each row from states z, (n, k), whose next ones go into `after`."""
+    """Friction of any other law at each row from states z, (n, k); fills their next, `after`."""
     forces = np.empty(len(rows))
     for i in range(len(rows)):
         forces[i] = rub(rows[i, 0], rows[i, 2], z[i], rows[i, 3:], p, after[i])
@@ -247,11 +247,11 @@ def test_one_span_from_any_states_under_any_loads(laws: Laws, index: int) -> Non
     results = laws.run(index, 1, np.column_stack([rows, z]))
     after = np.zeros_like(z)
     if law.rub is None:
-        want = slipped(law.slip, rows, model.p)
+        expected = slipped(law.slip, rows, model.p)
     else:
-        want = rubbed(law.rub, rows, z, model.p, after)
-    want *= [scale(model, row[3:]) for row in rows] if law.terms else 1.0
-    assert off(results[:, 0], want) <= tolerance
+        expected = rubbed(law.rub, rows, z, model.p, after)
+    expected *= [scale(model, row[3:]) for row in rows] if law.terms else 1.0
+    assert off(results[:, 0], expected) <= tolerance
     if n:
         assert off(results[:, 3 : 3 + n], after) <= tolerance
 
@@ -445,9 +445,11 @@ def test_mathematics_is_right_where_numbers_end(
     a, b = EDGES, np.zeros(len(EDGES))
     if MATH_FUNCTIONS[name] > 1:
         a, b = (grid.ravel() for grid in np.meshgrid(EDGES, EDGES))
-    computed, want = mathematics(name, a, b), in_python(name, a, b)
-    np.testing.assert_allclose(computed, want, rtol=1e-15)
-    np.testing.assert_array_equal(np.signbit(computed[want == 0.0]), np.signbit(want[want == 0.0]))
+    computed, expected = mathematics(name, a, b), in_python(name, a, b)
+    np.testing.assert_allclose(computed, expected, rtol=1e-15)
+    np.testing.assert_array_equal(
+        np.signbit(computed[expected == 0.0]), np.signbit(expected[expected == 0.0])
+    )
 
 
 def in_python(name: str, a: Array, b: Array) -> Array:

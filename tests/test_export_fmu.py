@@ -288,9 +288,9 @@ def test_a_slide_follows_the_ramp_of_the_test_bed(
         else model_of(law)
     )
     segment = ramp(300.0)
-    want = rig_of(model).move(model.law, model.values[None], segment)
+    expected = rig_of(model).move(model.law, model.values[None], segment)
     motion = moved(opened(model), model, segment)
-    assert difference(motion[0], want.position[0]) <= most
+    assert difference(motion[0], expected.position[0]) <= most
 
 
 @real
@@ -301,12 +301,12 @@ def test_a_servo_follows_a_recorded_goal(opened: Callable[[Model], Unit], law: s
     n = len(log)
     segment = rig_of(model).track(log, slice(0, n), float(log.position[0]), np.ones(n))
     segment.inputs[1] = 300.0
-    want = rig_of(model).move(model.law, model.values[None], segment)
+    expected = rig_of(model).move(model.law, model.values[None], segment)
     of_the_run = dict(zip(("m", "l", "kp", "vin"), segment.given, strict=True))
     motion = moved(opened(model), model, segment, **of_the_run)
-    assert np.ptp(want.position) > 0.3
-    assert difference(motion[0], want.position[0]) <= 1e-9
-    assert difference(motion[2], want.force[0]) <= 1e-9
+    assert np.ptp(expected.position) > 0.3
+    assert difference(motion[0], expected.position[0]) <= 1e-9
+    assert difference(motion[2], expected.force[0]) <= 1e-9
 
 
 #: A small servo with a pendulum, SI.
@@ -339,11 +339,11 @@ def test_emps_follows_its_recorded_force(opened: Callable[[Model], Unit], law: s
     model, t, force = emps(law)
     nothing = np.zeros(len(t))
     offset = 0.0 if model.law.directional else -3.1648
-    want = forced(model, t, nothing, nothing, force, constants=np.array([95.1089, offset]))
+    expected = forced(model, t, nothing, nothing, force, constants=np.array([95.1089, offset]))
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0])
     motion = unit.walk(t, {"force": force})
-    assert difference(motion[0], want) <= 1e-9
+    assert difference(motion[0], expected) <= 1e-9
     np.testing.assert_allclose(motion[2], force, rtol=1e-12)
 
 
@@ -372,10 +372,10 @@ def test_fmpy_simulates_a_recorded_force(tmp_path: Path) -> None:
         start_values={"position_start": 0.1}, output=["position"],
     )  # fmt: skip
     nothing = np.zeros(len(t))
-    want = forced(
+    expected = forced(
         model, t, nothing, nothing, force, constants=np.array([95.1089, -3.1648]), hold=True
     )
-    assert difference(np.interp(t, motion["time"], motion["position"]), want) <= 1e-6
+    assert difference(np.interp(t, motion["time"], motion["position"]), expected) <= 1e-6
 
 
 def test_bristles_under_a_force_are_the_rigs(opened: Callable[[Model], Unit]) -> None:
@@ -386,10 +386,10 @@ def test_bristles_under_a_force_are_the_rigs(opened: Callable[[Model], Unit]) ->
     force = 14.0 * np.sin(2.0 * t) + 10.0 * np.sin(7.3 * t)
     segment = Track(t, t, t, 0.0, t, t, np.empty((3, 0)), held=np.zeros(3),
                     inputs=np.array([0.0 * t, 0.0 * t, force]))  # fmt: skip
-    want = rig_of(model).move(model.law, model.values[None], segment)
+    expected = rig_of(model).move(model.law, model.values[None], segment)
     motion = moved(opened(model), model, segment)
-    assert difference(motion[0], want.position[0]) <= 1e-9
-    assert difference(motion[1], want.velocity[0]) <= 1e-9
+    assert difference(motion[0], expected.position[0]) <= 1e-9
+    assert difference(motion[1], expected.velocity[0]) <= 1e-9
 
 
 @pytest.mark.parametrize("hold", [0.0, 1.0, 2.0])
@@ -406,11 +406,11 @@ def test_a_joint_is_the_rigs_with_a_torque_that_follows_or_is_held(
     command = 0.5 * np.sin(2.0 * t)
     inputs = np.array([0 * t, 0 * t, command, np.gradient(command, t), 0.3 * np.sign(np.sin(t))])
     segment = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(5))
-    want = rig.move(model.law, model.values[None], segment)
+    expected = rig.move(model.law, model.values[None], segment)
     motion = moved(opened(model), model, segment, hold=hold, limit=20.0, kp=60.0)
-    assert difference(motion[0], want.position[0]) <= 1e-9
+    assert difference(motion[0], expected.position[0]) <= 1e-9
     if hold == 0.0:
-        assert difference(motion[2], want.force[0]) <= 1e-9
+        assert difference(motion[2], expected.force[0]) <= 1e-9
 
 
 def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
@@ -421,11 +421,11 @@ def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
     t = np.arange(0.0, 5.0, 5e-3)
     torque = 0.8 * np.sin(3.0 * t)
     joint = np.array([0.06, 0.0, 0.0, 1.2, 0.2, 0.03, np.inf, 0.0])
-    want = forced(model, t, *(0.0 * t for _ in range(4)), torque, constants=joint, kind=JOINT)
+    expected = forced(model, t, *(0.0 * t for _ in range(4)), torque, constants=joint, kind=JOINT)
     unit = opened(model)
     unit.begin(position_start=0.1)
     motion = unit.walk(t, {"force": torque})
-    assert difference(motion[0], want) <= 1e-9
+    assert difference(motion[0], expected) <= 1e-9
 
 
 def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model], Unit]) -> None:
@@ -435,14 +435,14 @@ def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model]
     pressure = 2e5 * (1.0 + 0.5 * np.sin(t))
     area = np.pi / 4 * 0.025**2 + 1e-5
     force = pressure * area + 150.0 * np.sin(4.0 * t)
-    want = forced(
+    expected = forced(
         model, t, pressure, 0.0 * t, force - pressure * area, constants=np.array([8.0, 3.0])
     )
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0], pressure=pressure[0])
     motion = unit.walk(t, {"force": force, "pressure": pressure})
     assert NORMAL == 2
-    assert difference(motion[0], want) <= 1e-9
+    assert difference(motion[0], expected) <= 1e-9
 
 
 # What a master may do with it.

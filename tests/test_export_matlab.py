@@ -88,8 +88,8 @@ def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
     for name, rows in run(tmp_path, *cases).items():
         model, vectors = cases[name]
         tolerance = 1e-9 if model.law.states else 1e-12
-        for computed, want in ((rows[:, 0], vectors.forces), (rows[:, 1], vectors.outputs)):
-            worst = np.max(np.abs(computed - want) / (np.abs(want) + vectors.floor))
+        for computed, expected in ((rows[:, 0], vectors.forces), (rows[:, 1], vectors.outputs)):
+            worst = np.max(np.abs(computed - expected) / (np.abs(expected) + vectors.floor))
             assert worst < tolerance, (model.law.name, name)
 
 
@@ -103,8 +103,8 @@ def test_steady_sliding_and_zeros_with_a_sign(tmp_path: Path) -> None:
     results = run(tmp_path, *(f"l{i}" for i in range(len(names))))
     for i, name in enumerate(names):
         model = model_of(name)
-        want = [model.law.slip(x, model.p) for x in v.tolist()]
-        np.testing.assert_allclose(results[f"l{i}"][:, 2], want, rtol=1e-12, err_msg=name)
+        expected = [model.law.slip(x, model.p) for x in v.tolist()]
+        np.testing.assert_allclose(results[f"l{i}"][:, 2], expected, rtol=1e-12, err_msg=name)
 
 
 @needs_octave
@@ -116,8 +116,10 @@ def test_awkward_python_and_the_words_of_the_language(tmp_path: Path) -> None:
         write_law(tmp_path, model_with(law), name, rows, BUSY)
     results = run(tmp_path, *laws)
     for case, (name, law) in zip(cases, laws.items(), strict=True):
-        want = [law.slip(v, model_with(law).p) for v in SPEEDS]
-        np.testing.assert_allclose(results[name][:, 0], want, rtol=1e-12, atol=1e-12, err_msg=case)
+        expected = [law.slip(v, model_with(law).p) for v in SPEEDS]
+        np.testing.assert_allclose(
+            results[name][:, 0], expected, rtol=1e-12, atol=1e-12, err_msg=case
+        )
 
 
 @needs_octave

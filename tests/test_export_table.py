@@ -11,9 +11,9 @@ from stribeck.errors import InputError
 from stribeck.export.drive_table import DirectionTable, table, text
 
 
-def off(side: DirectionTable, v: np.ndarray, want: np.ndarray) -> float:
+def off(side: DirectionTable, v: np.ndarray, expected: np.ndarray) -> float:
     """The greatest error of linear interpolation, as in a drive."""
-    return float(np.abs(np.interp(v, side.speeds, side.levels) - want).max())
+    return float(np.abs(np.interp(v, side.speeds, side.levels) - expected).max())
 
 
 @pytest.mark.parametrize("law", ["stribeck", "stribeck-rational", "makkar", "lugre", "gms"])
@@ -22,11 +22,11 @@ def test_the_stated_error_is_that_of_a_fine_look_at_the_curve(law: str, points: 
     model = model_of(law)
     lookup = table(model, points, 0.1)
     v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 20_001), np.linspace(0.0, 0.1, 20_001)])
-    want = model.law.friction(v, model.p)
+    expected = model.law.friction(v, model.p)
     assert len(lookup.plus.speeds) <= points
     assert lookup.plus.speeds[0] == 0.0
     assert lookup.plus.speeds[-1] == pytest.approx(0.1)
-    assert off(lookup.plus, v, want) == pytest.approx(lookup.plus.worst, rel=0.03)
+    assert off(lookup.plus, v, expected) == pytest.approx(lookup.plus.worst, rel=0.03)
 
 
 @pytest.mark.parametrize("law", ["stribeck", "stribeck-rational", "lugre"])
@@ -43,10 +43,10 @@ def test_points_stand_where_evenly_spaced_ones_would_be_many_times_worse(points:
     model = model_of("stribeck")
     lookup = table(model, points, 0.1)
     v = np.linspace(0.0, 0.1, 40_001)
-    want = model.law.friction(v, model.p)
+    expected = model.law.friction(v, model.p)
     evenly = np.linspace(0.0, 0.1, points)
-    plain = np.abs(np.interp(v, evenly, model.law.friction(evenly, model.p)) - want).max()
-    assert off(lookup.plus, v, want) < 0.25 * plain
+    plain = np.abs(np.interp(v, evenly, model.law.friction(evenly, model.p)) - expected).max()
+    assert off(lookup.plus, v, expected) < 0.25 * plain
 
 
 def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
@@ -54,7 +54,7 @@ def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
     lookup = table(model, 4, 0.1)
     v = np.concatenate([0.1 * np.geomspace(1e-4, 1.0, 2_001), np.linspace(0.0, 0.1, 2_001)])
     v.sort()
-    want = model.law.friction(v, model.p)
+    expected = model.law.friction(v, model.p)
     scale = lookup.plus.speeds[1:3], lookup.plus.levels
 
     def worst(x: np.ndarray) -> float:
@@ -62,7 +62,7 @@ def test_a_search_from_the_table_finds_hardly_a_better_one() -> None:
         if not 0.0 < inner[0] < inner[1] < 0.1:
             return 1e9
         levels = scale[1] * np.exp(x[2:])
-        return float(np.abs(np.interp(v, [0.0, *inner, 0.1], levels) - want).max())
+        return float(np.abs(np.interp(v, [0.0, *inner, 0.1], levels) - expected).max())
 
     best = minimize(
         worst,
@@ -81,8 +81,8 @@ def test_a_straight_law_has_no_error_and_directions_have_tables_of_their_own() -
     lookup = table(model, 3, 0.1)
     assert not lookup.symmetric
     for side, sign in ((lookup.plus, 1.0), (lookup.minus, -1.0)):
-        want = sign * model.law.friction(sign * side.speeds[1:], model.p)
-        assert side.levels[1:] == pytest.approx(want, rel=1e-9)
+        expected = sign * model.law.friction(sign * side.speeds[1:], model.p)
+        assert side.levels[1:] == pytest.approx(expected, rel=1e-9)
     assert not np.allclose(lookup.plus.levels, lookup.minus.levels, rtol=1e-3)
 
 
