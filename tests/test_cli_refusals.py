@@ -47,7 +47,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def place(inputs: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def workdir(inputs: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working directory of a case, with the inputs."""
     for name, content in inputs.items():
         (tmp_path / name).write_bytes(content)
@@ -71,12 +71,12 @@ def content(folder: Path) -> Snapshot:
 
 @pytest.fixture
 def refused(
-    place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    workdir: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., str]:
     """Run a command that must be refused, and return its one line."""
 
     def run(*arguments: str, status: int = 2) -> str:
-        before = content(place)
+        before = content(workdir)
         exit_status = call(monkeypatch, *arguments)
         output, line = capsys.readouterr()
         assert exit_status == status, line
@@ -85,7 +85,7 @@ def refused(
         assert line.endswith("\n")
         assert line.rstrip("\n").isprintable()
         assert not output
-        assert content(place) == before
+        assert content(workdir) == before
         return line
 
     return run
@@ -281,11 +281,11 @@ CARDS: list[tuple[Callable[[Any], object], list[str]]] = [
     ("edit", "words"), CARDS, ids=lambda x: " ".join(x) if type(x) is list else ""
 )
 def test_edited_cards(
-    refused: Callable[..., str], place: Path, edit: Callable[[Any], object], words: list[str]
+    refused: Callable[..., str], workdir: Path, edit: Callable[[Any], object], words: list[str]
 ) -> None:
-    card = json.loads((place / "card.json").read_text())
+    card = json.loads((workdir / "card.json").read_text())
     edit(card)
-    (place / "card.json").write_text(json.dumps(card))
+    (workdir / "card.json").write_text(json.dumps(card))
     line = refused("validate", "card.json", "up.csv")
     assert [w for w in words if w not in line] == []
 
@@ -293,27 +293,27 @@ def test_edited_cards(
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", "null", "[" * 100_000, '{"schema": 1e400}', "9" * 5000]
 )
-def test_files_that_are_no_cards(refused: Callable[..., str], place: Path, text: str) -> None:
-    (place / "card.json").write_text(text)
+def test_files_that_are_no_cards(refused: Callable[..., str], workdir: Path, text: str) -> None:
+    (workdir / "card.json").write_text(text)
     assert "card.json: not a card" in refused("validate", "card.json", "up.csv")
 
 
 def test_a_model_that_does_not_hold_is_status_1(
-    place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    workdir: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = content(place)
+    before = content(workdir)
     assert call(monkeypatch, "validate", "card.json", "up.csv", "--max-error", "1e-6") == 1
     output, line = capsys.readouterr()
     assert line.startswith("stribeck: the model does not hold: ")
     assert line.count("\n") == 1
     assert "up.csv" in output
-    assert content(place) == before
+    assert content(workdir) == before
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without named pipes")
-def test_named_pipes_are_not_waited_for(refused: Callable[..., str], place: Path) -> None:
+def test_named_pipes_are_not_waited_for(refused: Callable[..., str], workdir: Path) -> None:
     for name in ("pipe.csv", "pipe.toml", "pipe.json"):
-        os.mkfifo(place / name)
+        os.mkfifo(workdir / name)
     assert "pipe.csv" in refused("check", "pipe.csv")
     assert "pipe.toml" in refused("identify", "up.csv", "--rig", "pipe.toml")
     assert "pipe.json" in refused("validate", "pipe.json", "up.csv")
@@ -322,12 +322,12 @@ def test_named_pipes_are_not_waited_for(refused: Callable[..., str], place: Path
 
 
 def test_a_full_disk_leaves_nothing_behind_but_tells_the_result(
-    place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    workdir: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def full(*_: object, **__: object) -> int:
         raise OSError(28, "No space left on device")
 
-    before = content(place)
+    before = content(workdir)
     with monkeypatch.context() as patch:
         patch.setattr(Path, "write_text", full)
         status = call(patch, "identify", "up.csv", *QUICK, "--out", "new")
@@ -335,14 +335,14 @@ def test_a_full_disk_leaves_nothing_behind_but_tells_the_result(
     assert status == 2
     assert line == "stribeck: new: cannot be written: No space left on device\n"
     assert "F_S" in output
-    assert content(place) == before
+    assert content(workdir) == before
 
 
 def test_a_folder_that_may_not_be_written_to(
-    refused: Callable[..., str], place: Path, monkeypatch: pytest.MonkeyPatch
+    refused: Callable[..., str], workdir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     allowed = os.access
-    folder = place / "folder"
+    folder = workdir / "folder"
 
     def access(path: Any, mode: int) -> bool:
         return (Path(path).resolve() != folder or not mode & os.W_OK) and allowed(path, mode)
