@@ -35,7 +35,7 @@ def fit() -> Fit:
 
 
 @pytest.fixture(scope="module")
-def drawn(fit: Fit) -> dict[str, Figure]:
+def figures_by_name(fit: Fit) -> dict[str, Figure]:
     return figures(fit)
 
 
@@ -58,7 +58,7 @@ def legend(figure: Figure) -> list[str]:
     return [text.get_text() for text in legend_.get_texts()]
 
 
-def boxes(figure: Figure) -> list[Any]:
+def text_extents(figure: Figure) -> list[Any]:
     """Extents of all texts of a figure but the tick labels, in pixels."""
     figure.canvas.draw()  # positions are final only once drawn
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
@@ -99,9 +99,9 @@ def test_the_same_fit_has_the_same_drawings(tmp_path: Path) -> None:
 
 
 def test_a_motion_is_drawn_as_it_was_measured_and_modelled(
-    fit: Fit, drawn: dict[str, Figure]
+    fit: Fit, figures_by_name: dict[str, Figure]
 ) -> None:
-    figure, (stretch,) = drawn["training"], fit.train
+    figure, (stretch,) = figures_by_name["training"], fit.train
     (motion,) = simulated(fit.parameters, fit.p, fit.train)
     t, x = line(figure, 0, "measured")
     np.testing.assert_array_equal(t, stretch.track.t)
@@ -117,8 +117,10 @@ def test_a_motion_is_drawn_as_it_was_measured_and_modelled(
     assert legend(figure) == ["command", "measured", "model", "not scored"]
 
 
-def test_slips_are_drawn_large_from_rest_to_rest(fit: Fit, drawn: dict[str, Figure]) -> None:
-    figure = drawn["slips"]
+def test_slips_are_drawn_large_from_rest_to_rest(
+    fit: Fit, figures_by_name: dict[str, Figure]
+) -> None:
+    figure = figures_by_name["slips"]
     titles = [axes.get_title("left") for axes in figure.axes]
     starts = [fit.recordings[0].t[s.start] for s in stuck_slips(fit.recordings[0])]
     assert titles
@@ -141,29 +143,33 @@ def test_free_swings_are_no_slips() -> None:
     assert stuck_slips(swing) == []
 
 
-def test_the_curve_names_the_levels_that_were_found(fit: Fit, drawn: dict[str, Figure]) -> None:
-    axes = drawn["stribeck_curve"].axes[0]
+def test_the_curve_names_the_levels_that_were_found(
+    fit: Fit, figures_by_name: dict[str, Figure]
+) -> None:
+    axes = figures_by_name["stribeck_curve"].axes[0]
     labels = [text.get_text() for text in axes.texts]
     F_S, F_C = fit.values["F_S"], fit.values["F_C"]
     assert f"$F_{{S+}}$ = {F_S:.4g} N" in labels
     assert f"$F_{{S-}}$ = {-F_S:.4g} N" in labels
     assert labels.count(f"$F_C$ = {F_C:.4g} N, slope $F_V$") == 2
-    v, F = line(drawn["stribeck_curve"], 0, "law: stribeck")
+    v, F = line(figures_by_name["stribeck_curve"], 0, "law: stribeck")
     p = fit.values
     slip = F_C + (F_S - F_C) * np.exp(-v * 1e-3 / p["v_SS"]) + p["F_V"] * v * 1e-3
     np.testing.assert_allclose(F, slip, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["training", "holdout_44_112", "convergence", "friction", "slips"])
-def test_no_text_lies_on_another(drawn: dict[str, Figure], name: str, tmp_path: Path) -> None:
+def test_no_text_lies_on_another(
+    figures_by_name: dict[str, Figure], name: str, tmp_path: Path
+) -> None:
     from stribeck.report.figures.style import save  # noqa: PLC0415 - it gives the figure its canvas
 
     with mpl.rc_context(STYLE):
-        save(drawn[name], tmp_path, name)
-        extents = boxes(drawn[name])
+        save(figures_by_name[name], tmp_path, name)
+        extents = text_extents(figures_by_name[name])
     overlapping = [(a, b) for k, a in enumerate(extents) for b in extents[:k] if a.overlaps(b)]
     assert overlapping == []
-    width, height = drawn[name].get_size_inches() * drawn[name].dpi
+    width, height = figures_by_name[name].get_size_inches() * figures_by_name[name].dpi
     assert all(b.x0 >= 0 and b.y0 >= 0 and b.x1 <= width and b.y1 <= height for b in extents)
 
 
@@ -233,12 +239,12 @@ def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
     y = np.sin(t)
     y[54_321], y[70_000] = 9.0, np.nan
     rows = corners([y], 605)
-    times, drawn = t[rows], y[rows]
+    times, values = t[rows], y[rows]
     assert len(times) <= 606  # and the gap
-    assert drawn[times == 54.321] == 9.0
-    assert np.isnan(drawn[times == 70.0]).all()
+    assert values[times == 54.321] == 9.0
+    assert np.isnan(values[times == 70.0]).all()
     assert (times[0], times[-1]) == (t[0], t[-1])
-    assert np.interp(times[:100], t, y) == pytest.approx(drawn[:100])
+    assert np.interp(times[:100], t, y) == pytest.approx(values[:100])
 
 
 def test_a_long_name_loses_its_middle() -> None:

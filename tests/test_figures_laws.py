@@ -36,8 +36,8 @@ def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
     assert pytest.approx(-level) == F.min()
     # A closed loop loses what it encloses: 4 W (way - d), from the first turn to the last.
     lap = slice(np.argmax(x), None)
-    lost = np.trapezoid(F[lap], x[lap])
-    assert lost == pytest.approx(4 * level * (amplitude - level / stiff), rel=0.02)
+    dissipated = np.trapezoid(F[lap], x[lap])
+    assert dissipated == pytest.approx(4 * level * (amplitude - level / stiff), rel=0.02)
     # At first the bristle bends by its stiffness.
     assert F[1] / x[1] == pytest.approx(stiff, rel=1e-6)
 
@@ -66,7 +66,7 @@ def test_a_speed_takes_the_slow_part_away() -> None:
 
 
 @pytest.fixture(scope="module")
-def pushed() -> Fit:
+def presliding_fit() -> Fit:
     """A fit to a presliding log: a Dahl bristle under a sine of torque."""
     t = np.arange(0.0, 6.0, 0.015)
     torque = 4.0 * np.sin(np.pi * t)
@@ -75,12 +75,12 @@ def pushed() -> Fit:
     return identify(log, rig="presliding-rotary", law="dahl", budget=120, repeats=1)
 
 
-def test_presliding_is_drawn_as_loops_of_torque_and_angle(pushed: Fit) -> None:
-    figures = fit_figures(Contents(pushed))
+def test_presliding_is_drawn_as_loops_of_torque_and_angle(presliding_fit: Fit) -> None:
+    figures = fit_figures(Contents(presliding_fit))
     assert set(figures) == {"convergence", "training", "loops", "stribeck_curve"}
     (axes,) = figures["loops"].axes
     measured, model = axes.get_lines()
-    log = pushed.recordings[0]
+    log = presliding_fit.recordings[0]
     assert log.force is not None
     np.testing.assert_allclose(np.asarray(measured.get_xdata()), log.position * 1e3)  # mrad
     np.testing.assert_array_equal(measured.get_ydata(), log.force)
@@ -88,28 +88,28 @@ def test_presliding_is_drawn_as_loops_of_torque_and_angle(pushed: Fit) -> None:
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Angle / mrad", "Applied torque / N m")
     # The model is drawn where the residual says: positions are known up to a constant.
     residuals = (np.asarray(measured.get_xdata()) - np.asarray(model.get_xdata()))[
-        pushed.train[0].track.score > 0
+        presliding_fit.train[0].track.score > 0
     ]
-    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(pushed.score.value, rel=1e-9)
+    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(presliding_fit.score.value, rel=1e-9)
     assert [a.get_ylabel() for a in figures["training"].axes] == [
         "Angle / mrad", "Residual / mrad", "Applied torque / N m",
     ]  # fmt: skip
 
 
-def test_a_law_with_states_has_its_steady_curve_and_its_loops(pushed: Fit) -> None:
-    left, right = figure_of_law(pushed).axes
+def test_a_law_with_states_has_its_steady_curve_and_its_loops(presliding_fit: Fit) -> None:
+    left, right = figure_of_law(presliding_fit).axes
     v = np.asarray(left.get_lines()[0].get_xdata()) * 1e-3
     F = np.asarray(left.get_lines()[0].get_ydata())
-    p = pushed.p[: len(pushed.law.params)]
-    np.testing.assert_allclose(F, pushed.law.friction(v, p))
+    p = presliding_fit.p[: len(presliding_fit.law.params)]
+    np.testing.assert_allclose(F, presliding_fit.law.friction(v, p))
     wide, narrow = (np.ptp(np.asarray(loop.get_xdata())) for loop in right.get_lines()[:2])
-    assert wide == pytest.approx(np.ptp(pushed.recordings[0].position) * 1e3, rel=1e-6)
+    assert wide == pytest.approx(np.ptp(presliding_fit.recordings[0].position) * 1e3, rel=1e-6)
     assert narrow == pytest.approx(0.35 * wide)
     assert right.get_xlabel() == "Angle / mrad"
 
 
 @pytest.fixture(scope="module")
-def swung() -> Fit:
+def pendulum_fit() -> Fit:
     """A servo pendulum that holds still: enough to draw its law."""
     t = np.arange(0.0, 2.0, 0.01)
     log = Recording(
@@ -119,9 +119,9 @@ def swung() -> Fit:
     return identify(log, rig="servo-pendulum", law="bam-m3", budget=60, repeats=1)
 
 
-def test_a_law_under_load_is_drawn_against_the_load(swung: Fit) -> None:
+def test_a_law_under_load_is_drawn_against_the_load(pendulum_fit: Fit) -> None:
     p = np.array([0.02, 0.004, 0.25])
-    fit = replace(swung, p=np.concatenate([p, swung.p[3:]]))
+    fit = replace(pendulum_fit, p=np.concatenate([p, pendulum_fit.p[3:]]))
     left, right = figure_of_law(fit).axes
     most = float(np.asarray(right.get_lines()[0].get_xdata())[-1])
     # K_l |t_m - t_e|: twice the load where the one works against the other.

@@ -50,8 +50,8 @@ def test_every_folder_is_a_room() -> None:
 )
 def test_a_room_names_the_files_that_are_imported_from_outside(name: str) -> None:
     inside = {module for module in MODULES if module == name or module.startswith(f"{name}.")}
-    users = (targets for module, targets in GRAPH.items() if module not in inside)
-    doors = {door.rsplit(".", maxsplit=1)[-1] for door in inside & set().union(*users)}
+    importers = (targets for module, targets in GRAPH.items() if module not in inside)
+    doors = {door.rsplit(".", maxsplit=1)[-1] for door in inside & set().union(*importers)}
     text = ast.get_docstring(ast.parse(MODULES[name].read_text(encoding="utf-8"))) or ""
     assert doors - {name.split(".")[1]} <= set(re.findall(r"[a-z_0-9]+", text))
 
@@ -88,8 +88,8 @@ def test_the_page_on_the_architecture_is_true_to_the_code() -> None:
 
 
 def test_names_that_say_nothing_are_not_used() -> None:
-    hollow = {"base", "utils", "helpers", "common", "manager", "misc"}
-    assert not [p for p in ROOT.rglob("*.py") if p.stem in hollow]
+    vague = {"base", "utils", "helpers", "common", "manager", "misc"}
+    assert not [p for p in ROOT.rglob("*.py") if p.stem in vague]
 
 
 def test_public_names_are_sorted_and_there() -> None:

@@ -26,7 +26,7 @@ def log() -> Recording:
 
 
 @pytest.fixture(scope="module")
-def quiet() -> Recording:
+def noiseless_log() -> Recording:
     """A twin without sensor errors: no noise, no repeated samples, a fine converter."""
     bed = TestBed(echo_noise=0.0, current_noise=0.0, echo_rate=100.0, bits=24)
     return bed.run("both", seed=0).recording
@@ -37,8 +37,8 @@ def side(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def test_truth_fits_a_quiet_twin(quiet: Recording, side: str) -> None:
-    J = problem(quiet, train=TRAIN[side])(PUBLISHED[side][None, FREE])
+def test_truth_fits_a_quiet_twin(noiseless_log: Recording, side: str) -> None:
+    J = problem(noiseless_log, train=TRAIN[side])(PUBLISHED[side][None, FREE])
     # What is left is the settling of the last slip's tail in the mean that x0 is taken from.
     assert J[0] < 0.01
 
@@ -48,8 +48,8 @@ def test_truth_is_near_the_noise(log: Recording, side: str) -> None:
     assert 0.28 < J < 0.35  # the echo's 0.3 mm, a converter step of 0.1 mm, and x0's own error
 
 
-def test_least_squares_returns_to_the_truth(quiet: Recording, side: str) -> None:
-    objective = problem(quiet, train=TRAIN[side])
+def test_least_squares_returns_to_the_truth(noiseless_log: Recording, side: str) -> None:
+    objective = problem(noiseless_log, train=TRAIN[side])
     truth = PUBLISHED[side][FREE]
     start = np.clip(
         truth * [1.01, 0.99, 0.99, 1.03, 1.01], objective.space.lower, objective.space.upper
@@ -279,10 +279,10 @@ def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
     assert np.sqrt(np.mean((slopes @ direction - moved) ** 2)) < 0.05 * scale
 
 
-def test_standard_errors_grow_with_noise(log: Recording, quiet: Recording) -> None:
+def test_standard_errors_grow_with_noise(log: Recording, noiseless_log: Recording) -> None:
     x = PUBLISHED["right"][FREE]
     noisy, _ = standard_errors(problem(log, train="112:295"), x)
-    calm, correlation = standard_errors(problem(quiet, train="112:295"), x)
+    calm, correlation = standard_errors(problem(noiseless_log, train="112:295"), x)
     assert (noisy > 3 * calm).all()
     np.testing.assert_allclose(np.diag(correlation), 1.0)
     assert np.abs(correlation).max() <= 1.0 + 1e-9

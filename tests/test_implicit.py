@@ -36,12 +36,12 @@ def track_of(axis: SimulatedRig, log: Recording) -> Track:
     return axis.track(log, rows, float(log.position[0]), np.ones(len(log)))
 
 
-def pushed(t: Array, F: Array, v0: float = 0.0) -> Recording:
+def forced_log(t: Array, F: Array, v0: float = 0.0) -> Recording:
     """A log of an axis under a force; its positions only say where and how fast it starts."""
     return Recording(t=t, position=v0 * t + 1e-9 * np.sin(t), velocity=np.full(len(t), v0), force=F)
 
 
-def moved(law: Law, p: list[float], log: Recording, **set_: float) -> tuple[Array, Array]:
+def motion_of(law: Law, p: list[float], log: Recording, **set_: float) -> tuple[Array, Array]:
     axis = rig("presliding").set(**set_) if set_ else rig("presliding")
     log_track = track_of(axis, log)
     if log.velocity is not None:
@@ -55,7 +55,7 @@ def moved(law: Law, p: list[float], log: Recording, **set_: float) -> tuple[Arra
 
 def test_a_constant_push_is_the_exponential_of_viscous_friction() -> None:
     t = np.linspace(0.0, 2.0, 41)
-    x, v = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], pushed(t, np.full(41, 11.0)), step=1.0)
+    x, v = motion_of(COULOMB, [3.0, 4.0, 2.0, 0.0], forced_log(t, np.full(41, 11.0)), step=1.0)
     top, rate = (11.0 - 3.0) / 4.0, 4.0 / 2.0
     np.testing.assert_allclose(v, top * (1 - np.exp(-rate * t)), atol=1e-6)
     np.testing.assert_allclose(x, top * (t - (1 - np.exp(-rate * t)) / rate), atol=1e-6)
@@ -63,7 +63,7 @@ def test_a_constant_push_is_the_exponential_of_viscous_friction() -> None:
 
 def test_coasting_stops_where_the_closed_form_does_and_stays() -> None:
     t = np.linspace(0.0, 1.0, 101)
-    x, v = moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101), v0=0.9), step=1.0)
+    x, v = motion_of(COULOMB, [3.0, 0.0, 2.0, 0.0], forced_log(t, np.zeros(101), v0=0.9), step=1.0)
     assert x[-1] == pytest.approx(0.9**2 * 2.0 / (2 * 3.0), abs=1e-7)
     assert np.ptp(x[t > 0.61]) == 0.0
     assert (v[t > 0.61] == 0.0).all()
@@ -76,7 +76,7 @@ def test_what_sticks_breaks_away_at_its_own_level(sign: float) -> None:
     # Levels 3 N rightward, 5 N leftward; the ramp passes them after 3 s and 5 s.
     axis = rig("presliding")
     p = np.array([[3.0, 10.0, 5.0, 10.0, 2.0, 0.0]])
-    x = axis.move(directional, p, track_of(axis, pushed(t, sign * t))).position[0]
+    x = axis.move(directional, p, track_of(axis, forced_log(t, sign * t))).position[0]
     moving = t[np.abs(x - x[0]) > 1e-7][0]
     assert moving == pytest.approx(3.0 if sign > 0 else 5.0, abs=0.05)
     assert (x[t < moving - 0.06] == x[0]).all()
@@ -172,8 +172,8 @@ def test_lugre_is_what_a_stiff_solver_finds() -> None:
     solution = solve_ivp(rates, (0.0, 4.0), [0.0, 0.0, 0.0], "Radau", t, rtol=1e-9, atol=1e-13,
                       max_step=2e-3)  # fmt: skip
     assert np.ptp(solution.y[0]) > 0.05  # it slides
-    log = pushed(t, force)
-    x, v = moved(LUGRE, [sigma_0, sigma_1, F_S, F_C, v_s, F_V, M, 0.0], log, step=0.5)
+    log = forced_log(t, force)
+    x, v = motion_of(LUGRE, [sigma_0, sigma_1, F_S, F_C, v_s, F_V, M, 0.0], log, step=0.5)
     assert np.abs(x - solution.y[0]).max() < 2e-4 * np.ptp(solution.y[0])
     assert np.abs(v - solution.y[1]).max() < 2e-3 * np.ptp(solution.y[1])
 
@@ -191,9 +191,11 @@ def test_a_static_law_that_is_stepped_is_what_the_fast_kernel_finds() -> None:
 
 def test_errors_fall_with_the_square_of_the_step() -> None:
     t = np.linspace(0.0, 2.0, 21)
-    log = pushed(t, 9.0 + np.sin(3.0 * t))
+    log = forced_log(t, 9.0 + np.sin(3.0 * t))
     p = [3.0, 2.0, 4.0, 5e-2, 1.0, 2.0, 0.0]
-    runs = [moved(STRIBECK, p, log, step=h, tolerance=1e9)[0][-1] for h in (20.0, 10.0, 5.0, 0.1)]
+    runs = [
+        motion_of(STRIBECK, p, log, step=h, tolerance=1e9)[0][-1] for h in (20.0, 10.0, 5.0, 0.1)
+    ]
     errors = np.abs(np.array(runs[:3]) - runs[3])
     orders = np.log2(errors[:-1] / errors[1:])
     assert ((orders > 1.7) & (orders < 2.4)).all(), orders
@@ -203,8 +205,8 @@ def test_errors_fall_with_the_square_of_the_step() -> None:
 def test_every_law_with_states_converges_with_the_step(name: str) -> None:
     law, t = LAWS[name], np.linspace(0.0, 3.0, 61)
     axis = rig("presliding")
-    log = pushed(t, 60.0 * np.sin(3.0 * t))
-    p = middling(law)
+    log = forced_log(t, 60.0 * np.sin(3.0 * t))
+    p = middle_parameters(law)
     levels = law.levels(p)
     p = np.concatenate([p, [5.0, 0.0]])
     assert levels[1] < 60.0 * 0.99  # or it would never slide
@@ -218,7 +220,7 @@ def test_every_law_with_states_converges_with_the_step(name: str) -> None:
     assert errors[-1] < 0.5 * errors[0]
 
 
-def middling(law: Law) -> Array:
+def middle_parameters(law: Law) -> Array:
     """A parameter set that slides at some 40 N: 40 N levels, and otherwise the middle of ranges."""
     p = np.empty(len(law.params))
     for k, q in enumerate(law.params):
@@ -238,12 +240,12 @@ def middling(law: Law) -> Array:
 @pytest.mark.parametrize("name", ["dahl", "lugre", "elasto-plastic"])
 def test_bristles_carry_the_force_of_the_first_sample(name: str) -> None:
     law, t = LAWS[name], np.linspace(0.0, 2.0, 101)
-    p = np.concatenate([middling(law), [5.0, 0.0]])
+    p = np.concatenate([middle_parameters(law), [5.0, 0.0]])
     F = 0.5 * law.levels(p[: len(law.params)])[1]
     axis = rig("presliding")
-    x = axis.move(law, p[None], track_of(axis, pushed(t, np.full(101, F)))).position[0]
+    x = axis.move(law, p[None], track_of(axis, forced_log(t, np.full(101, F)))).position[0]
     released = axis.move(
-        law, p[None], track_of(axis, pushed(t, np.linspace(F, 0.0, 101)))
+        law, p[None], track_of(axis, forced_log(t, np.linspace(F, 0.0, 101)))
     ).position[0]
     assert np.ptp(x) < 0.02 * np.ptp(released)  # it was at rest under that force, and stays there
 
@@ -279,7 +281,7 @@ def test_friction_may_depend_on_position() -> None:
     law = law_named("coulomb-viscous+position")
     # F_C 3 N, F_V 100 N s/m, a quarter of it up and down over 5 mm: a push of 5 N goes on.
     p = [3.0, 100.0, 0.25, 0.0, 5e-3, 0.05, 0.0]
-    x, v = moved(law, p, pushed(t, np.full(2001, 5.0)))
+    x, v = motion_of(law, p, forced_log(t, np.full(2001, 5.0)))
     steady = (t > 20.0) & (v > 0)
     share = 1.0 + 0.25 * np.cos(2 * np.pi * x / 5e-3)
     np.testing.assert_allclose(v[steady], ((5.0 / share - 3.0) / 100.0)[steady], rtol=0.05)
@@ -356,35 +358,35 @@ def test_a_temperature_term_needs_a_temperature() -> None:
 def test_steps_must_be_above_zero(constants: dict[str, float]) -> None:
     t = np.linspace(0.0, 1.0, 101)
     with pytest.raises(InputError, match="must be above zero"):
-        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), **constants)
+        motion_of(COULOMB, [3.0, 0.0, 2.0, 0.0], forced_log(t, np.zeros(101)), **constants)
 
 
 @pytest.mark.parametrize("step", [1e-9, 1e-300])
 def test_steps_that_nobody_would_wait_for_are_refused(step: float) -> None:
     t = np.linspace(0.0, 100.0, 101)
     with pytest.raises(InputError, match="10,000,000 is the most: set a longer step, or split"):
-        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(101)), step=step)
+        motion_of(COULOMB, [3.0, 0.0, 2.0, 0.0], forced_log(t, np.zeros(101)), step=step)
 
 
 def test_a_log_that_pauses_for_weeks_is_refused() -> None:
     t = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(2e6, 2e6 + 1.0, 101)])
     with pytest.raises(InputError, match=r"2e\+06 s in steps of 0.02 s.*split the log"):
-        moved(COULOMB, [3.0, 0.0, 2.0, 0.0], pushed(t, np.zeros(202)))
+        motion_of(COULOMB, [3.0, 0.0, 2.0, 0.0], forced_log(t, np.zeros(202)))
 
 
 def test_a_motion_of_too_many_halved_steps_is_given_up() -> None:
     # A tolerance that no step can keep asks for 2^14 steps in each; a tenth of the whole is made.
     t = np.linspace(0.0, 20.0, 1001)
-    push = pushed(t, 5.0 + 4.0 * np.sin(3.0 * t))
-    x, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push, tolerance=1e-30)
+    push = forced_log(t, 5.0 + 4.0 * np.sin(3.0 * t))
+    x, _ = motion_of(COULOMB, [3.0, 4.0, 2.0, 0.0], push, tolerance=1e-30)
     finite = np.isfinite(x)
     assert 10 < finite.sum() < 200
     assert finite[: finite.sum()].all()
-    plain, _ = moved(COULOMB, [3.0, 4.0, 2.0, 0.0], push)
+    plain, _ = motion_of(COULOMB, [3.0, 4.0, 2.0, 0.0], push)
     np.testing.assert_allclose(x[finite], plain[finite], atol=1e-5)
 
 
 def test_too_few_parameters_are_refused() -> None:
     t = np.linspace(0.0, 1.0, 101)
     with pytest.raises(InputError, match="parameters are F_C, F_V, M, offset; got 3 columns"):
-        moved(COULOMB, [3.0, 0.0, 2.0], pushed(t, np.zeros(101)))
+        motion_of(COULOMB, [3.0, 0.0, 2.0], forced_log(t, np.zeros(101)))

@@ -79,8 +79,8 @@ def test_fine_samples_make_a_held_torque_one_that_follows() -> None:
     fine = Recording(t=t, position=1e-6 * np.sin(t), command=0.3 * np.sin(2 * t), rotary=True)
     p = np.array([[F_C, F_V, J, G_SIN, G_COS, G_0]])
     law = LAWS["coulomb-viscous"]
-    follows, held = (joint(hold).simulate(law, p, fine).position[0] for hold in (0.0, 1.0))
-    assert np.abs(held - follows).max() < 1e-3 * np.ptp(follows)
+    follows, sampled = (joint(hold).simulate(law, p, fine).position[0] for hold in (0.0, 1.0))
+    assert np.abs(sampled - follows).max() < 1e-3 * np.ptp(follows)
     # and one that is held over 50 ms is another motion
     rough = Recording(t[::500], fine.position[::500], np.sin(2 * t[::500]) * 0.3, rotary=True)
     x = joint(1.0).simulate(law, p, rough).position[0]

@@ -75,42 +75,47 @@ class Case:
     settle: int = 120
 
 
-def _pushed() -> Recording:
+def _pushed_log() -> Recording:
     """2 kg pushed to and fro at several speeds, with rests between, warming up."""
     t = np.arange(0.0, 1.4, 0.01)
     F = 40 * np.minimum(t, 1.0) * np.sin(2 * np.pi * 1.9 * t) + 5 * np.sin(2 * np.pi * 0.8 * t)
-    still = np.zeros(len(t))
-    return Recording(t, still, velocity=still, force=F, temperature=290.0 + 14.0 * t)
+    at_rest = np.zeros(len(t))
+    return Recording(t, at_rest, velocity=at_rest, force=F, temperature=290.0 + 14.0 * t)
 
 
-def _rocked(to: float) -> Recording:
+def _rocked_log(to: float) -> Recording:
     """2 kg under forces that rock it within its contact, with amplitudes that grow to `to`, N."""
     t = np.arange(0.0, 1.4, 0.01)
     F = np.interp(t, [0.0, 1.4], [3.0, to]) * np.sin(2 * np.pi * 2.9 * t)
-    still = np.zeros(len(t))
-    return Recording(t, still, velocity=still, force=F)
+    at_rest = np.zeros(len(t))
+    return Recording(t, at_rest, velocity=at_rest, force=F)
 
 
-def _swung() -> Recording:
+def _swung_log() -> Recording:
     """A pendulum on a servo that swings it, holds it, and lets it fall."""
     t = np.arange(0.0, 2.2, 0.01)
     goal = 1.3 * np.sin(2 * np.pi * 0.9 * t) + 0.4 * np.sin(2 * np.pi * 2.3 * t)
     goal = np.where(t < 1.2, goal, 1.2)
     torque_enable = (t < 1.6).astype(float)
-    still = np.zeros(len(t))
+    at_rest = np.zeros(len(t))
     return Recording(
-        t, still, velocity=still, command=goal, extra={"torque_enable": torque_enable}, rotary=True
+        t,
+        at_rest,
+        velocity=at_rest,
+        command=goal,
+        extra={"torque_enable": torque_enable},
+        rotary=True,
     )
 
 
 MASS = {"M": 2.0, "offset": 0.0}
-PUSHED = Axis("presliding", MASS, _pushed, 2e-5, {"tolerance": 2.0})
-ROCKED = Axis("presliding", MASS, lambda: _rocked(13.0), 2e-7, {"tolerance": 0.02})
-SLID = Axis("presliding", MASS, lambda: _rocked(20.0), 1e-6, {"tolerance": 0.2})
+PUSHED = Axis("presliding", MASS, _pushed_log, 2e-5, {"tolerance": 2.0})
+ROCKED = Axis("presliding", MASS, lambda: _rocked_log(13.0), 2e-7, {"tolerance": 0.02})
+SLID = Axis("presliding", MASS, lambda: _rocked_log(20.0), 1e-6, {"tolerance": 0.2})
 SERVO = Axis(
     "servo-pendulum",
     {"k_t": 0.35, "R": 3.5, "armature": 2e-3, "q_offset": 0.02},
-    _swung,
+    _swung_log,
     3e-4,
     {"tolerance": 0.2},
 )
@@ -123,28 +128,28 @@ GEARS = [0.02, 0.015, 0.03, 0.5, 1.3]
 # The pushed axis reaches 0.4 m/s, so F_C and F_V, which act there, must be identified. The drop
 # lies within a twentieth of that, and is passed in few samples: F_S and the velocity of the drop
 # are identified with some laws and not with others.
-TWO = "F_C+ F_V+ F_C- F_V-"
+LEVELS = "F_C+ F_V+ F_C- F_V-"
 
 CASES: dict[str, Case] = {
     "coulomb-viscous": Case(PUSHED, [12, 40], "F_C F_V"),
-    "coulomb-viscous-directional": Case(PUSHED, [12, 40, 10, 50], TWO),
+    "coulomb-viscous-directional": Case(PUSHED, [12, 40, 10, 50], LEVELS),
     "stribeck": Case(PUSHED, [*BOTH, 1], "F_C F_V"),
-    "stribeck-directional": Case(PUSHED, [*BOTH, *OTHER, 1], TWO),
+    "stribeck-directional": Case(PUSHED, [*BOTH, *OTHER, 1], LEVELS),
     "stribeck-gauss": Case(PUSHED, [*BOTH, 2], "F_C F_V"),
-    "stribeck-gauss-directional": Case(PUSHED, [*BOTH, *OTHER, 2], TWO),
+    "stribeck-gauss-directional": Case(PUSHED, [*BOTH, *OTHER, 2], LEVELS),
     "stribeck-free": Case(PUSHED, [*BOTH, 1.4], "F_C F_V"),
-    "stribeck-free-directional": Case(PUSHED, [*BOTH, *OTHER, 1.4], TWO, ("exponent",)),
+    "stribeck-free-directional": Case(PUSHED, [*BOTH, *OTHER, 1.4], LEVELS, ("exponent",)),
     "stribeck-rational": Case(PUSHED, [*BOTH, 2], "F_C F_V"),
-    "stribeck-rational-directional": Case(PUSHED, [*BOTH, *OTHER, 2], TWO),
+    "stribeck-rational-directional": Case(PUSHED, [*BOTH, *OTHER, 2], LEVELS),
     "stribeck-smooth": Case(PUSHED, SMOOTH, "F_C F_V"),
-    "stribeck-smooth-directional": Case(PUSHED, [*SMOOTH, 15, 10, 50, 0.015], TWO),
+    "stribeck-smooth-directional": Case(PUSHED, [*SMOOTH, 15, 10, 50, 0.015], LEVELS),
     # How steeply it rises from rest is next to nothing beside how long rest takes.
     "makkar": Case(PUSHED, MAKKAR, "g4 g6"),
     "makkar-directional": Case(
         PUSHED, [*MAKKAR, 6, 300, 25, 10, 300, 50], "g4+ g6+ g4- g6-", ("g2+", "g5+", "g2-", "g5-")
     ),
     "karnopp": Case(PUSHED, [18, 12, 40, 5e-3], "F_C F_V", ("dv",)),
-    "karnopp-directional": Case(PUSHED, [18, 12, 40, 15, 10, 50, 5e-3], TWO, ("dv",), 300),
+    "karnopp-directional": Case(PUSHED, [18, 12, 40, 15, 10, 50, 5e-3], LEVELS, ("dv",), 300),
     # Loops within the contact show its stiffness; a way beyond, its levels. The first elements
     # yield within ten standard deviations of the noise, and trade places.
     "dahl": Case(ROCKED, [1.2e6, 12, 1, 50], "sigma_0 F_C"),
@@ -180,7 +185,7 @@ def rig_of(case: Case) -> SimulatedRig:
     return simulated_rig.set(**case.axis.constants)
 
 
-def moved(name: str, rows: Array, **constants: float) -> Array:
+def positions_of(name: str, rows: Array, **constants: float) -> Array:
     """Positions of the axis under parameter sets of the law, (n, N)."""
     case, rig = CASES[name], rig_of(CASES[name])
     if constants:
@@ -196,7 +201,7 @@ def moved(name: str, rows: Array, **constants: float) -> Array:
 def twin(name: str) -> Recording:
     """The recording of the sensor; the axis starts at a known position."""
     case, blank = CASES[name], CASES[name].axis.blank()
-    x = moved(name, np.array([case.truth], dtype=float))[0]
+    x = positions_of(name, np.array([case.truth], dtype=float))[0]
     noise = case.axis.noise * np.random.default_rng(crc32(name.encode())).standard_normal(len(x))
     noise[0] = 0.0
     return Recording(
@@ -276,7 +281,7 @@ def test_every_parameter_changes_the_motion(name: str) -> None:
     case, law = CASES[name], law_named(name)
     truth = np.array(case.truth, dtype=float)
     rows = np.vstack([truth, np.where(np.eye(len(truth), dtype=bool), 1.05 * truth, truth)])
-    x = moved(name, rows)
+    x = positions_of(name, rows)
     assert np.ptp(x[0]) > 100 * case.axis.noise
     change = np.abs(x[1:] - x[0]).max(axis=1)
     assert [n for n, c in zip(law.names, change, strict=True) if c < 1e-7 * np.ptp(x[0])] == []
@@ -288,7 +293,7 @@ def test_the_motion_converges_with_the_step(name: str) -> None:
     truth = np.array([CASES[name].truth], dtype=float)
     step, tolerance = (c.shown for n in ("step", "tolerance") for c in rig.constants if c.name == n)
     coarse, fine, finest = (
-        moved(name, truth, step=step / k, tolerance=tolerance / k**2)[0] for k in (1, 8, 64)
+        positions_of(name, truth, step=step / k, tolerance=tolerance / k**2)[0] for k in (1, 8, 64)
     )
     assert np.abs(coarse - finest).max() < 0.2 * np.ptp(finest)
     assert np.abs(fine - finest).max() < 0.5 * np.abs(coarse - finest).max()

@@ -40,7 +40,7 @@ def walk(law: Law, p: Array, v: Array, h: Array, z: Array | None = None) -> tupl
     return F, states
 
 
-def spread(law: Law, n: int, seed: int) -> Array:
+def random_sets(law: Law, n: int, seed: int) -> Array:
     """`n` parameter sets, uniform in the search ranges."""
     u = np.random.default_rng(seed).random((20 * n, len(law.params)))
     p = Space(law.params).decode(u)
@@ -48,9 +48,9 @@ def spread(law: Law, n: int, seed: int) -> Array:
     return sets
 
 
-def contacts(law: Law) -> list[Array]:
+def active_sets(law: Law) -> list[Array]:
     """Parameter sets, each parameter active in at least one: SETS, else random ones."""
-    return [np.array(SETS[law.name])] if law.name in SETS else list(spread(law, 20, 13))
+    return [np.array(SETS[law.name])] if law.name in SETS else list(random_sets(law, 20, 13))
 
 
 def sliding(p: Array, law: Law) -> Array:
@@ -75,7 +75,7 @@ def strokes() -> tuple[Array, Array]:
 @dynamic
 def test_a_span_of_no_time_leaves_the_states_as_they_are(law: Law) -> None:
     rng = np.random.default_rng(1)
-    for p in spread(law, 10, 1):
+    for p in random_sets(law, 10, 1):
         _, states = walk(law, p, *strokes())
         for z in states[rng.integers(0, len(states), 5)]:
             out = np.full(law.states, np.nan)
@@ -86,7 +86,7 @@ def test_a_span_of_no_time_leaves_the_states_as_they_are(law: Law) -> None:
 @dynamic
 def test_one_span_is_many_shorter_ones(law: Law) -> None:
     rng = np.random.default_rng(2)
-    for p in spread(law, 10, 2):
+    for p in random_sets(law, 10, 2):
         _, states = walk(law, p, *strokes())
         for z in states[rng.integers(0, len(states), 8)]:
             v, h = rng.choice([-1, 1]) * 10 ** rng.uniform(-6, 0), 10 ** rng.uniform(-6, 1)
@@ -106,7 +106,7 @@ def test_nothing_runs_away_however_long_the_span_and_whatever_the_speed(law: Law
     speeds = [s * v for v in (0.0, 1e-300, 1e-12, 1e-3, 1.0, 1e6) for s in (1.0, -1.0)]
     spans = [0.0, 1e-12, 1e-3, 1e3, 1e9]
     rng = np.random.default_rng(3)
-    for p in sliding(spread(law, 8, 3), law):
+    for p in sliding(random_sets(law, 8, 3), law):
         z = np.zeros(law.states)
         for _ in range(300):
             v, h = rng.choice(speeds), rng.choice(spans)
@@ -125,7 +125,7 @@ def test_where_an_explicit_step_blows_up_the_bristle_stays_below_static_friction
     law: Law, excess: float
 ) -> None:
     # sigma_0 |v| h / s(v) >> 2: each span of a reversing motion is `excess` steady holding_forces.
-    for p in spread(law, 20, 4):
+    for p in random_sets(law, 20, 4):
         F_S = law.slip(0.0, p)
         for v in (1e-5, 1e-2):
             signs = np.where(np.arange(40) // 3 % 2, -1.0, 1.0)
@@ -139,7 +139,7 @@ def test_where_an_explicit_step_blows_up_the_bristle_stays_below_static_friction
 
 @dynamic
 def test_a_long_slide_ends_at_the_slip_curve(law: Law) -> None:
-    for p in sliding(spread(law, 20, 5), law):
+    for p in sliding(random_sets(law, 20, 5), law):
         for v in (-0.3, -1e-3, 1e-4, 2e-2):
             (F,), _ = walk(law, p, np.array([v]), np.array([1e4 / abs(v)]))
             assert math.isclose(F, law.slip(v, p), rel_tol=1e-12)
@@ -148,7 +148,7 @@ def test_a_long_slide_ends_at_the_slip_curve(law: Law) -> None:
 @dynamic
 def test_the_force_is_odd(law: Law) -> None:
     v, h = strokes()
-    for p in spread(law, 5, 6):
+    for p in random_sets(law, 5, 6):
         np.testing.assert_array_equal(walk(law, p, -v, h)[0], -walk(law, p, v, h)[0])
 
 
@@ -161,13 +161,13 @@ def test_every_parameter_matters_on_the_way(law: Law) -> None:
         return change > 1e-3 * float(np.std(before))
 
     for k, name in enumerate(law.names):
-        assert any(matters(p, k) for p in contacts(law)), name
+        assert any(matters(p, k) for p in active_sets(law)), name
 
 
 @dynamic
 def test_the_force_is_linear_on_the_way_in_what_is_said_to_be_and_in_nothing_else(law: Law) -> None:
     linear = np.isin(law.names, law.linear)
-    for p in spread(law, 5, 8):
+    for p in random_sets(law, 5, 8):
         F = [walk(law, np.where(linear, k * p, p), *strokes())[0] for k in (0.5, 1.0, 1.5)]
         np.testing.assert_allclose(F[2] - F[1], F[1] - F[0], rtol=1e-7, atol=1e-9)
 
@@ -178,7 +178,7 @@ def test_the_force_is_linear_on_the_way_in_what_is_said_to_be_and_in_nothing_els
         return bend > 1e-6 * float(np.abs(F[1]).max())
 
     for k in np.flatnonzero(~linear).tolist():
-        assert any(bends(p, k) for p in contacts(law)), law.names[k]
+        assert any(bends(p, k) for p in active_sets(law)), law.names[k]
 
 
 # --- against the equations, solved by scipy ------------------------------------------------------
@@ -348,14 +348,14 @@ def test_two_sets_of_maxwell_elements_are_not_one_law_in_another_order() -> None
     # Yield distances grow with the number of the element, so a permutation is another set of W.
     d = np.cumprod(np.array(SETS["maxwell-slip"])[4:8])
     assert (np.diff(d) > 0).all()
-    for q in spread(LAWS["maxwell-slip"], 20, 12):
+    for q in random_sets(LAWS["maxwell-slip"], 20, 12):
         assert (np.diff(np.cumprod(q[4:8])) > 0).all()
 
 
 def test_gms_without_a_drop_is_maxwell_slip_whatever_its_lag() -> None:
     v, h = strokes()
     plain, general = LAWS["maxwell-slip"], LAWS["gms"]
-    for p in spread(plain, 5, 13):
+    for p in random_sets(plain, 5, 13):
         for tau in (1e-4, 1.0):
             q = np.concatenate([p, [1.0, 1e-3, tau]])
             np.testing.assert_allclose(
@@ -383,7 +383,7 @@ def test_a_sliding_gms_element_follows_its_level_with_its_lag() -> None:
     np.testing.assert_allclose(F, law.friction(np.array([slow, fast, slow]), p), rtol=1e-12)
 
 
-def pulled(law: Law, p: Array, rate: float, seconds: float, h: float) -> tuple[Any, Any]:
+def ramp_response(law: Law, p: Array, rate: float, seconds: float, h: float) -> tuple[Any, Any]:
     """1 kg under a force that grows from rest: force and velocity, by implicit steps."""
     z, out, v = np.zeros(law.states), np.zeros(law.states), 0.0
     F, speeds = rate * np.arange(1, round(seconds / h) + 1) * h, []
@@ -405,7 +405,7 @@ def pulled(law: Law, p: Array, rate: float, seconds: float, h: float) -> tuple[A
 def test_a_mass_breaks_away_at_static_friction(name: str) -> None:
     # The contact of the 1995 paper, Table I: F_C 1 N, F_S 1.5 N, pulled by 0.5 N/s.
     p = np.array([1e5, math.sqrt(1e5), 1.5, 1.0, 1e-3, 0.4, 0.5])[: len(LAWS[name].params)]
-    F, v = pulled(LAWS[name], p, 0.5, 3.4, 1e-3)
+    F, v = ramp_response(LAWS[name], p, 0.5, 3.4, 1e-3)
     broke = F[np.argmax(v > 1e-3)]
     assert 1.47 < broke < 1.53
     assert np.abs(v[F < 1.2]).max() < 3e-5
@@ -447,7 +447,7 @@ def loops(rng: np.random.Generator) -> list[tuple[Array, float]]:
 @dynamic
 def test_friction_takes_energy_from_every_closed_motion_once_it_has_settled(law: Law) -> None:
     rng = np.random.default_rng(14)
-    sets = [contacts(law)[0], *spread(law, 6, 14)]
+    sets = [active_sets(law)[0], *random_sets(law, 6, 14)]
     for p in sets:
         if "sigma_1" in law.names:
             # Known of LuGre (Barabanov and Ortega 2000, doi 10.1109/9.847131): more damping than

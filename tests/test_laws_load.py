@@ -34,11 +34,11 @@ def loads(n: int, seed: int = 1) -> Array:
 
 @loaded
 def test_without_load_it_is_its_slip_curve(law: Law) -> None:
-    nothing = np.zeros(5)
-    nothing[LOADS.index("position") :] = 0.3, 300.0
+    no_load = np.zeros(5)
+    no_load[LOADS.index("position") :] = 0.3, 300.0
     for p in draws(law, 20):
         for v in [*SPEEDS, 0.0, -0.0]:
-            assert rub(law, v, nothing, p) == law.slip(v, p)
+            assert rub(law, v, no_load, p) == law.slip(v, p)
 
 
 @loaded

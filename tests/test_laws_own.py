@@ -22,7 +22,7 @@ PAGE = Path(__file__).parent.parent / "docs" / "laws.md"
 #: What the twin's slide rubs leftward: the published set, SI.
 F_S, F_C = 152.28, 40.42
 
-_TELL = """
+_REPORT = """
 import json
 import numpy as np
 from stribeck.rig.motion.command import Drive
@@ -65,7 +65,7 @@ def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     (block,) = (b for b in blocks if "@slip_law" in b)
     folder = tmp_path_factory.mktemp("own")
     (folder / "demo").mkdir()
-    (folder / "mine.py").write_text(block + _TELL, encoding="utf-8")
+    (folder / "mine.py").write_text(block + _REPORT, encoding="utf-8")
     printed = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
         patch.chdir(folder)

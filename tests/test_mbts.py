@@ -98,7 +98,7 @@ def run(problem: Any, *, budget: int, seed: int = 0, **settings: Any) -> Run:
     return lockstep(problem, [search])[0]
 
 
-def spent(result: Run) -> dict[str, int]:
+def evaluations_by_side(result: Run) -> dict[str, int]:
     """Evaluations of each side; cells count as the descents that they start."""
     rows: dict[str, int] = {}
     starts = [0, *result.trace.ends]
@@ -203,7 +203,7 @@ def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str
     totals = {busy: 0, idle: 0}
     for seed in range(10):
         result = minimize(cost, [(-5.0, 5.0)] * 10, budget=20_000, target=1e-6, seed=seed)
-        rows = spent(result)
+        rows = evaluations_by_side(result)
         for stage in totals:
             totals[stage] += rows.get(stage, 0)
     assert totals[busy] > 1.2 * totals[idle]
@@ -211,7 +211,7 @@ def test_the_side_that_brings_something_goes_on(cost: Cost, busy: str, idle: str
 
 def test_neither_side_is_ever_given_up() -> None:
     """A search without further improvement gives each side its share of the budget."""
-    rows = spent(minimize(rugged, [(-3.0, 2.0)] * 2, budget=20_000, seed=1))
+    rows = evaluations_by_side(minimize(rugged, [(-3.0, 2.0)] * 2, budget=20_000, seed=1))
     assert rows["tabu"] > 6000
     assert rows["neighbourhood"] > 6000
 
@@ -260,7 +260,7 @@ def test_it_goes_on_as_long_as_it_is_let() -> None:
 # --- costs that are hard to search
 
 
-def lone(x: Array) -> Array:
+def corner(x: Array) -> Array:
     """A cost that is finite in one corner alone."""
     return np.where((x < 0.2).all(axis=1), ((x - 0.1) ** 2).sum(axis=1), np.nan)
 
@@ -285,7 +285,7 @@ def penalised(x: Array) -> Array:
         lambda x: 5e-324 * np.floor(9 * x.sum(axis=1)),
         lambda x: 1e15 + rugged(x),
         lambda x: np.sign(x[:, 0] - 0.123),
-        lone,
+        corner,
         penalised,
     ],
 )
@@ -303,7 +303,7 @@ def test_penalties_are_no_part_of_the_landscape(seed: int) -> None:
 
 def test_one_corner_that_runs_is_found_and_searched() -> None:
     """The corner is an eighth of a percent of the cube: one random point in 800."""
-    result = minimize(lone, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
+    result = minimize(corner, [(0.0, 1.0)] * 3, budget=20_000, target=1e-9, seed=0)
     assert result.ended == "target"
 
 

@@ -77,7 +77,7 @@ def test_raw_lengths_on_a_log_range_are_refused(name: str) -> None:
 # --- the steps of foraging: section 2.3, Steps 3 to 5
 
 
-class Script:
+class ScriptedGenerator:
     """A random generator that returns given numbers."""
 
     def __init__(self, *values: Any) -> None:
@@ -100,7 +100,7 @@ def silent(**entries: Any) -> None:
 
 
 PAIR = np.array([[0.5, 0.5], [0.5, 0.7]])
-LOUD: dict[str, Any] = {
+SIGNALS: dict[str, Any] = {
     "S": 2,
     "d_attract": 0.1,
     "w_attract": 0.2,
@@ -110,7 +110,7 @@ LOUD: dict[str, Any] = {
 
 
 def test_signals_follow_equation_2_1() -> None:
-    swarm = BacterialForaging(**LOUD)
+    swarm = BacterialForaging(**SIGNALS)
     # Each cell: itself -0.1 + 0.2, the other at squared distance 0.04:
     # -0.1 exp(-0.2 * 0.04) + 0.2 exp(-10 * 0.04) = -0.0992032 + 0.1340640.
     J_cc = swarm.J_cc(PAIR, np.arange(2), PAIR, np.ones(2))
@@ -122,7 +122,7 @@ def test_signals_follow_equation_2_1() -> None:
 
 
 def test_signals_and_steps_in_raw_coordinates_do_not_see_the_cube() -> None:
-    swarm = BacterialForaging(**LOUD, coordinates="raw")
+    swarm = BacterialForaging(**SIGNALS, coordinates="raw")
     width = np.array([40.0, 8.0])
     assert np.allclose(
         swarm.J_cc(PAIR / width, np.arange(2), PAIR / width, width), [0.1348608] * 2, atol=1e-7
@@ -135,7 +135,7 @@ def test_signals_are_equation_2_1_cell_by_cell(coordinates: Any, quiet: dict[str
     rng = np.random.default_rng(3)
     places, width = rng.random((6, 3)), np.array([2.0, 0.5, 7.0])
     moved, cells = rng.random((2, 3)), np.array([4, 1])
-    bacteria = BacterialForaging(**{**LOUD, "S": 6, **quiet}, coordinates=coordinates)
+    bacteria = BacterialForaging(**{**SIGNALS, "S": 6, **quiet}, coordinates=coordinates)
     sides = width if coordinates == "raw" else np.ones(3)
     by_cell = []
     for place, cell in zip(moved, cells, strict=True):
@@ -157,7 +157,7 @@ def chemotaxis(swarm: Any, replies: list[list[float]], **options: Any) -> tuple[
         np.array([1.0, 2.0]),
         np.array([0.1, 0.2]),
         width,
-        cast("Rng", Script(Delta)),
+        cast("Rng", ScriptedGenerator(Delta)),
         silent,
     )
     evaluated = [next(moves).copy()]
@@ -175,7 +175,7 @@ def test_a_chemotactic_step_by_hand() -> None:
     # 1.1323011: worse than before without the signals, better with them, so it swims. Cell 1
     # costs 2.5: it stops, where it is. Cell 0 gets worse and stays there: no undoing.
     evaluated, (theta, J, J_next) = chemotaxis(
-        BacterialForaging(**LOUD, N_s=4), [[1.01, 2.5], [3.0]]
+        BacterialForaging(**SIGNALS, N_s=4), [[1.01, 2.5], [3.0]]
     )
     assert np.allclose(evaluated[0], [[0.6, 0.5], [0.62, 0.54]])
     assert np.allclose(evaluated[1], [[0.7, 0.5]])
@@ -186,17 +186,17 @@ def test_a_chemotactic_step_by_hand() -> None:
 
 
 def test_a_raw_step_is_as_long_in_the_parameters_as_printed() -> None:
-    evaluated, _ = chemotaxis(BacterialForaging(**LOUD, N_s=0), [[1.0, 1.0]], width=[2.0, 8.0])
+    evaluated, _ = chemotaxis(BacterialForaging(**SIGNALS, N_s=0), [[1.0, 1.0]], width=[2.0, 8.0])
     assert np.allclose(evaluated[0], PAIR + np.array([[0.1 / 2, 0.0], [0.12 / 2, -0.16 / 8]]))
 
 
 def test_a_swim_is_n_s_steps_at_most() -> None:
-    evaluated, _ = chemotaxis(BacterialForaging(**LOUD, N_s=2), [[0.5, 9.0], [0.4], [0.3]])
+    evaluated, _ = chemotaxis(BacterialForaging(**SIGNALS, N_s=2), [[0.5, 9.0], [0.4], [0.3]])
     assert [len(a) for a in evaluated] == [2, 1, 1]
 
 
 def test_the_reading_of_4_4_swims_in_any_case() -> None:
-    swarm = BacterialForaging(**LOUD, N_s=2, swim="always")
+    swarm = BacterialForaging(**SIGNALS, N_s=2, swim="always")
     evaluated, _ = chemotaxis(swarm, [[9.0, 9.0], [9.0, 9.0], [9.0, 9.0]])
     assert [len(a) for a in evaluated] == [2, 2, 2]
     assert np.allclose(evaluated[2], PAIR + 3 * np.array([[0.1, 0.0], [0.12, -0.16]]))
@@ -204,7 +204,7 @@ def test_the_reading_of_4_4_swims_in_any_case() -> None:
 
 @pytest.mark.parametrize(("improve", "batches"), [("<", 1), ("<=", 2)])
 def test_equal_costs_improve_only_by_the_other_reading(improve: Any, batches: int) -> None:
-    mute: dict[str, Any] = LOUD | {"d_attract": 0.0, "h_repellant": 0.0}
+    mute: dict[str, Any] = SIGNALS | {"d_attract": 0.0, "h_repellant": 0.0}
     evaluated, _ = chemotaxis(BacterialForaging(**mute, improve=improve), [[1.0, 3.0], [2.0]])
     assert len(evaluated) == batches
 
@@ -251,7 +251,7 @@ def tabu_by_hand(costs: list[float], **settings: Any) -> tuple[list[float], list
     notes: list[dict[str, Any]] = []
     base: dict[str, Any] = {"N": 1, "R": 0.1, "BT": 2, "n_re_back": 2, "AR": ()}
     algorithm = AdaptiveTabuSearch(**(base | settings))
-    rng = cast("Rng", Script([[1.0]]))
+    rng = cast("Rng", ScriptedGenerator([[1.0]]))
     moves: Any = algorithm.refine(
         np.array([0.0]), 10.0, 0, box([(0.0, 1.0)]), rng, lambda **kw: notes.append(kw)
     )
@@ -358,7 +358,7 @@ def test_literal_ats_cannot_leave_a_basin_and_a_restart_can() -> None:
 # --- the steps of plain tabu search
 
 
-NEAR = np.array([[0.0], [0.5], [1.0], [1.5]])
+NEIGHBOURS = np.array([[0.0], [0.5], [1.0], [1.5]])
 
 
 @pytest.mark.parametrize(
@@ -376,14 +376,14 @@ NEAR = np.array([[0.0], [0.5], [1.0], [1.5]])
 def test_the_tabu_list_forbids_and_aspiration_forgives(
     tabu: list[list[float]], costs: list[float], best: float, chosen: int
 ) -> None:
-    assert admitted(NEAR, np.array(costs), np.array(tabu), 0.1, best) == chosen
+    assert admitted(NEIGHBOURS, np.array(costs), np.array(tabu), 0.1, best) == chosen
 
 
 def test_aspiration_asks_for_better_than_ever_before() -> None:
     # From 0.5 (cost 5) to 0.6 (3) to 0.7 (8). There 0.6 is tabu and its 3.5 beats the 4 of the
     # last round, not the 3 of the first: on to 0.8, and the next candidates are 0.9 and 0.7.
     algorithm = TabuSearch(N=2, R=0.1, r_tabu=0.05, tenure=2)
-    rng = cast("Rng", Script([[0.5]], [[1.0], [0.5]], [[1.0], [0.0]]))
+    rng = cast("Rng", ScriptedGenerator([[0.5]], [[1.0], [0.5]], [[1.0], [0.0]]))
     moves = algorithm.moves(box([(0.0, 1.0)]), rng, silent)
     evaluated = [next(moves)]
     evaluated += [moves.send(np.array(c)) for c in ([5.0], [3.0, 9.0], [8.0, 4.0], [9.0, 3.5])]

@@ -238,7 +238,7 @@ SWARM = SIGNALS | {"S": 8, "N_c": 2, "N_s": 1, "improve": "<=", "swim": "always"
 STEP = {"alpha": 3.0, "J_target": 5.0, "step": 0.3}
 LIFE = {"N_re": 2, "N_ed": 1, "P_ed": 0.9}
 #: For every setting of every method a value beside its default that must change a run.
-OTHER: dict[str, dict[str, Any]] = {
+ALTERNATIVES: dict[str, dict[str, Any]] = {
     "random": {"batch": 7},
     "ts": {"N": 9, "R": 0.2, "tenure": 3, "r_tabu": 0.1, "count_max": 7} | CUBE,
     "ats": TABU,
@@ -276,7 +276,7 @@ BASE: dict[str, dict[str, Any]] = {
 }
 #: Signals break every tie, so the treatment of ties needs a swarm without them; a radius grows
 #: again only after backtracking far; a neighbourhood has to reach a wall.
-MORE: dict[str, dict[str, Any]] = {
+EXTRA: dict[str, dict[str, Any]] = {
     "improve": {"d_attract": 0.0, "h_repellant": 0.0},
     "radius_from": {"n_re_back": 60, "R": 0.3, "AR": ((0.4, 0.03),)},
     "walls": {"R": 0.3},
@@ -297,10 +297,10 @@ def test_no_setting_has_the_name_of_an_argument_of_minimize() -> None:
 @pytest.mark.parametrize(("name", "setting"), list(settings()))
 def test_every_setting_changes_the_run(name: str, setting: str) -> None:
     names = {f.name for f in fields(cast("Any", METHODS[name]))}
-    base = BASE.get(name, {}) | {k: v for k, v in MORE.get(setting, {}).items() if k in names}
-    if setting not in OTHER.get(name, {}):
+    base = BASE.get(name, {}) | {k: v for k, v in EXTRA.get(setting, {}).items() if k in names}
+    if setting not in ALTERNATIVES.get(name, {}):
         pytest.fail(f"give OTHER a value of {setting} that changes a run of {name}")
-    value = OTHER[name][setting]
+    value = ALTERNATIVES[name][setting]
     assert value != getattr(configure(name, **base), setting)
     surface = rugged if name == "mbts" else terraces  # it needs slopes to descend
     runs = [

@@ -154,7 +154,7 @@ def planned(bed: Card) -> Plan:
     return plan(bed, RIGHT)
 
 
-def named(proposed: Plan, name: str) -> Proposal:
+def proposal(proposed: Plan, name: str) -> Proposal:
     return next(p for p in proposed.proposals if p.experiment.name == name)
 
 
@@ -163,7 +163,7 @@ def factor(p: Proposal, name: str) -> float:
 
 
 def test_a_faster_ramp_leads_and_beats_the_same_again(planned: Plan) -> None:
-    best, repetition = planned.proposals[0], named(planned, "the same again")
+    best, repetition = planned.proposals[0], proposal(planned, "the same again")
     assert best.experiment.kind == "motion"
     assert best.experiment.name.startswith("ramp ×")
     assert best.score > 1.5 * repetition.score
@@ -209,7 +209,7 @@ def test_one_way_is_not_reversed_and_both_ways_are(planned: Plan) -> None:
 def test_a_direction_that_was_never_driven_comes_first() -> None:
     options = {"law": "stribeck-directional", "train": "112:295", "repeats": 1, "budget": 2000}
     proposed = plan(card(identify(RIGHT, **options)), RIGHT, count=3)  # type: ignore[arg-type]
-    best, repetition = proposed.proposals[0], named(proposed, "the same again")
+    best, repetition = proposed.proposals[0], proposal(proposed, "the same again")
     assert factor(best, "F_C-") > 3
     assert factor(repetition, "F_C-") == pytest.approx(1.0, abs=0.05)
 
@@ -242,7 +242,7 @@ def test_a_weak_drive_is_not_asked_for_more_than_it_has_shown(bed: Card) -> None
 def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
     model = current_model(bed, [RIGHT])
     assert model.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
-    experiment = named(plan(bed, RIGHT), "finer sensor").experiment
+    experiment = proposal(plan(bed, RIGHT), "finer sensor").experiment
     remainder = max(model.axis.noise**2 - model.axis.sensor**2, 0.0)
     assert experiment.noise**2 == pytest.approx(
         remainder + min(model.axis.sensor, model.axis.noise) ** 2 / 9
@@ -250,7 +250,7 @@ def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
 
 
 def test_a_slow_creep_is_run_in_first(planned: Plan) -> None:
-    words = named(planned, "breakaway").experiment.words
+    words = proposal(planned, "breakaway").experiment.words
     assert "to wind up the drive" in words
     assert "0.499 mm/s" in words or "0.5 mm/s" in words
 
@@ -258,7 +258,7 @@ def test_a_slow_creep_is_run_in_first(planned: Plan) -> None:
 # --- a measured force ---------------------------------------------------------------------------
 
 
-def pushed(speeds: list[float], p: dict[str, float], seed: int = 0) -> Recording:
+def stroke_log(speeds: list[float], p: dict[str, float], seed: int = 0) -> Recording:
     """A log of strokes there and back at constant speeds under a Stribeck friction."""
     dt, parts = 1e-3, list[Array]()
     for top in speeds:
@@ -280,26 +280,26 @@ TRUTH = {"F_S": 9.0, "F_C": 6.0, "F_V": 30.0, "v_SS": 0.01, "exponent": 1.0}
 
 
 def test_a_log_at_one_speed_asks_for_several_speeds() -> None:
-    log = pushed([0.05], TRUTH)
+    log = stroke_log([0.05], TRUTH)
     proposed = plan(card(identify(log, rig="forced", law="coulomb-viscous")), log)
-    several, repetition = named(proposed, "several speeds"), named(proposed, "the same again")
+    several, repetition = proposal(proposed, "several speeds"), proposal(proposed, "the same again")
     assert factor(several, "F_V") > 1.5 * factor(repetition, "F_V")
-    assert factor(several, "F_V") > 1.2 * factor(named(proposed, "one speed"), "F_V")
+    assert factor(several, "F_V") > 1.2 * factor(proposal(proposed, "one speed"), "F_V")
     assert factor(repetition, "M") == pytest.approx(np.sqrt(2.0), rel=0.05)
 
 
 def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
-    log = pushed([0.03, 0.5], TRUTH)
+    log = stroke_log([0.03, 0.5], TRUTH)
     proposed = plan(card(identify(log, rig="forced", law="stribeck")), log)
     names = [p.experiment.name for p in proposed.proposals if p.experiment.kind == "motion"]
     assert names[0] in ("slow speeds", "slow sine", "several speeds")
-    slow, fast = named(proposed, "slow speeds"), named(proposed, "fast speeds")
+    slow, fast = proposal(proposed, "slow speeds"), proposal(proposed, "fast speeds")
     assert factor(slow, "F_S") > 4 * factor(fast, "F_S")  # it shows below v_SS alone
-    assert factor(named(proposed, names[0]), "v_SS") > 1.2 * factor(fast, "v_SS")
+    assert factor(proposal(proposed, names[0]), "v_SS") > 1.2 * factor(fast, "v_SS")
 
 
 def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
-    log = pushed([0.05, 0.2], TRUTH)
+    log = stroke_log([0.05, 0.2], TRUTH)
     fit_card = card(identify(log, rig="forced", law="coulomb-viscous"))
     model = current_model(fit_card, [log])
     assert model.axis.shown.exposure is not None
@@ -312,7 +312,7 @@ def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
 
 
 def test_pressure_levels_are_offered_to_a_cylinder() -> None:
-    dry = pushed([0.05, 0.2], TRUTH)
+    dry = stroke_log([0.05, 0.2], TRUTH)
     assert dry.force is not None
     pressure = 2e5 * (1 + 0.04 * np.sin(dry.t))
     direction = np.sign(np.gradient(dry.position, dry.t))
@@ -323,7 +323,7 @@ def test_pressure_levels_are_offered_to_a_cylinder() -> None:
         force=dry.force + 2e-5 * pressure * direction + RIGS["cylinder"].area * pressure,  # type: ignore[attr-defined]
     )
     proposed = plan(card(identify(log, rig="cylinder", law="coulomb-load")), log, count=3)
-    levels, repetition = named(proposed, "load levels"), named(proposed, "the same again")
+    levels, repetition = proposal(proposed, "load levels"), proposal(proposed, "the same again")
     assert factor(levels, "mu_p") > 2 * factor(repetition, "mu_p")
 
 

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "direct_drive"
 RIG = str(ROOT / "benchmarks" / "direct_drive.toml")
 #: From where on a loop has settled, and the inertia that the authors give.
-SETTLED, KNOWN = "2s:11s", {"J": 2.519}
+SETTLED, FIXED = "2s:11s", {"J": 2.519}
 real = pytest.mark.recordings("direct_drive")
 
 
@@ -31,9 +31,9 @@ def loops(k: int) -> Recording:
 
 
 @cache
-def fitted(law: str) -> Fit:
+def fit_of(law: str) -> Fit:
     """The fit to the second log, with the others held out."""
-    return identify(loops(2), rig=RIG, law=law, train=SETTLED, fixed=KNOWN)
+    return identify(loops(2), rig=RIG, law=law, train=SETTLED, fixed=FIXED)
 
 
 def relative(fit: Fit, k: int) -> float:
@@ -48,8 +48,8 @@ def relative(fit: Fit, k: int) -> float:
 def test_blocks_on_springs_follow_loops_of_other_logs_and_one_bristle_does_not() -> None:
     # What others found with the same laws and a search of their own: 0.12 for Dahl and LuGre,
     # 0.043 and then 0.061 and 0.046 for two blocks with a viscous term.
-    dahl = [relative(fitted("dahl"), k) for k in (1, 2, 3)]
-    blocks = [relative(fitted("maxwell-slip:2"), k) for k in (1, 2, 3)]
+    dahl = [relative(fit_of("dahl"), k) for k in (1, 2, 3)]
+    blocks = [relative(fit_of("maxwell-slip:2"), k) for k in (1, 2, 3)]
     assert np.allclose(dahl, 0.12, atol=0.01)
     assert blocks[1] < 0.043
     assert max(blocks) < 0.061
@@ -60,18 +60,18 @@ def test_blocks_on_springs_follow_loops_of_other_logs_and_one_bristle_does_not()
 def test_the_same_law_is_selected() -> None:
     selection = select(
         loops(2), rig=RIG, laws=["dahl", "maxwell-slip:2"], train=SETTLED,
-        test=[loops(1), loops(3)], fixed=KNOWN, budget=1500,
+        test=[loops(1), loops(3)], fixed=FIXED, budget=1500,
     )  # fmt: skip
     assert selection.law == "maxwell-slip:2"
 
 
 @real
 def test_what_loops_show_and_what_they_do_not() -> None:
-    estimates = {e.name: e for e in fitted("maxwell-slip:2").estimates}
+    estimates = {e.name: e for e in fit_of("maxwell-slip:2").estimates}
     assert estimates["W_1"].verdict == estimates["W_2"].verdict == "identified"
     # The first block slips within four steps of the encoder.
     assert estimates["d_1"].verdict == "weak"
-    estimates = {e.name: e for e in fitted("lugre").estimates}
+    estimates = {e.name: e for e in fit_of("lugre").estimates}
     assert estimates["v_s"].verdict == "not identifiable"
     assert estimates["F_C"].verdict != "identified"
     assert estimates["F_C"].low == 0.0  # whatever is below F_S will do
@@ -81,7 +81,7 @@ def test_what_loops_show_and_what_they_do_not() -> None:
 
 @real
 def test_that_it_never_slid_is_told() -> None:
-    warnings = {law: [w for w in fitted(law).warnings if "never slid" in w] for law in
+    warnings = {law: [w for w in fit_of(law).warnings if "never slid" in w] for law in
             ("dahl", "lugre", "maxwell-slip:2")}  # fmt: skip
     head = "the axis never slid: "
     assert warnings["dahl"] == [head + "F_C cannot be known from this log"]
@@ -92,7 +92,7 @@ def test_that_it_never_slid_is_told() -> None:
 # --- simulated logs -----------------------------------------------------------------------------
 
 
-def pulled(F: Array, seconds: float = 8.0) -> Recording:
+def simulated_log(F: Array, seconds: float = 8.0) -> Recording:
     """2 kg on a LuGre contact, 12 N Coulomb, 18 N static, under a force; rounded to 10 nm."""
     t = np.linspace(0.0, seconds, len(F))
     log = Recording(t, np.zeros(len(t)), velocity=np.zeros(len(t)), force=F)
@@ -108,7 +108,7 @@ RAMP = np.clip(np.linspace(-0.1, 1.0, 800), 0.0, 1.0)
 def test_an_axis_that_slides_shows_its_levels_and_one_that_is_held_does_not() -> None:
     parameters = partition(PRESLIDING, law_named("lugre"))
     for shape in (CYCLES, RAMP):
-        stuck, slid = pulled(9.0 * shape), pulled(24.0 * shape)
+        stuck, slid = simulated_log(9.0 * shape), simulated_log(24.0 * shape)
         assert never_slid(parameters, [stuck]) == [
             "the axis never slid: F_S, F_C and v_s cannot be known from this log"
         ]
@@ -117,7 +117,7 @@ def test_an_axis_that_slides_shows_its_levels_and_one_that_is_held_does_not() ->
 
 
 def test_only_what_is_searched_is_told() -> None:
-    stuck = pulled(9.0 * CYCLES)
+    stuck = simulated_log(9.0 * CYCLES)
     lugre = partition(PRESLIDING, law_named("lugre"), fixed={"F_C": 12.0, "v_s": 0.02})
     assert never_slid(lugre, [stuck])[0].endswith("never slid: F_S cannot be known from this log")
     gms = partition(PRESLIDING, law_named("gms:2"))

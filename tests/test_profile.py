@@ -257,9 +257,9 @@ def test_refusals() -> None:
     model = waves()
     with pytest.raises(InputError, match="no free parameter 'x9'"):
         profiles(model, np.array([7.0, 0.3]), chosen_names=["x9"])
-    nowhere = Model(box([(0.0, 1.0)]), np.zeros(9), lambda _: np.full(9, np.nan))
+    all_nan = Model(box([(0.0, 1.0)]), np.zeros(9), lambda _: np.full(9, np.nan))
     with pytest.raises(InputError, match="cannot be run"):
-        profiles(nowhere, np.array([0.5]))
+        profiles(all_nan, np.array([0.5]))
     underdetermined = Model(box([(0.0, 1.0)] * 3), np.zeros(3), lambda x: x)
     with pytest.raises(InputError, match="3 rows cannot tell 3"):
         profiles(underdetermined, np.full(3, 0.5))
@@ -268,7 +268,7 @@ def test_refusals() -> None:
         profiles(model, np.array([7.0, 0.3]))
 
 
-def red(rng: np.random.Generator, n: int, a: float) -> Array:
+def red_noise(rng: np.random.Generator, n: int, a: float) -> Array:
     """First-order autoregression of unit variance."""
     noise: Array = lfilter([np.sqrt(1 - a * a)], [1, -a], rng.standard_normal(n + 100))[100:]
     return noise
@@ -280,7 +280,7 @@ def test_each_parameter_pays_for_correlation_by_its_own_ratio() -> None:
     W = np.stack([np.ones(n), np.cos(np.pi * np.arange(n))])
     ratios = []
     for seed in range(trials):
-        r = red(np.random.default_rng(seed), n, a)
+        r = red_noise(np.random.default_rng(seed), n, a)
         r = r - (r @ W.T / n) @ W
         ratios.append(quick_look(W, r, (n,)).ratio)
     # a ratio scatters by some 15 %, the mean of 12 by 4 %; allow 3.5 standard errors
@@ -292,7 +292,7 @@ def test_a_slow_error_under_the_noise_of_a_sensor_is_seen() -> None:
     n, ratios = 3000, []
     for seed in range(12):
         rng = np.random.default_rng(seed)
-        r = rng.standard_normal(n) + red(rng, n, 0.98)
+        r = rng.standard_normal(n) + red_noise(rng, n, 0.98)
         ratios.append(quick_look(np.ones((1, n)), r - r.mean(), (n,)).ratio[0])
     # Bartlett weights see some 85 % of it; a ratio scatters by half, the mean of 12 by a seventh
     assert np.mean(ratios) == pytest.approx(45.0, rel=0.45)
@@ -331,7 +331,7 @@ def test_intervals_hold_the_truth(a: float, least: float) -> None:
     """
     hits = np.zeros(3)
     for seed in range(300):
-        model, _, best = line(0.3 * red(np.random.default_rng(seed), 600, a))
+        model, _, best = line(0.3 * red_noise(np.random.default_rng(seed), 600, a))
         e = ends(profiles(model, best))
         hits += (e[:, 0] <= [1.0, 2.0, 0.5]) & (e[:, 1] >= [1.0, 2.0, 0.5])
     assert least <= np.mean(hits / 300) <= 0.985

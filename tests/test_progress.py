@@ -50,8 +50,8 @@ def test_nothing_is_foretold_before_the_first_run() -> None:
 
 def test_time_left_is_that_of_each_cells_own_runs_over_the_workers() -> None:
     clock = Clock()
-    todo = jobs(["A"], ["quick", "slow"], 10)
-    tally = Tally(todo, workers=2, clock=clock)
+    campaign_jobs = jobs(["A"], ["quick", "slow"], 10)
+    tally = Tally(campaign_jobs, workers=2, clock=clock)
     for repeat in range(4):  # 0.1 s and 100 s: both workers are always busy
         tally.done(record(job("A", "quick", repeat), 0.1))
         tally.done(record(job("A", "slow", repeat), 100.0))
@@ -109,8 +109,8 @@ def test_the_cost_of_handing_out_many_short_runs_is_foretold_too() -> None:
 
 def test_records_from_before_are_counted_but_took_none_of_this_time() -> None:
     clock = Clock()
-    todo = jobs(["A"], ["x"], 10)
-    tally = Tally(todo, [record(j, 5.0) for j in todo[:8]], clock=clock)
+    campaign_jobs = jobs(["A"], ["x"], 10)
+    tally = Tally(campaign_jobs, [record(j, 5.0) for j in campaign_jobs[:8]], clock=clock)
     assert tally.left() == pytest.approx(10.0)
     clock.now += 2.0
     assert tally.left() == pytest.approx(8.0)
@@ -133,9 +133,9 @@ def test_success_counts_only_runs_with_a_target() -> None:
 
 def test_without_a_terminal_there_is_a_line_every_few_seconds_and_one_at_the_end() -> None:
     clock, out = Clock(), io.StringIO()
-    todo = jobs(["A"], ["x"], 100)
-    with Live("paper", todo, workers=1, file=out, clock=clock) as live:
-        for k in todo:
+    campaign_jobs = jobs(["A"], ["x"], 100)
+    with Live("paper", campaign_jobs, workers=1, file=out, clock=clock) as live:
+        for k in campaign_jobs:
             clock.now += 0.5
             live.done(record(k, 0.5))
     lines = out.getvalue().splitlines()
@@ -174,11 +174,11 @@ def test_a_picture_never_overflows_the_terminal(
     monkeypatch.setenv("COLUMNS", str(columns))
     monkeypatch.setenv("LINES", str(lines))
     monkeypatch.setenv("TERM", "xterm")
-    todo = jobs(PROBLEMS, METHODS, 2)
-    live = Live("the campaign", todo, workers=2, file=Terminal(), clock=Clock())
-    for k in todo[:400]:
+    campaign_jobs = jobs(PROBLEMS, METHODS, 2)
+    live = Live("the campaign", campaign_jobs, workers=2, file=Terminal(), clock=Clock())
+    for k in campaign_jobs[:400]:
         live.tally.done(record(k, 1.0))
-    live.failed(Failure(todo[400], "a long reason " * 20))
+    live.failed(Failure(campaign_jobs[400], "a long reason " * 20))
     live.waiting(3)
     out = Console(file=io.StringIO(), width=columns, height=lines)
     out.print(live.picture())

@@ -16,17 +16,17 @@ real = pytest.mark.recordings
 T: Array = np.arange(6000, dtype=float) * 0.01
 
 
-def stairs() -> Recording:
+def stick_slip_log() -> Recording:
     k: Array = np.arange(len(T), dtype=float)
     return Recording(T, 0.02 * ((k // 400) + np.clip((k % 400 - 360) / 40, 0, 1)), 0.005 * T)
 
 
-def says(quality: Quality, words: str) -> bool:
+def verdict_contains(quality: Quality, words: str) -> bool:
     return any(words in line for line in quality.verdict)
 
 
 def test_the_numbers_of_a_made_log() -> None:
-    q = check(stairs())
+    q = check(stick_slip_log())
     assert q.rows == 6000
     assert q.duration == pytest.approx(59.99)
     assert q.rate == pytest.approx(100)
@@ -41,30 +41,32 @@ def test_the_numbers_of_a_made_log() -> None:
 
 
 def test_stick_slip_opens_the_simulation_road() -> None:
-    q = check(stairs())
-    assert says(q, "stick-slip present: 14 slips")
-    assert says(q, "no measured force: the force-balance road is closed")
-    assert says(q, "one way only")
+    q = check(stick_slip_log())
+    assert verdict_contains(q, "stick-slip present: 14 slips")
+    assert verdict_contains(q, "no measured force: the force-balance road is closed")
+    assert verdict_contains(q, "one way only")
 
 
 def test_steady_motion_closes_it() -> None:
     x = 0.1 * np.abs((T / 10) % 2 - 1)
     q = check(Recording(T, x, force=np.sign(np.gradient(x))))
-    assert says(q, "no stick-slip")
-    assert says(q, "one speed a direction")
-    assert says(q, "force-balance road is open")
-    assert says(q, "no command")
+    assert verdict_contains(q, "no stick-slip")
+    assert verdict_contains(q, "one speed a direction")
+    assert verdict_contains(q, "force-balance road is open")
+    assert verdict_contains(q, "no command")
     assert q.directions == (-1, 1)
     assert q.speeds == pytest.approx((0.01, 0.01, 0.01), rel=1e-3)
 
 
 def test_many_speeds_are_not_called_one() -> None:
     q = check(Recording(T, 0.1 * np.sin(T)))
-    assert not says(q, "one speed")
+    assert not verdict_contains(q, "one speed")
 
 
 def test_a_current_without_its_factor() -> None:
-    assert says(check(Recording(T, np.sin(T), current=np.cos(T))), "unless current is mapped")
+    assert verdict_contains(
+        check(Recording(T, np.sin(T), current=np.cos(T))), "unless current is mapped"
+    )
 
 
 def test_gaps_and_jitter_are_measured() -> None:
@@ -81,23 +83,23 @@ def test_a_channel_at_its_limit_is_suspected_and_others_are_not() -> None:
     q = check(Recording(T, np.sin(T), force=np.clip(force, -8, 99), current=force))
     assert list(q.clipped) == ["force"]
     assert q.clipped["force"] == pytest.approx(np.mean(force <= -8), rel=1e-9)
-    assert says(q, "force sits at its limit")
+    assert verdict_contains(q, "force sits at its limit")
 
 
 def test_a_rest_at_the_end_of_travel_is_no_clipping() -> None:
-    assert not check(stairs()).clipped
+    assert not check(stick_slip_log()).clipped
 
 
 def test_lines_speak_the_unit_of_the_workshop() -> None:
-    lines = dict(check(stairs()).lines())
+    lines = dict(check(stick_slip_log()).lines())
     assert lines["slips"] == "14, median 20 mm"
     assert lines["samples"] == "6000 in 59.99 s, 100 Hz"
-    rotary = Recording(T, stairs().position, rotary=True)
+    rotary = Recording(T, stick_slip_log().position, rotary=True)
     assert dict(check(rotary).lines())["slips"] == "14, median 20 mrad"
 
 
 def test_checking_changes_nothing_and_repeats() -> None:
-    r = stairs()
+    r = stick_slip_log()
     before = r.position.tobytes()
     assert check(r).lines() == check(r).lines()
     assert r.position.tobytes() == before
@@ -130,17 +132,17 @@ def test_a_pendulum_that_swings_and_rests_does_not_stick_and_slip() -> None:
     force = 0.5 * np.gradient(np.gradient(x, t), t) + 0.1 * np.sign(np.gradient(x, t))
     q = check(Recording(t, x, force=force, rotary=True))
     assert len(q.slips) >= 3  # as moves from rest to rest they are found
-    assert says(q, "swings or single moves")
-    assert not says(q, "stick-slip present")
-    assert says(q, "force-balance road is open")
+    assert verdict_contains(q, "swings or single moves")
+    assert not verdict_contains(q, "stick-slip present")
+    assert verdict_contains(q, "force-balance road is open")
 
 
 def test_an_arm_that_is_led_by_hand_does_not_stick_and_slip() -> None:
     t, x = rests_and_moves([-1.6, -1.0, -1.5, 1.7, 1.2, 1.2])
     q = check(Recording(t, x, force=3.3 * np.sin(x), rotary=True))
-    assert says(q, "no stick-slip: the force is a function of the position")
-    assert says(q, "a command and not a measurement: the force-balance road is closed")
-    assert not says(q, "stick-slip present")
+    assert verdict_contains(q, "no stick-slip: the force is a function of the position")
+    assert verdict_contains(q, "a command and not a measurement: the force-balance road is closed")
+    assert not verdict_contains(q, "stick-slip present")
 
 
 def test_a_ramp_of_force_tells_its_breakaway_and_no_more() -> None:
@@ -151,9 +153,9 @@ def test_a_ramp_of_force_tells_its_breakaway_and_no_more() -> None:
     line = dict(q.lines())["breakaway"]
     assert line.endswith("in a ramp of 0.5 N m/s to 15 N m")
     assert float(line.split()[1]) == pytest.approx(8.0, abs=0.15)
-    assert says(q, "a ramp of force to breakaway: no stick-slip")
-    assert says(q, "road is closed, rig presliding-rotary simulates it")
-    assert not says(q, "hardly any stick-slip")
+    assert verdict_contains(q, "a ramp of force to breakaway: no stick-slip")
+    assert verdict_contains(q, "road is closed, rig presliding-rotary simulates it")
+    assert not verdict_contains(q, "hardly any stick-slip")
     lines = dict(check(Recording(t, 5e-5 * t, force=0.5 * t)).lines())
     assert lines["breakaway"].startswith("none below 15 N")
 
@@ -168,7 +170,7 @@ def test_cycles_below_breakaway_tell_a_stiffness_and_no_more() -> None:
     assert "N m/rad, the slope between the tips: ±6 N m over 0.3 mrad" in line
     assert "9 settled cycles" in line
     assert line.endswith("is half of that, 20000 N m/rad")
-    assert says(q, "cycles of force below breakaway: the force-balance road is closed")
+    assert verdict_contains(q, "cycles of force below breakaway: the force-balance road is closed")
 
 
 def test_travel_of_a_few_steps_is_no_motion_to_differentiate() -> None:
@@ -176,8 +178,8 @@ def test_travel_of_a_few_steps_is_no_motion_to_differentiate() -> None:
     force = np.where((t > 5) & (t < 20), 6.0, 0.0)
     coarse = 6e-6 * np.round(5e-5 * force * (1 - np.exp(-np.maximum(t - 5, 0))) / 6e-6)
     q = check(Recording(t, coarse, force=force, rotary=True))
-    assert says(q, "hardly any motion: the whole travel is")
-    assert says(q, "road is closed")
+    assert verdict_contains(q, "hardly any motion: the whole travel is")
+    assert verdict_contains(q, "road is closed")
     assert not q.clipped  # a step that was held
 
 
@@ -186,8 +188,8 @@ def test_spikes_and_a_pressure_are_told() -> None:
     force = 5.0 * np.sign(np.cos(T))
     force[::90] += 60.0
     q = check(Recording(T, x, force=force, pressure=2e5 + 0 * T))
-    assert says(q, "of its variance is spikes: expect wide intervals")
-    assert says(q, "rig cylinder takes its share off the force")
+    assert verdict_contains(q, "of its variance is spikes: expect wide intervals")
+    assert verdict_contains(q, "rig cylinder takes its share off the force")
     assert dict(q.lines())["pressure"] == "2 bar to 2 bar"
 
 
@@ -207,7 +209,7 @@ def test_spikes_and_a_pressure_are_told() -> None:
     ],
 )
 def test_real_logs(file: str, words: str) -> None:
-    assert says(check(read(REAL / file)), words)
+    assert verdict_contains(check(read(REAL / file)), words)
 
 
 @real

@@ -25,14 +25,14 @@ def descend(cost: Cost, start: Any, **options: float) -> tuple[BfgsState, list[A
     moves = quasi_newton(start, lambda **_: None, best=best)
     batches: list[Array] = []
     try:
-        wish = next(moves)
+        request = next(moves)
         while True:
-            assert isinstance(wish, np.ndarray)
-            assert wish.min() >= 0.0
-            assert wish.max() <= 1.0
-            batches.append(wish.copy())
-            costs = cost(wish)
-            wish = moves.send(np.where(np.isfinite(costs), costs, np.inf))
+            assert isinstance(request, np.ndarray)
+            assert request.min() >= 0.0
+            assert request.max() <= 1.0
+            batches.append(request.copy())
+            costs = cost(request)
+            request = moves.send(np.where(np.isfinite(costs), costs, np.inf))
     except StopIteration as done:
         return done.value, batches
 
@@ -75,8 +75,8 @@ def single(cost: Cost) -> Callable[[Array], float]:
 def test_it_sees_a_valley_a_thousand_times_as_long_as_wide(dim: int, seed: int) -> None:
     """Condition 1e6, costs from 1e4 to 1e6 at the start: forward differences, and yet to 1e-7."""
     cost, *_ = bowl(dim, seed, 1e6)
-    floor, batches = descend(cost, [0.5] * dim)
-    assert floor.cost < 1e-7
+    state, batches = descend(cost, [0.5] * dim)
+    assert state.cost < 1e-7
     assert rows(batches) < 15 * dim**2 + 50 * dim
 
 
@@ -93,8 +93,8 @@ def test_it_ends_lower_than_scipy_does_by_the_same_slopes() -> None:
 @pytest.mark.parametrize("dim", [1, 2, 5, 10])
 def test_a_round_bowl_takes_a_few_steps(dim: int) -> None:
     """One step shows the curvature, the same all around; the next is Newton's."""
-    floor, batches = descend(lambda u: 1.0 + ((u - 0.4) ** 2).sum(axis=1), [0.45] * dim)
-    np.testing.assert_allclose(floor.point, 0.4, atol=1e-7)
+    state, batches = descend(lambda u: 1.0 + ((u - 0.4) ** 2).sum(axis=1), [0.45] * dim)
+    np.testing.assert_allclose(state.point, 0.4, atol=1e-7)
     trials = [points[0] for points in batches if len(points) == 1]
     assert any(np.abs(point - 0.4).max() < 1e-6 for point in trials[:4])
 
@@ -102,16 +102,16 @@ def test_a_round_bowl_takes_a_few_steps(dim: int) -> None:
 @pytest.mark.parametrize("lift", [0.0, 1.0, 1e3, -1e3])
 @pytest.mark.parametrize("start", [[0.2, 0.75], [0.05, 0.95], [0.9, 0.1, 0.6, 0.4]])
 def test_an_offset_leaves_the_last_digits_within_reach(lift: float, start: list[float]) -> None:
-    floor, batches = descend(lambda u: rosenbrock(u) + lift, start)
-    assert floor.cost - lift < 1e-8
+    state, batches = descend(lambda u: rosenbrock(u) + lift, start)
+    assert state.cost - lift < 1e-8
     assert rows(batches) < 150 * len(start)
 
 
 @pytest.mark.parametrize("scale", [2.0**-400, 2.0**-60, 2.0**60, 2.0**400])
 def test_the_unit_of_the_cost_does_not_matter(scale: float) -> None:
     _, plain = descend(rosenbrock, [0.2, 0.75])
-    floor, scaled = descend(lambda u: scale * rosenbrock(u), [0.2, 0.75])
-    assert floor.cost < 1e-8 * scale
+    state, scaled = descend(lambda u: scale * rosenbrock(u), [0.2, 0.75])
+    assert state.cost < 1e-8 * scale
     assert all(np.array_equal(a, b) for a, b in zip(plain, scaled, strict=True))
 
 
@@ -124,34 +124,34 @@ def test_a_minimum_on_walls_is_on_them_exactly(dim: int, seed: int) -> None:
     """Coordinate by coordinate: free minima outside the cube end on its wall, others do not."""
     rng = np.random.default_rng(seed)
     at, steep = rng.uniform(-0.5, 1.5, dim), 10.0 ** rng.uniform(0, 2, dim)
-    floor, _ = descend(lambda u: ((u - at) ** 2) @ steep, rng.random(dim))
+    state, _ = descend(lambda u: ((u - at) ** 2) @ steep, rng.random(dim))
     expected = np.clip(at, 0.0, 1.0)
     clipped = expected != at
-    assert np.array_equal(floor.point[clipped], expected[clipped])
-    np.testing.assert_allclose(floor.point, expected, atol=3e-6)
+    assert np.array_equal(state.point[clipped], expected[clipped])
+    np.testing.assert_allclose(state.point, expected, atol=3e-6)
 
 
 @pytest.mark.parametrize("dim", [2, 5, 10])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_rotated_bowl_cut_by_walls_ends_where_scipy_says(dim: int, seed: int) -> None:
     cost, factor, at = bowl(dim, seed, 1e3, outside=0.7)
-    floor, _ = descend(cost, [0.5] * dim)
+    state, _ = descend(cost, [0.5] * dim)
     exact = lsq_linear(factor, factor @ at, bounds=(0.0, 1.0), tol=1e-14)
     walls = exact.active_mask != 0
-    assert np.array_equal(floor.point[walls], np.round(exact.x[walls]))
-    np.testing.assert_allclose(floor.cost, 2.0 * exact.cost, rtol=1e-9, atol=1e-10)
+    assert np.array_equal(state.point[walls], np.round(exact.x[walls]))
+    np.testing.assert_allclose(state.cost, 2.0 * exact.cost, rtol=1e-9, atol=1e-10)
 
 
 def test_it_starts_and_ends_in_a_corner() -> None:
-    floor, batches = descend(lambda u: u.sum(axis=1), [1.0] * 4)
-    assert (floor.point == 0.0).all()
-    assert floor.ended == "flat"
+    state, batches = descend(lambda u: u.sum(axis=1), [1.0] * 4)
+    assert (state.point == 0.0).all()
+    assert state.ended == "flat"
     assert rows(batches) < 60
 
 
 def test_a_start_at_the_least_corner_ends_by_its_slopes() -> None:
-    floor, batches = descend(lambda u: u.sum(axis=1), [0.0] * 4)
-    assert floor.ended == "flat"
+    state, batches = descend(lambda u: u.sum(axis=1), [0.0] * 4)
+    assert state.ended == "flat"
     assert [len(points) for points in batches] == [4]
 
 
@@ -160,8 +160,8 @@ def test_a_start_at_the_least_corner_ends_by_its_slopes() -> None:
 
 @pytest.mark.parametrize("level", [0.0, 1.0, -1e300])
 def test_a_plateau_ends_at_once(level: float) -> None:
-    floor, batches = descend(lambda u: np.full(len(u), level), [0.3, 0.5])
-    assert floor.ended == "flat"
+    state, batches = descend(lambda u: np.full(len(u), level), [0.3, 0.5])
+    assert state.ended == "flat"
     assert [len(points) for points in batches] == [2]
 
 
@@ -173,18 +173,18 @@ def test_a_step_into_what_cannot_run_is_shortened() -> None:
         cost[np.abs(u[:, 0] - 0.45) + np.abs(u[:, 1] - 0.75) < 0.1] = np.nan
         return cost
 
-    floor, _ = descend(holed, [0.2, 0.75])
-    assert np.isfinite(floor.cost)
-    assert floor.cost < 0.5 * float(rosenbrock(np.array([[0.2, 0.75]]))[0])
+    state, _ = descend(holed, [0.2, 0.75])
+    assert np.isfinite(state.cost)
+    assert state.cost < 0.5 * float(rosenbrock(np.array([[0.2, 0.75]]))[0])
 
 
 def test_where_no_neighbour_can_run_it_gives_up_at_once() -> None:
     def alone(u: Array) -> Array:
         return np.where((u == 0.5).all(axis=1), 1.0, np.nan)
 
-    floor, batches = descend(alone, [0.5, 0.5])
-    assert floor.ended == "rough"
-    assert floor.cost == 1.0
+    state, batches = descend(alone, [0.5, 0.5])
+    assert state.ended == "rough"
+    assert state.cost == 1.0
     assert rows(batches) <= 4
 
 
@@ -195,16 +195,16 @@ def edge(u: Array) -> Array:
 
 
 def test_slopes_at_the_edge_of_what_runs_come_from_its_other_side() -> None:
-    floor, batches = descend(edge, [0.3, 0.2])  # 0.25 there; with one side alone it stays at 0.028
-    assert floor.point[0] == pytest.approx(0.5, abs=1e-3)
-    assert floor.cost < 0.02
+    state, batches = descend(edge, [0.3, 0.2])  # 0.25 there; with one side alone it stays at 0.028
+    assert state.point[0] == pytest.approx(0.5, abs=1e-3)
+    assert state.cost < 0.02
     assert rows(batches) < 300
 
 
 @pytest.mark.parametrize("power", [1.0, 0.5])
 def test_a_crease_ends_it_close_by(power: float) -> None:
-    floor, batches = descend(lambda u: (np.abs(u - 0.4) ** power).sum(axis=1), [0.9, 0.2])
-    assert floor.cost < 1e-3
+    state, batches = descend(lambda u: (np.abs(u - 0.4) ** power).sum(axis=1), [0.9, 0.2])
+    assert state.cost < 1e-3
     assert rows(batches) < 300
 
 
@@ -217,8 +217,8 @@ def test_it_only_ever_goes_down() -> None:
 
     for _ in range(20):
         start = BfgsState(rng.random(3), 2.0)
-        floor, batches = descend(noisy, start)
-        assert floor.cost <= 2.0
+        state, batches = descend(noisy, start)
+        assert state.cost <= 2.0
         assert rows(batches) < 500
 
 
@@ -244,7 +244,7 @@ def test_a_basin_that_cannot_be_the_best_is_abandoned() -> None:
     cost, *_ = bowl(4, 2, 1e4)
     lifted, least = (lambda u: 1.0 + cost(u)), 0.5
     whole, at_once = descend(lifted, [0.5] * 4)
-    floor, batches = descend(lifted, [0.5] * 4, best=least)
-    assert floor.ended == "poor"
+    state, batches = descend(lifted, [0.5] * 4, best=least)
+    assert state.ended == "poor"
     assert rows(batches) < 0.8 * rows(at_once)
-    assert floor.cost >= whole.cost
+    assert state.cost >= whole.cost

@@ -114,13 +114,13 @@ BAD_TEXT = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("content", "essence"), BAD_TEXT.values(), ids=BAD_TEXT.keys())
-def test_text_that_is_no_log(content: str, essence: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("content", "reason"), BAD_TEXT.values(), ids=BAD_TEXT.keys())
+def test_text_that_is_no_log(content: str, reason: str, tmp_path: Path) -> None:
     path = tmp_path / "bad.csv"
     path.write_text(content, encoding="utf-8")
     message = refusal(path)
     assert message.startswith("bad.csv: ")
-    assert essence in message
+    assert reason in message
 
 
 def parquet(frame: pl.DataFrame) -> bytes:
@@ -137,7 +137,7 @@ def matlab(**variables: Any) -> bytes:
 
 T = np.arange(N) * 0.01
 FRAME = pl.DataFrame({"t_s": T, "x_mm": T**2})
-BACK = FRAME.with_columns(pl.Series("t_s", np.where(np.arange(N) == 20, 0.0, T)))
+REVERSED = FRAME.with_columns(pl.Series("t_s", np.where(np.arange(N) == 20, 0.0, T)))
 
 
 def claimed() -> bytes:
@@ -162,7 +162,7 @@ BAD_BYTES: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "no extension": ("a", PLAIN.encode, "no extension is not read"),
     "truncated parquet": ("a.parquet", lambda: parquet(FRAME)[:-40], "copy or export it again"),
     "hollow parquet": ("a.parquet", lambda: b"PAR1" + bytes(60) + b"PAR1", "broken Parquet"),
-    "parquet, time back": ("a.parquet", lambda: parquet(BACK), "row 21: time goes back"),
+    "parquet, time back": ("a.parquet", lambda: parquet(REVERSED), "row 21: time goes back"),
     "parquet of words": (
         "a.parquet",
         lambda: parquet(FRAME.with_columns(pl.lit("on").alias("x_mm"))),
@@ -181,15 +181,15 @@ BAD_BYTES: dict[str, tuple[str, Callable[[], bytes], str]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "content", "essence"), BAD_BYTES.values(), ids=BAD_BYTES.keys())
+@pytest.mark.parametrize(("name", "content", "reason"), BAD_BYTES.values(), ids=BAD_BYTES.keys())
 def test_bytes_that_are_no_log(
-    name: str, content: Callable[[], bytes], essence: str, tmp_path: Path
+    name: str, content: Callable[[], bytes], reason: str, tmp_path: Path
 ) -> None:
     path = tmp_path / name
     path.write_bytes(content())
     message = refusal(path)
     assert message.startswith(f"{name}: ")
-    assert essence in message
+    assert reason in message
 
 
 def test_paths_that_are_no_log(tmp_path: Path) -> None:
@@ -250,15 +250,15 @@ BAD_MAPPINGS: dict[str, tuple[Any, str]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("columns", "essence"), BAD_MAPPINGS.values(), ids=BAD_MAPPINGS.keys())
-def test_mappings_that_make_no_sense(columns: Any, essence: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("columns", "reason"), BAD_MAPPINGS.values(), ids=BAD_MAPPINGS.keys())
+def test_mappings_that_make_no_sense(columns: Any, reason: str, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(headed("t_s,x_mm,y", "1"))
-    assert essence in refusal(path, columns)
+    assert reason in refusal(path, columns)
 
 
 @pytest.mark.parametrize(
-    ("content", "essence"),
+    ("content", "reason"),
     [
         (b"position = ", "is not TOML"),
         (b"\xff\xfe\x00", "is not UTF-8 text"),
@@ -267,13 +267,13 @@ def test_mappings_that_make_no_sense(columns: Any, essence: str, tmp_path: Path)
         (b"force = 3", "map.toml: force: write"),
     ],
 )
-def test_mapping_files_that_are_broken(content: bytes, essence: str, tmp_path: Path) -> None:
+def test_mapping_files_that_are_broken(content: bytes, reason: str, tmp_path: Path) -> None:
     path, toml = tmp_path / "log.csv", tmp_path / "map.toml"
     path.write_text(PLAIN)
     toml.write_bytes(content)
     message = refusal(path, toml)
     assert message.startswith("map.toml: ")
-    assert essence in message
+    assert reason in message
 
 
 def test_a_mapping_file_that_is_missing(tmp_path: Path) -> None:

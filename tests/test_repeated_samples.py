@@ -29,9 +29,9 @@ def test_a_noisy_sensor_that_holds(hold: int, seed: int) -> None:
 def test_a_moving_sensor_that_holds_without_noise(hold: int) -> None:
     # At one speed the staircase could as well be a coarse scale; a swing has steps of any height.
     x = np.round(0.1 * np.sin(T) / 1e-5) * 1e-5
-    anew = is_new(sampled_and_held(x, hold))
-    assert not anew[np.arange(len(T)) % hold > 0].any()
-    assert anew[::hold].mean() > 0.99  # at its turning points it moves less than a step
+    new = is_new(sampled_and_held(x, hold))
+    assert not new[np.arange(len(T)) % hold > 0].any()
+    assert new[::hold].mean() > 0.99  # at its turning points it moves less than a step
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4])
@@ -49,11 +49,11 @@ def test_rest_at_the_resolution_of_a_sensor_is_no_holding() -> None:
 
 def test_the_twin_repeats_an_echo_twice() -> None:
     log = TestBed(rate=100.0, echo_rate=50.0).run("up", seed=5).recording
-    anew = is_new(log)
+    new = is_new(log)
     # Two echoes within one converter step look like one: 0.1 mm against 0.3 sqrt(2) mm of noise,
     # erf(0.1 / 0.85 / sqrt(2)) = 9 %. None is counted where there was no echo.
-    assert not anew[1::2].any()
-    assert 0.85 < anew[::2].mean() < 0.97
+    assert not new[1::2].any()
+    assert 0.85 < new[::2].mean() < 0.97
     assert is_new(TestBed(rate=50.0, echo_rate=50.0).run("up", seed=5).recording).all()
 
 

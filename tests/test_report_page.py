@@ -52,7 +52,7 @@ def report(fit: Fit) -> Report:
 
 
 @pytest.fixture(scope="module")
-def forced() -> Fit:
+def balance_fit() -> Fit:
     """A force balance of a simulated motion: M = 4 kg, F_C = 3 N, F_V = 20 N s/m."""
     t = np.arange(0.0, 8.0, 2e-3)
     x = 0.1 * np.sin(2 * np.pi * 0.5 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t)
@@ -159,8 +159,8 @@ def test_sections_come_in_the_order_in_which_they_are_asked_for(report: Report) 
     assert [a["id"] for a in page.named("h2")] == expected
 
 
-def test_what_has_nothing_to_say_is_absent(forced: Fit) -> None:
-    page = Page(render(Contents(forced).report()))
+def test_what_has_nothing_to_say_is_absent(balance_fit: Fit) -> None:
+    page = Page(render(Contents(balance_fit).report()))
     ids = [a["id"] for a in page.named("h2")]
     assert "search" not in ids
     assert "bootstrap" not in ids
@@ -251,14 +251,14 @@ def test_convergence_falls_to_what_the_repeat_found(report: Report) -> None:
         assert run.at[-1] <= run.evaluations
 
 
-def test_a_force_balance_shows_force_velocity_and_cloud(forced: Fit) -> None:
-    report = Contents(forced).report()
+def test_a_force_balance_shows_force_velocity_and_cloud(balance_fit: Fit) -> None:
+    report = Contents(balance_fit).report()
     assert [m.part for m in report.motions] == ["training", "6s:8s"]
     training, holdout = report.motions
     residuals = np.array([v for v in holdout.residual if v is not None])
     measured = np.array(holdout.measured, dtype=float)
     value = 100 * np.linalg.norm(residuals) / np.linalg.norm(measured)
-    assert value == pytest.approx(forced.holdout[0].score.value, rel=0.05)
+    assert value == pytest.approx(balance_fit.holdout[0].score.value, rel=0.05)
     assert training.velocity is not None
     v, F = (
         np.array(a, dtype=float) for a in (report.law.cloud_velocity, report.law.cloud_friction)
@@ -268,27 +268,27 @@ def test_a_force_balance_shows_force_velocity_and_cloud(forced: Fit) -> None:
     np.testing.assert_allclose(F[fast], 3.0 * np.sign(v[fast]) + 20.0 * v[fast], atol=1.0)
 
 
-def test_the_band_of_a_straight_law_is_that_of_its_covariance(forced: Fit) -> None:
+def test_the_band_of_a_straight_law_is_that_of_its_covariance(balance_fit: Fit) -> None:
     """F_C + F_V v: the standard error at v is sqrt(var F_C + 2 v cov + v² var F_V)."""
     (v, _) = sides(-0.5, 0.5, 20)
-    bands = band(forced, [v])
+    bands = band(balance_fit, [v])
     assert bands is not None
     source, ((low, high),) = bands
     assert source == "intervals"
-    e = {estimate.name: estimate for estimate in forced.estimates}
+    e = {estimate.name: estimate for estimate in balance_fit.estimates}
     half = {n: (e[n].high - e[n].low) / 2 for n in ("F_C", "F_V")}
-    names = [q.name for q in forced.parameters.free]
+    names = [q.name for q in balance_fit.parameters.free]
     i, j = names.index("F_C"), names.index("F_V")
-    shared = forced.uncertainty.correlation[i, j] * half["F_C"] * half["F_V"]
+    shared = balance_fit.uncertainty.correlation[i, j] * half["F_C"] * half["F_V"]
     expected = np.sqrt(half["F_C"] ** 2 + 2 * v * shared + (v * half["F_V"]) ** 2)
     np.testing.assert_allclose((high - low) / 2, expected, rtol=0.2)  # 300 draws
-    best = forced.values["F_C"] + forced.values["F_V"] * v
+    best = balance_fit.values["F_C"] + balance_fit.values["F_V"] * v
     assert (low < best).all()
     assert (best < high).all()
 
 
-def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
-    refitted = identify(forced.recordings, rig="forced", law="coulomb-viscous", draws=80)
+def test_a_bootstrap_is_told_beside_the_profiles(balance_fit: Fit) -> None:
+    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", draws=80)
     report = Contents(refitted).report()
     assert report.law.band == "bootstrap"
     assert report.draws is not None
@@ -297,9 +297,9 @@ def test_a_bootstrap_is_told_beside_the_profiles(forced: Fit) -> None:
     assert f"{report.draws.drawn} data sets" in page.text
 
 
-def test_a_posterior_stands_beside_the_profiles(forced: Fit) -> None:
+def test_a_posterior_stands_beside_the_profiles(balance_fit: Fit) -> None:
     pytest.importorskip("emcee")
-    refitted = identify(forced.recordings, rig="forced", law="coulomb-viscous", samples=500)
+    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", samples=500)
     report = Contents(refitted).report()
     assert report.card.posterior is not None
     page = Page(render(report))
@@ -308,9 +308,9 @@ def test_a_posterior_stands_beside_the_profiles(forced: Fit) -> None:
 
 
 @pytest.fixture(scope="module")
-def several(forced: Fit) -> Fit:
+def four_log_fit(balance_fit: Fit) -> Fit:
     """A fit to four logs: three parts of one, and the whole."""
-    (log,) = forced.recordings
+    (log,) = balance_fit.recordings
     logs = [
         replace(log.cut(slice(k * 800, k * 800 + 1600)), source=Source(f"{k}.csv", f"{k}" * 64, 9))
         for k in range(3)
@@ -318,8 +318,8 @@ def several(forced: Fit) -> Fit:
     return identify(logs, rig="forced", law="coulomb-viscous")
 
 
-def test_many_logs_share_a_plot(several: Fit) -> None:
-    page = render(Contents(several).report())
+def test_many_logs_share_a_plot(four_log_fit: Fit) -> None:
+    page = render(Contents(four_log_fit).report())
     plots = specs(page)
     assert [view["name"] for view in plots["fit-0"]["views"]] == [
         f"Training: {name}.csv" for name in ("0", "1", "2", "whole")
@@ -329,11 +329,11 @@ def test_many_logs_share_a_plot(several: Fit) -> None:
 
 
 def test_of_too_many_the_worst_are_shown_and_the_others_counted(
-    several: Fit, monkeypatch: pytest.MonkeyPatch
+    four_log_fit: Fit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    errors = {m.label: m.rms for m in Contents(several).report().motions}
+    errors = {m.label: m.rms for m in Contents(four_log_fit).report().motions}
     monkeypatch.setattr("stribeck.report.contents.gather.MOST", 2)
-    report = Contents(several).report()
+    report = Contents(four_log_fit).report()
     worst = sorted(errors, key=lambda name: -(errors[name] or 0.0))[:2]
     assert {m.label for m in report.motions} == set(worst)
     assert (report.hidden, report.unshown) == (2, 2)
@@ -342,8 +342,8 @@ def test_of_too_many_the_worst_are_shown_and_the_others_counted(
     assert "2 more logs with smaller errors are not shown" in text
 
 
-def test_a_report_stays_small_whatever_the_log(forced: Fit) -> None:
-    (log,) = forced.recordings
+def test_a_report_stays_small_whatever_the_log(balance_fit: Fit) -> None:
+    (log,) = balance_fit.recordings
     t = np.arange(0.0, 90.0, 1e-3)
     x = np.interp(t % 8.0, log.t, log.position) + 1e-6 * np.sin(1e3 * t)
     F = np.interp(t % 8.0, log.t, np.asarray(log.force))
@@ -509,19 +509,21 @@ def test_a_page_that_cannot_be_written_is_one_line(
     assert "cannot be written" in refused(run("report", str(tmp_path)))
 
 
-def test_identify_writes_the_page_and_what_was_typed(run: Any, forced: Fit, tmp_path: Path) -> None:
-    (log,) = forced.recordings
+def test_identify_writes_the_page_and_what_was_typed(
+    run: Any, balance_fit: Fit, tmp_path: Path
+) -> None:
+    (log,) = balance_fit.recordings
     file = tmp_path / "a log.csv"
     head = "time [s],position [m],force [N]"
     rows = np.column_stack([log.t, log.position, np.asarray(log.force)])
     np.savetxt(file, rows, delimiter=",", header=head, comments="", fmt="%.9g")
-    typed = ["identify", str(file), "--rig", "forced", "--out", str(tmp_path / "out")]
-    completed = run(*typed)
+    arguments = ["identify", str(file), "--rig", "forced", "--out", str(tmp_path / "out")]
+    completed = run(*arguments)
     assert (completed.status, completed.err) == (0, "")
     assert "report.html" in completed.out
     report = read_report(tmp_path / "out")
-    assert report.command == ["stribeck", *typed]
+    assert report.command == ["stribeck", *arguments]
     page = Page((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
-    assert shlex.join(["stribeck", *typed]) in page.text
+    assert shlex.join(["stribeck", *arguments]) in page.text
     assert report.card.data[0].sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
     assert report.card.data[0].sha256 in page.text

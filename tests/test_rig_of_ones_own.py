@@ -81,7 +81,7 @@ TRUTH = np.array([6.0, 4.0, 2.5, 0.5])
 
 
 @dataclass(frozen=True, eq=False)
-class Carried(SimulatedRig):
+class CommandFollower(SimulatedRig):
     """An axis that follows its command: a rig with `move` alone."""
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
@@ -90,7 +90,7 @@ class Carried(SimulatedRig):
         return Motion(track.t, x, np.gradient(x, track.t, axis=1), 0 * x)
 
 
-CARRIED = Carried(
+CARRIED = CommandFollower(
     name="carried", doc="an axis that goes where it is told", cite="this test",
     laws=("coulomb-viscous",),
 )  # fmt: skip
@@ -123,7 +123,7 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
-def succeeded(completed: Completed) -> str:
+def output_of(completed: Completed) -> str:
     assert completed.status == 0, completed.err
     return completed.out
 
@@ -132,20 +132,20 @@ def test_every_command_takes_it(
     stribeck: Callable[..., Completed], log: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    output = succeeded(stribeck(
+    output = output_of(stribeck(
         "identify", str(log), "--rig", "belt", "--set", "pull=0.5", "--budget", "400",
         "--repeats", "1", "--out", str(out),
     ))  # fmt: skip
     assert "F_C" in output
     card = str(out / "card.json")
     (out / "report.html").unlink()
-    succeeded(stribeck("report", str(out)))
+    output_of(stribeck("report", str(out)))
     assert "a belt axis under a cascade" in (out / "report.html").read_text(encoding="utf-8")
-    output = succeeded(stribeck("compensate", card, "--scale", "0.8", "--mode", "reference"))
+    output = output_of(stribeck("compensate", card, "--scale", "0.8", "--mode", "reference"))
     assert "coulomb-viscous on belt: RMS" in output
-    assert "strokes × 2" in succeeded(stribeck("plan", card, "--seconds", "4"))
+    assert "strokes × 2" in output_of(stribeck("plan", card, "--seconds", "4"))
     unit = tmp_path / "belt.fmu"
-    succeeded(stribeck("export", card, "--to", "fmu", "--out", str(unit)))
+    output_of(stribeck("export", card, "--to", "fmu", "--out", str(unit)))
     with zipfile.ZipFile(unit) as archive:
         header = archive.read("sources/axis_model.h").decode()
     assert "c[1] = ((r[R_k_f] * r[R_kv]) * r[R_kp]);" in header
@@ -153,14 +153,14 @@ def test_every_command_takes_it(
         ("c", "c"), ("matlab", "matlab"), ("st", "friction.st"), ("plcopen", "friction.xml"),
         ("modelica", "Friction.mo"), ("table", "friction.csv"),
     ):  # fmt: skip
-        succeeded(stribeck("export", card, "--to", target, "--out", str(tmp_path / name)))
+        output_of(stribeck("export", card, "--to", target, "--out", str(tmp_path / name)))
 
 
 def test_what_it_does_not_answer_is_named(
     stribeck: Callable[..., Completed], log: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    succeeded(stribeck(
+    output_of(stribeck(
         "identify", str(log), "--rig", "carried", "--method", "random", "--budget", "20",
         "--repeats", "1", "--out", str(out),
     ))  # fmt: skip

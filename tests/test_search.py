@@ -230,7 +230,7 @@ def test_rounds_are_counted_by_stage() -> None:
     assert (trace.rounds(), trace.rounds("tabu"), trace.rounds("foraging")) == (2, 1, 1)
 
 
-FOUR = np.arange(8.0).reshape(4, 2) / 8
+FOUR_POINTS = np.arange(8.0).reshape(4, 2) / 8
 
 
 # --- residuals

@@ -99,10 +99,10 @@ def test_rests_fill_the_time_between_slips(sd: float, q: float, hold: int) -> No
     truth = np.ones(len(s.t), dtype=bool)
     for a, b in zip(s.starts, s.stops, strict=True):
         truth[a + 1 : b] = False
-    mine = np.zeros(len(s.t), dtype=bool)
+    at_rest = np.zeros(len(s.t), dtype=bool)
     for interval in rests(r):
-        mine[interval] = True
-    assert (mine != truth).mean() < (0.03 if sd else 0.005)
+        at_rest[interval] = True
+    assert (at_rest != truth).mean() < (0.03 if sd else 0.005)
     assert segment(r).stuck == pytest.approx(truth.mean(), abs=0.02)
 
 

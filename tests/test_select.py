@@ -55,7 +55,7 @@ PLAIN = {"F_C": 20.0, "F_V": 100.0, "M": 50.0, "offset": -3.0}
 
 # --- one law in another ---------------------------------------------------------------------------
 
-INSIDE = [
+NESTED = [
     ("coulomb-viscous", "stribeck"),
     ("coulomb-viscous", "coulomb-viscous-directional"),
     ("coulomb-viscous", "stribeck-gauss-directional"),
@@ -71,7 +71,7 @@ INSIDE = [
 ]
 
 
-@pytest.mark.parametrize(("simple", "rich"), INSIDE)
+@pytest.mark.parametrize(("simple", "rich"), NESTED)
 def test_a_simpler_law_stands_unchanged_in_a_richer_one(simple: str, rich: str) -> None:
     # Wide enough that nothing is clipped: the offset may exceed no level.
     unbounded = replace(FORCED, ranges={})
@@ -100,13 +100,13 @@ def test_bam_laws_of_one_load_stand_in_those_of_two() -> None:
     chain = [partition(rig, LAWS[f"bam-m{k}"]) for k in (3, 4, 5, 6)]
     p = rig.sample(chain[0].law, rng, 1)[0]
     load = np.array([0.3, -0.2, 0.0, 0.0, 0.0])
-    none = np.empty(0)
+    empty = np.empty(0)
     last = None
     for small, large in pairwise(chain):
         q = large.full(embedded(small, p, large)[None])[0]
         for v in (-2.0, 0.01, 1.0):
-            force = small.law.rub(v, 0.0, none, load, np.ascontiguousarray(p), none)
-            assert large.law.rub(v, 0.0, none, load, q, none) == pytest.approx(force, rel=1e-12)
+            force = small.law.rub(v, 0.0, empty, load, np.ascontiguousarray(p), empty)
+            assert large.law.rub(v, 0.0, empty, load, q, empty) == pytest.approx(force, rel=1e-12)
         p, last = q, force
     assert last is not None
     assert last > 0

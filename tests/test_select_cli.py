@@ -30,12 +30,12 @@ def stribeck_(
     return caller(monkeypatch, capsys)
 
 
-ASK = ("--rig", "forced", "--laws", "coulomb-viscous,coulomb-viscous-directional,stribeck",
+OPTIONS = ("--rig", "forced", "--laws", "coulomb-viscous,coulomb-viscous-directional,stribeck",
        "--set", "v_SS=10")  # fmt: skip
 
 
 def test_the_table_names_the_recommended_law_and_says_why(stribeck_: Any) -> None:
-    completed = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "c.csv")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "c.csv")
     assert completed.status == 0
     lines = completed.out.splitlines()
     assert lines[0].rstrip() == "laws on forced, held out: 2 test logs; → recommended"
@@ -55,7 +55,7 @@ def test_the_tables_fit_a_terminal_of_80_columns(
     stribeck_: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    completed = stribeck_("select", "a.csv", *ASK, "--test", "b.csv")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv")
     names = ("coulomb-viscous", "coulomb-viscous-directional", "stribeck")
     lines = completed.out.splitlines()
     for name in names:  # each law is one line in each of the two tables
@@ -66,7 +66,7 @@ def test_the_tables_fit_a_terminal_of_80_columns(
 def test_the_folder_has_the_comparison_the_card_and_the_figure(
     stribeck_: Any, tmp_path: Path
 ) -> None:
-    completed = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "--out", "d", "--json")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "--out", "d", "--json")
     assert completed.status == 0
     files = sorted(p.name for p in (tmp_path / "d").iterdir())
     assert files == ["card.json", "selection.json", "selection.png", "selection.svg"]
@@ -99,7 +99,7 @@ def test_ctrl_c_keeps_the_laws_that_are_done(
         return train_law(parameters, *arguments, **options)
 
     monkeypatch.setattr("stribeck.identify.selection.select.train_law", interrupted)
-    completed = stribeck_("select", "a.csv", *ASK, "--test", "b.csv", "--out", "d")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "--out", "d")
     assert completed.status == 130
     last = "stribeck: interrupted: the partial result is in d, without stribeck"
     assert completed.err.splitlines()[-1] == last
@@ -117,7 +117,7 @@ def test_ctrl_c_before_a_law_is_done_writes_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("stribeck.identify.selection.select.train_law", interrupted)
-    completed = stribeck_("select", "a.csv", *ASK, "--out", "d")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--out", "d")
     assert completed.status == 130
     assert completed.err.splitlines()[-1] == (
         "stribeck: interrupted before there was a result: nothing was written"

@@ -18,7 +18,7 @@ from test_emps import DATA, load, real
 BAM = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
 #: Three speeds and both directions; v_SS is held, so that all is linear and quick.
 LADDER = ("coulomb-viscous", "coulomb-viscous-directional", "stribeck")
-HELD = {"v_SS": 10.0}  # mm/s
+FIXED = {"v_SS": 10.0}  # mm/s
 TRUTHS = {
     "coulomb-viscous": {"F_C": 20.0, "F_V": 100.0, "M": 50.0, "offset": -3.0},
     "coulomb-viscous-directional": {
@@ -51,7 +51,7 @@ def test_the_true_law_is_recommended(truth: str) -> None:
     # twins, more than two with probability 0.1 %. The true law is far ahead of what lacks its
     # ingredient, so that nothing else can go wrong.
     selections = [
-        select(log(truth, seed), rig="forced", laws=LADDER, fixed=HELD) for seed in range(5)
+        select(log(truth, seed), rig="forced", laws=LADDER, fixed=FIXED) for seed in range(5)
     ]
     assert sum(s.law == truth for s in selections) >= 3
     for s in selections:
@@ -92,7 +92,7 @@ def test_what_learnt_the_noise_is_said_so() -> None:
 
 def test_a_comparison_is_a_function_of_its_data() -> None:
     recording = log("stribeck", 0)
-    first, second = (select(recording, rig="forced", laws=LADDER, fixed=HELD) for _ in range(2))
+    first, second = (select(recording, rig="forced", laws=LADDER, fixed=FIXED) for _ in range(2))
     assert first.sentences == second.sentences
     assert [c.held for c in first.candidates] == [c.held for c in second.candidates]
 
@@ -113,18 +113,18 @@ def swings(seed: int = 0) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def climbed() -> object:
+def servo_selection() -> object:
     """The laws of the servo, with so short a search that only simpler laws' answers help."""
     laws = ["coulomb-viscous", "bam-m3", "bam-m4", "bam-m5", "bam-m6"]
     return select(swings(), rig="servo-pendulum", laws=laws, train="0s:3s", holdout="3s:5s",
                   budget=60)  # fmt: skip
 
 
-def test_a_richer_law_never_trains_worse_than_one_it_contains(climbed: object) -> None:
+def test_a_richer_law_never_trains_worse_than_one_it_contains(servo_selection: object) -> None:
     from stribeck import Selection  # noqa: PLC0415 - only its type
 
-    assert isinstance(climbed, Selection)
-    chain = climbed.candidates
+    assert isinstance(servo_selection, Selection)
+    chain = servo_selection.candidates
     assert [c.name for c in chain] == ["coulomb-viscous", "bam-m3", "bam-m4", "bam-m5", "bam-m6"]
     for simple, rich in pairwise(chain):
         assert rich.error <= simple.error * (1 + 1e-9)

@@ -20,7 +20,7 @@ SIGN = {"right": 1, "left": -1}
 DIRECTIONS = pytest.mark.parametrize("direction", SIGN)
 
 
-def minute(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5) -> Motion:
+def ramp_motion(rig: SlideBed, direction: str, scheme: str = "fast", dt: float = 2e-5) -> Motion:
     """A minute of ramp at 5 mm/s from rest with the published sets."""
     t = np.arange(0.0, 60.0005, 1e-3)
     ramp = track(Drive.line(0.0, 0.0, 60.0, SIGN[direction] * 5e-3), t, 0.0)
@@ -50,7 +50,7 @@ def slips(motion: Motion) -> tuple[int, float, float, float]:
 def test_stick_slip_of_the_published_sets(
     direction: str, clamp: float, count: int, jump: float, v_max: float
 ) -> None:
-    statistics = slips(minute(SLIDE_BED.set(F_m_max=clamp), direction))
+    statistics = slips(ramp_motion(SLIDE_BED.set(F_m_max=clamp), direction))
     assert statistics[0] == count
     assert statistics[1] == pytest.approx(jump, abs=0.006)
     assert statistics[2] == pytest.approx(v_max, abs=0.06)
@@ -58,21 +58,23 @@ def test_stick_slip_of_the_published_sets(
 
 @pytest.mark.parametrize(("direction", "share"), [("right", 0.883), ("left", 0.906)])
 def test_the_published_sets_are_stuck_most_of_the_time(direction: str, share: float) -> None:
-    assert slips(minute(SLIDE_BED, direction))[3] == pytest.approx(share, abs=0.001)
+    assert slips(ramp_motion(SLIDE_BED, direction))[3] == pytest.approx(share, abs=0.001)
 
 
 def test_without_motor_inertia_the_rightward_set_slips_once_and_then_slides() -> None:
-    motion = minute(SLIDE_BED.set(J_m=0), "right")
+    motion = ramp_motion(SLIDE_BED.set(J_m=0), "right")
     count, _, v_max, _ = slips(motion)
     assert count == 1
     # D_m still acts; without it too the peak is the 90.2 mm/s of a bare mass.
     assert v_max < 90.2
-    assert slips(minute(SLIDE_BED.set(J_m=0, D_m=0), "right"))[2] == pytest.approx(90.2, abs=0.06)
+    assert slips(ramp_motion(SLIDE_BED.set(J_m=0, D_m=0), "right"))[2] == pytest.approx(
+        90.2, abs=0.06
+    )
     np.testing.assert_allclose(motion.velocity[0, -1000:], 5e-3, rtol=1e-4)
 
 
 def test_without_motor_inertia_the_leftward_set_sticks_and_slips_all_the_same() -> None:
-    count, jump, v_max, _ = slips(minute(SLIDE_BED.set(J_m=0, D_m=0), "left"))
+    count, jump, v_max, _ = slips(ramp_motion(SLIDE_BED.set(J_m=0, D_m=0), "left"))
     assert count == 8
     assert jump == pytest.approx(33.34, abs=0.01)
     assert v_max == pytest.approx(104.7, abs=0.06)
@@ -82,15 +84,18 @@ def test_without_motor_inertia_the_leftward_set_sticks_and_slips_all_the_same() 
 @pytest.mark.parametrize("F_fm", [15.0, 35.0])
 def test_motor_friction_shifts_the_stretch_and_nothing_else(direction: str, F_fm: float) -> None:
     # Later slips by F_fm / (k_hat + k_spring) / u, each the same slip.
-    usual, shifted = minute(SLIDE_BED, direction), minute(SLIDE_BED.set(F_fm=F_fm), direction)
+    plain, shifted = (
+        ramp_motion(SLIDE_BED, direction),
+        ramp_motion(SLIDE_BED.set(F_fm=F_fm), direction),
+    )
     k = SLIDE_BED["k_hat+" if direction == "right" else "k_hat-"] + PUBLISHED[direction][5]
     later = (F_fm - SLIDE_BED["F_fm"]) / k / 5e-3
-    t = usual.t[(usual.t > 11.0) & (usual.t < 50.0)]
-    moved = np.interp(t, usual.t, usual.position[0])
+    t = plain.t[(plain.t > 11.0) & (plain.t < 50.0)]
+    moved = np.interp(t, plain.t, plain.position[0])
     np.testing.assert_allclose(
         np.interp(t + later, shifted.t, shifted.position[0]), moved, atol=5e-5
     )  # between samples of 1 ms at up to 82 mm/s
-    assert slips(shifted)[1] == pytest.approx(slips(usual)[1], abs=1e-5)
+    assert slips(shifted)[1] == pytest.approx(slips(plain)[1], abs=1e-5)
 
 
 @pytest.mark.parametrize(("direction", "loss"), [("right", 1.1), ("left", 2.9)])
@@ -106,24 +111,26 @@ def test_a_millisecond_before_rest_passes_over_the_band_of_rest(
 
 @DIRECTIONS
 def test_schemes_agree_except_the_printed_one(direction: str) -> None:
-    fast = minute(SLIDE_BED, direction)
-    reference = minute(SLIDE_BED, direction, "reference", 5e-5)
-    paper = minute(SLIDE_BED, direction, "paper", 5e-5)
+    fast = ramp_motion(SLIDE_BED, direction)
+    reference = ramp_motion(SLIDE_BED, direction, "reference", 5e-5)
+    paper = ramp_motion(SLIDE_BED, direction, "paper", 5e-5)
     assert np.sqrt(np.mean((fast.position - reference.position) ** 2)) < 1e-6
     assert np.sqrt(np.mean((fast.position - paper.position) ** 2)) > 1e-3
 
 
 def test_an_unknown_scheme_is_refused() -> None:
     with pytest.raises(InputError, match="scheme 'euler'"):
-        minute(SLIDE_BED, "right", "euler")
+        ramp_motion(SLIDE_BED, "right", "euler")
 
 
-#: What multiplies each constant and must change a motion that goes up and down again.
-MATTER = ("m", "k_hat+", "k_hat-", "F_fm", "a", "l", "eta_b", "eta_c", "J_m", "D_m", "K_n", "K_v",
-          "K_kt", "F_m_max", "dv")  # fmt: skip
+#: The constants that change a motion up and down again.
+MOTION_CONSTANTS = (
+    "m", "k_hat+", "k_hat-", "F_fm", "a", "l", "eta_b", "eta_c", "J_m", "D_m", "K_n", "K_v",
+    "K_kt", "F_m_max", "dv",
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("name", MATTER)
+@pytest.mark.parametrize("name", MOTION_CONSTANTS)
 def test_every_constant_changes_the_motion(name: str) -> None:
     t = np.arange(0.0, 60.0, 0.02)
     there_and_back = track(Drive(np.array([0.0, 30.0, 60.0]), np.array([0.0, 0.15, 0.0])), t, 0.0)
@@ -151,7 +158,7 @@ def test_constants_of_the_stepping_matter_to_laws_that_are_stepped(
 
 def test_constants_that_are_not_of_the_motion_are_the_only_others() -> None:
     exempt = {"K_t", "ramp_speed", "step", "tolerance"}
-    assert {c.name for c in SLIDE_BED.constants} - set(MATTER) == exempt
+    assert {c.name for c in SLIDE_BED.constants} - set(MOTION_CONSTANTS) == exempt
 
 
 def test_derived_constants_have_the_values_of_the_nomenclature() -> None:
@@ -180,8 +187,8 @@ def test_derived_constants_follow_the_gear_unless_given() -> None:
 )  # fmt: skip
 def test_a_rig_that_cannot_move_is_refused_by_name(name: str, value: float) -> None:
     ramp = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
-    culprit = "K_kt" if name == "l" else name
-    with pytest.raises(InputError, match=rf"{culprit.replace('+', '.')} = .* cannot be simulated"):
+    symbol = "K_kt" if name == "l" else name
+    with pytest.raises(InputError, match=rf"{symbol.replace('+', '.')} = .* cannot be simulated"):
         SLIDE_BED.set(**{name: value}).misfits(LAW, PUBLISHED["right"][None], ramp)
 
 

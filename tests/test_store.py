@@ -77,7 +77,7 @@ def work(file: Path, leash: bool, pipe: Connection) -> None:
     pipe.send("done")
 
 
-def started(target: Any, *arguments: Any) -> tuple[Any, Connection]:
+def start_process(target: Any, *arguments: Any) -> tuple[Any, Connection]:
     ours, theirs = SPAWN.Pipe()
     process = SPAWN.Process(target=target, args=(*arguments, theirs), daemon=True)
     process.start()
@@ -85,7 +85,7 @@ def started(target: Any, *arguments: Any) -> tuple[Any, Connection]:
     return process, ours
 
 
-def heard(pipe: Connection) -> Iterator[str]:
+def messages(pipe: Connection) -> Iterator[str]:
     try:
         while True:
             yield pipe.recv()
@@ -104,7 +104,7 @@ def content(file: Path) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+def reference_content(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     file = tmp_path_factory.mktemp("undisturbed") / "store.sqlite"
     with opened(file) as store:
         store.add(campaign())
@@ -114,12 +114,12 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def test_killed_ten_times_and_resumed_ends_with_the_same_records(
-    tmp_path: Path, undisturbed: list[str]
+    tmp_path: Path, reference_content: list[str]
 ) -> None:
     file, rng = tmp_path / "store.sqlite", np.random.default_rng(11)
     runs: Counter[str] = Counter()
     for _ in range(10):
-        process, pipe = started(work, file, True)
+        process, pipe = start_process(work, file, True)
         jobs = int(rng.integers(1, 5))
         for _ in range(jobs):
             pipe.send("go on")
@@ -127,33 +127,33 @@ def test_killed_ten_times_and_resumed_ends_with_the_same_records(
             runs[pipe.recv()] += 1
         process.join(rng.uniform(0, 0.01))  # any moment: also in the middle of a commit
         process.kill()
-        runs.update(heard(pipe))
+        runs.update(messages(pipe))
         process.join()
-    assert runs["committed"] < len(undisturbed)
-    process, pipe = started(work, file, False)
-    runs.update(heard(pipe))
+    assert runs["committed"] < len(reference_content)
+    process, pipe = start_process(work, file, False)
+    runs.update(messages(pipe))
     process.join()
     assert runs.pop("done") == 1
-    assert content(file) == undisturbed
+    assert content(file) == reference_content
     runs.pop("ran")
     runs.pop("committed")
-    assert len(runs) == len(undisturbed)
-    assert runs.total() <= len(undisturbed) + 10  # a kill costs the run that was going on
+    assert len(runs) == len(reference_content)
+    assert runs.total() <= len(reference_content) + 10  # a kill costs the run that was going on
     assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]  # no log, no lock left
 
 
-def test_two_processes_share_the_jobs(tmp_path: Path, undisturbed: list[str]) -> None:
+def test_two_processes_share_the_jobs(tmp_path: Path, reference_content: list[str]) -> None:
     file = tmp_path / "store.sqlite"  # which both of them find missing
-    pair = [started(work, file, False) for _ in range(2)]
-    runs = Counter(word for _, pipe in pair for word in heard(pipe))
+    pair = [start_process(work, file, False) for _ in range(2)]
+    runs = Counter(word for _, pipe in pair for word in messages(pipe))
     for process, _ in pair:
         process.join()
         assert process.exitcode == 0
     assert runs.pop("done") == 2
-    assert runs.pop("ran") == runs.pop("committed") == len(undisturbed)
+    assert runs.pop("ran") == runs.pop("committed") == len(reference_content)
     assert set(runs.values()) == {1}
-    assert len(runs) == len(undisturbed)
-    assert content(file) == undisturbed
+    assert len(runs) == len(reference_content)
+    assert content(file) == reference_content
     assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]
 
 
@@ -169,7 +169,7 @@ def hold(file: Path, pipe: Connection) -> None:
 
 def test_a_claim_holds_as_long_as_its_process_lives(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    process, pipe = started(hold, file)
+    process, pipe = start_process(hold, file)
     key = pipe.recv()
     with opened(file) as store:
         store.add(campaign(1))
@@ -196,7 +196,7 @@ def fork(file: Path, pipe: Connection) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="forks")
 def test_a_forked_child_does_not_keep_its_parent_alive(tmp_path: Path) -> None:
     file = tmp_path / "store.sqlite"
-    process, pipe = started(fork, file)
+    process, pipe = start_process(fork, file)
     name, pids = pipe.recv(), {pipe.recv(), pipe.recv()}
     (child,) = pids - {process.pid}
     try:
@@ -398,7 +398,7 @@ REPEATS = count()
 
 
 @pytest.fixture(scope="module")
-def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
+def shared_store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
     with opened(tmp_path_factory.mktemp("shelf") / "store.sqlite") as store:
         yield store
 
@@ -414,7 +414,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
     seconds=st.floats(0, 1e9),
 )
 def test_a_record_comes_back_bit_for_bit(
-    shelf: Store,
+    shared_store: Store,
     x: list[float],
     cost: float,
     words: tuple[str, str, str],
@@ -440,9 +440,9 @@ def test_a_record_comes_back_bit_for_bit(
         ),
         seconds,
     )
-    shelf.add([job])
-    shelf.commit(record)
-    with Store.read(shelf.file) as store:
+    shared_store.add([job])
+    shared_store.commit(record)
+    with Store.read(shared_store.file) as store:
         (restored,) = (r for r in store.records() if r.job.repeat == repeat)
     assert restored.text == record.text
     assert restored.job.key == job.key

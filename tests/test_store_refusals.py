@@ -97,7 +97,7 @@ def foreign(file: Path) -> None:
     shell("CREATE TABLE records (a, b)")(file)
 
 
-BAD: dict[str, tuple[Callable[[Path], object], str]] = {
+DAMAGES: dict[str, tuple[Callable[[Path], object], str]] = {
     "truncated": (cut, "is damaged ("),
     "scrambled": (scramble, "is damaged"),
     "text": (lambda f: f.write_text("problem,cost\n"), "is not a store of a campaign"),
@@ -126,9 +126,9 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
 }
 
 
-@pytest.mark.parametrize("damage", BAD)
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_a_bad_file_is_refused_and_left_alone(file: Path, damage: str) -> None:
-    spoil, words = BAD[damage]
+    spoil, words = DAMAGES[damage]
     spoil(file)
     before = snapshot(file.parent)
     for call in (lambda: opened(file), lambda: Store.read(file)):
@@ -149,12 +149,12 @@ def test_what_a_killed_process_left_is_kept_even_beside_a_damaged_store(
             shutil.copy(tmp_path / name, copy / name)
     before = snapshot(copy)
     cut(copy / "store.sqlite")
-    wreck = snapshot(copy)
+    damaged = snapshot(copy)
     assert "is damaged" in refusal(lambda: opened(copy / "store.sqlite"))
     after = snapshot(copy)
-    assert {name: after[name] for name in wreck} == wreck
+    assert {name: after[name] for name in damaged} == damaged
     (copy / "store.sqlite").write_bytes(before["store.sqlite"])
-    assert len(whole(copy / "store.sqlite")) == 21
+    assert len(stored_records(copy / "store.sqlite")) == 21
 
 
 @pytest.mark.parametrize(("campaign", "seed"), [("other", 5), ("small", 6)])
@@ -290,7 +290,7 @@ def fill(file: Path, limit: int, pipe: Connection) -> None:
         pipe.send((committed, str(error)))
 
 
-def filled(file: Path, limit: int = 0) -> tuple[int, str]:
+def fill_in_process(file: Path, limit: int = 0) -> tuple[int, str]:
     ours, theirs = SPAWN.Pipe()
     process = SPAWN.Process(target=fill, args=(file, limit, theirs), daemon=True)
     process.start()
@@ -300,29 +300,29 @@ def filled(file: Path, limit: int = 0) -> tuple[int, str]:
     return reply
 
 
-def whole(file: Path) -> list[str]:
+def stored_records(file: Path) -> list[str]:
     with Store.read(file) as store:
         return [r.content for r in store.records()]
 
 
-WANTED = [record(job(r)).content for r in range(60)]
+EXPECTED = [record(job(r)).content for r in range(60)]
 
 
 @POSIX
 @pytest.mark.parametrize("limit", [1_000, 40_000, 90_000, 150_000, 300_000])
 def test_a_full_disk_loses_nothing(tmp_path: Path, limit: int) -> None:
     file = tmp_path / "store.sqlite"
-    committed, message = filled(file, limit)
+    committed, message = fill_in_process(file, limit)
     assert message.startswith("the disk is full")
     assert message.endswith("make room and give the same command again")
     if committed >= 0:
         assert f"{committed} finished runs are safe in {file}" in message
-        assert whole(file) == WANTED[:committed]
+        assert stored_records(file) == EXPECTED[:committed]
     else:
         assert f"{file} cannot be made" in message
         assert not list(tmp_path.iterdir())
-    assert filled(file) == (60 - max(committed, 0), "done")
-    assert whole(file) == WANTED
+    assert fill_in_process(file) == (60 - max(committed, 0), "done")
+    assert stored_records(file) == EXPECTED
     assert [f.name for f in tmp_path.iterdir()] == ["store.sqlite"]
 
 
@@ -342,27 +342,27 @@ def disk(tmp_path: Path) -> Iterator[Path]:
 
 @pytest.mark.parametrize("room", [0, 20_000, 100_000, 200_000, 400_000])
 def test_a_disk_that_is_really_full_loses_nothing(disk: Path, room: int) -> None:
-    file, ballast = disk / "store.sqlite", disk / "ballast"
-    ballast.write_bytes(bytes(shutil.disk_usage(disk).free - room))
-    committed, message = filled(file)
+    file, filler = disk / "store.sqlite", disk / "ballast"
+    filler.write_bytes(bytes(shutil.disk_usage(disk).free - room))
+    committed, message = fill_in_process(file)
     assert message.startswith("the disk is full")
     assert str(file) in message
-    ballast.unlink()
+    filler.unlink()
     if committed >= 0:
         assert f"{committed} finished runs are safe" in message
-        assert whole(file) == WANTED[:committed]
+        assert stored_records(file) == EXPECTED[:committed]
     subprocess.run(["mount", "-o", "remount,size=9m", str(disk)], check=True)  # noqa: S607
-    assert filled(file) == (60 - max(committed, 0), "done")
-    assert whole(file) == WANTED
+    assert fill_in_process(file) == (60 - max(committed, 0), "done")
+    assert stored_records(file) == EXPECTED
 
 
 def test_no_room_for_the_lock(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object, **__: object) -> None:
+    def disk_full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with opened(file) as store:
         store.add([job(40)])
-        monkeypatch.setattr(FileLock, "acquire", full)
+        monkeypatch.setattr(FileLock, "acquire", disk_full)
         assert refusal(store.claim) == (
             f"the disk is full: 20 finished runs are safe in {file}; "
             "make room and give the same command again"

@@ -1,4 +1,4 @@
-"""The page of a campaign: whole, safe, and honest about what is missing."""
+"""The page of a campaign: valid HTML, complete, what is missing is named."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def write(
 
 
 @pytest.fixture(scope="module")
-def whole(
+def page_text(
     campaign: Campaign, jobs: list[Job], records: list[Record],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> str:  # fmt: skip
@@ -140,9 +140,9 @@ def whole(
 
 
 def test_a_whole_campaign_says_so_and_shows_every_number_of_its_tables(
-    whole: str, jobs: list[Job], records: list[Record]
+    page_text: str, jobs: list[Job], records: list[Record]
 ) -> None:
-    page = Page(whole)
+    page = Page(page_text)
     assert "Complete: all 9 runs are done." in page.text
     assert "Not complete" not in page.text
     assert page.count["h1"] == 1
@@ -154,8 +154,8 @@ def test_a_whole_campaign_says_so_and_shows_every_number_of_its_tables(
     assert page.text.index("Ranking") < page.text.index(table.title)
 
 
-def test_the_page_says_what_was_compared(whole: str) -> None:
-    page = Page(whole)
+def test_the_page_says_what_was_compared(page_text: str) -> None:
+    page = Page(page_text)
     methods = page.table("Methods")
     assert methods[1][:2] == ["bts", "bts"]
     assert "unit-free readings" in methods[1][2]
@@ -169,9 +169,11 @@ def test_the_page_says_what_was_compared(whole: str) -> None:
         assert text in page.text
 
 
-def test_nothing_is_fetched_and_nothing_runs(whole: str) -> None:
-    page = Page(whole)
-    assert not re.search(r"https?://|//\w|@import|url\(", re.sub(r'src="data:[^"]*"', "", whole))
+def test_nothing_is_fetched_and_nothing_runs(page_text: str) -> None:
+    page = Page(page_text)
+    assert not re.search(
+        r"https?://|//\w|@import|url\(", re.sub(r'src="data:[^"]*"', "", page_text)
+    )
     assert not {"script", "link", "iframe", "object"} & set(page.count)
     assert not [name for _, name, _ in page.attributes if name.startswith("on")]
     sources = [v for tag, name, v in page.attributes if (tag, name) == ("img", "src")]
@@ -182,8 +184,8 @@ def test_nothing_is_fetched_and_nothing_runs(whole: str) -> None:
         assert base64.b64decode(data, validate=True)[:4] == b"\x89PNG"
 
 
-def test_figures_and_tables_can_be_read_without_seeing_them(whole: str) -> None:
-    page = Page(whole)
+def test_figures_and_tables_can_be_read_without_seeing_them(page_text: str) -> None:
+    page = Page(page_text)
     alts = [v for tag, name, v in page.attributes if (tag, name) == ("img", "alt")]
     assert len(alts) == page.count["img"]
     assert all(len(alt) > 40 for alt in alts)
@@ -191,7 +193,7 @@ def test_figures_and_tables_can_be_read_without_seeing_them(whole: str) -> None:
     assert all(page.captions)
     scopes = Counter(v for tag, name, v in page.attributes if (tag, name) == ("th", "scope"))
     assert sum(scopes.values()) == page.count["th"]
-    assert "prefers-color-scheme: dark" in whole
+    assert "prefers-color-scheme: dark" in page_text
     ids = [v for _, name, v in page.attributes if name == "id"]
     targets = [v for tag, name, v in page.attributes if (tag, name) == ("a", "href")]
     assert {t[1:] for t in targets if t.startswith("#")} == set(ids)

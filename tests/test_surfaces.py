@@ -29,7 +29,7 @@ def at(name: str, *point: float) -> float:
     return float(surface(name, len(point))(np.array([point]))[0])
 
 
-def moved(twin: Surface) -> Moved:
+def transform_of(twin: Surface) -> Moved:
     assert isinstance(twin.function, Moved)
     return twin.function
 
@@ -321,7 +321,7 @@ def test_rotations_of_space_send_an_axis_anywhere_alike() -> None:
 @pytest.mark.parametrize(("name", "dim", "twin"), TWINS)
 def test_a_twin_is_its_surface_moved_rigidly(name: str, dim: int, twin: int) -> None:
     original, twin_surface = surface(name, dim), surface(name, dim, twin)
-    map_ = moved(twin_surface)
+    map_ = transform_of(twin_surface)
     y = original.space.decode(np.random.default_rng(3).random((4000, dim)))
     x = map_.images(y)
     a, b = np.linalg.norm(np.diff(y, axis=0), axis=1), np.linalg.norm(np.diff(x, axis=0), axis=1)
@@ -347,7 +347,7 @@ def test_a_twins_optimum_is_where_it_was_drawn(name: str, dim: int, twin: int) -
 @pytest.mark.parametrize("twin", range(5))
 def test_a_twin_lists_just_the_optima_that_are_left_in_the_box(twin: int) -> None:
     original, twin_surface = SURFACES["ShuF"], surface("ShuF", 2, twin)
-    images = moved(twin_surface).images(original.optima)
+    images = transform_of(twin_surface).images(original.optima)
     inside = images[np.abs(images).max(axis=1) <= original.half]
     assert len(twin_surface.optima) == len(inside) >= 1
     gaps = np.abs(twin_surface.optima[:, None] - inside).max(axis=2)
@@ -359,14 +359,14 @@ def test_beyond_the_wall_a_twin_costs_the_wall_and_the_distance(
     name: str, dim: int, twin: int
 ) -> None:
     original, twin_surface = surface(name, dim), surface(name, dim, twin)
-    map_ = moved(twin_surface)
+    map_ = transform_of(twin_surface)
     x = twin_surface.space.decode(np.random.default_rng(6).random((20_000, dim)))
     y = map_.from_ + (x - map_.to) @ map_.turn.T
     wall = np.clip(y, -original.half, original.half)
     out = np.linalg.norm(y - wall, axis=1)
-    fee = out / original.half * (original.ceiling - original.minimum)
+    penalty = out / original.half * (original.ceiling - original.minimum)
     np.testing.assert_allclose(
-        twin_surface(x), original(wall) + fee, rtol=1e-11, atol=1e-10 * original.ceiling
+        twin_surface(x), original(wall) + penalty, rtol=1e-11, atol=1e-10 * original.ceiling
     )
     assert np.all(twin_surface(x)[out > 0] > original.minimum)
 
@@ -383,7 +383,7 @@ def test_a_twin_is_continuous_across_the_wall(name: str, dim: int, twin: int) ->
     for step in (1e-3, 1e-5, 1e-7):
         out = np.zeros_like(y)
         out[np.arange(2000), side[0]] = side[1] * step * original.half
-        map_ = moved(twin_surface)
+        map_ = transform_of(twin_surface)
         leap = np.abs(twin_surface(map_.images(y + out)) - twin_surface(map_.images(y - out)))
         changes.append(leap.max() / original.ceiling)
     assert changes[1] < changes[0] / 50
@@ -398,13 +398,13 @@ def test_the_same_seed_is_the_same_twin_and_others_differ() -> None:
 
 
 def test_another_process_has_the_same_twin_bit_for_bit() -> None:
-    asks = (
+    code = (
         "import numpy as np; from stribeck.bench.surfaces import surface; "
         "s = surface('SchF', 5, 7); x = np.linspace(-500, 500, 50).reshape(10, 5); "
         "print(s.optima.tobytes().hex(), s(x).tobytes().hex())"
     )
     completed = subprocess.run(
-        [sys.executable, "-c", asks], capture_output=True, text=True, check=True
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     s, x = surface("SchF", 5, 7), np.linspace(-500, 500, 50).reshape(10, 5)
     assert completed.stdout.split() == [s.optima.tobytes().hex(), s(x).tobytes().hex()]

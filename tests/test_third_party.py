@@ -134,7 +134,7 @@ def test_another_seed_is_another_run(name: str) -> None:
     assert not {u.tobytes() for u in first.u[inside]} & {u.tobytes() for u in second.u}
 
 
-IN_A_NEW_PROCESS = """
+CODE = """
 import hashlib
 from numpy.random import SeedSequence
 from stribeck.bench.third_party import search
@@ -154,7 +154,7 @@ def test_another_process_makes_the_same_runs() -> None:
         trace, _ = search(name, SURFACES["RF"], budget=250, target=None, seed=SeedSequence(3))
         hashes.append(f"{name} {hashlib.sha256(trace.u.tobytes()).hexdigest()}")
     completed = subprocess.run(
-        [sys.executable, "-c", IN_A_NEW_PROCESS.format(names=installed)],
+        [sys.executable, "-c", CODE.format(names=installed)],
         capture_output=True,
         text=True,
         check=True,

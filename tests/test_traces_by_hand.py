@@ -33,27 +33,27 @@ if TYPE_CHECKING:
 Points = list[tuple[float, float]]
 
 
-class Dealt:
+class ScriptedGenerator:
     """A random generator that returns given numbers of [0, 1], one array a call."""
 
     def __init__(self, *draws: Any) -> None:
         self.draws = [np.array(d, dtype=float) for d in draws]
 
     def random(self, shape: int | tuple[int, ...]) -> Array:
-        drawn = self.draws.pop(0)
-        assert drawn.shape == ((shape,) if isinstance(shape, int) else shape)
-        return drawn
+        unit_draws = self.draws.pop(0)
+        assert unit_draws.shape == ((shape,) if isinstance(shape, int) else shape)
+        return unit_draws
 
     def uniform(self, low: float, high: float, shape: tuple[int, ...]) -> Array:
         return low + (high - low) * self.random(shape)
 
 
 @dataclass(frozen=True)
-class Played:
+class ScriptedAlgorithm:
     """An algorithm with the numbers that it draws."""
 
     algorithm: Algorithm
-    rng: Dealt
+    rng: ScriptedGenerator
 
     @property
     def name(self) -> str:
@@ -64,12 +64,12 @@ class Played:
         return self.algorithm.moves(space, cast("Rng", self.rng), note)
 
 
-def played(
+def run_search(
     algorithm: Algorithm, bounds: list[tuple[float, float]], budget: int, *draws: Any
 ) -> tuple[list[Array], Search]:
     """The batches of points that a search evaluates, and the search itself."""
-    rng = Dealt(*draws)
-    search = Search(box(bounds), Played(algorithm, rng), budget=budget, seed=0)
+    rng = ScriptedGenerator(*draws)
+    search = Search(box(bounds), ScriptedAlgorithm(algorithm, rng), budget=budget, seed=0)
     batches = []
     while not search.ended:
         batches.append(search.ask())
@@ -84,7 +84,7 @@ def check(batches: list[Array], expected: list[Points]) -> None:
         assert np.allclose(points, expected_points, rtol=0, atol=1e-11), f"batch {k}"
 
 
-def drawn(directions: Points) -> list[list[float]]:
+def unit_draws(directions: Points) -> list[list[float]]:
     """Directions in [-1, 1], as numbers in [0, 1]."""
     return [[(1 + a) / 2, (1 + b) / 2] for a, b in directions]
 
@@ -99,17 +99,17 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
         S=2, N_c=3, N_s=3, C=0.5, d_attract=0.0, h_repellant=0.0, N_re=1, N_ed=2, P_ed=0.25,
         coordinates="raw",
     )  # fmt: skip
-    batches, search = played(
+    batches, search = run_search(
         swarm,
         [(-2, 2), (-1, 1)],
         21,
         [[(1.0 + 2) / 4, (0.8 + 1) / 2], [(1.8 + 2) / 4, (-0.8 + 1) / 2]],  # Step 2
-        drawn([(-0.75, -1.0), (1.0, 0.75)]),  # directions (-0.6, -0.8) and (0.8, 0.6)
-        drawn([(1.0, -0.75), (-0.5, 0.0)]),  # (0.8, -0.6) and (-1, 0)
-        drawn([(0.375, -0.5), (0.75, 1.0)]),  # (0.6, -0.8) and (0.6, 0.8)
+        unit_draws([(-0.75, -1.0), (1.0, 0.75)]),  # directions (-0.6, -0.8) and (0.8, 0.6)
+        unit_draws([(1.0, -0.75), (-0.5, 0.0)]),  # (0.8, -0.6) and (-1, 0)
+        unit_draws([(0.375, -0.5), (0.75, 1.0)]),  # (0.6, -0.8) and (0.6, 0.8)
         [0.9, 0.1],  # of P_ed = 0.25: a stays, b is dispersed,
         [[0.5, 0.75]],  # to (0, 0.5)
-        drawn([(-0.75, 1.0), (1.0, 0.0)]),  # (-0.6, 0.8) and (1, 0)
+        unit_draws([(-0.75, 1.0), (1.0, 0.0)]),  # (-0.6, 0.8) and (1, 0)
     )
     expected: list[Points] = [
         # Step 2. J = 1 + 2 * 0.64 = 2.28 and 3.24 + 2 * 0.64 = 4.52.
@@ -189,15 +189,15 @@ def test_the_exponentials_below(D: float, repels: float, attracts: float) -> Non
 
 
 def test_abfo_three_chemotactic_steps_where_the_signals_decide() -> None:
-    batches, _ = played(
+    batches, _ = run_search(
         AdaptiveForaging(**BF, N_c=3, N_s=2, N_re=2, N_ed=1),
         [(-2, 2), (-2, 2)],
         13,
         [[3.5 / 4, 2 / 4], [4 / 4, 2.5 / 4]],  # Step 2: a = (1.5, 0), b = (2, 0.5)
-        drawn([(0.5, -0.375), (0.5, 0.375)]),  # directions (0.8, -0.6) and (0.8, 0.6)
-        drawn([(0.0, 0.5), (0.375, 0.5)]),  # (0, 1) and (0.6, 0.8)
-        drawn([(0.0, -0.5), (-0.25, 0.0)]),  # (0, -1) and (-1, 0)
-        drawn([(-0.5, 0.375), (0.0, 0.5)]),  # (-0.8, 0.6) and (0, 1)
+        unit_draws([(0.5, -0.375), (0.5, 0.375)]),  # directions (0.8, -0.6) and (0.8, 0.6)
+        unit_draws([(0.0, 0.5), (0.375, 0.5)]),  # (0, 1) and (0.6, 0.8)
+        unit_draws([(0.0, -0.5), (-0.25, 0.0)]),  # (0, -1) and (-1, 0)
+        unit_draws([(-0.5, 0.375), (0.0, 0.5)]),  # (-0.8, 0.6) and (0, 1)
     )
     # j = 1. J = 2.25 and 4 + 0.5 = 4.5; C = 2.25/12.25 = 9/49 and 4.5/14.5 = 9/29 (2.2).
     # D = 0.25 + 0.25 = 0.5 for both. Tumble (2.3); b to x = 2.248, beyond the wall: 2.
@@ -265,7 +265,9 @@ def test_the_step_is_of_the_cost_and_not_of_the_signals() -> None:
         **BF | {"d_attract": 4.0, "h_repellant": 0.0}, N_c=1, N_s=0, N_re=1, N_ed=1
     )
     start = [[3 / 4, 2 / 4], [2 / 4, 2.5 / 4]]  # (1, 0) and (0, 0.5)
-    batches, _ = played(swarm, [(-2, 2), (-2, 2)], 4, start, drawn([(0.375, 0.5), (-0.5, 0.375)]))
+    batches, _ = run_search(
+        swarm, [(-2, 2), (-2, 2)], 4, start, unit_draws([(0.375, 0.5), (-0.5, 0.375)])
+    )
     check(
         batches,
         [
@@ -285,7 +287,7 @@ def test_the_swarm_of_2_1_has_the_cell_itself() -> None:
         np.array([7.0, 7.0]),
         np.array([0.5, 0.5]),
         np.array([4.0, 4.0]),
-        cast("Rng", Dealt(drawn([(-0.5, 0.0), (-0.5, 0.0)]))),
+        cast("Rng", ScriptedGenerator(unit_draws([(-0.5, 0.0), (-0.5, 0.0)]))),
         lambda **entries: entries.clear(),
     )
     assert np.allclose(next(moves), [[0.125, 0.5], [0.625, 0.5]], rtol=0, atol=1e-12)
@@ -303,17 +305,17 @@ def test_the_swarm_of_2_1_has_the_cell_itself() -> None:
 
 def test_ts_five_rounds() -> None:
     # N = 3, R = 1, a visited point bans 0.3 about it for 2 rounds. x in [-5, 3], y in [-2, 2].
-    batches, _ = played(
+    batches, _ = run_search(
         TabuSearch(N=3, R=1.0, tenure=2, r_tabu=0.3, coordinates="raw"),
         [(-5, 3), (-2, 2)],
         19,
         [[7 / 8, 3 / 4]],
-        drawn([(-1.0, 0.0), (0.0, -1.0), (0.5, 1.0)]),
-        drawn([(0.0, 0.0), (1.0, -0.25), (-1.0, 1.0)]),
-        drawn([(1.0, -1.0), (0.75, -1.0), (-0.5, 0.5)]),
-        drawn([(0.5, 0.0), (0.75, 0.5), (-0.75, 0.75)]),
-        drawn([(-0.5, 0.25), (0.0, -0.25), (0.0, 0.25)]),
-        drawn([(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]),
+        unit_draws([(-1.0, 0.0), (0.0, -1.0), (0.5, 1.0)]),
+        unit_draws([(0.0, 0.0), (1.0, -0.25), (-1.0, 1.0)]),
+        unit_draws([(1.0, -1.0), (0.75, -1.0), (-0.5, 0.5)]),
+        unit_draws([(0.5, 0.0), (0.75, 0.5), (-0.75, 0.75)]),
+        unit_draws([(-0.5, 0.25), (0.0, -0.25), (0.0, 0.25)]),
+        unit_draws([(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]),
     )
     expected: list[Points] = [
         [(2.0, 1.0)],  # 6; visited, tabu in rounds 1 and 2
@@ -340,24 +342,24 @@ def test_ts_five_rounds() -> None:
 def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
     # N = 3, R = 1, BT = n_re_back = 2, R = 0.5 below a cost of 3 and 0.25 below 1.
     # x in [-1, 3], y in [-0.5, 1.5]. Ranked list: RANK(TL), cheapest first.
-    batches, search = played(
+    batches, search = run_search(
         AdaptiveTabuSearch(
             N=3, R=1.0, BT=2, n_re_back=2, AR=((3.0, 0.5), (1.0, 0.25)), coordinates="raw"
         ),
         [(-1, 3), (-0.5, 1.5)],
         34,
         [[3 / 4, 1.5 / 2]],
-        drawn([(-1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
-        drawn([(0.5, 0.0), (0.0, 0.0), (0.0, 0.5)]),
-        drawn([(0.5, 0.5), (0.5, -0.25), (-1.0, 1.0)]),
-        drawn([(0.5, 0.0), (0.0, 0.5), (-0.25, 0.125)]),
-        drawn([(0.25, 0.0), (0.0, 0.125), (0.5, 0.5)]),
-        drawn([(0.0, -1.0), (0.5, 0.0), (0.0, 0.5)]),
-        drawn([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)]),
-        drawn([(1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
-        drawn([(1.0, -1.0), (1.0, 0.0), (1.0, 0.0)]),
-        drawn([(1.0, 0.0), (0.0, -1.0), (0.0, -0.5)]),
-        drawn([(0.0, 1.0), (-1.0, 0.0), (1.0, 1.0)]),
+        unit_draws([(-1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
+        unit_draws([(0.5, 0.0), (0.0, 0.0), (0.0, 0.5)]),
+        unit_draws([(0.5, 0.5), (0.5, -0.25), (-1.0, 1.0)]),
+        unit_draws([(0.5, 0.0), (0.0, 0.5), (-0.25, 0.125)]),
+        unit_draws([(0.25, 0.0), (0.0, 0.125), (0.5, 0.5)]),
+        unit_draws([(0.0, -1.0), (0.5, 0.0), (0.0, 0.5)]),
+        unit_draws([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)]),
+        unit_draws([(1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]),
+        unit_draws([(1.0, -1.0), (1.0, 0.0), (1.0, 0.0)]),
+        unit_draws([(1.0, 0.0), (0.0, -1.0), (0.0, -0.5)]),
+        unit_draws([(0.0, 1.0), (-1.0, 0.0), (1.0, 1.0)]),
     )
     expected: list[Points] = [
         [(2.0, 1.0)],  # S0, J0 = 6
@@ -399,14 +401,14 @@ def test_ats_through_two_deadlocks_and_two_radius_stages() -> None:
 def test_bts_hands_over_the_least_cost_without_signals_and_where_it_was_met() -> None:
     # One chemotactic step, N_s = 1, of a = (-0.25, 1), J = 2.0625, C = 33/193; b = (2, 1),
     # J = 6, C = 6/16. Then tabu search, N = 3, R = 0.5.
-    batches, search = played(
+    batches, search = run_search(
         ForagingTabuSearch(**BF, N_c=1, N_s=1, N=3, R=0.5, AR=()),
         [(-2, 2), (-2, 2)],
         11,
         [[1.75 / 4, 3 / 4], [4 / 4, 3 / 4]],
-        drawn([(0.5, 0.0), (0.0, 0.5)]),
-        drawn([(0.0, -1 / 128), (0.5, 0.5), (-0.5, 0.5)]),
-        drawn([(0.5, 0.0), (0.0, 0.5), (-0.5, 0.0)]),
+        unit_draws([(0.5, 0.0), (0.0, 0.5)]),
+        unit_draws([(0.0, -1 / 128), (0.5, 0.5), (-0.5, 0.5)]),
+        unit_draws([(0.5, 0.0), (0.0, 0.5), (-0.5, 0.0)]),
     )
     C = 2.0625 / 12.0625
     met, final = -0.25 + C, -0.25 + 2 * C  # x: -0.079016, 0.091969

@@ -25,15 +25,15 @@ def descend(
     moves = least_squares(np.array(start), Box(box([(0.0, 1.0)] * len(start))), **options)
     batches: list[Array] = []
     try:
-        wish = next(moves)
+        request = next(moves)
         while True:
-            assert isinstance(wish, Detailed)
-            assert wish.points.min() >= 0.0
-            assert wish.points.max() <= 1.0
-            batches.append(wish.points.copy())
-            shown = residuals(wish.points)
+            assert isinstance(request, Detailed)
+            assert request.points.min() >= 0.0
+            assert request.points.max() <= 1.0
+            batches.append(request.points.copy())
+            shown = residuals(request.points)
             costs = rms(shown)
-            wish = moves.send(Answer(np.where(np.isfinite(costs), costs, np.inf), shown))
+            request = moves.send(Answer(np.where(np.isfinite(costs), costs, np.inf), shown))
     except StopIteration as done:
         return done.value, batches
 
