@@ -22,14 +22,14 @@ FILE = Path(__file__).with_name("axes.json")
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
     """The servo with load-dependent friction, and three joints in stick-slip."""
-    keep = _kept(FILE.with_name("axes_quick.json") if quick else FILE)
+    keep = _stored(FILE.with_name("axes_quick.json") if quick else FILE)
     return {
         "servo": axis_servo.measure(keep, quick=quick),
         "joints": axis_joints.measure(keep, quick=quick),
     }
 
 
-def _kept(file: Path) -> Callable[[str, Callable[[], Any]], Any]:
+def _stored(file: Path) -> Callable[[str, Callable[[], Any]], Any]:
     """Results by key, read from a file or measured."""
 
     def keep(key: str, measurement: Callable[[], Any]) -> Any:

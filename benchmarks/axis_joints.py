@@ -53,11 +53,11 @@ class Model(NamedTuple):
     onsets: bool = False
 
 
-PLAIN_NAME, GAUSS, SEEN = "Coulomb-viscous", "Stribeck, exponent 2", "the same, F_S at the onsets"
+PLAIN_NAME, GAUSS, ONSETS = "Coulomb-viscous", "Stribeck, exponent 2", "the same, F_S at the onsets"
 MODELS = {
     PLAIN_NAME: Model("coulomb-viscous"),
     GAUSS: Model("stribeck-gauss"),
-    SEEN: Model("stribeck-gauss", ("rest to rest",), onsets=True),
+    ONSETS: Model("stribeck-gauss", ("rest to rest",), onsets=True),
     "Stribeck, exponent 1": Model("stribeck"),
     "Stribeck, exponent 2, directional": Model("stribeck-gauss-directional"),
 }
@@ -96,7 +96,7 @@ def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
         "halves": {},
         "known": {},
     }
-    for name in (PLAIN_NAME, SEEN) if quick else MODELS:
+    for name in (PLAIN_NAME, ONSETS) if quick else MODELS:
         for k in (0,) if quick else (0, 1):
             for road in ("rest to rest",) if quick else MODELS[name].roads:
                 key = f"{k + 1}/{name}/{road}"
@@ -234,10 +234,12 @@ def known_axis(joint: int, part: Mapping[str, Any], seed: int, scatter: float) -
     Its first half trains a Coulomb-viscous model; the second is predicted by that, and by the very
     law and parameters that made the log (the mean F_S, where it scatters).
     """
-    values = {n: row[0] for n, row in part["halves"][f"1/{SEEN}/rest to rest"]["estimates"].items()}
+    values = {
+        n: row[0] for n, row in part["halves"][f"1/{ONSETS}/rest to rest"]["estimates"].items()
+    }
     share = scatter * part["onsets"]["scatter"] / part["onsets"]["F_S"]
     first, second = halves(made_log(recording(joint), joint, values, share, seed))
-    parameters = partition(rig(joint), law_named(MODELS[SEEN].law))
+    parameters = partition(rig(joint), law_named(MODELS[ONSETS].law))
     p = np.array([values[q.name] for q in parameters.every])
     plain = {
         road: predicted(joint, first, second, MODELS[PLAIN_NAME], restart=restart)
@@ -299,7 +301,7 @@ def tables(results: Mapping[str, Any]) -> Iterator[str]:
     """Markdown: predictions, staircases, levels with intervals, the known axes."""
     if not results:
         return
-    for section in (_predictions, _staircases, _levels, _known):
+    for section in (_predictions, _staircases, _levels, _known_axes):
         lines = list(section(results))
         if len(lines) > _HEAD:
             yield "\n".join(lines)
@@ -380,7 +382,7 @@ def _levels(results: Mapping[str, Any]) -> Iterator[str]:
             if name != GAUSS:
                 continue
             e = by["rest to rest"]["estimates"]
-            rested = part["halves"].get(f"{half}/{SEEN}/rest to rest", by["rest to rest"])
+            rested = part["halves"].get(f"{half}/{ONSETS}/rest to rest", by["rest to rest"])
             low, high = slips["interval"]
             yield (
                 f"| {joint} | {slips['slips']} | {slips['F_S']:.2f} ({low:.2f} to {high:.2f}) | "
@@ -394,7 +396,7 @@ def _level(row: Sequence[Any]) -> str:
     return f"{value:.2f} ({low:.2f} to {high:.2f}), {verdict}"
 
 
-def _known(results: Mapping[str, Any]) -> Iterator[str]:
+def _known_axes(results: Mapping[str, Any]) -> Iterator[str]:
     yield "**A known axis on the same command: second half, RMSE of position / mrad**\n"
     yield (
         "| joint | breakaway | seed | whole: Coulomb-viscous | truth | ratio | "

@@ -71,11 +71,11 @@ def measure(quick: bool = False) -> dict[str, Any]:
         "dimensions": list(dimensions),
         "instances": instances,
         "budget_per_dim": budget,
-        "methods": {method: _seen(by[method], budget) for method in METHODS if method in by},
+        "methods": {method: _areas(by[method], budget) for method in METHODS if method in by},
     }
 
 
-def _seen(runs: Sequence[Record], limit: float) -> dict[str, Any]:
+def _areas(runs: Sequence[Record], limit: float) -> dict[str, Any]:
     """Areas and shares of one method's runs, by dimension, and by function and dimension."""
     by_dim = {dim: [r for r in runs if len(r.x) == dim] for dim in DIMENSIONS}
     return {

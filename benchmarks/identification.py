@@ -19,7 +19,7 @@ from stribeck.optimize import Search, Target, configure, lockstep
 from stribeck.report.format import grouped
 from stribeck.report.table import Cell, Table
 from stribeck.space import Array
-from twins import WITHIN, Twin, twins
+from twins import TOLERANCE, Twin, twins
 
 #: Evaluations to the answer, or None where the budget was spent without it.
 Count = int | None
@@ -145,7 +145,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
     some = random[:: len(random) // 4] if quick else random
     seeds = 3 if quick else 10
     return {
-        "within": WITHIN,
+        "within": TOLERANCE,
         "demo": demo,
         "random": {t.name: _raced(t, RANDOM, quick, seeds) for t in some},
     }

@@ -31,7 +31,7 @@ from stribeck.report.format import grouped
 from stribeck.report.table import Cell, Table
 from stribeck.space import Param, Space
 
-HERE = Path(__file__).parent
+FOLDER = Path(__file__).parent
 #: One identified recording: its study and number, and its estimates.
 Row = dict[str, Any]
 
@@ -123,7 +123,7 @@ def measure(quick: bool = False) -> dict[str, Any]:
     Args:
         quick: A few of each kind.
     """
-    folder = HERE / "quick" if quick else HERE
+    folder = FOLDER / "quick" if quick else FOLDER
     folder.mkdir(exist_ok=True)
     part, whole = folder / "intervals.part.jsonl", folder / "intervals.jsonl"
     pairs = [(name, k) for name, s in STUDIES.items() for k in range(s.count[quick])]
@@ -140,7 +140,7 @@ def identified(file: Path, pairs: Sequence[tuple[str, int]]) -> list[Row]:
     rows = {(r["study"], r["k"]): r for r in read(file)}
     missing = [w for w in pairs if w not in rows]
     with file.open("a", encoding="utf-8") as stream:
-        for row in _each(missing):
+        for row in _identified_rows(missing):
             rows[row["study"], row["k"]] = row
             stream.write(json.dumps(row) + "\n")
             stream.flush()
@@ -157,7 +157,7 @@ def read(file: Path) -> list[Row]:
     return [json.loads(line) for line in lines[:-1]]
 
 
-def _each(missing: Sequence[tuple[str, int]]) -> Iterator[Row]:
+def _identified_rows(missing: Sequence[tuple[str, int]]) -> Iterator[Row]:
     if min(cores(), len(missing)) < 2:  # noqa: PLR2004 - one core needs no other process
         numba.set_num_threads(1)
         yield from (identified_row(*w) for w in missing)
@@ -308,11 +308,11 @@ def spread(rows: Sequence[Row]) -> list[Row]:
     """For every bed and parameter: counts of the verdicts, and the spread of the estimates."""
     spreads = []
     for n, k in enumerate(BEDS):
-        mine = [r for r in rows if r["k"] % len(BEDS) == n and r["parameters"]]
-        if not mine:
+        of_bed = [r for r in rows if r["k"] % len(BEDS) == n and r["parameters"]]
+        if not of_bed:
             continue
-        for name in mine[0]["parameters"]:
-            estimates = [r["parameters"][name] for r in mine]
+        for name in of_bed[0]["parameters"]:
+            estimates = [r["parameters"][name] for r in of_bed]
             verdicts = [p["verdict"] for p in estimates]
             low, high = np.percentile([p["at"] for p in estimates], [5, 95])
             spreads.append({
@@ -345,10 +345,12 @@ def _table(study: Study, counts: dict[str, Any]) -> Table:
     heads = ("parameter", "identified", "± / %", "weak", "± / %", "not identifiable", "every")
     rows = []
     for name, c in counted.items():
-        cells = [Cell.label(name), *_held(c["identified"]), *_held(c["weak"])]
-        cells += [_held(c["not identifiable"])[0], _held(c["every"])[0]]
+        cells = [Cell.label(name), *_coverage_cells(c["identified"]), *_coverage_cells(c["weak"])]
+        cells += [_coverage_cells(c["not identifiable"])[0], _coverage_cells(c["every"])[0]]
         if drawn:
-            cells += [_held(c["bootstrap"][verdict])[0] for verdict in ("identified", "every")]
+            cells += [
+                _coverage_cells(c["bootstrap"][verdict])[0] for verdict in ("identified", "every")
+            ]
         rows.append((*cells, Cell.number(math.nan if c["z"] is None else c["z"], 3)))
     return Table(
         f"{study.title}: how often a nominal 95 % interval holds the truth",
@@ -358,7 +360,7 @@ def _table(study: Study, counts: dict[str, Any]) -> Table:
     )
 
 
-def _held(c: dict[str, Any]) -> tuple[Cell, Cell]:
+def _coverage_cells(c: dict[str, Any]) -> tuple[Cell, Cell]:
     if not c["of"]:
         return Cell("–"), Cell("–")
     low, high = c["share"]

@@ -16,14 +16,14 @@ import numpy as np
 from stribeck import Recording, identify, read, validate
 from stribeck.data.segmentation import step
 
-HERE = Path(__file__).parent
-RIG = HERE / "direct_drive.toml"
-DATA = HERE.parents[1] / "shared" / "data" / "direct_drive"
+FOLDER = Path(__file__).parent
+RIG = FOLDER / "direct_drive.toml"
+DATA = FOLDER.parents[1] / "shared" / "data" / "direct_drive"
 LOGS = (1, 2, 3)
 LAWS = ("dahl", "lugre", "elasto-plastic", *(f"maxwell-slip:{n}" for n in range(1, 7)), "gms:2")
 QUICK = ("dahl", "maxwell-slip:2", "maxwell-slip:3")
 #: What counts, and the inertia that the authors of the data give, kg m^2.
-SETTLED, KNOWN = "2s:11s", {"J": 2.519}
+SETTLED, CONSTANTS = "2s:11s", {"J": 2.519}
 
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
 
 def _fit(law: str, logs: dict[int, Recording], train: int) -> dict[str, Any]:
     start_time = time.perf_counter()
-    fit = identify(logs[train], rig=str(RIG), law=law, train=SETTLED, fixed=KNOWN)
+    fit = identify(logs[train], rig=str(RIG), law=law, train=SETTLED, fixed=CONSTANTS)
     errors = {}
     for k, log in logs.items():
         ((_, _, score),) = validate(fit, log, SETTLED)

@@ -27,8 +27,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).parent
-RESULTS, PAGE = HERE / "results.json", HERE / "README.md"
+FOLDER = Path(__file__).parent
+RESULTS, PAGE = FOLDER / "results.json", FOLDER / "README.md"
 #: The parts in the order in which they run, and what each is about. Those that time something
 #: come before those that count.
 PARTS = {
@@ -58,7 +58,7 @@ def main() -> None:
     ask.add_argument("--quick", action="store_true", help="a short pass, to see that all works")
     ask.add_argument("--only", action="append", choices=PARTS, metavar="NAME", help="this part")
     ask.add_argument("--show", nargs="+", metavar="NAME", help="print a part's tables, or one")
-    ask.add_argument("--out", type=Path, default=HERE, help="the folder to write to")
+    ask.add_argument("--out", type=Path, default=FOLDER, help="the folder to write to")
     options = ask.parse_args()
     if options.show:
         name, *numbers = options.show
@@ -66,12 +66,12 @@ def main() -> None:
             sys.exit(f"--show: a part ({', '.join(PARTS)}), and which of its tables: 1, 2, ...")
         print("\n".join(shown(name, [int(n) for n in numbers])))
         return
-    if options.quick and options.out == HERE:  # a short pass does not replace what is published
-        options.out = HERE / "quick"
+    if options.quick and options.out == FOLDER:  # a short pass does not replace what is published
+        options.out = FOLDER / "quick"
     options.out.mkdir(parents=True, exist_ok=True)
     missing, failed = [], []
     for name in options.only or PARTS:
-        if not (HERE / f"{name}.py").exists():
+        if not (FOLDER / f"{name}.py").exists():
             missing.append(name)
             continue
         print(f"{name} ...", flush=True)

@@ -49,7 +49,7 @@ AXES = (
 )  # fmt: skip
 LAWS = ("coulomb-viscous", "stribeck")
 #: Options of the exported joint.
-WAYS: dict[str, dict[str, bool]] = {
+EXPORTS: dict[str, dict[str, bool]] = {
     "MuJoCo, frictionloss": {},
     "MuJoCo, frictionloss, firm": {"firm": True},
     "MuJoCo, lugre": {"lugre": True},
@@ -81,7 +81,7 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
         for law in LAWS:
             model = _model(axis, law)
             rows.append({"axis": axis.name, "law": law, "who": "ours", **_ours(axis, model)})
-            for simulator, options in WAYS.items():
+            for simulator, options in EXPORTS.items():
                 if "lugre" in options and not mujoco.__version__ >= "4":
                     continue
                 start_time = time.perf_counter()

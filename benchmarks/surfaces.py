@@ -78,13 +78,13 @@ def _counted(runs: Sequence[Record]) -> dict[str, Any]:
     at = [met(r) for r in runs]
     return {
         "reached": int(np.isfinite(at).sum()),
-        "ert": _known(time.value),
-        "interval": [_known(time.low), _known(time.high)],
-        "most": _known(float(np.max(at))),
+        "ert": _finite(time.value),
+        "interval": [_finite(time.low), _finite(time.high)],
+        "most": _finite(float(np.max(at))),
     }
 
 
-def _known(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     """A finite number, or None: JSON has no other."""
     return value if math.isfinite(value) else None
 

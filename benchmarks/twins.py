@@ -33,7 +33,7 @@ Side = Literal["right", "left"]
 
 FILE = Path(__file__).with_name("best_known.json")
 #: An answer is found when J is within this share of the best known.
-WITHIN = 0.005
+TOLERANCE = 0.005
 RANDOM, SEED = 20, 2012
 #: A motion with at least so many slips in the training range is stick-slip.
 SLIPS = 3
@@ -79,17 +79,17 @@ class Twin:
     @property
     def best(self) -> float:
         """The least J known, mm."""
-        return float(_known()[self.name]["J"])
+        return float(_best_known()[self.name]["J"])
 
     @property
     def best_x(self) -> Array:
         """Parameters at the least J known, SI."""
-        return np.array(_known()[self.name]["x"])
+        return np.array(_best_known()[self.name]["x"])
 
     @property
     def target(self) -> float:
         """J at which it counts as identified, mm."""
-        return self.best * (1 + WITHIN)
+        return self.best * (1 + TOLERANCE)
 
 
 def twins(*, demo: bool = True, random: bool = True) -> list[Twin]:
@@ -97,7 +97,7 @@ def twins(*, demo: bool = True, random: bool = True) -> list[Twin]:
     return [*(_demo() if demo else ()), *(_random() if random else ())]
 
 
-def _known() -> dict[str, dict[str, Any]]:
+def _best_known() -> dict[str, dict[str, Any]]:
     minima: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))["twins"]
     return minima
 

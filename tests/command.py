@@ -29,8 +29,8 @@ def caller(
         status = 0
         try:
             cli.main()
-        except SystemExit as ended:
-            status = int(ended.code or 0)
+        except SystemExit as end:
+            status = int(end.code or 0)
         return Completed(status, *capsys.readouterr())
 
     return run

@@ -14,7 +14,12 @@ from stribeck.rig.rig import shown_in
 from stribeck.space import Array, Param
 
 #: Every law with a size or a term that the table of laws does not show.
-MORE = ("maxwell-slip:6", "stribeck+temperature", "lugre+position", "bam-m4+temperature+position")
+VARIANTS = (
+    "maxwell-slip:6",
+    "stribeck+temperature",
+    "lugre+position",
+    "bam-m4+temperature+position",
+)
 
 
 #: A law whose function takes other branches where a parameter differs from its fixed value.
@@ -50,7 +55,7 @@ def model_with(law: Law, seed: int = 1) -> Model:
 def _values(law: Law, seed: int) -> Array:
     params = _rig(law).parameters(law)
     shares = np.random.default_rng(seed).uniform(0.3, 0.6, len(params))
-    return np.array([_within(q, share) for q, share in zip(params, shares, strict=True)])
+    return np.array([_value_in_range(q, share) for q, share in zip(params, shares, strict=True)])
 
 
 def _card(law: Law, values: Array, warnings: list[str] | None) -> Card:
@@ -84,7 +89,7 @@ def _rig(law: Law) -> Rig:
     return RIGS["servo-pendulum" if law.loads else "slide-bed"]
 
 
-def _within(parameter: Param, share: float) -> float:
+def _value_in_range(parameter: Param, share: float) -> float:
     """A value inside a parameter's range; static friction lies above Coulomb's."""
     if parameter.fixed is not None:
         return parameter.fixed

@@ -208,7 +208,7 @@ class _Scope:
             case ast.Array(values=values):
                 return [self.value(v) for v in values]
             case ast.ComponentRef():
-                return self._look(expression, self._values)
+                return self._referenced(expression, self._values)
             case ast.IfExpression(conditions=conditions, expressions=expressions):
                 for condition, branch in zip(conditions, expressions, strict=False):
                     if self._truth(condition):
@@ -221,7 +221,7 @@ class _Scope:
     def _operation(self, expression: ast.Expression) -> Any:
         name = _called(expression)
         if name == "pre" and self._before is not None:
-            return self._look(expression.operands[0], self._before)
+            return self._referenced(expression.operands[0], self._before)
         operands = [self.value(x) for x in expression.operands]
         if name in _OPERATIONS or name == "not":
             return _number(_operated(name, operands))
@@ -229,7 +229,7 @@ class _Scope:
             return _number(_BUILT_IN[name](*operands))
         return self._package.call(name, operands)[0]
 
-    def _look(self, reference: Any, values: dict[str, Any]) -> Any:
+    def _referenced(self, reference: Any, values: dict[str, Any]) -> Any:
         if reference.name in self._loops:
             return self._loops[reference.name]
         if reference.name not in values:

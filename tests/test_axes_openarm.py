@@ -10,7 +10,7 @@ import pytest
 
 import axes
 import axis_joints
-from axis_joints import GAINS, PLAIN_NAME, SEEN
+from axis_joints import GAINS, ONSETS, PLAIN_NAME
 from stribeck.data.recording import Recording
 from stribeck.data.segmentation import segment
 from stribeck.friction import law_named
@@ -104,19 +104,19 @@ def has(joint: int, *rows: str) -> bool:
     return set(rows) <= set(results(joint))
 
 
-LEGS = [f"{half}/{name}/rest to rest" for half in (1, 2) for name in (PLAIN_NAME, SEEN)]
-FOUND = [joint for joint in GAINS if has(joint, *LEGS)]
+LEGS = [f"{half}/{name}/rest to rest" for half in (1, 2) for name in (PLAIN_NAME, ONSETS)]
+COMMITTED = [joint for joint in GAINS if has(joint, *LEGS)]
 
 
 # --- what is committed ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("joint", FOUND)
+@pytest.mark.parametrize("joint", COMMITTED)
 def test_committed_predictions_are_what_the_models_do(
     joint: int, logs: dict[int, Recording]
 ) -> None:
     committed, parts = results(joint), axis_joints.halves(logs[joint])
-    for name in (PLAIN_NAME, SEEN):
+    for name in (PLAIN_NAME, ONSETS):
         row = committed[f"1/{name}/rest to rest"]
         parameters = partition(axis_joints.rig(joint), law_named(axis_joints.MODELS[name].law))
         p = np.array([row["estimates"][q.name][0] for q in parameters.every])
@@ -125,7 +125,7 @@ def test_committed_predictions_are_what_the_models_do(
         assert prediction["measured"] == pytest.approx(row["measured"])
 
 
-@pytest.mark.parametrize("joint", FOUND)
+@pytest.mark.parametrize("joint", COMMITTED)
 def test_breakaway_at_the_onsets_makes_the_staircase(joint: int) -> None:
     """Of both halves: a fit of positions alone smooths irregular slips away."""
     committed = results(joint)
@@ -134,6 +134,6 @@ def test_breakaway_at_the_onsets_makes_the_staircase(joint: int) -> None:
         rows = [committed[f"{half}/{name}/{road}"] for half in (1, 2)]
         return sum(abs(r["modelled"][0] - r["measured"][0]) for r in rows)
 
-    assert missed(SEEN, "rest to rest") < min(
+    assert missed(ONSETS, "rest to rest") < min(
         missed(PLAIN_NAME, road) for road in axis_joints.ROADS
     )

@@ -20,7 +20,7 @@ from overhead import Residuals
 from stribeck.bench.record import Job, Record, Steps
 from stribeck.optimize import rms
 from stribeck.space import Array, Space, box
-from twins import FILE, RATE, SLIPS, WITHIN, Twin, slips, twins
+from twins import FILE, RATE, SLIPS, TOLERANCE, Twin, slips, twins
 
 
 def record(costs: list[float], at: list[int], dim: int = 2) -> Record:
@@ -44,14 +44,14 @@ def test_the_best_known_J_is_found_where_it_is_said_to_be(all_twins: list[Twin])
     for twin in all_twins:
         # Another integrator, as exact, tips a sample or two of the log over an edge of the
         # converter; a fifth of the margin that counts as found is room for some.
-        assert twin.problem(twin.best_x[None])[0] == pytest.approx(twin.best, rel=WITHIN / 5)
+        assert twin.problem(twin.best_x[None])[0] == pytest.approx(twin.best, rel=TOLERANCE / 5)
 
 
 def test_neither_truth_nor_a_random_point_is_below_the_best_known_J(all_twins: list[Twin]) -> None:
     for twin in all_twins:
         u = twin.problem.space.sample(np.random.default_rng(7), 20)
         x = np.vstack([twin.truth, twin.problem.space.decode(u)])
-        assert np.nanmin(twin.problem(x)) >= twin.best * (1 - WITHIN / 5)
+        assert np.nanmin(twin.problem(x)) >= twin.best * (1 - TOLERANCE / 5)
 
 
 def test_the_best_known_J_is_near_the_noise_it_cannot_fit_away(all_twins: list[Twin]) -> None:

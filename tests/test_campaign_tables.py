@@ -70,7 +70,7 @@ JOBS = [
     for a in ("slow_er", "quick")
     for k in range(10)
 ]
-ALL = [summary, solutions, comparisons, overall, ranking]
+TABLES = [summary, solutions, comparisons, overall, ranking]
 
 
 def text(table: Table, row: int) -> dict[str, str]:
@@ -166,7 +166,7 @@ class TestForms:
         assert rows[1] == ["f01-d2 #{x}", "", "", ""]
         assert rows[2] == ['say "x", y', "inf", "", ""]
 
-    @pytest.mark.parametrize("make", ALL)
+    @pytest.mark.parametrize("make", TABLES)
     def test_every_table_in_every_form_whatever_the_order(self, make: Callable[..., Table]) -> None:
         table_in_order, reordered = make(RECORDS, JOBS), make(RECORDS[::-1], JOBS)
         assert table_in_order == reordered

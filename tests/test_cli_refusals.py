@@ -60,8 +60,8 @@ def call(patch: pytest.MonkeyPatch, *arguments: str) -> int:
     patch.setattr(sys, "argv", ["stribeck", *arguments])
     try:
         cli.main()
-    except SystemExit as ended:
-        return int(ended.code or 0)
+    except SystemExit as end:
+        return int(end.code or 0)
     return 0
 
 
@@ -174,7 +174,7 @@ def test_identify(refused: Callable[..., str], arguments: list[str], words: list
     assert [w for w in words if w not in line] == []
 
 
-OTHERS = [
+COMMANDS = [
     (["nonsense"], ["'nonsense'", "--help"]),
     (["identify"], ["LOG", "--help"]),
     (["identify", "up.csv"], ["--rig"]),
@@ -240,7 +240,7 @@ OTHERS = [
 ]
 
 
-@pytest.mark.parametrize(("arguments", "words"), OTHERS, ids=lambda a: " ".join(a)[:40])
+@pytest.mark.parametrize(("arguments", "words"), COMMANDS, ids=lambda a: " ".join(a)[:40])
 def test_the_others(refused: Callable[..., str], arguments: list[str], words: list[str]) -> None:
     line = refused(*arguments)
     assert [w for w in words if w not in line] == []

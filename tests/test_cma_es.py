@@ -209,7 +209,7 @@ def test_what_it_returns_is_the_best_it_met() -> None:
             costs = cost(wish)
             met.extend(zip(costs.tolist(), wish.copy(), strict=True))
             wish = moves.send(costs)
-    except StopIteration as done:
-        point, least = done.value
+    except StopIteration as end:
+        point, least = end.value
     assert least == min(f for f, _ in met)
     assert any(f == least and np.array_equal(u, point) for f, u in met)

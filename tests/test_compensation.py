@@ -79,20 +79,20 @@ def only(compensated: Compensation, mode: str) -> ScaleCurve:
 
 T = np.arange(0.0, 10.0, 0.01)
 RAMP = Reference("ramp", T, np.interp(T, [1.0, 9.0], [0.0, 0.8]))
-ON = stretches(RAMP, 1e-3)
+STRETCHES = stretches(RAMP, 1e-3)
 
 
 def looked(error: Any, floor: float = 1e-3) -> set[str]:
     x = (RAMP.x - error)[None]
     v = np.gradient(x[0], T)[None]
     v[np.abs(v) < 1e-9] = 0.0
-    shown = signs(RAMP, ON, x, v, 1e-3, np.array([floor]))
+    shown = signs(RAMP, STRETCHES, x, v, 1e-3, np.array([floor]))
     return {name for name, present in shown.items() if present[0]}
 
 
 def test_stretches_are_where_the_reference_moves_one_way_or_rests() -> None:
-    assert [(s.direction, s.even) for s in ON] == [(0, False), (1, True), (0, False)]
-    assert ON[1] == Stretch(100, 900, 1, True)  # its velocity is that of the sample to come
+    assert [(s.direction, s.even) for s in STRETCHES] == [(0, False), (1, True), (0, False)]
+    assert STRETCHES[1] == Stretch(100, 900, 1, True)  # its velocity is that of the sample to come
     bent = Reference("sine", T, np.sin(T))
     assert [s.even for s in stretches(bent, 1e-3)] == [False] * 4
 

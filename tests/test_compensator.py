@@ -17,19 +17,19 @@ from stribeck.compensate.compensator import (
 )
 from stribeck.errors import InputError
 
-FEED, BACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
+FORWARD, FEEDBACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
 
 
 @pytest.mark.parametrize(
     ("v_ref", "v", "c", "speed"),
     [
-        (0.02, -0.3, FEED, 0.02),  # feed-forward does not look at the axis
-        (0.0, 0.3, FEED, 0.0),
-        (0.02, -0.3, BACK, -0.3),  # feedback goes with the axis, even against the reference
-        (-0.02, 0.0011, BACK, 0.0011),
-        (0.02, 0.001, BACK, TINY),  # rests: pushed the way the reference goes
-        (0.02, -0.0009, BACK, TINY),
-        (-0.02, 0.0009, BACK, -TINY),
+        (0.02, -0.3, FORWARD, 0.02),  # feed-forward does not look at the axis
+        (0.0, 0.3, FORWARD, 0.0),
+        (0.02, -0.3, FEEDBACK, -0.3),  # feedback goes with the axis, even against the reference
+        (-0.02, 0.0011, FEEDBACK, 0.0011),
+        (0.02, 0.001, FEEDBACK, TINY),  # rests: pushed the way the reference goes
+        (0.02, -0.0009, FEEDBACK, TINY),
+        (-0.02, 0.0009, FEEDBACK, -TINY),
     ],
 )
 def test_the_law_is_evaluated_at(v_ref: float, v: float, c: Any, speed: float) -> None:

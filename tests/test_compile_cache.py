@@ -73,7 +73,7 @@ def test_an_edit_of_the_physics_in_another_file_changes_the_closed_loop(tmp_path
     assert python(_LOOP, "1", path=tmp_path) == heavier  # to the last digit
 
 
-_OWN = """
+_TWO_FUNCTIONS = """
 import numpy as np
 from stribeck.compile_cache import tally
 from stribeck.friction import slip_law
@@ -104,8 +104,8 @@ def test_a_law_of_ones_own_follows_its_helpers_in_other_files(tmp_path: Path) ->
         text = _SHAPES.format(width=width, level=level)
         (tmp_path / "shapes.py").write_text(text, encoding="utf-8")
         path = f"{tmp_path}{os.pathsep}{PACKAGE.parent}"
-        printed.append(python(_OWN, path=tmp_path, PYTHONPATH=path, NUMBA_CACHE_DIR=str(tmp_path),
-                              PYTHONDONTWRITEBYTECODE="1"))  # fmt: skip
+        variables = {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+        printed.append(python(_TWO_FUNCTIONS, path=tmp_path, PYTHONPATH=path, **variables))
     force = [float(line.split()[0]) for line in printed]
     assert force == [0.25, 0.25, 0.125, 2.125, 0.25]
     # What helps to import the package is compiled with the first; then only what is new.

@@ -201,8 +201,8 @@ def test_the_card_of_a_csv_is_held_against_another_log(
         monkeypatch.setattr(sys, "argv", ["stribeck", *arguments])
         try:
             cli.main()
-        except SystemExit as done:
-            return int(done.code or 0)
+        except SystemExit as end:
+            return int(end.code or 0)
         return 0
 
     options = ("--rig", "cylinder", "--set", "bore=25", "--set", "F_V=60", "--out", "fit")

@@ -70,8 +70,8 @@ def test_the_commands_say_so_and_validation_fails(
         monkeypatch.setattr(sys, "argv", ["stribeck", *arguments, "--columns", str(columns)])
         try:
             cli.main()
-        except SystemExit as done:
-            return int(done.code or 0)
+        except SystemExit as end:
+            return int(end.code or 0)
         return 0
 
     assert (

@@ -20,7 +20,7 @@ from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed, published_bot
 from stribeck.space import Array
 
 COULOMB, STRIBECK = LAWS["coulomb-viscous"], LAWS["stribeck"]
-BOTH = LAWS["stribeck-directional"]
+DIRECTIONAL = LAWS["stribeck-directional"]
 
 #: No motor, no dead band, one stiffness of 2 N/mm: a mass on a spring.
 SPRING = SLIDE_BED.set(**{"J_m": 0, "D_m": 0, "F_fm": 0, "dv": 0, "k_hat+": 0, "k_hat-": 0})
@@ -217,8 +217,8 @@ def test_left_is_the_mirror_of_right() -> None:
         mirrored = SLIDE_BED.set(**{"k_hat+": 2.8, "k_hat-": 3.5})
         drive = Drive(np.array([0.0, 9.0, 18.0, 20.0]), rng.uniform(-0.06, 0.06, 4))
         t = np.linspace(0, 20, 801)
-        x, v = motion(SLIDE_BED, BOTH, p, track(drive, t, 0.0))
-        y, w = motion(mirrored, BOTH, q, track(Drive(drive.t, -drive.x), t, 0.0))
+        x, v = motion(SLIDE_BED, DIRECTIONAL, p, track(drive, t, 0.0))
+        y, w = motion(mirrored, DIRECTIONAL, q, track(Drive(drive.t, -drive.x), t, 0.0))
         np.testing.assert_allclose(y, -x, atol=1e-9)
         np.testing.assert_allclose(w, -v, atol=1e-7)
 
@@ -296,8 +296,8 @@ def test_runs_of_the_command_are_only_passed_where_nothing_happens(knots: int, d
     to = 0.06 * np.sin(0.3 * at) + 1e-3 * rng.standard_normal(knots)
     command = track(Drive(at, to), np.linspace(0.0, 60.0, 601), 0.0)
     p = published_both()
-    x, _ = motion(rig, BOTH, p, command)
-    y, _ = motion(rig, BOTH, p, command._replace(extremes=np.empty((2, 0))))
+    x, _ = motion(rig, DIRECTIONAL, p, command)
+    y, _ = motion(rig, DIRECTIONAL, p, command._replace(extremes=np.empty((2, 0))))
     assert x.tobytes() == y.tobytes()
     if knots > 2:
         assert np.ptp(x) > 1e-2
@@ -539,9 +539,9 @@ def test_commands_that_stop_turn_and_jerk(points: list[tuple[float, float]], dv:
     rig = SLIDE_BED.set(dv=dv)
     p = np.concatenate([PUBLISHED["right"][:4], PUBLISHED["left"][:4], [1.0, 968.0, 554.0]])
     command = track(Drive(knots[:, 0].copy(), knots[:, 1].copy()), np.linspace(0, 20, 1001), 0.0)
-    x, _ = motion(rig, BOTH, p, command)
-    laws, c = rig.split(BOTH, p)
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 5e-5)
+    x, _ = motion(rig, DIRECTIONAL, p, command)
+    laws, c = rig.split(DIRECTIONAL, p)
+    y, _ = reference.trajectory(DIRECTIONAL, laws[0], c[0], command, 5e-5)
     assert rms(x, y) < 2e-6
 
 
@@ -570,9 +570,9 @@ def test_odd_rigs_and_laws_under_odd_commands(seed: int) -> None:
 
     p = [*one_side(), *one_side(), float(rng.choice([1.0, 2.0])), *rng.uniform(50, 1500, 2)]
     command = track(Drive(at, to), np.linspace(0, 10, 501), 0.1 + rng.normal(0, 0.02))
-    x, _ = motion(rig, BOTH, p, command)
-    laws, c = rig.split(BOTH, np.array(p))
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 2.5e-5)
+    x, _ = motion(rig, DIRECTIONAL, p, command)
+    laws, c = rig.split(DIRECTIONAL, np.array(p))
+    y, _ = reference.trajectory(DIRECTIONAL, laws[0], c[0], command, 2.5e-5)
     assert rms(x, y) < 5e-6
 
 
@@ -585,9 +585,9 @@ def test_a_piece_entered_at_one_bend_may_be_left_by_the_other() -> None:
     )
     p = [13.08, 13.08, 0.0, 0.016, 43.8, 0.0, 323.8, 0.0096, 2.0, 107.5, 520.8]
     command = track(drive, np.linspace(0, 10, 501), 0.0864)
-    x, _ = motion(rig, BOTH, p, command)
-    laws, c = rig.split(BOTH, np.array(p))
-    y, _ = reference.trajectory(BOTH, laws[0], c[0], command, 2.5e-5)
+    x, _ = motion(rig, DIRECTIONAL, p, command)
+    laws, c = rig.split(DIRECTIONAL, np.array(p))
+    y, _ = reference.trajectory(DIRECTIONAL, laws[0], c[0], command, 2.5e-5)
     assert rms(x, y) < 2e-6
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numba import float64, types
 
-from exported import MORE, model_of
+from exported import VARIANTS, model_of
 from stribeck.compensate.compensator import Compensator
 from stribeck.compile_cache import compiled as compiled_here
 from stribeck.errors import InputError
@@ -43,7 +43,7 @@ COMPENSATOR = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e
 INPUTS = 3 + len(LOADS)
 RANDOM, WALK = 100_000, 10_000
 #: Laws, and a Dahl law of either kind that its range has beside the exponent 1.
-CASES = (*LAWS, *MORE, "dahl, exponent 0.5", "dahl, exponent 2.5")
+CASES = (*LAWS, *VARIANTS, "dahl, exponent 0.5", "dahl, exponent 2.5")
 
 
 def model_in(case: str) -> Model:

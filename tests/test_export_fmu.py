@@ -15,7 +15,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from exported import MORE, model_of
+from exported import VARIANTS, model_of
 from joint_models import model_of as model_with
 from patience import PATIENCE
 from stribeck import LAWS, RIGS, read
@@ -56,8 +56,8 @@ class Unit:
     """A unit that is being simulated."""
 
     def __init__(self, folder: str, description: Any) -> None:
-        self.of = {v.name: v.valueReference for v in description.modelVariables}
-        self.held = {v.name for v in description.modelVariables if v.variability == "discrete"}
+        self.references = {v.name: v.valueReference for v in description.modelVariables}
+        self.discrete = {v.name for v in description.modelVariables if v.variability == "discrete"}
         self.slave = FMU2Slave(
             guid=description.guid, unzipDirectory=folder, instanceName="axis",
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -65,15 +65,15 @@ class Unit:
         self.slave.instantiate()
 
     def set(self, **values: float) -> None:
-        self.slave.setReal([self.of[n] for n in values], list(values.values()))
+        self.slave.setReal([self.references[n] for n in values], list(values.values()))
 
     def slope(self, **values: float) -> None:
         self.slave.setRealInputDerivatives(
-            [self.of[n] for n in values], [1] * len(values), list(values.values())
+            [self.references[n] for n in values], [1] * len(values), list(values.values())
         )
 
     def get(self, *names: str) -> Array:
-        return np.array(self.slave.getReal([self.of[n] for n in names]))
+        return np.array(self.slave.getReal([self.references[n] for n in names]))
 
     def begin(self, **values: float) -> None:
         self.slave.setupExperiment(startTime=0.0)
@@ -85,7 +85,7 @@ class Unit:
         """Outputs at times t under inputs there, linear between them unless held: (4, N)."""
         outputs = np.empty((4, len(t)))
         outputs[:, 0] = self.get(*OUTPUTS)
-        slopes = {n: np.diff(x) / np.diff(t) for n, x in inputs.items() if n not in self.held}
+        slopes = {n: np.diff(x) / np.diff(t) for n, x in inputs.items() if n not in self.discrete}
         for k, h in enumerate(np.diff(t)):
             self.set(**{n: x[k] for n, x in inputs.items()})
             self.slope(**{n: s[k] for n, s in slopes.items()})
@@ -120,8 +120,8 @@ def difference(computed: Array, expected: Array) -> float:
 
 # The archive.
 
-EVERY = [
-    *((law, None) for law in (*LAWS, *MORE)),
+MODELS = [
+    *((law, None) for law in (*LAWS, *VARIANTS)),
     *(("stribeck", rig) for rig in RIGS),
     ("lugre", "joint"), ("dahl", "presliding"), ("gms", "servo-pendulum"),
     ("stribeck-directional", "emps"), ("coulomb-viscous+temperature", "forced-pendulum"),
@@ -144,7 +144,7 @@ def model_on(law: str, rig: str | None) -> Model:
     return model_with(rig, law, values, (-1.0, 1.0))
 
 
-@pytest.mark.parametrize(("law", "rig"), EVERY)
+@pytest.mark.parametrize(("law", "rig"), MODELS)
 def test_every_law_and_rig_makes_a_valid_unit(law: str, rig: str | None, tmp_path: Path) -> None:
     # Whether it compiles is seen below for each drive, and in test_export_c for each law.
     path = tmp_path / "axis.fmu"
@@ -247,8 +247,8 @@ def inputs_of(model: Model) -> list[str]:
 def moved(unit: Unit, model: Model, segment: Track, **values: float) -> Array:
     """The unit's motion over a prepared track: (4, N)."""
     rows = dict(zip(inputs_of(model), segment.inputs[2:], strict=True))
-    rows |= {"temperature": segment.inputs[1]} if "temperature" in unit.of else {}
-    rows |= {"pressure": segment.inputs[0]} if "pressure" in unit.of else {}
+    rows |= {"temperature": segment.inputs[1]} if "temperature" in unit.references else {}
+    rows |= {"pressure": segment.inputs[0]} if "pressure" in unit.references else {}
     start = {name: x[0] for name, x in rows.items()}
     unit.begin(position_start=segment.x0, velocity_start=segment.v0, **start, **values)
     return unit.walk(segment.t - segment.t[0], rows)
@@ -557,8 +557,8 @@ def test_what_cannot_be_is_an_error_and_no_crash(opened: Callable[[Model], Unit]
     unit.begin()
     refused(unit.set, step=1e-4)  # fixed
     refused(unit.slave.doStep, 0.0, -1e-3)
-    refused(unit.slave.setRealInputDerivatives, [unit.of["M"]], [1], [0.0])
-    refused(unit.slave.setRealInputDerivatives, [unit.of["force"]], [2], [0.0])
+    refused(unit.slave.setRealInputDerivatives, [unit.references["M"]], [1], [0.0])
+    refused(unit.slave.setRealInputDerivatives, [unit.references["force"]], [2], [0.0])
     unit.set(M=float("nan"))
     refused(unit.slave.doStep, 0.0, 1e-3)
 

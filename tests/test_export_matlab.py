@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import DAHLS, MORE, model_of, model_with, rude
+from exported import DAHLS, VARIANTS, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
@@ -73,7 +73,7 @@ def write_law(folder: Path, model: Model, name: str, rows: Array, compensator: C
 @needs_octave
 def test_octave_says_what_every_law_says(tmp_path: Path) -> None:
     cases: dict[str, tuple[Model, Any]] = {}
-    for i, law in enumerate((*LAWS, *MORE, *DAHLS)):
+    for i, law in enumerate((*LAWS, *VARIANTS, *DAHLS)):
         model = model_of(law)
         for compensator, kind in ((BUSY, "busy"), (Compensator(feedback=False), "plain")):
             vectors = check_vectors(model, compensator, 128, seed=i)

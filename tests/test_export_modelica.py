@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pymoca import parser
 
-from exported import DAHLS, MORE, model_of, model_with, rude
+from exported import DAHLS, VARIANTS, model_of, model_with, rude
 from modelica_interpreter import Block, ModelicaError, Package
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
@@ -52,7 +52,7 @@ def agrees(model: Model, computed: list[float], expected: Any, floor: float) -> 
     )
 
 
-@pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
+@pytest.mark.parametrize("name", [*LAWS, *VARIANTS, *DAHLS])
 def test_the_blocks_say_what_the_law_says(name: str) -> None:
     model = model_of(name)
     for seed, compensator in enumerate((BUSY, Compensator(feedback=False))):

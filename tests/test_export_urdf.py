@@ -67,7 +67,7 @@ def test_dynamics_that_are_there_get_other_values() -> None:
 
 
 #: The patched element, and the tags of the joint around it.
-PUT = '<dynamics damping="40" friction="12.5"/>'
+WRITTEN = '<dynamics damping="40" friction="12.5"/>'
 
 
 def around(inside: str, tag: str = '<joint name="x" type="prismatic">') -> str:
@@ -78,14 +78,14 @@ def around(inside: str, tag: str = '<joint name="x" type="prismatic">') -> str:
     ("text", "expected"),
     [
         ("<robot><joint name='x' type='prismatic'/></robot>",
-         around(PUT, "<joint name='x' type='prismatic'>")),
+         around(WRITTEN, "<joint name='x' type='prismatic'>")),
         (around("", "<joint name='x' type='prismatic' >"),
-         around(PUT, "<joint name='x' type='prismatic' >")),
-        (around("<dynamics></dynamics>"), around(PUT.replace("/>", "></dynamics>"))),
+         around(WRITTEN, "<joint name='x' type='prismatic' >")),
+        (around("<dynamics></dynamics>"), around(WRITTEN.replace("/>", "></dynamics>"))),
         (around('<dynamics\n  friction="1"/>'),
          around('<dynamics\n  friction="12.5"\n  damping="40"/>')),
         (around("\r\n\t<!-- <dynamics/> --><axis/>"),
-         around(f"\r\n\t{PUT}\r\n\t<!-- <dynamics/> --><axis/>")),
+         around(f"\r\n\t{WRITTEN}\r\n\t<!-- <dynamics/> --><axis/>")),
     ],
     ids=["closes itself", "empty", "no attributes", "lines", "comment"],
 )  # fmt: skip
@@ -108,7 +108,7 @@ INNER = st.sampled_from(
     ["<!-- <dynamics damping='1'/> -->", '<axis xyz="1 0 0"/>', "\r\n  ", "<mimic joint='y'/>",
      "<safety_controller k_velocity='1'><dynamics damping='5'/></safety_controller>"]
 )  # fmt: skip
-OWN = st.sampled_from(
+DYNAMICS = st.sampled_from(
     ["", "<dynamics/>", "<dynamics damping = '1' />", '<dynamics friction="2"\n></dynamics>',
      "<dynamics  friction='>' damping='0'/>"]
 )  # fmt: skip
@@ -118,7 +118,7 @@ OWN = st.sampled_from(
 @given(
     st.lists(NOISE, max_size=4).map("".join),
     st.lists(INNER, max_size=3).map("".join),
-    OWN,
+    DYNAMICS,
     st.lists(INNER, max_size=3).map("".join),
     st.lists(NOISE, max_size=4).map("".join),
     st.sampled_from(["utf-8", "utf-8-sig", "utf-16"]),
@@ -135,7 +135,7 @@ def test_all_bytes_outside_the_dynamics_stay_whatever_the_file(
         assert file.endswith(after + closes)
     else:  # put in behind the blanks at the joint's beginning, which it repeats
         blank = re.match(r"\s*", before + after + "<").group()  # type: ignore[union-attr]
-        assert file == f"{opens}{blank}{PUT}{before}{after}{closes}"
+        assert file == f"{opens}{blank}{WRITTEN}{before}{after}{closes}"
     assert file.encode(encoding) == urdf(slide(), file.encode(encoding), "x")[0]
 
 

@@ -54,7 +54,7 @@ PROGRESS = re.compile(
 IGNORED = frozenset({"seconds", "software"})
 #: Columns of CSV that are seconds; of Table 4 it is the one beside the published seconds.
 IGNORED_COLUMNS = frozenset({"seconds"})
-BESIDE = "time/s published"
+PUBLISHED_SECONDS = "time/s published"
 #: How rows of CSV begin that are shares of seconds.
 TIMED_ROW = "search time"
 #: The same tables in other forms, which hold seconds, too (they are compared as CSV), and what a
@@ -64,7 +64,7 @@ IGNORED_FILES = re.compile(
 )
 #: The two tables with seconds in what a campaign prints; they are compared as CSV.
 TIMED_TABLES = re.compile(
-    rf"^(?:function +method +{BESIDE}|problem +method .* seconds *$).*?(?:\n\n|\Z)",
+    rf"^(?:function +method +{PUBLISHED_SECONDS}|problem +method .* seconds *$).*?(?:\n\n|\Z)",
     re.MULTILINE | re.DOTALL,
 )
 NUMBER = re.compile(
@@ -226,7 +226,7 @@ def _table(name: str, before: str, after: str) -> Iterator[Difference]:
         yield from text_differences(name, before, after, exact=True)
         return
     for j, head in enumerate(a[0]):
-        if head in IGNORED_COLUMNS or (j and a[0][j - 1] == BESIDE):
+        if head in IGNORED_COLUMNS or (j and a[0][j - 1] == PUBLISHED_SECONDS):
             continue
         rows = [
             (i, x[j], y[j])
@@ -234,7 +234,7 @@ def _table(name: str, before: str, after: str) -> Iterator[Difference]:
             if x[j] != y[j] and not (j and x[0] == y[0] and x[0].startswith(TIMED_ROW))
         ]  # fmt: skip
         if rows:
-            distances = [_apart(x, y) for _, x, y in rows]
+            distances = [_largest_difference(x, y) for _, x, y in rows]
             k = max(
                 range(len(rows)),
                 key=lambda k: math.inf if distances[k] is None else distances[k] or 0,
@@ -294,7 +294,7 @@ def text_differences(
         for k, (x, y) in enumerate(zip_longest(a[i:i_end], b[j:j_end])):
             field = name if len(a) == len(b) == 1 else f"{name}:{i + k + 1}"
             equal_but_for_spaces = x is not None and y is not None and x.split() == y.split()
-            distance = None if x is None or y is None else _apart(x, y)
+            distance = None if x is None or y is None else _largest_difference(x, y)
             yield Difference(
                 field,
                 ABSENT if x is None else x[:SHOWN],
@@ -304,7 +304,7 @@ def text_differences(
             )
 
 
-def _apart(before: str, after: str) -> float | None:
+def _largest_difference(before: str, after: str) -> float | None:
     """The largest relative difference of two lines' numbers, None where more than those differ."""
     a, b = (NUMBER.sub("#", line).split() for line in (before, after))
     if a != b:

@@ -25,7 +25,7 @@ from PIL import Image
 from surface_figures import draw_surfaces, draw_twins
 
 #: Figures that are kept, where it is not all of them.
-KEPT = {"twins": {"ecdf", "success"}, "bbob": {"ecdf", "profile"}}
+FIGURE_NAMES = {"twins": {"ecdf", "success"}, "bbob": {"ecdf", "profile"}}
 #: Libraries on which the numbers depend.
 LIBRARIES = ("stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment")
 
@@ -50,7 +50,7 @@ def main() -> None:
             shutil.copy(file, data)
     shutil.copy(campaign_folder / "tables" / "comparisons.csv", data)
     for file in (campaign_folder / "figures").glob("*.png"):
-        if file.stem in KEPT.get(name, {file.stem}):
+        if file.stem in FIGURE_NAMES.get(name, {file.stem}):
             keep(file, figures)
     document = {
         "command": " ".join(command),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: Low is dark; marks in MODEL's colour stand out on all of it.
 _DEPTH = LinearSegmentedColormap.from_list("depth", ["#0b1f4b", ACCENT, "#8fb4f0", "#f3f6fa"])
 _PALE = LinearSegmentedColormap.from_list("pale", ["#6f7fa6", "#86a5ee", "#c3d6f7", "#f8fafc"])
-_BEYOND = "#e6ddd1"  # above all values that the surface itself has
+_ABOVE_RANGE = "#e6ddd1"  # above all values that the surface itself has
 _POINTS = 161  # along an edge: eight a wave of Shubert's fastest
 _LIGHT = LightSource(azdeg=315, altdeg=50)
 
@@ -90,7 +90,7 @@ def twins(seed: int) -> Figure:
         bar = figure.colorbar(
             filled, ax=[above, below], location="bottom", aspect=28, shrink=0.85, pad=0.03
         )
-        bar.set_ticks(_few(original))
+        bar.set_ticks(_ticks(original))
         bar.set_label("Cost")
     figure.text(
         0.992, 0.985, "orange: where it is least   ·   dashed: wall of the surface's own box"
@@ -115,7 +115,7 @@ def _relief(s: Surface, axes: Any, ticks: int = 5) -> None:
     axes.set(xlabel="$x_1$", ylabel="$x_2$", zlim=(floor, high))
     axes.set_xticks(np.linspace(-s.half, s.half, ticks))
     axes.set_yticks(np.linspace(-s.half, s.half, ticks))
-    axes.set_zticks([t for t in _few(s) if t <= high])
+    axes.set_zticks([t for t in _ticks(s) if t <= high])
     axes.view_init(elev=24, azim=-58)
     axes.set_box_aspect((1, 1, 0.85), zoom=1.02)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
@@ -131,7 +131,7 @@ def _map(s: Surface, original: Surface, axes: Axes) -> Any:
     levels = np.linspace(original.minimum, original.ceiling, 15)
     levels[0] -= 1e-9 * original.ceiling  # rounding must not leave a hole where it is least
     filled = axes.contourf(
-        x, y, cost, levels, cmap=_DEPTH.with_extremes(over=_BEYOND), norm=shades, extend="max"
+        x, y, cost, levels, cmap=_DEPTH.with_extremes(over=_ABOVE_RANGE), norm=shades, extend="max"
     )
     filled.set(rasterized=True)
     if isinstance(s.function, Moved):
@@ -186,7 +186,7 @@ def _small(value: float) -> str:
     return f"${raised}$" if front == "1" else f"${front} \\times {raised}$"
 
 
-def _few(s: Surface) -> list[float]:
+def _ticks(s: Surface) -> list[float]:
     """Round numbers on the way from the least to the greatest value."""
     ticks = MaxNLocator(4).tick_values(s.minimum, s.ceiling)
     return [float(t) for t in ticks if s.minimum - 0.02 * s.ceiling <= t <= s.ceiling]
