@@ -34,7 +34,7 @@ def test_a_loop_of_coulomb_bristles_is_a_parallelogram() -> None:
     assert (x.min(), x.max()) == (-amplitude, amplitude)
     assert pytest.approx(level) == F.max()
     assert pytest.approx(-level) == F.min()
-    # A closed loop loses what it encloses: 4 W (way - d), from the first turn to the last.
+    # A closed loop dissipates its area: 4 W (amplitude - d), from the first turn to the last.
     lap = slice(np.argmax(x), None)
     dissipated = np.trapezoid(F[lap], x[lap])
     assert dissipated == pytest.approx(4 * level * (amplitude - level / stiff), rel=0.02)
@@ -86,7 +86,7 @@ def test_presliding_is_drawn_as_loops_of_torque_and_angle(presliding_fit: Fit) -
     np.testing.assert_array_equal(measured.get_ydata(), log.force)
     np.testing.assert_array_equal(model.get_ydata(), log.force)
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Angle / mrad", "Applied torque / N m")
-    # The model is drawn where the residual says: positions are known up to a constant.
+    # The model is drawn at measured less residual: positions are known up to a constant.
     residuals = (np.asarray(measured.get_xdata()) - np.asarray(model.get_xdata()))[
         presliding_fit.train[0].track.score > 0
     ]

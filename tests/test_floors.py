@@ -126,7 +126,7 @@ def test_no_two_classes_of_one_name() -> None:
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
-#: Modules that have the name of their room: what the whole room is about.
+#: Modules with the name of their package: its main module.
 NAMESAKES = {"rig.rig": "the protocol of all rigs", "identify.balance.balance": "the solution"}
 
 

@@ -357,7 +357,7 @@ def test_loads_that_a_law_reads_are_among_the_loads_there_are(law: Law) -> None:
 
 @every_law
 def test_a_kernel_that_is_given_an_address_calls_the_law_behind_it(law: Law) -> None:
-    """The same bits as the law itself, and one address however often it is asked for."""
+    """The same bits as the law itself, and one address at every call."""
     assert addressed(law.slip) is addressed(law.slip)
     p = np.array([q.lower + 0.3 * (q.upper - q.lower) for q in law.params])
     v = np.array([-1e-2, -1e-300, 1e-300, 3e-4, 2e-2])

@@ -15,7 +15,7 @@ from stribeck.space import Array
 KP, KD, GAIN, LIMIT = 40.0, 2.5, 0.5, 4.0
 F_C, F_V, J, G_SIN, G_COS, G_0 = 0.4, 0.3, 0.25, 1.5, -0.5, 0.2
 RNG = np.random.default_rng(3)
-#: Samples as uneven as those of a serial link, and a command with a step that asks for too much.
+#: Sample times as uneven as those of a serial link; a command with a step beyond the torque limit.
 T = np.cumsum(np.r_[0.0, RNG.uniform(0.02, 0.09, 120)])
 COMMAND = 0.3 * np.sin(1.3 * T) + 0.8 * (T > 4.0)
 RATE = 0.39 * np.cos(1.3 * T)

@@ -25,10 +25,10 @@ from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.space import Array
 
-#: Search ranges are the truth times these: it is nowhere near the middle.
+#: Search ranges are the truth times these: the truth is far from their middle.
 LOW, HIGH = 0.6, 2.0
-#: Laws of each kind that are searched for in all of these ranges, and those whose misfit has other
-#: minima close by; the others descend from a tenth beside the truth, which takes a fraction.
+#: Laws of each kind that are searched for in the whole ranges, and laws whose misfit has further
+#: minima close by; the others start a tenth beside the truth, which takes a fraction of the time.
 SEARCHED = (
     "stribeck", "stribeck-smooth", "karnopp", "dahl", "lugre", "gms", "bam-m4",
     "stribeck+temperature",

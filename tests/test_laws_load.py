@@ -143,7 +143,7 @@ def test_m4_by_hand() -> None:
     assert math.isclose(rub(LAWS["bam-m4"], 3.24, load, p), expected, rel_tol=1e-12)
 
 
-#: What of the greater law has to be zero, or equal to what of the smaller one, for it to be that.
+#: Values of the greater law, numbers or parameters of the smaller, at which both are equal.
 NESTED = [
     ("bam-m6", "bam-m5", {"K_mq": 0.0, "K_eq": 0.0}),
     ("bam-m5", "bam-m4", {"K_m": "K_l", "K_e": "K_l", "K_ms": "K_ls", "K_es": "K_ls"}),

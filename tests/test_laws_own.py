@@ -19,7 +19,7 @@ from stribeck import cli
 from stribeck.friction import slip_law
 
 PAGE = Path(__file__).parent.parent / "docs" / "laws.md"
-#: What the twin's slide rubs leftward: the published set, SI.
+#: Friction of the twin's slide leftward: the published set, SI.
 F_S, F_C = 152.28, 40.42
 
 _REPORT = """
@@ -84,7 +84,7 @@ def test_the_law_of_the_page_is_the_function_it_shows(findings: dict[str, Any]) 
 
 def test_it_finds_the_friction_of_the_twin(findings: dict[str, Any]) -> None:
     # Sensor noise is 0.3 mm: a law that differs from the twin's by the shape of its drop comes
-    # down to the noise, on what it saw and on what it did not.
+    # down to the noise, both in training and held out.
     assert 0.28 < findings["J"] < 0.35
     assert 0.28 < findings["held"] < 0.40
     assert abs(findings["values"]["F_S"] / F_S - 1) < 0.1

@@ -227,7 +227,7 @@ def test_a_step_without_alpha_does_not_depend_on_the_unit_of_cost() -> None:
 
 
 def test_the_healthier_half_splits_in_place() -> None:
-    # Steps too short to see: cells stay put, so the second lifetime shows who lives.
+    # Steps of negligible length: cells keep their places; the second lifetime shows the survivors.
     result = run("bfo", budget=10**4, S=6, N_c=3, N_s=0, C=1e-12, N_re=2, N_ed=1, P_ed=0.0)
     assert result.trace.ends == [6 * k for k in range(1, 8)]
     first, second = result.trace.u[:6], result.trace.u[24:30]

@@ -58,7 +58,7 @@ def run(problem: Any, method: str, *, budget: int, seed: int = 5, **settings: An
     return lockstep(problem, [search])[0]
 
 
-#: All but the baseline, which does not look at the cost.
+#: All but the baseline, random search, which ignores the cost.
 GUIDED = [name for name in METHODS if name != "random"]
 
 
@@ -237,7 +237,7 @@ SIGNALS = {"d_attract": 1.0, "w_attract": 0.5, "h_repellant": 1.0, "w_repellant"
 SWARM = SIGNALS | {"S": 8, "N_c": 2, "N_s": 1, "improve": "<=", "swim": "always"} | CUBE
 STEP = {"alpha": 3.0, "J_target": 5.0, "step": 0.3}
 LIFE = {"N_re": 2, "N_ed": 1, "P_ed": 0.9}
-#: For every setting of every method a value beside its default that must change a run.
+#: For every setting of every method a value other than its default, which must change a run.
 ALTERNATIVES: dict[str, dict[str, Any]] = {
     "random": {"batch": 7},
     "ts": {"N": 9, "R": 0.2, "tenure": 3, "r_tabu": 0.1, "count_max": 7} | CUBE,
@@ -267,7 +267,8 @@ ALTERNATIVES: dict[str, dict[str, Any]] = {
     },
 }
 STRONG = {"d_attract": 3.0, "w_attract": 4.0, "h_repellant": 3.0, "w_repellant": 20.0}
-#: Where a setting matters: a short life, and steps and signals of the size of the surface.
+#: Settings under which each setting matters: a short life, steps and signals of the size of the
+#: surface.
 BASE: dict[str, dict[str, Any]] = {
     "ats": {"R": 0.1, "AR": ((3.0, 0.03), (1.0, 0.01))},
     "bfo": {"S": 10, "N_c": 4} | STRONG,

@@ -101,7 +101,7 @@ def test_a_correlated_partner_shrinks_with_the_one_that_is_measured() -> None:
 
 
 def test_a_range_of_decades_counts_by_its_logarithm() -> None:
-    # y = p: relative error noise / p, whatever p is
+    # y = p: relative error noise / p
     decades = PriorBox(np.array([1e-4]), np.array([1.0]), np.array([5.0]), box(1).physical)
     error = errors(information(line(np.ones((1, 1)), 1e-3), np.array([0.02]), decades))
     assert error[0] == pytest.approx(1e-3 / 0.02, rel=1e-6)

@@ -20,7 +20,7 @@ from stribeck.space import Array
 ROOT = Path(__file__).parents[1]
 DATA = ROOT.parent / "shared" / "data" / "direct_drive"
 RIG = str(ROOT / "benchmarks" / "direct_drive.toml")
-#: From where on a loop has settled, and the inertia that the authors give.
+#: The range in which a loop has settled, and the inertia as published.
 SETTLED, FIXED = "2s:11s", {"J": 2.519}
 real = pytest.mark.recordings("direct_drive")
 

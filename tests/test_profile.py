@@ -247,7 +247,7 @@ def test_a_budget_is_kept_and_told() -> None:
     assert {"budget"} <= {s.ended for p in profiled.profiles for s in (p.low, p.high)}
     full = profiles(model, np.array([7.0, 0.3]))
     assert full.complete
-    # what is extrapolated from the slopes is near what the walks find: the basin is round
+    # ends extrapolated from the slopes are near those of the walks: the basin is round
     np.testing.assert_allclose(ends(profiled), ends(full), rtol=0.02)
     with pytest.raises(InputError, match="budget of 2 rows"):
         profiles(model, np.array([7.0, 0.3]), budget=2)

@@ -155,7 +155,7 @@ def test_a_start_at_the_least_corner_ends_by_its_slopes() -> None:
     assert [len(points) for points in batches] == [4]
 
 
-# --- what cannot run, what has no slope
+# --- costs of nan, costs without slope
 
 
 @pytest.mark.parametrize("level", [0.0, 1.0, -1e300])

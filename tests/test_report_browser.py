@@ -20,7 +20,7 @@ from stribeck.report.page.html_page import write_report
 from stribeck.rig.twin import TestBed
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to look with")
-#: What a log may be called, and Plotly could take for a link or a page for a tag.
+#: A name of a log that Plotly could take for a link, or a page for a tag.
 NASTY = "<b onclick=alert(1)>a</b><a href='https://example.org'>log</a>.csv"
 
 
@@ -108,7 +108,7 @@ def test_the_page_starts_in_the_theme_of_the_system(window: Browser, page: Path)
 
 
 DARK = [{"name": "prefers-color-scheme", "value": "dark"}]
-#: What a plot is drawn on.
+#: The background of a plot.
 PAPER = "getComputedStyle(document.querySelector('#fit-0 .main-svg')).backgroundColor"
 
 

@@ -169,7 +169,7 @@ def test_folds_never_share_samples(rig: str, n: int, logs: int, folds: int, kind
         assert not (train & out).any()
         assert out.sum() > 0
     np.testing.assert_array_equal(sum(out for _, out in round_masks), 1)  # each is held out once
-    # What is neither is the reach of the filters beside what is held out: 49 ms at 100 Hz, ten
+    # The rest is the reach of the filters beside the held-out samples: 49 ms at 100 Hz, ten
     # times longer at a cut-off of a fifth.
     unused = sum(int((1 - train - out).sum()) for train, out in round_masks)
     if kind == "logs" or rig == "presliding":

@@ -70,7 +70,7 @@ def test_the_true_law_is_recommended(truth: str) -> None:
 
 
 def test_what_learnt_the_noise_is_said_so() -> None:
-    # A second of a noisy log to train on: nine parameters take what they can get.
+    # One second of a noisy log to train on: nine parameters overfit it.
     recording = log("coulomb-viscous", 4, noise=20.0)
     selection = select(
         recording, rig="forced", laws=["coulomb-viscous", "stribeck-directional"], fixed={},
@@ -128,7 +128,7 @@ def test_a_richer_law_never_trains_worse_than_one_it_contains(servo_selection: o
     assert [c.name for c in chain] == ["coulomb-viscous", "bam-m3", "bam-m4", "bam-m5", "bam-m6"]
     for simple, rich in pairwise(chain):
         assert rich.error <= simple.error * (1 + 1e-9)
-    # It is the start that does it: the simpler answer costs in the richer law what it cost.
+    # The start ensures it: the simpler law's answer has the same cost in the richer law.
     simpler, richer = chain[1].fit, chain[2].fit
     x = embedded(simpler.parameters, simpler.p, richer.parameters)
     from stribeck.identify.problem import MotionProblem  # noqa: PLC0415
@@ -145,7 +145,7 @@ def test_a_share_of_the_load_is_warranted_where_the_axis_has_one() -> None:
     assert load_.ingredient == "load"
     assert load_.warranted
     assert selection["bam-m3"].error == pytest.approx(1.0, rel=0.1)  # mrad of noise
-    # A speed at the start that is off by the noise is in what was held out.
+    # The held-out error includes the noise of the measured speed at the start.
     assert selection["bam-m3"].held < 0.2 * selection["coulomb-viscous"].held
 
 

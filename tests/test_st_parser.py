@@ -124,7 +124,7 @@ def name_of(item: Any) -> str:
     return str(item).lower()
 
 
-#: What laws do not say, or seldom: how tight operators bind, and where words may stand.
+#: Texts rare in laws: precedence of operators, and positions of keywords.
 GRAMMAR = """
 (* a comment (with brackets) *)
 FUNCTION Deep : LREAL

@@ -85,7 +85,7 @@ def miss(cost: float, repeat: int, **options: Any) -> Record:
     return run([(1, cost)], repeat, **options)
 
 
-#: Where a run met its target, or the cost it was left with.
+#: The evaluation at which a run met its target, or its final cost.
 ends = st.one_of(st.integers(2, 100), st.floats(1.5, 9.0))
 some_runs = st.lists(ends, min_size=1, max_size=12).map(
     lambda last_steps: [

@@ -326,7 +326,7 @@ def test_a_twin_is_its_surface_moved_rigidly(name: str, dim: int, twin: int) -> 
     x = map_.images(y)
     a, b = np.linalg.norm(np.diff(y, axis=0), axis=1), np.linalg.norm(np.diff(x, axis=0), axis=1)
     np.testing.assert_allclose(a, b, rtol=1e-12)
-    # The same values, to what the slope makes of rounding in x.
+    # The same values up to slope times the rounding of x.
     np.testing.assert_allclose(twin_surface(x), original(y), rtol=0, atol=1e-10 * original.ceiling)
 
 
@@ -373,7 +373,7 @@ def test_beyond_the_wall_a_twin_costs_the_wall_and_the_distance(
 
 @pytest.mark.parametrize(("name", "dim", "twin"), TWINS)
 def test_a_twin_is_continuous_across_the_wall(name: str, dim: int, twin: int) -> None:
-    # Points on the wall, and steps out of it and into it: what changes shrinks with the step.
+    # Points on the wall, and steps out of it and into it: changes shrink with the step.
     original, twin_surface = surface(name, dim), surface(name, dim, twin)
     rng = np.random.default_rng(10)
     y = original.space.decode(rng.random((2000, dim)))

@@ -2,9 +2,9 @@
 
 The equations are those of the paper (doi 10.1155/2012/238563), section 2: J_cc (2.1), the step
 C = |J|/(|J| + alpha) (2.2), the tumble theta + C Delta/|Delta| (2.3), Algorithm 1 (BT) and
-Algorithm 2 (AR). Every cost is J = x^2 + 2 y^2 of the point asked. Lengths are "raw", and what
-a generator would draw is written down: directions are 3-4-5 triangles, so that Delta/|Delta| is
-(0.6, 0.8) and the like. A line of arithmetic needs a pocket calculator and nothing else.
+Algorithm 2 (AR). Every cost is J = x^2 + 2 y^2 of the point. Lengths are "raw", and the
+numbers of the random generator are written down: directions are 3-4-5 triangles, so that
+Delta/|Delta| is (0.6, 0.8) and the like, and each line needs a pocket calculator at most.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def unit_draws(directions: Points) -> list[list[float]]:
 
 def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
     # Cells a and b, C = 0.5, N_s = 3, no signals (J_cc = 0), x in [-2, 2] and y in [-1, 1].
-    # "J" says what the place asked costs; the swim test is Step 5's J(i, j+1) < J_last.
+    # "J" is the cost of the point evaluated; the swim test is Step 5's J(i, j+1) < J_last.
     swarm = BacterialForaging(
         S=2, N_c=3, N_s=3, C=0.5, d_attract=0.0, h_repellant=0.0, N_re=1, N_ed=2, P_ed=0.25,
         coordinates="raw",
@@ -149,7 +149,7 @@ def test_bfo_three_chemotactic_steps_reproduction_and_dispersal() -> None:
     check(batches, expected)
     costs = [2.28, 4.52, 0.81, 4.5, 0.16, 4.08, 0.33, 4.02, 4.32, 1.23, 2.57, 1.32, 0.57, 0.32]
     costs += [2.64, 1.37, 0.5, 0.97, 0.75, 0.12, 0.09]
-    # The costs said above.
+    # The costs above.
     assert np.allclose(search.trace.f, costs, rtol=0, atol=1e-11)
 
 
@@ -280,7 +280,7 @@ def test_the_step_is_of_the_cost_and_not_of_the_signals() -> None:
 def test_the_swarm_of_2_1_has_the_cell_itself() -> None:
     # d = 0.3, h = 0.1. Two cells 2 apart, D = 4; the tumble of 0.5 takes a to D = 6.25 from
     # where b was, and b to D = 2.25 from where a was; each has -0.3 + 0.1 for itself. A
-    # constant for all cells moves no comparison: it shows in what the step returns, the health.
+    # constant for all cells changes no comparison: it shows in the result of the step, the health.
     swarm = AdaptiveForaging(**BF | {"d_attract": 0.3}, N_s=0)
     moves = swarm.chemotaxis(
         np.array([[0.25, 0.5], [0.75, 0.5]]),  # x = -1 and 1 of [-2, 2]
