@@ -44,7 +44,7 @@ def jobs(problems: list[str], methods: list[str], repeats: int) -> list[Job]:
 
 def test_nothing_is_foretold_before_the_first_run() -> None:
     tally = Tally(jobs(["A"], ["x"], 4), clock=Clock())
-    assert tally.left() is None
+    assert tally.seconds_left() is None
     assert tally.line() == "0/4 runs"
 
 
@@ -53,10 +53,10 @@ def test_time_left_is_that_of_each_cells_own_runs_over_the_workers() -> None:
     campaign_jobs = jobs(["A"], ["quick", "slow"], 10)
     tally = Tally(campaign_jobs, workers=2, clock=clock)
     for repeat in range(4):  # 0.1 s and 100 s: both workers are always busy
-        tally.done(record(job("A", "quick", repeat), 0.1))
-        tally.done(record(job("A", "slow", repeat), 100.0))
+        tally.finished(record(job("A", "quick", repeat), 0.1))
+        tally.finished(record(job("A", "slow", repeat), 100.0))
     clock.now += 4 * 100.1 / 2
-    assert tally.left() == pytest.approx(6 * 100.1 / 2)
+    assert tally.seconds_left() == pytest.approx(6 * 100.1 / 2)
     assert tally.share() == pytest.approx(0.4)
     assert tally.line() == "8/20 runs, 40 % of the work, 5 min left"
 
@@ -64,8 +64,8 @@ def test_time_left_is_that_of_each_cells_own_runs_over_the_workers() -> None:
 def test_work_counts_by_seconds_and_not_by_runs() -> None:
     tally = Tally(jobs(["A"], ["quick", "slow"], 10), clock=Clock())
     for repeat in range(10):
-        tally.done(record(job("A", "quick", repeat), 0.01))
-    tally.done(record(job("A", "slow"), 10.0))
+        tally.finished(record(job("A", "quick", repeat), 0.01))
+    tally.finished(record(job("A", "slow"), 10.0))
     share = tally.share()
     assert share is not None
     assert share == pytest.approx((0.1 + 10.0) / (0.1 + 100.0))
@@ -75,7 +75,7 @@ def test_work_counts_by_seconds_and_not_by_runs() -> None:
 def test_a_cell_not_yet_seen_is_foretold_by_its_problem_and_its_method() -> None:
     tally = Tally(jobs(["easy", "hard"], ["quick", "slow"], 2), clock=Clock())
     for p, m, seconds in (("easy", "quick", 1.0), ("easy", "slow", 4.0), ("hard", "quick", 9.0)):
-        tally.done(record(job(p, m), seconds))
+        tally.finished(record(job(p, m), seconds))
     expected = tally.seconds()
     assert expected is not None
     overall = 36.0 ** (1 / 3)
@@ -87,13 +87,13 @@ def test_a_cell_not_yet_seen_is_foretold_by_its_problem_and_its_method() -> None
 def test_time_left_falls_while_a_run_is_in_progress_and_never_below_nothing() -> None:
     clock = Clock()
     tally = Tally(jobs(["A"], ["x"], 3), clock=clock)
-    tally.done(record(job("A", "x"), 60.0))
+    tally.finished(record(job("A", "x"), 60.0))
     clock.now += 60.0
-    assert tally.left() == pytest.approx(120.0)
+    assert tally.seconds_left() == pytest.approx(120.0)
     clock.now += 30.0
-    assert tally.left() == pytest.approx(90.0)
+    assert tally.seconds_left() == pytest.approx(90.0)
     clock.now += 500.0
-    remaining = tally.left()
+    remaining = tally.seconds_left()
     assert remaining is not None
     assert remaining >= 0.0
 
@@ -102,32 +102,32 @@ def test_the_cost_of_handing_out_many_short_runs_is_foretold_too() -> None:
     clock = Clock()
     tally = Tally(jobs(["A"], ["x"], 2000), clock=clock)
     for repeat in range(1000):
-        tally.done(record(job("A", "x", repeat), 0.001))
+        tally.finished(record(job("A", "x", repeat), 0.001))
         clock.now += 0.01
-    assert tally.left() == pytest.approx(10.0, rel=0.01)
+    assert tally.seconds_left() == pytest.approx(10.0, rel=0.01)
 
 
 def test_records_from_before_are_counted_but_took_none_of_this_time() -> None:
     clock = Clock()
     campaign_jobs = jobs(["A"], ["x"], 10)
     tally = Tally(campaign_jobs, [record(j, 5.0) for j in campaign_jobs[:8]], clock=clock)
-    assert tally.left() == pytest.approx(10.0)
+    assert tally.seconds_left() == pytest.approx(10.0)
     clock.now += 2.0
-    assert tally.left() == pytest.approx(8.0)
+    assert tally.seconds_left() == pytest.approx(8.0)
 
 
 def test_a_failure_is_not_left_to_do() -> None:
     tally = Tally(jobs(["A"], ["x"], 2), clock=Clock())
-    tally.done(record(job("A", "x", 0), 1.0))
+    tally.finished(record(job("A", "x", 0), 1.0))
     tally.failed(Failure(job("A", "x", 1), "no"))
-    assert tally.left() == 0.0
+    assert tally.seconds_left() == 0.0
     assert tally.last_line() == "1/2 runs, 1 met their target, 1 failed in 0.0 s"
 
 
 def test_success_counts_only_runs_with_a_target() -> None:
     tally = Tally([job("A", "x", 0), job("A", "x", 1, target=None)], clock=Clock())
-    tally.done(record(job("A", "x", 0), 1.0, cost=1.0))
-    tally.done(record(job("A", "x", 1, target=None), 1.0, cost=0.0))
+    tally.finished(record(job("A", "x", 0), 1.0, cost=1.0))
+    tally.finished(record(job("A", "x", 1, target=None), 1.0, cost=0.0))
     assert (tally.total.aimed, tally.total.met) == (1, 0)
 
 
@@ -137,7 +137,7 @@ def test_without_a_terminal_there_is_a_line_every_few_seconds_and_one_at_the_end
     with Live("paper", campaign_jobs, workers=1, file=out, clock=clock) as live:
         for k in campaign_jobs:
             clock.now += 0.5
-            live.done(record(k, 0.5))
+            live.finished(record(k, 0.5))
     lines = out.getvalue().splitlines()
     assert lines[0] == "10/100 runs, 10 % of the work, 45 s left"
     assert len(lines) == 50 / PACE + 1
@@ -177,7 +177,7 @@ def test_a_picture_never_overflows_the_terminal(
     campaign_jobs = jobs(PROBLEMS, METHODS, 2)
     live = Live("the campaign", campaign_jobs, workers=2, file=Terminal(), clock=Clock())
     for k in campaign_jobs[:400]:
-        live.tally.done(record(k, 1.0))
+        live.tally.finished(record(k, 1.0))
     live.failed(Failure(campaign_jobs[400], "a long reason " * 20))
     live.waiting(3)
     out = Console(file=io.StringIO(), width=columns, height=lines)

@@ -69,7 +69,7 @@ class Count:
         self.seconds += record.seconds
 
     @classmethod
-    def of(cls, counts: Iterable[Count]) -> Self:
+    def together(cls, counts: Iterable[Count]) -> Self:
         """Several together."""
         total = cls()
         for count in counts:
@@ -102,10 +102,10 @@ class Tally:
             self.cells.setdefault(job.cell, Count()).runs += 1
         for record in done:
             self._cell(record.job).add(record)
-        self._before = Count.of(self.cells.values())
+        self._before = Count.together(self.cells.values())
         self._began = clock()
 
-    def done(self, record: Record) -> None:
+    def finished(self, record: Record) -> None:
         """Count a record."""
         self._cell(record.job).add(record)
 
@@ -116,7 +116,7 @@ class Tally:
     @property
     def total(self) -> Count:
         """All cells together."""
-        return Count.of(list(self.cells.values()))
+        return Count.together(list(self.cells.values()))
 
     @property
     def elapsed(self) -> float:
@@ -125,7 +125,9 @@ class Tally:
 
     def along(self, axis: int) -> dict[str, Count]:
         """The cells of each problem (axis 0) or each method (axis 1) together, in order."""
-        return {label: Count.of(counts) for label, counts in _grouped(self.cells, axis).items()}
+        return {
+            label: Count.together(counts) for label, counts in _grouped(self.cells, axis).items()
+        }
 
     def seconds(self) -> dict[Cell, float] | None:
         """Seconds that a run of each cell takes; None before any is done.
@@ -160,7 +162,7 @@ class Tally:
         whole = sum(seconds[c] * max(n.runs, n.done + n.failed) for c, n in self.cells.items())
         return done / whole
 
-    def left(self) -> float | None:
+    def seconds_left(self) -> float | None:
         """Seconds until the last run ends; None before the first has.
 
         The seconds of the runs to come, over the workers. Of the workers' time that no done run
@@ -184,12 +186,12 @@ class Tally:
 
     def line(self) -> str:
         """All of it in a line."""
-        total, share, left = self.total, self.share(), self.left()
+        total, share, remaining = self.total, self.share(), self.seconds_left()
         phrases = [f"{total.done:,}/{total.runs:,} runs"]
         if share is not None and total.open:
             phrases.append(f"{min(99, int(100 * share))} % of the work")
-        if left is not None and total.open:
-            phrases.append(f"{duration(left)} left" if left >= 1 else "nearly done")
+        if remaining is not None and total.open:
+            phrases.append(f"{duration(remaining)} left" if remaining >= 1 else "nearly done")
         if total.failed:
             phrases.append(f"{total.failed:,} failed")
         return ", ".join(phrases)
@@ -269,9 +271,9 @@ class Live:
             self._live.stop()
         self._say(f"{self._title}: {self.tally.last_line()}")
 
-    def done(self, record: Record) -> None:
+    def finished(self, record: Record) -> None:
         """A run is done."""
-        self.tally.done(record)
+        self.tally.finished(record)
         self._busy_elsewhere = 0
         self._step()
 

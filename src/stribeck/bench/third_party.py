@@ -61,7 +61,7 @@ class _Counter:
         self._note: dict[str, Any] = {}
 
     @property
-    def left(self) -> int:
+    def budget_left(self) -> int:
         """Rows that may still be evaluated."""
         return self.budget - len(self.trace)
 
@@ -91,7 +91,7 @@ class _Counter:
         """
         if self.ended or self.failure:
             raise _Over
-        u = np.asarray(u, dtype=float).reshape(-1, self.dim)[: self.left]
+        u = np.asarray(u, dtype=float).reshape(-1, self.dim)[: self.budget_left]
         u = np.fmin(np.fmax(u, 0.0), 1.0)
         try:
             costs = checked(self.problem(self.space.decode(u)), len(u)).copy()
@@ -103,7 +103,7 @@ class _Counter:
         self._note.clear()
         if self.target and (word := self.target(self.trace)):
             self.ended = word
-        elif not self.left:
+        elif not self.budget_left:
             self.ended = "budget"
         if self.ended:
             raise _Over
@@ -143,7 +143,7 @@ def _scipy_de(
         recombination=recombination,
         polish=polish,
         init=init,
-        maxiter=count.left,
+        maxiter=count.budget_left,
         callback=lambda *_, **__: count.round(),
         rng=rng,
     )
@@ -169,8 +169,8 @@ def _dual_annealing(
         optimize.dual_annealing(
             count.one,
             [(0.0, 1.0)] * count.dim,
-            maxiter=count.left,
-            maxfun=count.left + 1,
+            maxiter=count.budget_left,
+            maxfun=count.budget_left + 1,
             initial_temp=initial_temp,
             restart_temp_ratio=restart_temp_ratio,
             visit=visit,
@@ -200,7 +200,7 @@ def _shgo(count: _Counter, rng: Rng, *, sampling_method: str = "simplicial", n: 
         [(0.0, 1.0)] * count.dim,
         n=n,
         sampling_method=sampling_method,
-        options={"maxfev": count.left + 1},
+        options={"maxfev": count.budget_left + 1},
     )
 
 
@@ -213,8 +213,8 @@ def _direct(count: _Counter, rng: Rng, *, eps: float = 1e-4, locally_biased: boo
         [(0.0, 1.0)] * count.dim,
         eps=eps,
         locally_biased=locally_biased,
-        maxfun=count.left + 1,
-        maxiter=count.left + 1,
+        maxfun=count.budget_left + 1,
+        maxiter=count.budget_left + 1,
         vol_tol=0.0,
         len_tol=0.0,
     )

@@ -66,7 +66,7 @@ def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
             with Live(plan.name, jobs, store.records(), workers=at.workers) as live:
                 for outcome in conduct(store, at):
                     if isinstance(outcome, Record):
-                        live.done(outcome)
+                        live.finished(outcome)
                     elif isinstance(outcome, Failure):
                         live.failed(outcome)
                     else:
