@@ -118,7 +118,7 @@ class Space:
             ratio = self.upper[self._log] / self.lower[self._log]
             x[:, self._log] = self.lower[self._log] * ratio ** u[:, self._log]
         if not (self._exact and (inside or in_cube(u))):
-            np.clip(x, self.lower, self.upper, out=x)
+            np.minimum(np.maximum(x, self.lower, out=x), self.upper, out=x)
         return x
 
     def encode(self, x: Array) -> Array:
@@ -128,7 +128,7 @@ class Space:
             lower, upper = self.lower[self._log], self.upper[self._log]
             inside = np.clip(x[:, self._log], lower, upper)
             u[:, self._log] = np.log(inside / lower) / np.log(upper / lower)
-        return np.clip(u, 0.0, 1.0)
+        return np.minimum(np.maximum(u, 0.0), 1.0)
 
 
 def in_cube(u: Array) -> bool:

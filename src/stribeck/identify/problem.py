@@ -83,11 +83,12 @@ class MotionProblem:
     def segment_residuals(self, x: Array, segment: Segment) -> Array:
         """The residuals of one segment, (n, its samples that count); nan where not physical."""
         p, physical = self._physical(x)
-        counts = segment.track.score > 0
-        residuals = np.full((len(p), int(counts.sum())), np.nan)
+        track = segment.track
+        counts = np.flatnonzero(track.score)
+        residuals = np.full((len(p), len(counts)), np.nan)
         if physical.any():
-            motion = self._rig.move(self.parameters.law, p[physical], segment.track)
-            residuals[physical] = (segment.track.measured - motion.position)[:, counts] / self.scale
+            positions = self._rig.positions(self.parameters.law, p[physical], track)
+            residuals[physical] = (track.measured - positions).take(counts, axis=1) / self.scale
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
         return pseudo_huber(residuals, self._knee) if np.isfinite(self._knee) else residuals

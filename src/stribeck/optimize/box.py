@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -124,11 +125,14 @@ class Box:
         rows, s = list(free), np.zeros(self.dim)
         if not rows:
             return s, 0.0
-        lower, upper = np.maximum(-u[rows], -radius), np.minimum(1.0 - u[rows], radius)
-        width = self.scale(u) if self.orders else np.ones(self.dim)
-        x = self.x(u) if self.orders else u
+        start = u[rows] if len(rows) < self.dim else u
+        lower, upper = np.maximum(-start, -radius), np.minimum(1.0 - start, radius)
+        if not self.orders:
+            s[rows], promise = box_minimum(A, g, lower, upper)
+            return s, promise
+        x, width = self.x(u), self.scale(u)
         pairs = []
-        for i, j in self.orders or ():
+        for i, j in self.orders:
             slack = max(float(x[i] - x[j]), 0.0)
             if i in rows and j in rows:
                 pairs.append((rows.index(i), rows.index(j), slack))
@@ -189,37 +193,51 @@ def box_minimum(A: Array, g: Array, lower: Array, upper: Array) -> tuple[Array, 
     Returns:
         s, and by how much the quadratic falls from 0 to there.
     """
-    s, slope, total = np.zeros(len(g)), g, float(A.trace())
-    if not 0.0 < total < np.inf:
-        return s, 0.0
+    dim, total = len(g), float(A.trace())
+    if not 0.0 < total < inf:
+        return np.zeros(dim), 0.0
     A = A.copy()
-    A.flat[:: len(g) + 1] += RIDGE * total
-    free = np.where(slope > 0, lower < 0, upper > 0)
-    for _ in range(10 * len(g)):
-        if all_free := bool(free.all()):
-            move = -np.linalg.solve(A, slope)
-        else:
-            move = np.zeros(len(g))
-            if free.any():
-                move[free] = -np.linalg.solve(A[free][:, free], slope[free])
-        down, up = lower - s, upper - s
-        if not ((down <= move) & (move <= up)).all():
-            room = np.where(move > 0, up, down)
-            share = np.divide(room, move, out=np.full(len(g), np.inf), where=move != 0)
-            k = int(share.argmin())
-            if share[k] < 1:
-                s, free[k] = s + share[k] * move, False
-                s[k] = upper[k] if move[k] > 0 else lower[k]
-                slope = g + A @ s
-                continue
-        s = s + move
-        if all_free:
+    A.flat[:: dim + 1] += RIDGE * total
+    # Coordinate by coordinate: on arrays as short as these NumPy's calls cost more than the sums.
+    low, high, s, slope = lower.tolist(), upper.tolist(), [0.0] * dim, g.tolist()
+    least_pull = RIDGE * max(abs(x) for x in slope)
+    free = [low[i] < 0 if slope[i] > 0 else high[i] > 0 for i in range(dim)]
+    for _ in range(10 * dim):
+        move = _newton_step(A, slope, free)
+        share, k = inf, -1  # of the move, at which the first coordinate meets its bound
+        for i, m in enumerate(move):
+            if m and (room := ((high[i] if m > 0 else low[i]) - s[i]) / m) < share:
+                share, k = room, i
+        if share < 1:
+            s = [x + share * m for x, m in zip(s, move, strict=True)]
+            s[k], free[k] = high[k] if move[k] > 0 else low[k], False
+            slope = (g + A @ np.array(s)).tolist()
+            continue
+        s = [x + m for x, m in zip(s, move, strict=True)]
+        if all(free):
             break
-        slope = g + A @ s
-        pull = np.where(free, 0.0, np.where(s >= upper, slope, np.where(s <= lower, -slope, 0.0)))
-        k = int(pull.argmax())
-        if not pull[k] > RIDGE * np.abs(g).max():
+        slope = (g + A @ np.array(s)).tolist()
+        pull, k = least_pull, -1  # of the slope, on a coordinate at its bound, back inside
+        for i, x in enumerate(s):
+            if not free[i]:
+                inward = slope[i] if x >= high[i] else -slope[i] if x <= low[i] else 0.0
+                if inward > pull:
+                    pull, k = inward, i
+        if k < 0:
             break
         free[k] = True
-    s = np.minimum(np.maximum(s, lower), upper)
-    return s, -float(2.0 * g @ s + s @ A @ s)
+    step = np.array(s).clip(lower, upper)
+    return step, -float(2.0 * g @ step + step @ A @ step)
+
+
+def _newton_step(A: Array, slope: Sequence[float], free: Sequence[bool]) -> list[float]:
+    """To the least over the free coordinates, wherever their bounds are; 0 for the others."""
+    rows = [i for i in range(len(slope)) if free[i]]
+    move = [0.0] * len(slope)
+    if not rows:
+        return move
+    if len(rows) < len(slope):
+        A, slope = A.take(rows, axis=0).take(rows, axis=1), [slope[i] for i in rows]
+    for i, x in zip(rows, np.linalg.solve(A, slope).tolist(), strict=True):
+        move[i] = -x
+    return move

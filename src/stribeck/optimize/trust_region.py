@@ -79,13 +79,26 @@ class Iterate:
         """The least change of the slopes that explains the residuals R a step s away."""
         if not s.any():
             return self
-        J = self.J + np.outer(s / (s @ s), R - self.r - np.einsum("i,im->m", s, self.J))
+        unexplained = R - self.r
+        unexplained -= np.einsum("i,im->m", s, self.J)
+        J = (s / (s @ s))[:, None] * unexplained
+        J += self.J
         return replace(self, J=J, age=self.age + 1)
 
-    def moved(self, u: Array, R: Array, cost: float | None = None) -> Iterate:
-        """The point u with residuals R; the slopes come along as they are."""
+    def moved(
+        self, u: Array, R: Array, squares: float | None = None, cost: float | None = None
+    ) -> Iterate:
+        """The point u with residuals R; the slopes come along as they are.
+
+        Args:
+            u: In the unit cube, (dim,).
+            R: Residuals there, (m,).
+            squares: Sum of their squares, where it is known.
+            cost: Their root mean square, where it is known.
+        """
+        squares = _sum_of_squares(R) if squares is None else squares
         cost = float(rms(R[None])[0]) if cost is None else cost
-        return replace(self, u=u, r=R.copy(), squares=_sum_of_squares(R), cost=cost)
+        return replace(self, u=u, r=R.copy(), squares=squares, cost=cost)
 
     def step(self, box: Box, free: Sequence[int], radius: float) -> tuple[Array, float]:
         """The best step of the linear model within the radius, (dim,), and the gain it promises."""
@@ -214,10 +227,11 @@ def minimise(
             radius = min(radius, reach or radius) / 4  # nothing was learnt but that it was too far
             continue
         R = answer.residuals[0]
-        gain_ratio = (iterate.squares - _sum_of_squares(R)) / promise
+        squares = _sum_of_squares(R)
+        gain_ratio = (iterate.squares - squares) / promise
         iterate = iterate.corrected(s, R)
         if gain_ratio > 0:
-            iterate = iterate.moved(u, R, cost)
+            iterate = iterate.moved(u, R, squares, cost)
         radius = _adapted(radius, reach, gain_ratio, widest)
         blunders = blunders + 1 if gain_ratio < POOR else 0
 

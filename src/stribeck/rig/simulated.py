@@ -70,6 +70,10 @@ class SimulatedRig(Rig):
         del law, p, track
         raise InputError(f"rig {self.name} does not say how it moves")
 
+    def positions(self, law: Law, p: Array, track: Track) -> Array:
+        """The positions of that motion alone, m, (n, N)."""
+        return self.move(law, p, track).position
+
     def drive(self, recording: Recording) -> Drive:
         """What a recording's command asks of the axis."""
         return Drive.of(recording)
@@ -102,7 +106,7 @@ class SimulatedRig(Rig):
 
     def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
-        error = track.measured - self.move(law, p, track).position
+        error = track.measured - self.positions(law, p, track)
         total: Array = (track.score * error * error).sum(axis=1)
         return total
 

@@ -255,6 +255,13 @@ class SlideBed(SimulatedRig):
         command = np.interp(track.t, track.knots_t, track.knots_x)
         return Motion(track.t, x, v, self.motor_force(command - x))
 
+    def positions(self, law: Law, p: Array, track: Track) -> Array:
+        """Positions alone, m, (n, N): a search needs no forces."""
+        if not _jumps(law):
+            return super().positions(law, p, track)
+        x, _ = trajectories(law, *self.split(law, p), track)
+        return x
+
     def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
         laws, c = self.split(law, p)

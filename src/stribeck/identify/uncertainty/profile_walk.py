@@ -256,7 +256,8 @@ def beyond(ray: Ray, walked: Walked, met: Sequence[tuple[Array, float]]) -> Arra
     if walked.ended in ("bound", "order", "flat", "budget"):
         return None
     fitting = [x for x, s in met if s - ray.best.squares < (1 - SHARP) * ray.threshold]
-    far = [ray.distance(float(ray.box.u(x)[ray.k])) for x in fitting]
-    if not far or max(far) <= walked.t * (1 + 2 * SHARP) + 1e-9:
+    if not fitting:
         return None
-    return fitting[int(np.argmax(far))]
+    far = ray.sign * (ray.box.space.encode(np.array(fitting))[:, ray.k] - ray.best.u[ray.k])
+    k = int(far.argmax())
+    return fitting[k] if far[k] > walked.t * (1 + 2 * SHARP) + 1e-9 else None
