@@ -355,7 +355,7 @@ def test_a_folder_that_may_not_be_written_to(
 def test_every_option_with_one_value_is_refused_twice() -> None:
     import typer.main  # noqa: PLC0415 - only this test takes the parser apart
 
-    group: Any = typer.main.get_command(cli.app)
+    group: Any = typer.main.get_command(cli.application())
     parameters = [p for c in group.commands.values() for p in c.params]
     repeatable = {o for p in parameters if p.multiple for o in p.opts if o.startswith("--")}
     assert repeatable == REPEATABLE

@@ -7,6 +7,7 @@ import gc
 import io
 import os
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -29,15 +30,6 @@ COMMANDS = (
     laws, methods, rigs, warm, version,
 )  # fmt: skip
 
-app = typer.Typer(
-    name="stribeck",
-    help="From a motion log to a friction model you can trust.",
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
 #: Objects made between two looks of the garbage collector: nearly all that a start makes stay,
 #: and looking through them every 700, as Python does, takes an eighth of the start.
 GC_THRESHOLD = 50_000
@@ -50,7 +42,8 @@ def main() -> None:
     _open_streams()
     try:
         arguments = spread(checked(sys.argv[1:])) or ["--help"]
-        command = typer.main.get_command(app)
+        called = [c for c in COMMANDS if c.__name__ == arguments[0]]
+        command = typer.main.get_command(application(called or COMMANDS))
         with notices(), command.make_context("stribeck", arguments) as context:
             context.command.invoke(context)
     except typer.Exit as done:
@@ -70,6 +63,22 @@ def main() -> None:
         fail("out of memory: ask for less at once, or take a shorter log", 2)
 
 
+def application(commands: Sequence[Callable[..., None]] = COMMANDS) -> typer.Typer:
+    """The command line with some of its commands: to build all takes longer than to run some."""
+    app = typer.Typer(
+        name="stribeck",
+        help="From a motion log to a friction model you can trust.",
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_options)
+    for command in commands:
+        app.command()(command)
+    return app
+
+
 def _open_streams() -> None:
     """Somewhere to print to, whatever the one who started us closed or can show."""
     for name in ("stdout", "stderr"):
@@ -85,13 +94,8 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
-def options(
+def _options(
     version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=_print_version)] = False,
 ) -> None:  # fmt: skip
     """From a motion log to a friction model you can trust."""
     del version
-
-
-for command in COMMANDS:
-    app.command()(command)

@@ -21,6 +21,7 @@ from .inputs import (
     Train,
     above_zero,
     check_held,
+    check_there,
     each_once,
     intervals,
     law_name,
@@ -63,7 +64,8 @@ def identify(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Identify the friction of an axis from recordings of it."""
-    from ..identify.fit import identify as identified
+    check_there(logs)
+
     from ..report.folder import check_folder
     from ..report.search_progress import SearchProgress
     from ..report.stopwatch import Stopwatch
@@ -93,6 +95,10 @@ def identify(
     }
     if paper:
         options = _paper(chosen, options | {"setting": setting})
+
+    # What fits is loaded once there is something to fit.
+    from ..identify.fit import identify as identified
+
     clock = Stopwatch.of_process()
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
@@ -206,7 +212,8 @@ def select(
     json: Json = False,
 ) -> None:  # fmt: skip
     """Compare friction laws on data held out, and recommend the simplest that holds."""
-    from ..identify.selection.select import select as selected
+    check_there([*logs, *(test or [])])
+
     from ..report.folder import check_folder
     from ..report.search_progress import SelectionProgress
     from ..rig.lookup import rig_named
@@ -219,6 +226,10 @@ def select(
     each_once("--train", train)
     each_once("--holdout", holdout)
     recordings = read_logs([*logs, *(test or [])], chosen, columns)
+
+    # What fits is loaded once there is something to fit.
+    from ..identify.selection.select import select as selected
+
     with SelectionProgress(chosen.unit_shown("position")) as progress:
         selection = selected(
             recordings[: len(logs)],

@@ -163,6 +163,17 @@ def card_model(path: Path) -> tuple[Card, Parameters, Any]:
         raise InputError(f"{path}: {error}") from error
 
 
+def check_there(logs: Sequence[Path]) -> None:
+    """Refuse a log that is not there, before the code that reads and simulates is loaded."""
+    for log in logs:
+        try:
+            log.stat()
+        except FileNotFoundError as error:
+            raise InputError(f"{log.name}: no such file in {log.parent}") from error
+        except OSError:  # whatever it is, its reader says it
+            return
+
+
 def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[Recording]:
     """Recordings, their columns as a map or the rig says; each log only once."""
     from ..data import read

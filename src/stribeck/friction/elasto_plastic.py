@@ -3,7 +3,6 @@
 from math import copysign, cos, exp, log, pi, sin
 
 import numpy as np
-from numba import float64
 
 from ..compile_cache import compiled
 from ..space import Array, Param
@@ -15,7 +14,7 @@ from .lugre import LUGRE
 _NEAR, _STEP = 1e-3, 0.05
 
 
-@compiled(float64(float64, float64))
+@compiled()
 def _approach(log_left: float, width: float) -> float:
     """How fast the logarithm of what is left falls per travel of one steady deflection."""
     remainder = exp(log_left)
@@ -24,7 +23,7 @@ def _approach(log_left: float, width: float) -> float:
     return s * s / (width * remainder) + c * c
 
 
-@compiled(float64(float64, float64, float64))
+@compiled()
 def _deflected(u: float, elastic: float, x: float) -> float:
     """The deflection after a travel x forward, all in steady deflections."""
     if u < elastic:

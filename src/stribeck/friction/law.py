@@ -63,14 +63,14 @@ _FACTORS: Mapping[Term, str] = MappingProxyType(
 )
 
 
-@compiled(float64(float64, float64, float64, float64))
+@compiled()
 def position_factor(x: float, pos_cos: float, pos_sin: float, pos_period: float) -> float:
     """The factor of the term `position` at a position x, m or rad."""
     angle = 2.0 * pi * x / pos_period
     return 1.0 + pos_cos * cos(angle) + pos_sin * sin(angle)
 
 
-@compiled(float64(float64, float64, float64))
+@compiled()
 def temperature_factor(T: float, temp_slope: float, temp_ref: float) -> float:
     """The factor of the term `temperature` at a temperature T, K."""
     return 1.0 + temp_slope * (T - temp_ref)

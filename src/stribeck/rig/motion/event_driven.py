@@ -74,7 +74,7 @@ def from_zero(track: Track) -> Track:
     return track._replace(t=track.t - track.t[0], knots_t=track.knots_t - track.t[0])
 
 
-@compiled(float64(float64, _F1))
+@compiled()
 def drive_force(e: float, c: Array) -> float:
     """Spring force plus what the motor's own friction leaves of its force (section 4.3, 1-4)."""
     if e > 0.0:
@@ -82,7 +82,7 @@ def drive_force(e: float, c: Array) -> float:
     return c[K_SPRING_M] * e + min(c[K_HAT_M] * e + c[F_FM], 0.0)  # type: ignore[no-any-return]
 
 
-@compiled(float64(float64, float64, float64, float64))
+@compiled()
 def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> float:
     """The stretch at which the drive force reaches a level (both as magnitudes); inf if never."""
     if k_spring > 0.0 and level * k_hat <= F_fm * k_spring:
@@ -92,7 +92,7 @@ def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> floa
     return np.inf
 
 
-@compiled(types.UniTuple(float64, 3)(_F1, _F1, int64, float64))
+@compiled()
 def _command(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[float, float, float]:
     """The command at a time, its rate, and until when that holds; j counts the knots passed."""
     if j == 0:
@@ -103,17 +103,13 @@ def _command(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[float
     return knots_x[j - 1] + rate * (time - knots_t[j - 1]), rate, knots_t[j]
 
 
-@compiled(float64(float64, float64))
+@compiled()
 def _after(time: float, span: float) -> float:
     """The time after a span: later even where the span is lost in the last digit."""
     return max(time + span, np.nextafter(time, np.inf))  # type: ignore[no-any-return]
 
 
-@compiled(
-    types.Tuple((float64, float64, int64))(
-        _F1, _F1, _F1, _F2, int64, float64, float64, float64, float64, float64, float64
-    ),
-)
+@compiled()
 def _breakaway(
     c: Array,
     knots_t: Array,
@@ -577,7 +573,7 @@ def leg(
     return m, time, moved, v, LIMIT, wish, tries
 
 
-@compiled(int64(_F1, int64, float64, float64))
+@compiled()
 def _passed(t: Array, i: int, time: float, pace: float) -> int:
     """How many samples are at or before a time, i of which are known to be.
 
@@ -604,7 +600,7 @@ def _passed(t: Array, i: int, time: float, pace: float) -> int:
     return low + 1
 
 
-@compiled(boolean(_F1))
+@compiled()
 def _possible(c: Array) -> bool:
     """Whether constants can be simulated: a mass, and nothing below zero or undefined."""
     for k in range(len(c)):
@@ -614,13 +610,7 @@ def _possible(c: Array) -> bool:
     return c[MASS] > 0.0  # type: ignore[no-any-return]
 
 
-@compiled(
-    types.Tuple((int64, float64))(
-        _W2, int64, float64, float64, _F1, int64, _F1, _F1, _W1, _W1, boolean
-    ),
-    nogil=True,
-    fastmath={"contract"},
-)
+@compiled(fastmath={"contract"})
 def _read(
     path: Array,
     rows: int,
@@ -658,13 +648,7 @@ def _read(
     return i, sse
 
 
-@compiled(
-    float64(
-        SLIP_TYPE, _F1, _F1, _F1, _F1, _F2, _F1, float64, _F1, _F1, _F2, _W1, _W1, boolean,
-        float64, _W2,
-    ),
-    nogil=True,
-)  # fmt: skip
+@compiled()
 def _walk(
     slip: Any,
     p: Array,

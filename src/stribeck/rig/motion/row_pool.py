@@ -79,7 +79,7 @@ def borrowed(typing: Any, array: Any) -> Any:
     return array(array), generate
 
 
-@compiled(int64(int64[::1]))
+@compiled()
 def next_row(counter: Any) -> int:
     """The next row that no thread has taken."""
     return _next(counter)  # type: ignore[no-any-return]
