@@ -30,9 +30,9 @@ COMMANDS = (
     laws, methods, rigs, warm, version,
 )  # fmt: skip
 
-#: Objects made between two looks of the garbage collector: nearly all that a start makes stay,
+#: Objects made between two looks of the garbage collector: the 200,000 that a start makes stay,
 #: and looking through them every 700, as Python does, takes an eighth of the start.
-GC_THRESHOLD = 50_000
+GC_THRESHOLD = 300_000
 
 
 def main() -> None:
