@@ -2,6 +2,7 @@
 
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -350,6 +351,25 @@ def test_a_folder_that_may_not_be_written_to(
     monkeypatch.setattr(os, "access", access)  # permissions do not bind root
     assert "folder: no permission" in refused("identify", "up.csv", *QUICK, "--out", "folder")
     assert "folder: no permission" in refused("twin", "folder/t.csv")
+
+
+@pytest.mark.parametrize("command", ["identify", "select"])
+def test_a_log_that_is_missing_is_refused_before_anything_is_compiled(command: str) -> None:
+    code = f"""
+import subprocess
+import sys
+from stribeck.cli import main
+sys.argv = ["stribeck", {command!r}, "nofile.csv", "--rig", "slide-bed"]
+try:
+    main()
+except SystemExit as end:
+    print(end.code, "numba" in sys.modules)
+"""
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert process.stdout == "2 False\n"
+    assert process.stderr == "stribeck: nofile.csv: no such file in .\n"
 
 
 def test_every_option_with_one_value_is_refused_twice() -> None:

@@ -279,6 +279,23 @@ def test_without_a_home_it_compiles_into_a_temporary_folder_and_says_so_once() -
     assert not Path(temporary).exists()
 
 
+def test_without_a_home_figures_are_drawn_without_a_word() -> None:
+    code = """
+import logging
+from stribeck.cli.notices import notices
+with notices():
+    import matplotlib as mpl
+    print(mpl.get_cachedir())
+    logging.getLogger("matplotlib.font_manager").warning("a font is missing")
+"""
+    nowhere = "/dev/null/home"
+    said = python(code, path=PACKAGE.parent, HOME=nowhere, XDG_CACHE_HOME=nowhere,
+                  XDG_CONFIG_HOME=nowhere, MPLCONFIGDIR="").splitlines()  # fmt: skip
+    temporary, warning = said
+    assert "matplotlib-" in temporary
+    assert warning == "a font is missing"
+
+
 def test_the_first_run_says_that_it_compiles_and_the_second_nothing(tmp_path: Path) -> None:
     runs = [
         python(_COMPILES, path=PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)).splitlines()

@@ -56,6 +56,18 @@ def test_stick_slip_of_the_published_sets(
     assert statistics[2] == pytest.approx(v_max, abs=0.06)
 
 
+@pytest.mark.parametrize("law", ["stribeck", "stribeck-smooth", "stribeck+temperature"])
+def test_positions_alone_are_those_of_the_motion(law: str) -> None:
+    friction = law_named(law)
+    t = np.arange(0.0, 2.0, 1e-2)
+    on = track(Drive.line(0.0, 0.0, 2.0, 5e-2), t, 0.0)
+    middle = [0.5 * (q.lower + q.upper) for q in SLIDE_BED.parameters(friction)]
+    p = np.array([middle, [1.1 * value for value in middle]])
+    motion = SLIDE_BED.move(friction, p, on)
+    assert np.ptp(motion.position) > 0
+    assert np.array_equal(SLIDE_BED.positions(friction, p, on), motion.position)
+
+
 @pytest.mark.parametrize(("direction", "share"), [("right", 0.883), ("left", 0.906)])
 def test_the_published_sets_are_stuck_most_of_the_time(direction: str, share: float) -> None:
     assert slips(ramp_motion(SLIDE_BED, direction))[3] == pytest.approx(share, abs=0.001)

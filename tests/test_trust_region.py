@@ -182,6 +182,12 @@ def test_slopes_of_linear_residuals_are_theirs() -> None:
     assert stopped.value.value.age == 0
 
 
+def test_a_curvature_lost_in_rounding_has_no_step() -> None:
+    tiny = np.diag([1e-313, 0.0])  # nothing of it is left to keep the second direction apart
+    with pytest.raises(np.linalg.LinAlgError):
+        box_minimum(tiny, np.ones(2), np.full(2, -1.0), np.ones(2))
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_the_box_minimum_is_that_of_scipy(seed: int) -> None:
     rng = np.random.default_rng(seed)

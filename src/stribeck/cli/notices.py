@@ -12,10 +12,12 @@ from contextlib import contextmanager
 def notices() -> Iterator[None]:
     """Print what is logged meanwhile, and at the end what was compiled."""
     logger, handler = logging.getLogger("stribeck"), logging.StreamHandler(sys.stderr)
+    drawing = logging.getLogger("matplotlib")
     handler.setFormatter(logging.Formatter("stribeck: %(message)s"))
     level = logger.level
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)
+    drawing.addFilter(_is_error)
     count, seconds = _compiled()
     try:
         yield
@@ -25,6 +27,12 @@ def notices() -> Iterator[None]:
             logger.info("compiled %d functions in %.1f s", total - count, until - seconds)
         logger.removeHandler(handler)
         logger.setLevel(level)
+        drawing.removeFilter(_is_error)
+
+
+def _is_error(record: logging.LogRecord) -> bool:
+    """Where there is no home matplotlib takes a temporary folder, and warns of it in two lines."""
+    return record.levelno >= logging.ERROR
 
 
 def _compiled() -> tuple[int, float]:
