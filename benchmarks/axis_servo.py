@@ -109,7 +109,7 @@ class _Model:
     p: Array
 
     def model(self) -> tuple[Parameters, Array]:
-        """What `validate` asks for; errors are read as sizes, whatever they were fitted by."""
+        """Parameters with absolute errors as the objective, and their values, for `validate`."""
         return replace(self.parameters, objective=Objective("absolute")), self.p
 
 

@@ -181,7 +181,7 @@ def spread(values: Array) -> dict[str, float]:
 
 
 def seconds_each(p: Array, c: Array, stroke: Track, tolerance: float) -> Array:
-    """The kernel's seconds for each set, after the others: the processor has not learnt it.
+    """The kernel's seconds for each set, each after all others: no learnt branches.
 
     Each is a call by itself, less the time of a call that ends at once, for a mass of zero.
     """

@@ -223,7 +223,7 @@ def described(host: dict[str, Any]) -> str:
 
 
 def shown(name: str, numbers: list[int]) -> Iterator[str]:
-    """The tables of a part as plain text, all or those asked for."""
+    """The tables of a part as plain text, all or those with the numbers."""
     parts = read(RESULTS)
     if name not in parts:
         sys.exit(f"{name} has not been measured: python benchmarks/run.py --only {name}")

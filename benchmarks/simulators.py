@@ -74,7 +74,7 @@ FILE = """<mujoco>
 
 def measure(*, quick: bool = False) -> dict[str, Any]:
     """The motion of each axis under each law; with `quick` one axis alone."""
-    import mujoco  # noqa: PLC0415 - only who measures this needs it
+    import mujoco  # noqa: PLC0415 - needed for this benchmark alone
 
     rows = []
     for axis in AXES[: 1 if quick else None]:
@@ -164,7 +164,7 @@ def _theirs(axis: Axis, model: Model, options: dict[str, bool]) -> dict[str, flo
 
     command, x, _ = run(axis.spring, PULL, 0.0, 0.0)
     stretch = command - x
-    # Until the axis stands still but for its creep: ours tells how long that takes.
+    # Until the axis stands still but for its creep, by our own simulation.
     coast_time = int(np.argmax(_free(axis, model, axis.coast, 0.0, FREE)[1] <= 0.0)) * 1e-3
     _, coast, _ = run(0.0, 1.2 * coast_time, axis.coast, 0.0)
     below_static = 0.5 * model.law.levels(model.p)[1]

@@ -91,7 +91,7 @@ class Browser:
             self.complaints.append(params["entry"]["text"])
 
     def size(self, width: int, height: int, *, dark: bool = False, phone: bool = False) -> None:
-        """The window, the theme that the reader's system asks for, and whether it is a phone."""
+        """Set the size of the window, the system's theme, and whether it is a phone."""
         self.ask(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=phone,

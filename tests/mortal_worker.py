@@ -1,4 +1,4 @@
-"""A worker whose jobs may harm it: run as a program, or loaded into a Dask worker.
+"""A worker with jobs that kill or disturb it: run as a program, or loaded into a Dask worker.
 
 The label of a job's algorithm decides what the job does to its worker:
     killer   kills it in the middle of the search, every time

@@ -270,7 +270,7 @@ class _Unit:
                 frame[place] = i
                 if body(frame):
                     return True
-            frame[place] = None  # the standard does not say what it is now
+            frame[place] = None  # the standard leaves it undefined
             return False
 
         return run

@@ -50,7 +50,7 @@ def test_the_breakaway_of_bristles_is_their_static_friction() -> None:
     motion = solve_ivp(slope, (0.0, T[-1]), [0.0, 0.0, 0.0], "LSODA", T, rtol=1e-8, atol=1e-11)
     (ramp,) = ramps(Recording(T, motion.y[0], force=1.0 * T))
     # Bristles are 1 / (1 - F/F_S) as compliant as at first: a hundred times at 0.99 F_S, and at
-    # a speed of twice the mean somewhat earlier. Both are breakaway, and their spread is told.
+    # a speed of twice the mean somewhat earlier. Both are breakaway.
     assert ramp.by_stiffness == pytest.approx(0.99 * F_S, rel=0.01)
     assert 0.8 * F_S < (ramp.by_speed or 0.0) < 0.99 * F_S
 

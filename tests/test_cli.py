@@ -359,7 +359,7 @@ def test_a_terminal_sees_a_progress_bar(folder: Path) -> None:
     try:
         while part := os.read(parent, 4096):
             shown += part
-    except OSError:  # how Linux says that the other end was closed
+    except OSError:  # on Linux, once the other end is closed
         pass
     out, _ = process.communicate(timeout=PATIENCE)
     os.close(parent)

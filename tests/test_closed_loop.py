@@ -242,7 +242,7 @@ def test_bristles_of_a_compensator_advance_only_as_it_may_know() -> None:
     level = BRISTLES["F_C"] + (BRISTLES["F_S"] - BRISTLES["F_C"]) * np.exp(-(2.5**2))
     bent = level * (1 - np.exp(-1e3 * travel[k] / level))
     assert moved.output[0, k] == pytest.approx(bent, rel=0.02)
-    # With feedback the resting axis is asked for its breakaway level instead.
+    # With feedback the output is the breakaway level of the resting axis instead.
     first = moved.output[1, np.flatnonzero(moved.output[1])[0]]
     assert first == pytest.approx(BRISTLES["F_S"], rel=1e-6)
 

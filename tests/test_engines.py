@@ -167,7 +167,7 @@ class Callers:
         os.mkfifo(path)
         self.path, self.pids = path, set[int]()
         monkeypatch.setenv("CALLER", str(path))
-        self._open = os.open(path, os.O_RDWR)  # blocks nobody, and is never at its end
+        self._open = os.open(path, os.O_RDWR)  # blocks no writer, and is never at its end
 
     def wait(self, count: int) -> None:
         """Wait until `count` workers have written."""

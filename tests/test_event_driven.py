@@ -235,7 +235,7 @@ def test_rows_are_the_same_bits_whatever_the_batch_and_the_threads(
     for n in (1, 2, 7):
         pool = row_pool.RowPool(n)
         monkeypatch.setattr(row_pool, "pool", lambda pool=pool: pool)
-        for _ in range(10):  # whoever takes which row
+        for _ in range(10):  # whichever thread takes a row
             assert misfits(STRIBECK, laws, c, command).tobytes() == alone.tobytes()
         assert trajectories(STRIBECK, laws, c, command)[0].tobytes() == x.tobytes()
         pool.dismiss()

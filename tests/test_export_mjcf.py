@@ -599,7 +599,7 @@ def test_bristles_rest_in_mujoco_and_break_away_where_the_card_does() -> None:
     mujoco, _, _ = loaded(PLAIN)
     if int(mujoco.__version__.split(".")[0]) < 4:
         pytest.skip("this MuJoCo has no <dcmotor> without a current: 4.0 and later have")
-    # Down to a quarter of the card's inertia, as it is said.
+    # Down to a quarter of the card's inertia, as the note states.
     for mass in ("10", "2.5"):
         text = re.sub(r"<body pos=.*?</body>", "", PLAIN, flags=re.DOTALL)
         _, model, data = loaded(bristled(text.replace('mass="10"', f'mass="{mass}"')))
