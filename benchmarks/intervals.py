@@ -227,7 +227,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
     return {
         "draws": DRAWS,
         "seeds": SEEDS,
-        "studies": {name: study(of) for name, of in by.items()},
+        "studies": {name: study(group) for name, group in by.items()},
         "spread": spread(seeds),
     }
 
