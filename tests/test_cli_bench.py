@@ -38,13 +38,20 @@ unit_free = true
 name = "random"
 method = "random"
 """
-#: Long enough to be interrupted: many short runs, some minutes of them.
-LONG = SMALL.replace("repeats = 4", "repeats = 10_000")
+#: Long enough to be interrupted: many short runs, minutes of them.
+LONG = SMALL.replace("repeats = 4", "repeats = 1_000")
+#: The command line, with a line of progress after every run.
+CODE = """
+from stribeck.bench import progress
+progress.PACE = 0.0
+from stribeck.cli import main
+main()
+"""
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "stribeck", "bench", *arguments],
+        [sys.executable, "-c", CODE, "bench", *arguments],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=os.environ | {"MPLBACKEND": "agg"},
     )  # fmt: skip
