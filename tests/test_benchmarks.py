@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import bbob_area
 import identification
 import run
 import scaling
+import startup
 import surfaces
 from overhead import Residuals
 from stribeck.bench.record import Job, Record, Steps
@@ -158,6 +160,33 @@ def test_the_free_cost_is_the_root_mean_square_of_its_residuals() -> None:
     x = free.space.decode(free.space.sample(np.random.default_rng(0), 9))
     np.testing.assert_allclose(rms(free.residuals(x)), free(x), rtol=1e-14)
     assert (free.calls, free.rows) == (2, 18)
+
+
+# --- start-up -------------------------------------------------------------------------------------
+
+
+def test_another_checkout_is_timed_by_turns_from_its_own_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "old" / "src").mkdir(parents=True)
+    sources: list[str] = []
+    said = "typed\n2.00 s: start-up 0.50, search 1.00, figures 0.30, report 0.20\n"
+
+    def process(command: list[str], *, env: dict[str, str], **_: Any) -> Any:
+        if "identify" in command and "--out" not in command:
+            sources.append(env["PYTHONPATH"])
+        return subprocess.CompletedProcess(command, 0, said)
+
+    monkeypatch.setattr(subprocess, "run", process)
+    times = startup.measure(quick=True, against=tmp_path / "old")
+    here, there = str(startup.SOURCES), str(tmp_path / "old" / "src")
+    assert sources == [here, there] * 4  # once to warm up
+    assert times["identify"]["card"] == 1.5
+    times["against"] |= {"wall": 4.0, "processor": 5.0, "least": {"wall": 3.0, "processor": 4.0}}
+    times["identify_printed"] |= {"wall": 2.0, "processor": 3.0}
+    lines = startup.tables(times)
+    assert "| median wall / s | 2.00 | 4.00 | 0.50 |" in lines
+    assert "| median processor / s | 3.00 | 5.00 | 0.60 |" in lines
 
 
 # --- results --------------------------------------------------------------------------------------
