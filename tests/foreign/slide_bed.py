@@ -1,0 +1,113 @@
+"""The paper's slide bed: docs/physics.md, a slide on a spring that a motor with friction pulls."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from . import compiled
+from .clock import Array, line, segment, steps_in
+from .friction import Curve, as_floats, level
+
+
+class Bed(NamedTuple):
+    """Constants of the machine, SI; the motor's inertia and damping as they weigh at the slide."""
+
+    m: float = 10.9
+    k_hat_up: float = 3500.0
+    k_hat_down: float = 2800.0
+    F_fm: float = 23.5
+    K_J: float = 171.746  # K_kt J_m
+    K_D: float = 107.084  # K_kt D_m
+    F_m_max: float = 30.0
+    dv: float = 1e-4
+
+
+class BedMotion(NamedTuple):
+    """A motion of the bed; `drive` is what pulls at the slide, `motor` the motor's force in it."""
+
+    t: Array
+    position: Array
+    velocity: Array
+    command: Array
+    motor: Array
+    drive: Array
+
+
+def simulate(
+    bed: Bed, k_spring: float, plus: Curve, minus: Curve, times: Array, command: Array,
+    start: float, dt: float = 0.01, h: float = 1e-5,
+) -> BedMotion:  # fmt: skip
+    """A motion from rest at `start` under a command, a straight line between its samples.
+
+    Args:
+        bed: the machine.
+        k_spring: stiffness of the drive line.
+        plus: friction to the right.
+        minus: friction to the left.
+        times: instants of the command, the first 0.
+        command: its positions.
+        start: where the slide rests at first.
+        dt: from sample to sample.
+        h: the step.
+    """
+    bed = Bed(*(float(constant) for constant in bed))
+    every = steps_in(dt, h)
+    samples = int(times[-1] / dt + 1e-9) + 1
+    rows = _run(
+        bed, float(k_spring), as_floats(plus), as_floats(minus), times, command, float(start),
+        samples, every, h,
+    )  # fmt: skip
+    return BedMotion(dt * np.arange(samples), *rows)
+
+
+@compiled
+def _acceleration(bed: Bed, force: float, v: float) -> float:
+    """The motor's inertia and damping take what force they need, at most F_m_max."""
+    a = (force - bed.K_D * v) / (bed.m + bed.K_J)
+    motor = bed.K_J * a + bed.K_D * v
+    if motor > bed.F_m_max:
+        return (force - bed.F_m_max) / bed.m
+    if motor < -bed.F_m_max:
+        return (force + bed.F_m_max) / bed.m
+    return a
+
+
+@compiled
+def _run(
+    bed: Bed, k_spring: float, plus: Curve, minus: Curve, times: Array, command: Array,
+    x: float, samples: int, every: int, h: float,
+) -> Array:  # fmt: skip
+    rows = np.empty((5, samples))
+    v, w, k = 0.0, 0.0, 0  # w: the speed that the impulse within the band of rest amounts to
+    for i in range((samples - 1) * every + 1):
+        t = i * h
+        k = segment(t, k, times)
+        goal = line(t, k, times, command)
+        stretch = goal - x
+        motor = (bed.k_hat_up if stretch > 0.0 else bed.k_hat_down) * stretch
+        motor -= min(max(motor, -bed.F_fm), bed.F_fm)
+        drive = motor + k_spring * stretch
+        if i % every == 0:
+            n = i // every
+            rows[0, n], rows[1, n], rows[2, n] = x, v, goal
+            rows[3, n], rows[4, n] = motor, drive
+        if v > 0.0:
+            v += h * _acceleration(bed, drive - level(v, plus), v)
+            if v <= bed.dv:
+                v = 0.0
+        elif v < 0.0:
+            v += h * _acceleration(bed, drive + level(-v, minus), v)
+            if v >= -bed.dv:
+                v = 0.0
+        elif drive > plus.F_S:
+            w += h * _acceleration(bed, drive - plus.F_S, 0.0)
+        elif drive < -minus.F_S:
+            w += h * _acceleration(bed, drive + minus.F_S, 0.0)
+        else:
+            w = 0.0
+        if abs(w) > bed.dv:
+            v, w = w, 0.0
+        x += h * v
+    return rows

@@ -1,0 +1,45 @@
+"""Commands: arrays of times and positions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .clock import Array
+
+
+def even(span: float, dt: float) -> Array:
+    """Instants from 0 to `span`, both included."""
+    return dt * np.arange(round(span / dt) + 1)
+
+
+def strokes(
+    speeds: Array, length: float, ramp: float = 0.1, pause: float = 0.1, dt: float = 1e-3
+) -> tuple[Array, Array]:
+    """There and back once at each speed, with rests between.
+
+    The speed rises and falls within `ramp` seconds as a raised cosine, so the acceleration has no
+    jump.
+    """
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(ramp / dt)) * dt / ramp)
+    rest = np.zeros(round(pause / dt))
+    pieces = [rest]
+    for speed in speeds:
+        flat = np.ones(max(round((length / speed - ramp) / dt), 0))
+        stroke = speed * np.concatenate([rise, flat, 1.0 - rise])
+        pieces += [stroke, rest, -stroke, rest]
+    velocity = np.concatenate(pieces)
+    steps = 0.5 * dt * (velocity[1:] + velocity[:-1])
+    return dt * np.arange(len(velocity)), np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def sines(
+    span: float, amplitudes: Array, frequencies: Array, dt: float = 1e-3
+) -> tuple[Array, Array]:
+    """A sum of sines, each at zero at first."""
+    t = even(span, dt)
+    return t, np.sin(2.0 * np.pi * np.outer(t, frequencies)) @ np.asarray(amplitudes, float)
+
+
+def ramp(span: float, speed: float) -> tuple[Array, Array]:
+    """A straight line from 0."""
+    return np.array([0.0, span]), np.array([0.0, speed * span])
