@@ -30,18 +30,17 @@ LEFT = Curve(152.2804, 40.4153, 975.7, 3.21475e-3)
 
 
 @pytest.mark.parametrize(
-    ("curve", "k_spring", "speed", "slips", "jump", "fastest", "stuck"),
+    ("curve", "speed", "slips", "jump", "fastest", "stuck"),
     [
-        (RIGHT, 967.98, 5e-3, 10, 26.62e-3, 67.5e-3, 0.88),
-        (LEFT, 553.84, -5e-3, 7, 37.71e-3, 81.6e-3, 0.91),
+        (RIGHT, 5e-3, 10, 26.62e-3, 67.5e-3, 0.88),
+        (LEFT, -5e-3, 7, 37.71e-3, 81.6e-3, 0.91),
     ],
 )
 def test_the_published_sets_slip_as_the_page_says(
-    curve: Curve, k_spring: float, speed: float, slips: int, jump: float, fastest: float,
-    stuck: float,
+    curve: Curve, speed: float, slips: int, jump: float, fastest: float, stuck: float
 ) -> None:  # fmt: skip
     """docs/physics.md, "What the published sets do"."""
-    motion = slide_bed.simulate(slide_bed.Bed(), k_spring, curve, curve, *ramp(60.0, speed), 0.0)
+    motion = slide_bed.simulate(slide_bed.Bed(), curve, curve, *ramp(60.0, speed), 0.0)
     moving = motion.velocity != 0.0
     starts = np.flatnonzero(np.diff(moving.astype(int)) > 0)
     assert len(starts) == slips
@@ -54,7 +53,7 @@ def test_the_published_sets_slip_as_the_page_says(
 @pytest.mark.parametrize("F_fm", [0.0, 23.5])
 def test_a_bed_breaks_away_when_the_springs_pull_that_much(F_fm: float) -> None:
     bed = slide_bed.Bed(F_fm=F_fm, dv=0.0)
-    motion = slide_bed.simulate(bed, 967.98, RIGHT, LEFT, *ramp(9.0, 5e-3), 0.0, dt=1e-3)
+    motion = slide_bed.simulate(bed, RIGHT, LEFT, *ramp(9.0, 5e-3), 0.0, dt=1e-3)
     begin = motion.t[np.argmax(motion.velocity > 0.0)]
     assert begin == pytest.approx((RIGHT.F_S + F_fm) / ((3500.0 + 967.98) * 5e-3), abs=2e-3)
 
@@ -62,7 +61,7 @@ def test_a_bed_breaks_away_when_the_springs_pull_that_much(F_fm: float) -> None:
 def test_a_bed_spends_what_its_drive_puts_in() -> None:
     bed = slide_bed.Bed(K_J=0.0, K_D=0.0, dv=0.0)  # a bare mass: all friction is the slide's
     motion = slide_bed.simulate(
-        bed, 967.98, RIGHT, LEFT, np.array([0.0, 7.8]), np.array([0.0, 0.039]), 0.0,
+        bed, RIGHT, LEFT, np.array([0.0, 7.8]), np.array([0.0, 0.039]), 0.0,
         dt=1e-4, h=1e-5,
     )  # fmt: skip
     v = motion.velocity
@@ -118,7 +117,7 @@ EXTRAS = {
 def test_forces_balance_at_every_step(name: str) -> None:
     """M dv/dt = F less all that is said to act, written out in numpy."""
     extras, plus, minus = EXTRAS[name], STRIBECK, Curve(15.0, 9.0, 60.0, 0.02)
-    t, x_c = strokes(np.array([0.05, 0.2]), 0.04, ramp=0.05, pause=0.05)
+    t, x_c, _ = strokes(np.array([0.05, 0.2]), 0.04, ramp=0.05, pause=0.05)
     m = driven.simulate(10.0, plus, minus, LOOP, t, x_c, extras, dt=1e-4, h=1e-4)
     x, v = m.position, m.velocity
 
@@ -278,9 +277,9 @@ CYLINDER = cylinder.Cylinder(M=2.0, F_C=10.0, F_V=300.0, mu_p=5e-5, b=2e-5, offs
 
 
 def test_a_steady_stroke_shows_the_friction_of_its_pressure() -> None:
-    t, head = strokes(np.array([0.05]), 0.02)
+    t, _, speed = strokes(np.array([0.05]), 0.02)
     for p in (1e5, 6e5):
-        m = cylinder.simulate(CYLINDER, t, head, np.full_like(t, p))
+        m = cylinder.simulate(CYLINDER, t, speed, np.full_like(t, p))
         area = np.pi * 0.025**2 / 4.0
         assert m.force[0] - p * area == pytest.approx(2e-5 * p + 3.0)
         balance = m.force - p * area - 2e-5 * p - 3.0
@@ -292,14 +291,14 @@ def test_a_steady_stroke_shows_the_friction_of_its_pressure() -> None:
 
 # --- the step -------------------------------------------------------------------------------------
 
-TRAVEL, STROKE = strokes(np.array([0.05, 0.2]), 0.02, ramp=0.05, pause=0.05)
+TRAVEL, STROKE, SPEED = strokes(np.array([0.05, 0.2]), 0.02, ramp=0.05, pause=0.05)
 ANGLE = sines(2.0, np.array([0.6]), np.array([0.5]))[1]
 BAM = servo.Bam(0.02, 0.01, 0.03, 0.3, 1.0, 0.1, 0.2, 0.05, 0.1, 0.2, 0.3)
 ARM = joint.Joint(J=0.05, g_sin=1.0, g_cos=2.0, kp=20.0, kd=0.5)
 RUB = Curve(1.2, 0.7, 0.3, 0.1)
 AXES: dict[str, Callable[[float], Array]] = {
     "slide bed": lambda h: slide_bed.simulate(
-        slide_bed.Bed(), 967.98, RIGHT, LEFT, *ramp(15.0, 5e-3), 0.0, h=h
+        slide_bed.Bed(), RIGHT, LEFT, *ramp(15.0, 5e-3), 0.0, h=h
     ).position,
     "driven": lambda h: driven.simulate(
         10.0, STRIBECK, STRIBECK, LOOP, TRAVEL, STROKE, h=h
@@ -310,7 +309,7 @@ AXES: dict[str, Callable[[float], Array]] = {
         1.0, LUGRE, *sines(1.0, np.array([14.0]), np.array([2.0])), h=h
     ).position,
     "cylinder": lambda h: cylinder.simulate(
-        CYLINDER, TRAVEL, STROKE, 4e5 + 1e5 * np.sin(20.0 * TRAVEL), h=h
+        CYLINDER, TRAVEL, SPEED, 4e5 + 1e5 * np.sin(20.0 * TRAVEL), h=h
     ).position,
 }  # fmt: skip
 

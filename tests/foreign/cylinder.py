@@ -2,8 +2,9 @@
 
     F - p A = M a + F_f + b p + offset,    F_f = (F_C + mu_p |p|) sgn v + F_V v
 
-The machine's head follows strokes exactly and moves the rod through its load cell, a stiff damped
-spring: F is what the cell shows.
+The machine's head moves at a given speed, whatever it takes, and the rod with it through the load
+cell, a stiff damped spring: F is what the cell shows. The speed has no jumps: a
+damper would make spikes of them that a sampled force shows and a sampled position does not.
 """
 
 from __future__ import annotations
@@ -47,45 +48,45 @@ class CylinderMotion(NamedTuple):
 
 
 def simulate(
-    cylinder: Cylinder, times: Array, head: Array, pressure: Array, dt: float = 1e-3,
+    cylinder: Cylinder, times: Array, speed: Array, pressure: Array, dt: float = 1e-3,
     h: float = 1e-5,
 ) -> CylinderMotion:  # fmt: skip
-    """A motion from rest, the cell loaded by the first pressure so that nothing moves.
+    """A motion from rest at 0, the cell loaded by the first pressure so that nothing moves.
 
     Args:
         cylinder: the constants.
-        times: instants of head and pressure, the first 0.
-        head: positions of the machine, straight lines in between.
+        times: instants of speed and pressure, the first 0.
+        speed: of the machine's head, straight lines in between.
         pressure: in Pa, straight lines in between.
         dt: from sample to sample.
         h: the step.
     """
     cylinder = Cylinder(*(float(constant) for constant in cylinder))
     every, samples = steps_in(dt, h), int(times[-1] / dt + 1e-9) + 1
-    rows = _run(cylinder, times, head, pressure, samples, every, h)
+    rows = _run(cylinder, times, speed, pressure, samples, every, h)
     return CylinderMotion(dt * np.arange(samples), *rows)
 
 
 @compiled
 def _run(
-    c: Cylinder, times: Array, head: Array, pressure: Array, samples: int, every: int, h: float
+    c: Cylinder, times: Array, speed: Array, pressure: Array, samples: int, every: int, h: float
 ) -> Array:
     rows = np.empty((6, samples))
     area = np.pi * c.bore**2 / 4.0
     slack = (pressure[0] * (area + c.b) + c.offset) / c.cell  # head over rod at the start
-    x, v, k = head[0], 0.0, 0
+    x, v, head, k = 0.0, 0.0, 0.0, 0
     for i in range((samples - 1) * every + 1):
         t = i * h
         k = segment(t, k, times)
-        goal, p = line(t, k, times, head), line(t, k, times, pressure)
-        goal_speed = (head[k + 1] - head[k]) / (times[k + 1] - times[k])
-        force = c.cell * (goal + slack - x) + c.damping * (goal_speed - v)
+        pace, p = line(t, k, times, speed), line(t, k, times, pressure)
+        force = c.cell * (head + slack - x) + c.damping * (pace - v)
         drive = force - p * (area + c.b) - c.offset
         rub = c.F_C + c.mu_p * abs(p) + c.F_V * abs(v)
         if i % every == 0:
             n = i // every
-            rows[0, n], rows[1, n], rows[2, n] = x, v, goal
+            rows[0, n], rows[1, n], rows[2, n] = x, v, head
             rows[3, n], rows[4, n], rows[5, n] = force, p, acting(v, drive, rub, rub)
         v = next_velocity(v, drive, rub, rub, c.M, h)
         x += h * v
+        head += h * pace
     return rows

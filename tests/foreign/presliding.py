@@ -48,7 +48,7 @@ def simulate(
     end: Array | None = None, spring: float = 0.0, offset: float = 0.0, dt: float = 1e-3,
     h: float = 1e-5,
 ) -> BristleMotion:  # fmt: skip
-    """A motion from rest at 0 with unbent bristles.
+    """A motion from rest at 0, the bristles as the first force has bent them out of rest.
 
     Args:
         mass: of the axis.
@@ -65,13 +65,17 @@ def simulate(
     every, samples = steps_in(dt, h), int(times[-1] / dt + 1e-9) + 1
     ends = np.zeros_like(force) if end is None else end
     numbers = (float(mass), float(spring), float(offset))
+    first = force[0] + spring * ends[0] - offset
     if isinstance(law, LuGre):
         law = LuGre(*(float(parameter) for parameter in law))
-        rows = _run_lugre(law, numbers, times, force, ends, samples, every, h)
+        rows = _run_lugre(law, first / law.sigma_0, numbers, times, force, ends, samples, every, h)
     else:
         levels, yields = (np.asarray(values, float) for values in law[:2])
+        way = np.concatenate([[0.0], np.sort(yields)])
+        loads = np.minimum(way[:, None] / yields, 1.0) @ levels  # of the virgin curve
+        bent = np.clip(np.sign(first) * np.interp(abs(first), loads, way) / yields, -1.0, 1.0)
         rows = _run_maxwell(
-            levels, yields, float(law[2]), numbers, times, force, ends, samples, every, h
+            levels, yields, bent, float(law[2]), numbers, times, force, ends, samples, every, h
         )
     return BristleMotion(dt * np.arange(samples), *rows)
 
@@ -85,12 +89,12 @@ def bending(z: float, v: float, law: LuGre) -> float:
 
 @compiled
 def _run_lugre(
-    law: LuGre, numbers: tuple[float, float, float], times: Array, force: Array, end: Array,
-    samples: int, every: int, h: float,
+    law: LuGre, z: float, numbers: tuple[float, float, float], times: Array, force: Array,
+    end: Array, samples: int, every: int, h: float,
 ) -> Array:  # fmt: skip
     rows = np.empty((5, samples))
     mass, spring, offset = numbers
-    x, v, z, k = 0.0, 0.0, 0.0, 0
+    x, v, k = 0.0, 0.0, 0
     for i in range((samples - 1) * every + 1):
         t = i * h
         k = segment(t, k, times)
@@ -109,13 +113,12 @@ def _run_lugre(
 
 @compiled
 def _run_maxwell(
-    levels: Array, yields: Array, viscous: float, numbers: tuple[float, float, float],
+    levels: Array, yields: Array, bent: Array, viscous: float, numbers: tuple[float, float, float],
     times: Array, force: Array, end: Array, samples: int, every: int, h: float,
 ) -> Array:  # fmt: skip
     rows = np.empty((5, samples))
     mass, spring, offset = numbers
     x, v, k = 0.0, 0.0, 0
-    bent = np.zeros(len(levels))  # each block's share of its level, -1 to 1
     for i in range((samples - 1) * every + 1):
         t = i * h
         k = segment(t, k, times)

@@ -1,4 +1,11 @@
-"""The paper's slide bed: docs/physics.md, a slide on a spring that a motor with friction pulls."""
+"""The paper's slide bed (docs/physics.md): a slide that a motor with friction and a spring pull.
+
+    m a = F_motor - clip(F_motor, F_fm) + k_spring e - clip(K_J a + K_D v, F_m_max) - F_f
+    F_motor = k_hat e,    e = command - x
+
+The acceleration is solved for. A slip ends where its speed has fallen to dv; one begins where the
+impulse of what exceeds the breakaway level amounts to dv.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +19,16 @@ from .friction import Curve, as_floats, level
 
 
 class Bed(NamedTuple):
-    """Constants of the machine, SI; the motor's inertia and damping as they weigh at the slide."""
+    """Constants, SI; the motor's inertia and damping as they weigh at the slide.
+
+    `up` is for a stretch above zero, as on a ramp to the right.
+    """
 
     m: float = 10.9
     k_hat_up: float = 3500.0
     k_hat_down: float = 2800.0
+    k_spring_up: float = 967.98
+    k_spring_down: float = 553.84
     F_fm: float = 23.5
     K_J: float = 171.746  # K_kt J_m
     K_D: float = 107.084  # K_kt D_m
@@ -25,25 +37,24 @@ class Bed(NamedTuple):
 
 
 class BedMotion(NamedTuple):
-    """A motion of the bed; `drive` is what pulls at the slide, `motor` the motor's force in it."""
+    """A motion; `force` is F_motor, before its friction, `drive` what pulls at a slide at rest."""
 
     t: Array
     position: Array
     velocity: Array
     command: Array
-    motor: Array
+    force: Array
     drive: Array
 
 
 def simulate(
-    bed: Bed, k_spring: float, plus: Curve, minus: Curve, times: Array, command: Array,
-    start: float, dt: float = 0.01, h: float = 1e-5,
+    bed: Bed, plus: Curve, minus: Curve, times: Array, command: Array, start: float,
+    dt: float = 0.01, h: float = 1e-5,
 ) -> BedMotion:  # fmt: skip
     """A motion from rest at `start` under a command, a straight line between its samples.
 
     Args:
-        bed: the machine.
-        k_spring: stiffness of the drive line.
+        bed: constants.
         plus: friction to the right.
         minus: friction to the left.
         times: instants of the command, the first 0.
@@ -56,7 +67,7 @@ def simulate(
     every = steps_in(dt, h)
     samples = int(times[-1] / dt + 1e-9) + 1
     rows = _run(
-        bed, float(k_spring), as_floats(plus), as_floats(minus), times, command, float(start),
+        bed, as_floats(plus), as_floats(minus), times, command, float(start),
         samples, every, h,
     )  # fmt: skip
     return BedMotion(dt * np.arange(samples), *rows)
@@ -76,8 +87,8 @@ def _acceleration(bed: Bed, force: float, v: float) -> float:
 
 @compiled
 def _run(
-    bed: Bed, k_spring: float, plus: Curve, minus: Curve, times: Array, command: Array,
-    x: float, samples: int, every: int, h: float,
+    bed: Bed, plus: Curve, minus: Curve, times: Array, command: Array, x: float, samples: int,
+    every: int, h: float,
 ) -> Array:  # fmt: skip
     rows = np.empty((5, samples))
     v, w, k = 0.0, 0.0, 0  # w: the speed that the impulse within the band of rest amounts to
@@ -87,8 +98,8 @@ def _run(
         goal = line(t, k, times, command)
         stretch = goal - x
         motor = (bed.k_hat_up if stretch > 0.0 else bed.k_hat_down) * stretch
-        motor -= min(max(motor, -bed.F_fm), bed.F_fm)
-        drive = motor + k_spring * stretch
+        spring = (bed.k_spring_up if stretch > 0.0 else bed.k_spring_down) * stretch
+        drive = motor - min(max(motor, -bed.F_fm), bed.F_fm) + spring
         if i % every == 0:
             n = i // every
             rows[0, n], rows[1, n], rows[2, n] = x, v, goal

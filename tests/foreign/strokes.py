@@ -14,8 +14,8 @@ def even(span: float, dt: float) -> Array:
 
 def strokes(
     speeds: Array, length: float, ramp: float = 0.1, pause: float = 0.1, dt: float = 1e-3
-) -> tuple[Array, Array]:
-    """There and back once at each speed, with rests between.
+) -> tuple[Array, Array, Array]:
+    """Times, positions and speeds: there and back once at each speed, with rests between.
 
     The speed rises and falls within `ramp` seconds as a raised cosine, so the acceleration has no
     jump.
@@ -29,7 +29,7 @@ def strokes(
         pieces += [stroke, rest, -stroke, rest]
     velocity = np.concatenate(pieces)
     steps = 0.5 * dt * (velocity[1:] + velocity[:-1])
-    return dt * np.arange(len(velocity)), np.concatenate([[0.0], np.cumsum(steps)])
+    return dt * np.arange(len(velocity)), np.concatenate([[0.0], np.cumsum(steps)]), velocity
 
 
 def sines(
