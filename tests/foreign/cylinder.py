@@ -21,7 +21,7 @@ from .friction import acting, next_velocity
 class Cylinder(NamedTuple):
     """Constants, SI: mu_p and b in N/Pa; cell and damping between the machine's head and the rod.
 
-    A cell of 2e5 N/m on 1 kg with 400 N s/m is damped by 0.45.
+    A cell of 2e5 N/m on 2 kg with 1000 N s/m is damped by 0.8 of the critical.
     """
 
     M: float
@@ -32,7 +32,7 @@ class Cylinder(NamedTuple):
     b: float = 0.0
     offset: float = 0.0
     cell: float = 2e5
-    damping: float = 400.0
+    damping: float = 1000.0
 
 
 class CylinderMotion(NamedTuple):
