@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from foreign import cylinder, driven, joint, presliding, servo, slide_bed
+from foreign import cascade, cylinder, driven, joint, presliding, servo, slide_bed
 from foreign.clock import Array
 from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import even, ramp, sines, strokes
@@ -224,6 +224,18 @@ def test_a_joint_waits_until_its_loop_asks_for_breakaway() -> None:
     assert t[np.argmax(m.velocity > 0.0)] == pytest.approx(2.0 / (50.0 * 0.05), abs=2e-3)
 
 
+def test_each_slip_may_have_a_breakaway_of_its_own() -> None:
+    factors = np.array([1.0, 1.3, 0.8])
+    t = even(12.0, 1e-3)
+    arm = joint.Joint(J=0.02, kp=30.0, kd=0.05)
+    curve = Curve(1.0, 0.4, 0.01, 0.02)
+    m = joint.simulate(arm, curve, curve, t, 0.05 * t, scatter=factors)
+    begins = np.flatnonzero((m.velocity[:-1] == 0.0) & (m.velocity[1:] > 0.0))
+    assert len(begins) > 5
+    torques = m.force[begins]  # within a sample of breakaway, in which the command adds 1.5 mN m
+    assert_allclose(torques, np.resize(factors, len(begins)), atol=2e-3)
+
+
 # --- presliding -----------------------------------------------------------------------------------
 
 LUGRE = presliding.LuGre(sigma_0=1e6, sigma_1=300.0, F_S=18.0, F_C=12.0, v_s=5e-3, F_V=50.0)
@@ -271,6 +283,24 @@ def test_bristles_spend_what_the_force_puts_in() -> None:
     assert heat > 0.0
 
 
+# --- cascade --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_a_cascade_without_friction_is_a_recursion(late: int) -> None:
+    axis = cascade.Cascade(M=20.0, offset=2.0, kp=40.0, kv=50.0, gtau=30.0, delay=late * 1e-3)
+    command = np.linspace(0.0, 0.05, 400) ** 2
+    m = cascade.simulate(axis, FREE, FREE, command, h=1e-6)
+    x, v, positions, volts = 0.0, 0.0, [0.0, 0.0, 0.0], [0.0]
+    for k in range(400):
+        assert m.position[k] == pytest.approx(x, abs=1e-8)
+        positions.append(x)
+        speed = (positions[-1] - positions[-3]) / 2e-3
+        volts.append(float(np.clip(50.0 * (40.0 * (command[k] - x) - speed), -10.0, 10.0)))
+        a = (30.0 * volts[-1 - late] - 2.0) / 20.0
+        x, v = x + 1e-3 * v + 0.5e-6 * a, v + 1e-3 * a
+
+
 # --- cylinder -------------------------------------------------------------------------------------
 
 CYLINDER = cylinder.Cylinder(M=2.0, F_C=10.0, F_V=300.0, mu_p=5e-5, b=2e-5, offset=3.0, bore=0.025)
@@ -284,7 +314,7 @@ def test_a_steady_stroke_shows_the_friction_of_its_pressure() -> None:
         assert m.force[0] - p * area == pytest.approx(2e-5 * p + 3.0)
         balance = m.force - p * area - 2e-5 * p - 3.0
         for sign in (1.0, -1.0):
-            steady = np.abs(m.velocity - sign * 0.05) < 1e-6
+            steady = np.abs(m.velocity - sign * 0.05) < 1e-7
             assert steady.sum() > 50
             assert_allclose(balance[steady], sign * (10.0 + 5e-5 * p + 15.0), atol=0.01)
 
@@ -302,6 +332,9 @@ AXES: dict[str, Callable[[float], Array]] = {
     ).position,
     "driven": lambda h: driven.simulate(
         10.0, STRIBECK, STRIBECK, LOOP, TRAVEL, STROKE, h=h
+    ).position,
+    "cascade": lambda h: cascade.simulate(
+        cascade.Cascade(delay=0.0), STRIBECK, STRIBECK, 0.1 * ANGLE, h=h
     ).position,
     "servo": lambda h: servo.simulate(servo.Servo(), BAM, TIME, ANGLE, h=h).position,
     "joint": lambda h: joint.simulate(ARM, RUB, RUB, TIME, ANGLE, h=h).position,

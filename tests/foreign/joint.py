@@ -43,7 +43,7 @@ class JointMotion(NamedTuple):
 def simulate(
     joint: Joint, plus: Curve, minus: Curve, times: Array, command: Array,
     speed: Array | None = None, feed_forward: Array | None = None, start: float | None = None,
-    h: float = 1e-5,
+    scatter: Array | None = None, h: float = 1e-5,
 ) -> JointMotion:  # fmt: skip
     """A motion from rest, sampled where the command is.
 
@@ -56,6 +56,7 @@ def simulate(
         speed: the command's velocity, straight lines in between; without it the slope of each line.
         feed_forward: torques, straight lines in between.
         start: the angle at first, else the command's.
+        scatter: factors on F_S, one from each coming to rest to the next, over and over.
         h: the step.
     """
     joint = Joint(*(float(constant) for constant in joint))
@@ -64,18 +65,26 @@ def simulate(
         joint, as_floats(plus), as_floats(minus), times, command,
         np.zeros_like(command) if speed is None else speed, has_speed,
         np.zeros_like(command) if feed_forward is None else feed_forward,
-        float(command[0] if start is None else start), steps_in(times[-1], h), h,
+        float(command[0] if start is None else start),
+        np.ones(1) if scatter is None else scatter, steps_in(times[-1], h), h,
     )  # fmt: skip
     return JointMotion(times.copy(), rows[0], rows[1], command.copy(), rows[2], rows[3])
 
 
 @compiled
+def scattered(curve: Curve, factor: float) -> Curve:
+    """The curve with another breakaway level."""
+    return Curve(factor * curve.F_S, curve.F_C, curve.F_V, curve.v_SS, curve.exponent)
+
+
+@compiled
 def _run(
     joint: Joint, plus: Curve, minus: Curve, times: Array, command: Array, speed: Array,
-    has_speed: bool, feed_forward: Array, q: float, steps: int, h: float,
+    has_speed: bool, feed_forward: Array, q: float, scatter: Array, steps: int, h: float,
 ) -> Array:  # fmt: skip
     rows = np.empty((4, len(times)))
     w, k, n, computed, torque = 0.0, 0, 0, 0.0, 0.0
+    rest, up_curve, down_curve = 0, scattered(plus, scatter[0]), scattered(minus, scatter[0])
     for i in range(steps + 1):
         t = i * h
         k = segment(t, k, times)
@@ -90,11 +99,16 @@ def _run(
             torque = computed if joint.hold == 2.0 and i > 0 else demand
             computed = demand
         drive = torque - joint.g_sin * sin(q) - joint.g_cos * cos(q) - joint.g_0
-        up, down = level(abs(w), plus), level(abs(w), minus)
+        up, down = level(abs(w), up_curve), level(abs(w), down_curve)
         if sample:
             rows[0, n], rows[1, n], rows[2, n] = q, w, torque
             rows[3, n] = acting(w, drive, up, down)
             n += 1
+        moved = w != 0.0
         w = next_velocity(w, drive, up, down, joint.J, h)
         q += h * w
+        if moved and w == 0.0:
+            rest += 1
+            factor = scatter[rest % len(scatter)]
+            up_curve, down_curve = scattered(plus, factor), scattered(minus, factor)
     return rows

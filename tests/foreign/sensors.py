@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.random import Generator
+from scipy.signal import lfilter
 
 from .clock import Array
 
@@ -39,10 +40,9 @@ def autoregressive(white: Array, memory: float) -> Array:
     if memory <= 0.0:
         return white
     keep = np.exp(-1.0 / memory)
-    noise = np.empty_like(white)
-    noise[0] = white[0]
-    for i in range(1, len(white)):
-        noise[i] = keep * noise[i - 1] + np.sqrt(1.0 - keep**2) * white[i]
+    fresh = np.sqrt(1.0 - keep**2) * white
+    fresh[0] = white[0]
+    noise: Array = lfilter([1.0], [1.0, -keep], fresh)
     return noise
 
 
