@@ -14,6 +14,7 @@ acts from then on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -34,8 +35,9 @@ def _drop_stale() -> None:
     here = Path(__file__).parent
     newest = max(file.stat().st_mtime for file in here.glob("*.py"))
     for kept in (here / "__pycache__").glob("*.nb[ic]"):
-        if kept.stat().st_mtime < newest:
-            kept.unlink(missing_ok=True)
+        with suppress(FileNotFoundError):  # another process is at it, too
+            if kept.stat().st_mtime < newest:
+                kept.unlink()
 
 
 _drop_stale()

@@ -66,7 +66,7 @@ def simulate(
         np.zeros_like(command) if speed is None else speed, has_speed,
         np.zeros_like(command) if feed_forward is None else feed_forward,
         float(command[0] if start is None else start),
-        np.ones(1) if scatter is None else scatter, steps_in(times[-1], h), h,
+        np.ones(1) if scatter is None else np.asarray(scatter, float), steps_in(times[-1], h), h,
     )  # fmt: skip
     return JointMotion(times.copy(), rows[0], rows[1], command.copy(), rows[2], rows[3])
 
