@@ -113,7 +113,7 @@ def bed(k: int, *, memory: float = 0.0, seed: int | None = None) -> Known:
         "down" if side == "left" else "up", law=law, truth=p, seed=k if seed is None else seed
     )
     truth = {names[i]: float(p[i]) for i in free}
-    return Known((log.recording,), SLIDE_BED, law, truth, noise, rate)
+    return Known((log.recording,), SLIDE_BED.exact(), law, truth, noise, rate)
 
 
 def _sliding(law: Law, rng: Rng) -> Iterator[Array]:

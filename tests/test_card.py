@@ -86,7 +86,7 @@ def test_another_unit_of_the_same_kind_is_the_same_value() -> None:
 
 
 def test_the_training_cost_can_be_asked_again() -> None:
-    cost = problem(LOG, train="112:295")(FIT.p[[0, 1, 2, 3, 5]][None])
+    cost = problem(LOG, rig=FIT.rig, train="112:295")(FIT.p[[0, 1, 2, 3, 5]][None])
     assert cost[0] == pytest.approx(card(FIT).objective.value, rel=1e-9)
 
 

@@ -146,7 +146,9 @@ def test_set_holds_and_bounds_free_and_ties_bind(stribeck_: Any) -> None:
     document = json.loads(completed.out)
     values = document["parameters"]
     assert document["law"] == "stribeck-directional"
-    assert document["constants"] == {"F_fm": {"value": 20.0, "unit": "N"}}
+    assert document["constants"]["F_fm"] == {
+        "value": 20.0, "unit": "N", "origin": "yours", "tolerance": 0.0,
+    }  # fmt: skip
     assert (values["F_S+"]["value"], values["F_S+"]["verdict"]) == (150.0, "fixed")
     assert values["F_C-"]["value"] == values["F_C+"]["value"]
     assert 0.8 <= values["exponent"]["value"] <= 1.2

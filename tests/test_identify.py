@@ -143,7 +143,10 @@ def test_the_papers_run_ends_at_its_target(log: Recording, side: str) -> None:
 
 
 def test_fit_is_near_the_noise_and_holds_where_it_was_not_trained(log: Recording) -> None:
-    fit = identify(log, train="112:295", holdout=["44:112", "295:352"], budget=4000, repeats=2)
+    fit = identify(
+        log, rig=SLIDE_BED.exact(), train="112:295", holdout=["44:112", "295:352"], budget=4000,
+        repeats=2,
+    )  # fmt: skip
     assert fit.score.value < 0.33
     assert fit.score.smooth > 10 * fit.score.value
     assert fit.score.still > 100 * fit.score.value

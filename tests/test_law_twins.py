@@ -182,7 +182,7 @@ every_case = pytest.mark.parametrize("name", CASES)
 def rig_of(case: Case) -> SimulatedRig:
     simulated_rig = RIGS[case.axis.rig]
     assert isinstance(simulated_rig, SimulatedRig)
-    return simulated_rig.set(**case.axis.constants)
+    return simulated_rig.exact().set(**case.axis.constants)
 
 
 def positions_of(name: str, rows: Array, **constants: float) -> Array:

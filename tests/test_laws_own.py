@@ -33,7 +33,7 @@ from stribeck.rig.motion.track import track
 v = np.array([-1e-2, 0.0, 1e-3, 1e-2])
 truth = np.array([150.0, 45.0, 900.0, 2e-3, 700.0])  # k_spring, N/m, last
 twin = TestBed().run("down", law=MY_LAW, truth=truth).recording
-own = identify(twin, law=MY_LAW, train="325:127")
+own = identify(twin, rig=SLIDE_BED.exact(), law=MY_LAW, train="325:127")
 t = np.arange(0.0, 20.0, 0.01)
 on = track(Drive.line(0.0, 0.112, 20.0, 5e-3), t, 0.112)
 rows = np.vstack([truth, np.where(np.eye(5, dtype=bool), 1.05 * truth, truth)])

@@ -29,6 +29,7 @@ from stribeck.identify.design.experiment import (
 )
 from stribeck.identify.design.plan import Plan, Proposal, plan
 from stribeck.report.plan_report import plan_text, show_plan
+from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
@@ -146,7 +147,7 @@ def test_twins_of_a_line_keep_its_promise() -> None:
 
 @pytest.fixture(scope="module")
 def bed() -> Card:
-    return card(identify(RIGHT, train="112:295", repeats=1))
+    return card(identify(RIGHT, rig=SLIDE_BED.exact(), train="112:295", repeats=1))
 
 
 @pytest.fixture(scope="module")

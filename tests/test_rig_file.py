@@ -100,6 +100,7 @@ def test_columns_and_name(tmp_path: Path) -> None:
         (KIND + "constants = 3", ["constants", "table"]),
         (KIND + "constants = { nope = 3 }", ["'nope'", "F_fm"]),
         (KIND + 'constants = { m = "3" }', ["constants.m", "number"]),
+        (KIND + 'constants = { m = "3±x" }', ["constants.m", "3±x"]),
         (KIND + "constants = { m = true }", ["constants.m", "number"]),
         (KIND + "constants = { m = nan }", ["constants.m", "finite"]),
         (KIND + "constants = { m = 1e400 }", ["constants.m", "finite"]),

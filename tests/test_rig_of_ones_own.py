@@ -13,10 +13,11 @@ import pytest
 
 from command import Completed, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
+from stribeck.rig.constant import constant
 from stribeck.rig.equation import FIRST, THIRD, Equation, Input
 from stribeck.rig.motion.drives import JOINT
 from stribeck.rig.motion.track import Track
-from stribeck.rig.rig import Motion, constant
+from stribeck.rig.rig import Motion
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.stepped import SteppedRig
 from stribeck.space import Array

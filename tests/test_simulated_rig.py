@@ -10,9 +10,10 @@ import pytest
 from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
 from stribeck.report.contents.gather import Contents
 from stribeck.report.figures.fit_figures import draw_fit
+from stribeck.rig.constant import constant
 from stribeck.rig.motion.event_driven import misfits
 from stribeck.rig.motion.track import Track
-from stribeck.rig.rig import Motion, constant
+from stribeck.rig.rig import Motion
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed

@@ -24,7 +24,7 @@ from stribeck.identify.uncertainty.sensitivity import sensitivities
 from stribeck.identify.uncertainty.sensor_noise import rest_noise
 from stribeck.identify.uncertainty.verdict import verdict
 from stribeck.rig import RIGS
-from stribeck.rig.slide_bed import PUBLISHED
+from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array, Param, Space, box
 
@@ -201,7 +201,7 @@ def test_a_force_balance_shows_its_residuals() -> None:
 
 def test_intervals_of_a_twin_hold_the_truth_and_say_why_they_end(log: Recording) -> None:
     """A 95 % interval each; the five of this seed all hold."""
-    fit = identify(log, train="112:295", fixed={"exponent": 1.0})
+    fit = identify(log, rig=SLIDE_BED.exact(), train="112:295", fixed={"exponent": 1.0})
     truth = dict(zip(("F_S", "F_C", "F_V", "v_SS", "k_spring"), PUBLISHED["right"][[0, 1, 2, 3, 5]],
                      strict=True))  # fmt: skip
     for e in fit.estimates:

@@ -15,13 +15,13 @@ from stribeck.compensate.compensation import compensation
 from stribeck.report.format import number
 from stribeck.report.table import Table
 from stribeck.report.terminal import console, show_table
-from stribeck.rig.slide_bed import published_both
+from stribeck.rig.slide_bed import SLIDE_BED, published_both
 
 
 def main() -> None:
     """Run the study from the repository's root, after `make demo`."""
     log = read(Path("demo/twin.csv"), columns=dict(RIGS["slide-bed"].columns) or None)
-    fit = identify(log, rig="slide-bed", law="stribeck-directional")
+    fit = identify(log, rig=SLIDE_BED.exact(), law="stribeck-directional")
     result = compensation(card(fit), recordings=[log], beside={"truth": published_both()})
     truth = result.plants.index("truth")
     rows = []

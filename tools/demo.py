@@ -42,7 +42,7 @@ def main() -> None:
     stribeck("check", log)
     for side, ranges in RUNS.items():
         stribeck(
-            "identify", log, "--rig", "slide-bed", "--law", "stribeck", *ranges,
+            "identify", log, "--rig", "slide-bed", "--exact", "--law", "stribeck", *ranges,
             "--out", str(DEMO / side),
         )  # fmt: skip
     truth = json.loads((DEMO / "twin.truth.json").read_text())["parameters"]

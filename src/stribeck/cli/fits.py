@@ -13,6 +13,7 @@ from .exits import fail
 from .inputs import (
     Bounds,
     Columns,
+    Exact,
     Json,
     Logs,
     RigName,
@@ -47,6 +48,7 @@ def identify(
     train: Train = None,
     holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to validate on.")] = None,
     set_: Set = None,
+    exact: Exact = False,
     bounds: Bounds = None,
     tie: Annotated[list[str] | None, typer.Option(metavar="NAME=OTHER", help="Make one parameter equal another.")] = None,
     setting: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A setting of the method.")] = None,
@@ -73,7 +75,7 @@ def identify(
 
     if out is not None:
         check_folder(out)
-    chosen, fixed = with_constants(rig_named(rig), set_)
+    chosen, fixed = with_constants(rig_named(rig), set_, exact=exact)
     name = law_name(chosen, law, directional)
     check_held(chosen, name, list(fixed))
     ends = intervals("--bounds", bounds)
@@ -203,6 +205,7 @@ def select(
     holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to hold out.")] = None,
     test: Annotated[list[Path] | None, typer.Option(metavar="LOG...", help="Other logs to hold out as a whole.")] = None,
     set_: Set = None,
+    exact: Exact = False,
     bounds: Bounds = None,
     seed: Seed = None,
     budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
@@ -221,7 +224,7 @@ def select(
     if out is not None:
         check_folder(out)
     ladder = None if laws is None else [name.strip() for name in laws.split(",") if name.strip()]
-    chosen, fixed = with_constants(rig_named(rig), set_)
+    chosen, fixed = with_constants(rig_named(rig), set_, exact=exact)
     ends = intervals("--bounds", bounds)
     each_once("--train", train)
     each_once("--holdout", holdout)

@@ -43,6 +43,10 @@ Train = Annotated[
     list[str] | None,
     typer.Option(metavar="A:B", help="Positions (or 10s:40s) to train on."),
 ]
+Exact = Annotated[
+    bool,
+    typer.Option("--exact", help="The rig's constants are this axis's own, without a tolerance."),
+]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
 
 #: How the values of options are written that name what they are about.
@@ -127,14 +131,20 @@ def law_name(rig: Rig, law: str | None, directional: bool) -> str:
     return f"{name}-directional" if directional and not name.endswith("-directional") else name
 
 
-def with_constants(rig: Rig, assignments: Sequence[str] | None) -> tuple[Rig, dict[str, float]]:
-    """The rig with the constants among `--set`, and the others: parameters to hold."""
+def with_constants(
+    rig: Rig, assignments: Sequence[str] | None, *, exact: bool = False
+) -> tuple[Rig, dict[str, float]]:
+    """The rig with the constants among `--set`, and the others: parameters to hold.
+
+    With `exact` the constants that are not set are exact, too.
+    """
+    from ..rig.constant import toleranced
+
     names = [c.name for c in rig.constants]
-    values = numbers("--set", assignments)
-    return (
-        rig.set(**{n: v for n, v in values.items() if n in names}),
-        {n: v for n, v in values.items() if n not in names},
-    )
+    texts = pairs("--set", assignments)
+    constants = {n: toleranced(text, f"--set {n}") for n, text in texts if n in names}
+    held = {n: number(text, f"--set {n}") for n, text in texts if n not in names}
+    return (rig.exact() if exact else rig).set(**constants), held
 
 
 def check_held(rig: Rig, law: str, held: Sequence[str]) -> None:

@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from ..identify.card import ConstantCard, kind_of
-from ..rig import RIGS
+from ..identify.card import constant_cards, kind_of
 from .closed_loop import IDEAL, controlled, drive_friction
 from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
@@ -230,13 +229,10 @@ def _card_on(card: Card, rig: Rig | None) -> Card:
     if rig is None:
         return card
     kind = kind_of(rig)
-    shipped = {c.name: c.value for c in RIGS[kind].constants}
-    changed = [c for c in rig.constants if c.value != shipped[c.name]]
-    if odd := [c.name for c in changed if not np.isfinite(c.value)]:
+    if odd := [c.name for c in rig.constants if not np.isfinite(c.value)]:
         raise InputError(f"rig {rig.name}: {odd[0]} is not a finite number: a card cannot say that")
-    constants = {c.name: ConstantCard(value=c.shown, unit=c.unit) for c in changed}
     return card.model_copy(
-        update={"rig": rig.name, "kind": kind, "constants": constants, "columns": {}}
+        update={"rig": rig.name, "kind": kind, "constants": constant_cards(rig), "columns": {}}
     )
 
 

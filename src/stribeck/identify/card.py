@@ -16,6 +16,7 @@ from .._version import __version__
 from ..errors import InputError
 from ..friction import law_named
 from ..rig import RIGS, Rig
+from ..rig.constant import Origin
 from ..rig.rig import shown_in
 from ..space import Param
 from ..text_file import page
@@ -24,6 +25,7 @@ from .loss import Objective
 from .parameters import Parameters, partition
 from .score import simulated
 from .uncertainty.profile_walk import Ended
+from .uncertainty.verdict import Verdict
 
 if TYPE_CHECKING:
     from .result import Fit
@@ -144,10 +146,25 @@ class SpeedsCard(_Part):
 
 
 class ConstantCard(_Part):
-    """A constant of the rig that differs from the shipped one."""
+    """A constant of the rig, with who vouches for it and by how much it may be off.
+
+    Cards of version 0.1 have those that differ from the shipped ones alone, and no tolerance.
+    """
 
     value: Finite
     unit: str
+    origin: Origin = "yours"
+    tolerance: Finite = 0.0
+
+
+class CombinationCard(_Part):
+    """The sum of a parameter and a constant, in the unit given."""
+
+    value: Finite
+    unit: str
+    low: Finite
+    high: Finite
+    verdict: Verdict
 
 
 class Card(_Part):
@@ -160,6 +177,7 @@ class Card(_Part):
     constants: dict[str, ConstantCard] = {}
     columns: dict[str, Any] = {}
     parameters: dict[str, ParameterCard]
+    combinations: dict[str, CombinationCard] = {}
     objective: ObjectiveCard
     train: list[str] = []
     speeds: SpeedsCard | None = None
@@ -188,7 +206,7 @@ class Card(_Part):
             raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
         shipped, law = RIGS[self.kind], law_named(self.law)
         rig: Rig = replace(
-            shipped.set(**{n: _converted(shipped, n, c) for n, c in self.constants.items()}),
+            _with_constants(shipped, self.constants),
             name=self.rig,
             columns=self.columns or shipped.columns,
         )
@@ -240,12 +258,30 @@ class Card(_Part):
         return _si(rig.label(param.name), entry, rig.unit_of(param))
 
 
-def _converted(rig: Rig, name: str, entry: ConstantCard) -> float:
-    """A constant in the unit that its rig shows."""
-    shown = next((c.unit for c in rig.constants if c.name == name), None)
-    if shown is None:
-        rig[name]  # says which there are
-    return float(unit(shown or "").from_si(_si(name, entry, shown or "")))
+def _with_constants(shipped: Rig, entries: Mapping[str, ConstantCard]) -> Rig:
+    """A shipped rig with the constants of a card."""
+    for name in entries:
+        shipped[name]  # says which there are
+    constants = []
+    for c in shipped.constants:
+        if (entry := entries.get(c.name)) is not None:
+            value = c.value if entry.value == c.shown else _si(c.name, entry, c.unit)
+            tolerance = entry.tolerance * unit(entry.unit).factor
+            c = replace(c, value=value, tolerance=tolerance, origin=entry.origin)  # noqa: PLW2901
+        constants.append(c)
+    return replace(shipped, constants=tuple(constants))
+
+
+def constant_cards(rig: Rig) -> dict[str, ConstantCard]:
+    """All constants of a rig's axis, and settings of its simulation where they were changed."""
+    shipped = {c.name: c.value for c in RIGS[kind_of(rig)].constants}
+    return {
+        c.name: ConstantCard(
+            value=c.shown, unit=c.unit, origin=c.origin, tolerance=c.shown_tolerance
+        )
+        for c in rig.constants
+        if c.origin != "setting" or c.value != shipped[c.name]
+    }
 
 
 def _si(name: str, entry: ParameterCard | ConstantCard, written: str) -> float:
@@ -276,18 +312,14 @@ def card(fit: Fit) -> Card:
                 "model cannot be simulated on it"
             )
     kind = kind_of(rig)
-    shipped = {c.name: c.value for c in RIGS[kind].constants}
     return Card(
         law=law.name,
         rig=rig.name,
         kind=kind,
-        constants={
-            c.name: ConstantCard(value=c.shown, unit=c.unit)
-            for c in rig.constants
-            if c.value != shipped[c.name]
-        },
+        constants=constant_cards(rig),
         columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
         parameters=_parameters(fit),
+        combinations=_combinations(fit),
         objective=ObjectiveCard(
             name=score.name,
             value=score.value,
@@ -384,6 +416,18 @@ def _posterior(fit: Fit) -> PosteriorCard | None:
             for i, q in free
         },
     )
+
+
+def _combinations(fit: Fit) -> dict[str, CombinationCard]:
+    """The sums of a parameter and a constant, in the unit people see."""
+    entries = {}
+    for c in fit.combinations:
+        (q,) = [q for q in fit.parameters.every if q.name == c.parameter]
+        value, low, high = (float(shown_in(fit.rig, q, x)) for x in (c.value, c.low, c.high))
+        entries[f"{fit.rig.label(q.name)} + {c.constant}"] = CombinationCard(
+            value=value, unit=c.unit, low=low, high=high, verdict=c.verdict
+        )
+    return entries
 
 
 def kind_of(rig: Rig) -> str:

@@ -10,6 +10,7 @@ data as of the model: a rest before the range counts as samples of its start.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from ..data.repeated_samples import is_new
 from ..data.segmentation import noise, step
 from ..optimize import rms
+from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .problem import MotionProblem
@@ -49,6 +51,13 @@ class FreeStartProblem:
         )
         self.space = Space((*problem.space.params, *starts))
         self.logs = tuple(n + 1 for n in problem.logs)
+
+    def on(self, rig: Rig) -> FreeStartProblem:
+        """The same problem on a rig of the same kind with other constants."""
+        other = copy(self)
+        other.problem = self.problem.on(rig)
+        other.parameters = other.problem.parameters
+        return other
 
     @property
     def nominal(self) -> Array:

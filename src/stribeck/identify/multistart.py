@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Integral
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Run, Search, Target, configure, steps
 from ..space import Array
 from .fit_warnings import RIVAL
+from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, free_starts
 from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
@@ -25,6 +26,11 @@ from .result import SearchRecord
 #: most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
+#: Evaluations for each parameter and repeat below which a search is not worth its while.
+FEWEST = 100
+#: How often default ranges are widened in a row, the share of J whose gain there calls for a new
+#: search, and how many searches there may be in all.
+WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
 #: stick-slip, where a misfit has many basins, and where motions are smooth.
 SETTLE, SETTLE_SMOOTH = 200, 60
@@ -96,8 +102,8 @@ class Optimum:
     """Where a multistart ended.
 
     Args:
-        problem: The problem that `x` minimises: with free starts where these matter.
-        x: Its free parameters, SI, and the starts after them.
+        problem: The problem that `x` minimises: with free starts and constants where these matter.
+        x: Its free parameters, SI, and the starts and the constants after them.
         search: How it was searched for.
         spread: Standard deviation of the parameters over the repeats that explain the data
             equally well, SI, (dim,); nan where there is one.
@@ -106,7 +112,7 @@ class Optimum:
         interrupted: Whether Ctrl-C ended the search or the polishing.
     """
 
-    problem: MotionProblem | FreeStartProblem
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem
     x: Array
     search: SearchRecord
     spread: Array
@@ -150,14 +156,22 @@ def with_free_starts(problem: MotionProblem) -> MotionProblem | FreeStartProblem
 
 
 def multistart(
-    problem: MotionProblem, settings: SearchSettings, progress: Progress | None = None
+    problem: MotionProblem,
+    settings: SearchSettings,
+    progress: Progress | None = None,
+    *,
+    searches: int = SEARCHES,
 ) -> Optimum:
     """Search, polish each repeat, and refine the best: in its own loss, and with free starts.
+
+    An answer at an end of a default range goes on beyond it; where that brings more than a little,
+    the search is done anew in the wider ranges.
 
     Args:
         problem: Its J is minimised.
         settings: How.
         progress: Called with the searches after every step.
+        searches: How often it may be done.
 
     Raises:
         InputError: no parameter set could be simulated.
@@ -173,12 +187,27 @@ def multistart(
     if bent := problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
     best, refined = polished[0].x, 0
+    try:
+        if allowance >= 1:
+            problem, wider = _widened(problem, polished[0], min(allowance, POLISH))
+            best, refined, allowance = wider.x, wider.evaluations, allowance - wider.evaluations
+            left = replace(settings, budget=max(allowance // settings.repeats, 1))
+            if (
+                searches > 1
+                and left.budget >= FEWEST * problem.space.dim
+                and wider.cost < (1 - MATERIAL) * polished[0].cost
+            ):
+                again = multistart(problem, left, progress, searches=searches - 1)
+                return _after(again, evaluations + refined, seconds)
+    except KeyboardInterrupt:
+        interrupted = True
     whole: MotionProblem | FreeStartProblem = problem
     try:
-        if bent and allowance > 1:
+        if bent and allowance > 1 and not interrupted:
             best, spent = _refined(problem, best, min(allowance, POLISH))
             refined, allowance = refined + spent, allowance - spent
-        if allowance >= 1 and isinstance(free := with_free_starts(problem), FreeStartProblem):
+        free = with_free_starts(problem)
+        if allowance >= 1 and not interrupted and isinstance(free, FreeStartProblem):
             x = np.concatenate([best, free.nominal])
             best, spent = _refined(free, x, min(allowance, POLISH))
             whole, refined = free, refined + spent
@@ -203,6 +232,33 @@ def multistart(
         len(runs),
         interrupted,
     )
+
+
+def _after(optimum: Optimum, evaluations: int, seconds: float) -> Optimum:
+    """An optimum with what an earlier search has cost."""
+    search = optimum.search
+    total = replace(
+        search, evaluations=search.evaluations + evaluations, seconds=search.seconds + seconds
+    )
+    return replace(optimum, search=total)
+
+
+def _widened(
+    problem: MotionProblem, polished: Polished, allowance: int
+) -> tuple[MotionProblem, Polished]:
+    """The problem with default ranges so wide that its answer sits at none of their ends.
+
+    At most so often widened that a range has grown a thousandfold.
+    """
+    spent = 0
+    for _ in range(WIDENINGS):
+        parameters = problem.parameters.widened(polished.x)
+        if parameters is None or spent >= allowance:
+            break
+        wider = problem.over(parameters)
+        polished = polish(wider, polished.x, polished.cost, allowance - spent)
+        problem, spent = wider, spent + polished.evaluations
+    return problem, replace(polished, evaluations=spent)
 
 
 def _polished(

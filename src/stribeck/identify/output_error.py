@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..rig.simulated import as_simulated
+from .combinations import Combination, combinations
+from .constants_report import borrowed, with_rulings
 from .data_split import DataSplit
 from .fit_warnings import explains_little, output_error_warnings
+from .free_constants import FreeConstantsProblem, Ruling, rulings, with_free_constants
 from .initial_state import FreeStartProblem, started_at_each
 from .multistart import Optimum, Progress, SearchSettings, multistart
 from .parameters import Parameters
@@ -52,11 +55,28 @@ def solve_output_error(
     rig, restart = as_simulated(parameters.rig), parameters.objective.restart
     segments = split_segments(data, rig, restart=restart)
     optimum = multistart(MotionProblem(parameters, segments.train), settings, progress)
+    optimum, spent = _with_constants(optimum)
     uncertain, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
+    uncertain = replace(uncertain, rows=uncertain.rows + spent)
     if interrupted:
-        search = replace(optimum.search, ended="interrupted")
-        optimum = replace(optimum, search=search, interrupted=True)
+        optimum = _interrupted(optimum)
     return output_error_fit(optimum, uncertain, data, segments)
+
+
+def _with_constants(optimum: Optimum) -> tuple[Optimum, int]:
+    """The optimum with the uncertain constants that matter among its unknowns, and rows spent."""
+    if optimum.interrupted or isinstance(optimum.problem, FreeConstantsProblem):
+        return optimum, 0
+    try:
+        problem, x, spent = with_free_constants(optimum.problem, optimum.x)
+    except KeyboardInterrupt:
+        return _interrupted(optimum), 0
+    return replace(optimum, problem=problem, x=x), spent
+
+
+def _interrupted(optimum: Optimum) -> Optimum:
+    search = replace(optimum.search, ended="interrupted")
+    return replace(optimum, search=search, interrupted=True)
 
 
 def _profiled(
@@ -92,11 +112,21 @@ def output_error_fit(
         data: What was trained on and held out.
         segments: The same as segments.
     """
-    problem = optimum.problem
+    problem, x = optimum.problem, uncertain.x
+    ruled: list[Ruling] = []
+    sums: tuple[Combination, ...] = ()
+    if isinstance(problem, FreeConstantsProblem):
+        ruled = rulings(problem, x, uncertain.profiles.quick.curvature)
+        try:
+            sums, spent = ((), 0) if optimum.interrupted else combinations(problem, ruled, x)
+            uncertain = replace(uncertain, rows=uncertain.rows + spent)
+        except KeyboardInterrupt:
+            optimum = _interrupted(optimum)
+        problem, x = problem.at(x)
     parameters, dim = problem.parameters, len(problem.parameters.free)
-    p = parameters.full(uncertain.x[None, :dim])[0]
+    p = parameters.full(x[None, :dim])[0]
     if isinstance(problem, FreeStartProblem):
-        train = started_at_each(problem.problem.train, uncertain.x[dim:])
+        train = started_at_each(problem.problem.train, x[dim:])
     else:
         train = problem.train
     score = scores(parameters, p, train)
@@ -105,10 +135,11 @@ def output_error_fit(
         p,
         uncertain,
         optimum.spread,
-        resting=resting(problem, uncertain.x),
+        resting=resting(problem, x),
         doubtful=explains_little(parameters, score),
     )
     judged = mark_never_slid(parameters, judged, recordings_of(train))
+    judged = with_rulings(parameters, judged, ruled)
     correlation = uncertain.correlation[:dim, :dim]
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
     return Fit(
@@ -125,6 +156,7 @@ def output_error_fit(
         warnings=(
             *([interrupted] if optimum.search.ended == "interrupted" else []),
             *bound_warnings(judged),
+            *borrowed(optimum.problem),
             *correlation_warnings(parameters, correlation),
             *output_error_warnings(
                 parameters, score, segments, data.recordings, optimum.rivals, optimum.repeats
@@ -132,5 +164,6 @@ def output_error_fit(
             *uncertain.notes(parameters),
         ),
         uncertainty=uncertain,
-        residuals=problem,
+        residuals=optimum.problem,
+        combinations=sums,
     )

@@ -10,9 +10,14 @@ import numpy as np
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
-from ..rig.rig import in_si
+from ..rig.rig import in_si, stem
 from ..space import Array, Param, Space
 from .loss import SQUARES, Objective
+
+#: Share of a search range, in the search scale, within which a value sits at its end.
+AT_END = 1e-3
+#: By how much an end of a default range is moved out, linear and logarithmic.
+WIDER, WIDER_LOG = 2.0, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +32,7 @@ class Parameters:
         fixed: Values of the fixed ones, SI, by name.
         tied: Name of the parameter that a tied one equals, by its own name.
         objective: How a model is compared with data.
+        bounded: The parameters whose search range is the user's.
     """
 
     rig: Rig
@@ -36,6 +42,7 @@ class Parameters:
     fixed: Mapping[str, float]
     tied: Mapping[str, str]
     objective: Objective = SQUARES
+    bounded: frozenset[str] = frozenset()
 
     @classmethod
     def declared(
@@ -88,9 +95,39 @@ class Parameters:
             p[:, k] = x[:, at[name]] if name in at else self.fixed[name]
         return p
 
+    def widened(self, x: Array) -> Parameters | None:
+        """The same with wider ranges where free values (dim,) sit at an end of a default one.
+
+        A range that begins at 0 goes no lower. None where nothing can be widened.
+        """
+        wider = {
+            q.name: wide
+            for q, value in zip(self.free, x.tolist(), strict=True)
+            if q.name not in self.bounded and (wide := _wider(q, value)) is not None
+        }
+        if not wider:
+            return None
+        every, free = (
+            tuple(wider.get(q.name, q) for q in params) for params in (self.every, self.free)
+        )
+        return replace(self, every=every, free=free)
+
     def values(self, p: Array) -> dict[str, float]:
         """One complete parameter set by name."""
         return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}
+
+
+def _wider(q: Param, value: float) -> Param | None:
+    """A parameter with a wider range if a value sits at its end; None if not, or at zero."""
+    (place,) = Space((q,)).encode(np.array([[value]]))[0]
+    factor = WIDER_LOG if q.log else WIDER
+    if place > 1 - AT_END and q.upper > 0:
+        return replace(q, upper=q.upper * factor)
+    if place < AT_END and q.lower > 0:
+        return replace(q, lower=q.lower / factor)
+    if place < AT_END and q.lower < 0:
+        return replace(q, lower=q.lower * factor)
+    return None
 
 
 def partition(
@@ -148,7 +185,14 @@ def partition(
         if value < 0 <= every[name].lower:
             raise InputError(f"{name} is set to {value}: it must not be below 0")
     parameters = Parameters(
-        rig, law, tuple(every.values()), free, values, tied, objective or SQUARES
+        rig,
+        law,
+        tuple(every.values()),
+        free,
+        values,
+        tied,
+        objective or SQUARES,
+        frozenset(n for n in every if n in bounds or n in rig.bounded or stem(n) in rig.bounded),
     )
     _check_meaning(parameters)
     return parameters

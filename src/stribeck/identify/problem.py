@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,6 +93,23 @@ class MotionProblem:
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
         return pseudo_huber(residuals, self._knee) if np.isfinite(self._knee) else residuals
+
+    def on(self, rig: Rig) -> MotionProblem:
+        """The same problem on a rig of the same kind with other constants."""
+        other = copy(self)
+        other.parameters = replace(self.parameters, rig=rig)
+        simulated = as_simulated(rig)
+        other._rig = simulated  # noqa: SLF001 - of its own class
+        other.train = tuple(
+            replace(s, track=simulated.with_constants(s.track, s.recording)) for s in self.train
+        )
+        return other
+
+    def over(self, parameters: Parameters) -> MotionProblem:
+        """The same problem over other search ranges."""
+        other = copy(self)
+        other.parameters, other.space = parameters, Space(parameters.free)
+        return other
 
     def finer(self) -> MotionProblem:
         """The same problem with a lower knee of the pseudo-Huber loss: nearly absolute errors."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
     from .balance.balance import Balance
+    from .combinations import Combination
     from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
 
@@ -68,6 +69,7 @@ class Fit:
             fit.uncertainty.x)` draws from it.
         balance: The force balance; None for output error.
         posterior: Samples of the posterior, if they were asked for.
+        combinations: Sums of a parameter and a constant that are known better than the parameter.
     """
 
     parameters: Parameters
@@ -85,6 +87,7 @@ class Fit:
     residuals: Residuals = field(repr=False)
     balance: Balance | None = field(default=None, repr=False)
     posterior: Posterior | None = field(default=None, repr=False)
+    combinations: tuple[Combination, ...] = ()
 
     @property
     def rig(self) -> Rig:

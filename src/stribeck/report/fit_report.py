@@ -17,6 +17,7 @@ from .table import Table
 from .terminal import console, show_paragraph, show_table, show_warnings
 
 if TYPE_CHECKING:
+    from ..identify.combinations import Combination
     from ..identify.result import Fit
     from ..identify.uncertainty.posterior import Posterior
 
@@ -42,10 +43,17 @@ def _parameters(fit: Fit) -> Table:
             *([number(shown(e.standard_error) - shown(0.0), 3)] if fit.balance else []),
             e.verdict,
         ])  # fmt: skip
+    rows += [_sum(fit, c) for c in fit.combinations]
     errors = ["std. error"] if fit.balance else []
     heads = ["parameter", "value", "unit", "95 % from", "to", *errors, "verdict"]
     labels = (0, 2, len(heads) - 1)
     return Table.of_texts(f"{fit.law.name} on {fit.rig.name}", heads, rows, labels)
+
+
+def _sum(fit: Fit, c: Combination) -> list[str]:
+    (q,) = [q for q in fit.parameters.every if q.name == c.parameter]
+    value, low, high = (number(float(shown_in(fit.rig, q, x)), 4) for x in (c.value, c.low, c.high))
+    return [f"{fit.rig.label(q.name)} + {c.constant}", value, c.unit, low, high, c.verdict]
 
 
 def _end(value: float, ended: str | None) -> str:

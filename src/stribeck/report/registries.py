@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
 from ..rig import RIGS
+from ..rig.constant import BORROWED, Constant
 from ..rig.rig import shown_in
 from .table import Table
 from .terminal import console, show_table
@@ -121,10 +122,13 @@ def show_rigs(rig: Rig | None) -> None:
         out.print(_inset(line))
     out.print()
     if rig.constants:
-        rows = [[c.name, f"{c.shown:.6g}", c.unit, c.doc, c.source] for c in rig.constants]
-        title = "constants (--set NAME=VALUE)"
-        heads = ["name", "value", "unit", "meaning", "source"]
-        show_table(Table.of_texts(title, heads, rows, labels=range(5)))
+        rows = [
+            [c.name, f"{c.shown:.6g}", _tolerance(c), c.unit, c.doc, _vouched(c)]
+            for c in rig.constants
+        ]
+        title = "constants (--set NAME=VALUE or NAME=VALUE±TOLERANCE)"
+        heads = ["name", "value", "±", "unit", "meaning", "source"]
+        show_table(Table.of_texts(title, heads, rows, labels=range(6)))
     law = law_named(rig.laws[0])
     rows = [[rig.label(q.name), q.doc, rig.unit_of(q), _range(rig, q)] for q in rig.parameters(law)]
     title, heads = f"\nparameters with {law.name}", ["name", "meaning", "unit", "range"]
@@ -133,6 +137,15 @@ def show_rigs(rig: Rig | None) -> None:
         rows = [[channel, _column(head)] for channel, head in rig.columns.items()]
         heads = ["channel", "column"]
         show_table(Table.of_texts("\ncolumns of its logs", heads, rows, labels=range(2)))
+
+
+def _tolerance(c: Constant) -> str:
+    return f"{c.shown_tolerance:.3g}" if c.tolerance > 0 else ""
+
+
+def _vouched(c: Constant) -> str:
+    """Who vouches for a constant, and where it stands."""
+    return f"{c.origin}: {c.source}" if c.origin in BORROWED else c.source
 
 
 def _range(rig: Rig, param: Any) -> str:

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
+from .constant import toleranced
 from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class _RigFile(BaseModel):
     name: str | None = None
     doc: str | None = None
     law: str | None = None
-    constants: dict[str, Finite] = {}
+    constants: dict[str, Finite | Annotated[str, Field(strict=True)]] = {}
     ranges: dict[str, tuple[Finite, Finite]] = {}
     columns: dict[str, Any] = {}
 
@@ -55,7 +56,7 @@ def rig_file(path: Path) -> Rig:
     ```toml
     kind = "slide-bed"
     law = "stribeck"
-    constants = { m = 24.0, F_fm = 12.0 }   # in the units that `stribeck rigs slide-bed` shows
+    constants = { m = 24.0, F_fm = "12±4" }   # in the units that `stribeck rigs slide-bed` shows
     ranges = { F_S = [20, 90], F_C = [5, 60] }
     columns = { position = "actual [mm]", command = "setpoint [mm]" }
     ```
@@ -95,7 +96,12 @@ def _rig(content: _RigFile, name: str) -> Rig:
     if content.law is not None:
         law_named(content.law)  # says which laws there are
         laws = (content.law, *(law for law in kind.laws if law != content.law))
-    rig = kind.set(**content.constants)
+    rig = kind.set(
+        **{
+            n: _toleranced(n, value) if isinstance(value, str) else value
+            for n, value in content.constants.items()
+        }
+    )
     params = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
     by_label = {rig.label(q): q for q in params}
     ranges = {}
@@ -115,5 +121,14 @@ def _rig(content: _RigFile, name: str) -> Rig:
         doc=content.doc or rig.doc,
         laws=laws,
         ranges={**rig.ranges, **ranges},
+        bounded=frozenset(ranges),
         columns={**rig.columns, **content.columns},
     )
+
+
+def _toleranced(name: str, text: str) -> tuple[float, float]:
+    """A constant's value and tolerance from text; a number alone is no text in TOML."""
+    value, tolerance = toleranced(text, f"constants.{name}")
+    if not tolerance > 0:
+        raise InputError(f"constants.{name}: {text!r} is a number in quotes, or has no tolerance")
+    return value, tolerance

@@ -13,9 +13,9 @@ from ..errors import InputError
 from ..friction.law import NORMAL
 from ..space import Array, Param
 from .balanced import BalancedRig, coefficients
+from .constant import constant
 from .equation import NORMAL_LOAD, Equation, Input
 from .forced import FORCED
-from .rig import constant
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -118,7 +118,11 @@ CYLINDER = Cylinder(
     name="cylinder",
     doc="a pneumatic or hydraulic cylinder whose rod force and pressure were measured",
     cite=FORCED.cite,
-    constants=(constant("bore", 25.0, "mm", "diameter of the piston", "a choice: set your own"),),
+    constants=(
+        constant(
+            "bore", 25.0, "mm", "diameter of the piston", "a choice: set your own", "example", 0.0
+        ),
+    ),
     params=(
         *FORCED.params,
         Param(

@@ -15,11 +15,12 @@ from ..data.filtering import Filtering, even, smooth
 from ..errors import InputError
 from ..space import Array, Param
 from .balanced import BalancedRig
+from .constant import Constant, constant
 from .controller import Controller
 from .equation import FIRST, THIRD
 from .motion.drives import CASCADE, JOINT, CascadeConstants, CascadeInputs, JointConstants, rows
 from .motion.track import Track
-from .rig import Constant, Motion, constant
+from .rig import Motion
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -241,9 +242,11 @@ class Emps(BalancedRig):
 def _constants() -> tuple[Constant, ...]:
     data = "DATA_EMPS.mat"
     return (
-        constant("kp", 160.18, "1/s", "gain of the position loop", data),
-        constant("kv", 243.45, "V s/m", "gain of the velocity loop", data),
-        constant("gtau", 35.15065188248547, "N/V", "force of the drive at a volt", data),
+        constant("kp", 160.18, "1/s", "gain of the position loop", data, "the paper", 0.0),
+        constant("kv", 243.45, "V s/m", "gain of the velocity loop", data, "the paper", 0.0),
+        constant(
+            "gtau", 35.15065188248547, "N/V", "force of the drive at a volt", data, "the paper", 0.0
+        ),
         constant("u_max", 10.0, "V", "saturation of the controller", "the report's simulation"),
         constant("T", 1.0, "ms", "clock of the controller, 1 kHz", "the report, section 2"),
         constant(
@@ -284,4 +287,5 @@ EMPS = Emps(
     labels={"F_C": "F_c", "F_V": "F_v"},
     columns=_COLUMNS,
     filtering=Filtering(edge=(0.049, 0.0)),
+    force_gain="gtau",
 )

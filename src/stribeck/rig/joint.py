@@ -10,9 +10,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .constant import constant
 from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .motion.drives import JOINT, JointConstants
-from .rig import constant
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -111,10 +111,10 @@ JOINT_RIG = JointRig(
     doc="a robot joint under PD control with feed-forward and known gains, with gravity",
     cite="Newton's second law; the law of the controller as its log states it",
     constants=(
-        constant("kp", 100.0, "N m/rad", "position gain", "the controller"),
-        constant("kd", 5.0, "N m s/rad", "velocity gain", "the controller"),
-        constant("gain", 1.0, "", "share of the feedback that acts", "the controller"),
-        constant("limit", 1000.0, "N m", "largest torque of the drive", "the drive"),
+        constant("kp", 100.0, "N m/rad", "position gain", "a choice: set your own", "example"),
+        constant("kd", 5.0, "N m s/rad", "velocity gain", "a choice: set your own", "example"),
+        constant("gain", 1.0, "", "share of the feedback that acts", "all of it", "standard"),
+        constant("limit", 1000.0, "N m", "largest torque of the drive", "beyond any", "standard"),
         constant(
             "hold",
             0.0,

@@ -10,11 +10,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .constant import Constant, constant
 from .equation import FIRST, Equation, Input
 from .experiments.offer import Course, Offer, OperatingRange
 from .experiments.pushes import pushes
 from .motion.drives import FORCE, ForceConstants
-from .rig import Constant, constant
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:

@@ -15,40 +15,12 @@ from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
+from .constant import Constant
 from .controller import Controller
 from .equation import Equation
 from .experiments.offer import Offer, OperatingRange
 
 Approach = Literal["output_error", "force_balance"]
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A known quantity of a rig.
-
-    Args:
-        name: As the source names it.
-        value: In SI (units are converted where a person reads or writes them).
-        unit: The unit in which people see it and `--set` reads it.
-        doc: Its meaning.
-        source: Where the value comes from.
-    """
-
-    name: str
-    value: float
-    unit: str
-    doc: str
-    source: str
-
-    @property
-    def shown(self) -> float:
-        """The value in the unit people see."""
-        return float(unit(self.unit).from_si(self.value))
-
-    def with_value(self, shown: float) -> Self:
-        """The same quantity with a value of the user's, in the unit people see."""
-        value = float(unit(self.unit).to_si(shown))
-        return self if value == self.value else replace(self, value=value, source="given")
 
 
 #: What a unit of a linear axis is on a rotary one.
@@ -73,11 +45,6 @@ def stem(name: str) -> str:
     `F_S+` is one of F_S, `W_3` one of W.
     """
     return _SUFFIX.sub("", name)
-
-
-def constant(name: str, shown: float, written: str, doc: str, source: str) -> Constant:
-    """A constant given in the unit people see."""
-    return Constant(name, float(unit(written).to_si(shown)), written, doc, source)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +79,7 @@ class Rig:
         laws: Laws it was made for; the first is the default. Every other law works too.
         ranges: Search ranges (lower, upper) that replace a law's own, SI, by parameter, or by
             the stem of several: F_S is for F_S+ and F_S-, W for W_1, W_2 and so on.
+        bounded: The parameters, or stems of several, whose range is the user's.
         shows: The unit in which people see a parameter or quantity, by name; SI where silent.
         labels: What the rig's literature calls a parameter, by the law's name for it.
         columns: Columns of its log format: channel -> "head", "head [unit]", or a table as the
@@ -133,6 +101,7 @@ class Rig:
     params: tuple[Param, ...] = ()
     laws: tuple[str, ...] = ("stribeck",)
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    bounded: frozenset[str] = frozenset()
     shows: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, Any] = field(default_factory=dict)
@@ -157,19 +126,34 @@ class Rig:
                 return c.value
         raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
 
-    def set(self, **values: float) -> Self:
-        """The same rig with other constants, given in the units it shows.
+    def set(self, **values: float | tuple[float, float]) -> Self:
+        """The same rig with constants of the user's, in the units it shows.
 
-        The source of a value that differs from the one before is "given".
+        A number is exact; of a pair the second is the tolerance.
         """
         for name in values:
             self[name]
-        return replace(
-            self,
-            constants=tuple(
-                c.with_value(values[c.name]) if c.name in values else c for c in self.constants
-            ),
+        return self._with(
+            c.with_value(*_pair(values[c.name])) if c.name in values else c for c in self.constants
         )
+
+    def exact(self) -> Self:
+        """The same rig with all its constants taken as exact."""
+        return self._with(c.exact() for c in self.constants)
+
+    def estimated(self, values: Mapping[str, float]) -> Self:
+        """The same rig with other values of constants, SI; what is known of them stays."""
+        return self._with(
+            replace(c, value=values[c.name]) if c.name in values else c for c in self.constants
+        )
+
+    @property
+    def uncertain(self) -> tuple[Constant, ...]:
+        """The constants that have a tolerance."""
+        return tuple(c for c in self.constants if c.tolerance > 0)
+
+    def _with(self, constants: Iterable[Constant]) -> Self:
+        return replace(self, constants=tuple(constants))
 
     def parameters(self, law: Law) -> tuple[Param, ...]:
         """The law's parameters and then the rig's own, with this rig's search ranges."""
@@ -245,6 +229,10 @@ class Rig:
 
     def _constants(self) -> str:
         return ", ".join(c.name for c in self.constants) or "none"
+
+
+def _pair(value: float | tuple[float, float]) -> tuple[float, float]:
+    return value if isinstance(value, tuple) else (value, 0.0)
 
 
 def shown_in(rig: Rig, param: Param, value: Any) -> Any:

@@ -10,11 +10,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .constant import constant
 from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.servo_goals import servo_goals
 from .motion.drives import SERVO, ServoConstants
-from .rig import constant
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -99,6 +99,7 @@ class ServoPendulum(SteppedRig):
 
 
 _BAM = "M. Duclusaud et al., Extended Friction Models (2025), arXiv 2410.08650; Rhoban/bam"
+_LOG = "the log, where it says so, else BAM's pendulum"
 _COLUMNS: dict[str, Any] = {
     "time": "timestamp [s]",
     "position": "position [rad]",
@@ -113,14 +114,13 @@ SERVO_PENDULUM = ServoPendulum(
     doc="a pendulum on a position-controlled servo whose torque can be switched off",
     cite=_BAM,
     constants=(
-        constant("m", 0.49, "kg", "mass at the end of the pendulum", "the log, where it says so"),
-        constant("l", 0.1, "m", "its distance from the shaft", "the log, where it says so"),
-        constant("kp", 400.0, "", "gain of the servo, in its own counts",
-                 "the log, where it says so"),
-        constant("vin", 7.4, "V", "supply voltage", "the log, where it says so"),
+        constant("m", 0.49, "kg", "mass at the end of the pendulum", _LOG, "the paper"),
+        constant("l", 0.1, "m", "its distance from the shaft", _LOG, "the paper"),
+        constant("kp", 400.0, "", "gain of the servo, in its own counts", _LOG, "the paper"),
+        constant("vin", 7.4, "V", "supply voltage", _LOG, "the paper"),
         constant("duty", 4096 / (2 * np.pi) / (256 * 885), "1/rad",
-                 "share of the supply voltage for an error of 1 rad at kp = 1", _BAM),
-        constant("g", 9.80665, "m/s**2", "gravity", "standard value"),
+                 "share of the supply voltage for an error of 1 rad at kp = 1", _BAM, "the paper"),
+        constant("g", 9.80665, "m/s**2", "gravity", "standard value", "standard"),
         constant("step", 6.0, "ms", "longest step of the simulation", "docs/rigs.md"),
         constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),

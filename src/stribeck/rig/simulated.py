@@ -65,6 +65,16 @@ class SimulatedRig(Rig):
         x = recording.position
         return prepared(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
+    def stated(self, recording: Recording) -> frozenset[str]:
+        """The constants that a log states itself, by name: what it says counts, not the rig's."""
+        del recording
+        return frozenset()
+
+    def with_constants(self, track: Track, recording: Recording) -> Track:
+        """A track that a rig of this kind with other constants has prepared, with this rig's."""
+        del recording
+        return track
+
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
         del law, p, track

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
+from .constant import Constant, constant
 from .controller import Controller
 from .equation import FIRST, SECOND, Equation, Input
 from .experiments.offer import Offer, OperatingRange
@@ -21,7 +22,7 @@ from .motion.command import Drive
 from .motion.drives import K_SPRING_M, K_SPRING_P, SLIDE, SlideConstants
 from .motion.event_driven import misfits, trajectories
 from .motion.track import Track
-from .rig import Constant, Motion, constant
+from .rig import Motion
 from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
@@ -40,23 +41,28 @@ def _constants() -> tuple[Constant, ...]:
     named, section = "nomenclature", "section 4.3"
     derived = "from the constants above (nomenclature)"
     return (
-        constant("m", 10.90, "kg", "mass of the slide", "section 4.4"),
-        constant("k_hat+", 3.5, "N/mm", "controller gain, stretch > 0 (ramp up)", section),
-        constant("k_hat-", 2.8, "N/mm", "controller gain, stretch < 0 (ramp down)", section),
+        constant("m", 10.90, "kg", "mass of the slide", "section 4.4", "the paper"),
+        constant("k_hat+", 3.5, "N/mm", "controller gain, stretch > 0 (ramp up)", section,
+                 "the paper"),
+        constant("k_hat-", 2.8, "N/mm", "controller gain, stretch < 0 (ramp down)", section,
+                 "the paper"),
         constant("F_fm", 23.5, "N", "friction of the motor, at the screw",
-                 "inferred: 0.60 oz-in of a motor of this class times K_v; not in the paper"),
-        constant("a", a, "", "gear ratio", named),
-        constant("l", lead, "mm", "ball screw lead", named),
-        constant("eta_b", eta_b, "", "gear box efficiency", named),
-        constant("eta_c", eta_c, "", "ball screw efficiency", named),
-        constant("J_m", 4.17e-6, "kg m**2", "inertia of the motor", named),
-        constant("D_m", 2.60e-6, "N m s/rad", "viscous friction of the motor", named),
-        constant("K_t", 18.2e-3, "N m/A", "torque constant (printed N/A)", named),
-        constant("K_n", K_n, "rad/m", "slide to motor speed, 2 pi a / l", derived),
-        constant("K_v", K_v, "1/m", "motor torque to screw force, K_n eta_b eta_c", derived),
-        constant("K_kt", K_n * K_v, "1/m**2", "motor inertia to slide mass, K_n K_v", derived),
-        constant("F_m_max", 30.0, "N", "clamp of the motor's inertia and damping force", section),
-        constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", named),
+                 "0.60 oz-in of a motor of this class times K_v; not in the paper", "inferred"),
+        constant("a", a, "", "gear ratio", named, "the paper", 0.0),
+        constant("l", lead, "mm", "ball screw lead", named, "the paper", 0.0),
+        constant("eta_b", eta_b, "", "gear box efficiency", named, "the paper", 0.0),
+        constant("eta_c", eta_c, "", "ball screw efficiency", named, "the paper", 0.0),
+        constant("J_m", 4.17e-6, "kg m**2", "inertia of the motor", named, "the paper"),
+        constant("D_m", 2.60e-6, "N m s/rad", "viscous friction of the motor", named, "the paper"),
+        constant("K_t", 18.2e-3, "N m/A", "torque constant (printed N/A)", named, "the paper", 0.0),
+        constant("K_n", K_n, "rad/m", "slide to motor speed, 2 pi a / l", derived, "derived"),
+        constant("K_v", K_v, "1/m", "motor torque to screw force, K_n eta_b eta_c", derived,
+                 "derived"),
+        constant("K_kt", K_n * K_v, "1/m**2", "motor inertia to slide mass, K_n K_v", derived,
+                 "derived"),
+        constant("F_m_max", 30.0, "N", "clamp of the motor's inertia and damping force", section,
+                 "the paper"),
+        constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", "nomenclature"),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
         constant("step", 1.0, "ms",
@@ -90,18 +96,24 @@ class SlideBed(SimulatedRig):
     hand_gauge: bool = True
     known_scale: bool = True
 
-    def set(self, **values: float) -> Self:
-        """The same rig with other constants, in the units it shows.
+    def set(self, **values: float | tuple[float, float]) -> Self:
+        """The same rig with constants of the user's, in the units it shows.
 
         K_n, K_v and K_kt follow from others (nomenclature) unless set themselves.
         """
-        rig = super().set(**values)
+        return super().set(**values).derived(values)
+
+    def estimated(self, values: Mapping[str, float]) -> Self:
+        """As `Rig.estimated`; K_n, K_v and K_kt follow from others."""
+        return super().estimated(values).derived(values)
+
+    def derived(self, changed: Collection[str]) -> Self:
+        """The same rig with what follows from constants that have changed."""
+        rig, names = self, set(changed)
         for name, parts, formula in _GEAR:
-            if name not in values and not values.keys().isdisjoint(parts):
-                values[name] = formula(*(rig[part] for part in parts))  # shown in SI
-                rig = replace(rig, constants=tuple(
-                    replace(c, value=values[name]) if c.name == name else c for c in rig.constants
-                ))  # fmt: skip
+            if name not in changed and not names.isdisjoint(parts):
+                rig = super(SlideBed, rig).estimated({name: formula(*(rig[p] for p in parts))})
+                names.add(name)
         return rig
 
     def own(self, law: Law) -> tuple[Param, ...]:

@@ -64,6 +64,11 @@ class SteppedRig(SimulatedRig):
             ]
         )
 
+    def stated(self, recording: Recording) -> frozenset[str]:
+        """The constants that a log states itself, by name."""
+        columns = self.run_columns.items()
+        return frozenset(name for column, name in columns if column in recording.extra)
+
     def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
         """The constants of its drive, in the order in which its kind reads them.
 
@@ -152,6 +157,10 @@ class SteppedRig(SimulatedRig):
                 given=self.run_constants(recording),
             )
         )
+
+    def with_constants(self, track: Track, recording: Recording) -> Track:
+        """The track with the constants of its run; see `SimulatedRig.with_constants`."""
+        return track._replace(given=self.run_constants(recording))
 
     def _fits(self, recording: Recording) -> None:
         if recording.rotary != self.rotary:

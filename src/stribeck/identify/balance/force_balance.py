@@ -20,6 +20,7 @@ from ..uncertainty.estimates import bound_warnings, correlation_warnings, estima
 from . import balance
 from .checks import BalanceChecks, check_balance
 from .force_residuals import BalanceResiduals
+from .force_scale import with_force_gain
 
 #: What the misfit of a force balance is called.
 MISFIT = "the force error"
@@ -67,7 +68,7 @@ def _balance_fit(
         resting=others,
         misfit=MISFIT,
     )
-    judged = checks.widened(parameters, solved, unwidened)
+    judged = with_force_gain(parameters, checks.widened(parameters, solved, unwidened))
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
     sentences = [

@@ -11,6 +11,7 @@ from ...rig.simulated import as_simulated
 from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
 from ..data_split import DataSplit
+from ..free_constants import with_free_constants
 from ..multistart import Optimum
 from ..output_error import output_error_fit
 from ..result import Fit, SearchRecord
@@ -88,9 +89,10 @@ def _output_error_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
         seconds=trained.seconds,
         ended=run.ended,
     )
+    whole, x, spent = with_free_constants(problem, trained.x)
     optimum = Optimum(
-        problem,
-        trained.x,
+        whole,
+        x,
         search,
         spread=np.full(free, np.nan),
         rivals=1,
@@ -99,9 +101,10 @@ def _output_error_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
     )
     budget = PROFILES * problem.space.dim
     holdout = tuple((r, tuple(segments(data.recordings, rig, r))) for r in data.holdout)
+    uncertain = uncertainty(whole, x, among=free, budget=budget, keep=True)
     return output_error_fit(
         optimum,
-        uncertainty(problem, trained.x, among=free, budget=budget, keep=True),
+        replace(uncertain, rows=uncertain.rows + spent),
         data,
         SegmentSplit(trained.train, holdout),
     )

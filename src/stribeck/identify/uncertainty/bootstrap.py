@@ -103,7 +103,7 @@ def bootstrap(
     counted = Counted(problem, n * rows + 3 * box.dim + 1 if budget is None else budget)
     best = linearised(counted, box, x)
     logs = logs_of(problem, len(best.r))
-    length = block or block_length(best.r, logs)
+    length = block or block_length(best.r[: sum(logs)], logs)
     scale = np.sqrt(len(best.r) / (len(best.r) - box.dim)) * fixed_b(length / len(best.r))
     rngs = [np.random.default_rng(s) for s in SeedSequence(seed).spawn(n)]
     gain = FINE * best.squares / (len(best.r) - box.dim)
@@ -159,14 +159,19 @@ def _refit(
 
 
 def blocks(r: Array, logs: Sequence[int], length: int, rng: Rng) -> Array:
-    """Residuals drawn anew, (N,): circular blocks from each log, about a mean of zero."""
-    drawn = []
-    for part in parts(r - r.mean(), logs):
+    """Residuals drawn anew, (N,): circular blocks from each log, about a mean of zero.
+
+    Those of priors, the rows after those of the logs, are drawn from the normal distribution that
+    each stands for.
+    """
+    drawn, data = [], sum(logs)
+    for part in parts(r - r[:data].mean(), logs):
         rows = len(part)
         size = min(length, rows)
         begins = rng.integers(0, rows, size=-(-rows // size))
         at = (begins[:, None] + np.arange(size)) % rows
         drawn.append(part[at.ravel()[:rows]])
+    drawn.append(np.sqrt(np.mean(r[:data] ** 2)) * rng.standard_normal(len(r) - data))
     return np.concatenate(drawn)
 
 

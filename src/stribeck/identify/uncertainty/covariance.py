@@ -58,7 +58,10 @@ class QuickLook:
 
 
 def quick_look(J: Array, r: Array, logs: Sequence[int]) -> QuickLook:
-    """Look at slopes J (dim, N) and residuals r (N,) of logs of so many rows each."""
+    """Look at slopes J (dim, N) and residuals r (N,) of logs of so many rows each.
+
+    Rows after those of the logs are priors: they tell as much as a row of the data's noise.
+    """
     dim, rows = J.shape
     lengths = np.sqrt(np.einsum("im,im->i", J, J))
     lengths[lengths == 0] = 1.0
@@ -99,11 +102,15 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
         C: Inverse of J J^T, (dim, dim).
         J: Slopes, (dim, N).
         r: Residuals, (N,).
-        logs: Rows of each log.
+        logs: Rows of each log; rows after them are priors, whose error is white.
     """
-    dim, rows = J.shape
+    dim, data = J.shape[0], sum(logs)
+    rows = J.shape[1]
     dof = max(rows - dim, 1)
-    moves = np.einsum("ij,jm->im", C, J) * r
+    white = np.diag(C) * float(r @ r) / dof
+    moves = np.einsum("ij,jm->im", C, J)
+    prior = float(r @ r) / dof * np.square(moves[:, data:]).sum(axis=1)
+    moves, r, rows = moves[:, :data] * r[:data], r[:data], data
     # They add up to zero but where an end of a range holds the fit, and how far it holds it from
     # the least sum of squares is no noise.
     shares = parts(moves - moves.mean(axis=1, keepdims=True), logs)
@@ -116,9 +123,8 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
         / (1 - a) ** 2,
         _newey_west(shares, r, logs, rows),
     )
-    white = np.diag(C) * float(r @ r) / dof
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = total * (rows / dof) / white
+        ratio = (total * (rows / dof) + prior) / white
     return np.where(np.isfinite(ratio), np.maximum(ratio, 1.0), 1.0)
 
 

@@ -109,13 +109,16 @@ def posterior(
     best = linearised(counted, box, x)
     logs = logs_of(problem, len(best.r))
     quick = quick_look(best.J, best.r, logs)
-    variance = quick.variance * correlation_time(best.r, logs)
+    time, data = correlation_time(best.r, logs), sum(logs)
+    variance = quick.variance * time
 
     def log_probability(u: Array) -> Array:
         density = np.full(len(u), -np.inf)
         inside = ((u >= 0.0) & (u <= 1.0)).all(axis=1)
         if inside.any():
-            squares = squares_of(counted.residuals(box.space.decode(u[inside])))
+            r = counted.residuals(box.space.decode(u[inside]))
+            # priors do not correlate
+            squares = squares_of(r[:, :data]) + time * squares_of(r[:, data:])
             counted.forget()
             density[inside] = np.where(np.isfinite(squares), -0.5 * squares / variance, -np.inf)
         return density

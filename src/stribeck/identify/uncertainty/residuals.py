@@ -20,10 +20,12 @@ from ...space import Array, Space
 class Residuals(Protocol):
     """Measured less modelled, for many parameter sets at once.
 
-    Three attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
-    order: nothing correlates across them (default: all rows are one log). `orders` is a tuple
-    of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says, (n,), which of the
-    points (n, dim) mean something.
+    Four attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
+    order: nothing correlates across them (default: all rows are one log). `priors` is how many of
+    the rows, the last ones, are no data: each is a parameter less what is known of it beforehand,
+    over the standard deviation of that, times the noise of the data (default: none). `orders` is a
+    tuple of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says, (n,), which of
+    the points (n, dim) mean something.
     """
 
     @property
@@ -35,17 +37,23 @@ class Residuals(Protocol):
 
 
 def logs_of(problem: Residuals, rows: int) -> tuple[int, ...]:
-    """How many rows each log has, in order.
+    """How many rows each log has, in order; those of priors are not among them.
 
     Raises:
         InputError: the problem's logs do not add up to its rows.
     """
     logs: Sequence[int] | None = getattr(problem, "logs", None)
+    rows -= priors_of(problem)
     if logs is None:
         return (rows,)
     if sum(logs) != rows:
         raise InputError(f"logs of {sum(logs)} rows in all, but {rows} residuals: count them again")
     return tuple(int(n) for n in logs if n)
+
+
+def priors_of(problem: Residuals) -> int:
+    """How many of the rows, the last ones, are priors."""
+    return int(getattr(problem, "priors", 0))
 
 
 def parts(series: Array, logs: Sequence[int]) -> list[Array]:

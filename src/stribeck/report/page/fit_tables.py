@@ -39,6 +39,11 @@ def parameters(report: Report) -> Table:
             *([_known(p.standard_error, 3)] if errors else []),
             p.verdict, _ENDED.sub("", p.meaning) + _bound(p),
         ])  # fmt: skip
+    rows += [
+        [name, number(c.value), unit_label(c.unit), _known(c.low), _known(c.high), DASH,
+         *([DASH] if errors else []), c.verdict, "a parameter and a constant of the rig together"]
+        for name, c in card.combinations.items()
+    ]  # fmt: skip
     last = len(heads) - 1
     return Table.of_texts("Parameters", heads, rows, (0, 2, 5, last - 1, last), sentences=(5, last))
 

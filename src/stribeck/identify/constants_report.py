@@ -1,0 +1,62 @@
+"""What a fit says of the rig's constants: which rule a parameter, and which are not the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..rig.constant import BORROWED
+from ..rig.rig import shown_in
+from ..units import unit
+from .free_constants import FreeConstantsProblem, Ruling
+from .parameters import Parameters
+from .uncertainty.estimates import Estimate
+from .uncertainty.residuals import Residuals
+
+#: A constant is said to rule a parameter where it makes this share of its variance.
+RULES = 0.1
+
+
+def with_rulings(
+    parameters: Parameters, estimates: Sequence[Estimate], rulings: Sequence[Ruling]
+) -> tuple[Estimate, ...]:
+    """Estimates whose meaning says which constants rule them."""
+    result = []
+    for q, e in zip(parameters.every, estimates, strict=True):
+        name = parameters.tied.get(q.name, q.name)
+        ruling = [r for r in rulings if r.parameter == name and r.share >= RULES]
+        ruling.sort(key=lambda r: -r.share)
+        clauses = [_clause(parameters, r, e.unit) for r in ruling]
+        text = f"{e.meaning}; it {', '.join(clauses)}" if clauses and e.meaning else e.meaning
+        result.append(replace(e, meaning=text))
+    return tuple(result)
+
+
+def _clause(parameters: Parameters, r: Ruling, written: str) -> str:
+    rig = parameters.rig
+    (param,) = [q for q in parameters.every if q.name == r.parameter]
+    (c,) = [c for c in rig.constants if c.name == r.constant]
+    step = unit(c.unit).factor
+    change = float(shown_in(rig, param, r.slope * step))
+    verb = "rises" if change > 0 else "falls"
+    amount = f"{abs(change):.2g} {written}".rstrip()
+    return (
+        f"{verb} {amount} for each {c.unit or '1'} of {r.constant} ({r.share:.0%} of its variance)"
+    )
+
+
+def borrowed(problem: Residuals) -> list[str]:
+    """A sentence that names the constants of somebody else's machine on which a fit rests."""
+    if not isinstance(problem, FreeConstantsProblem):
+        return []
+    foreign = [c for c in problem.constants if c.origin in BORROWED]
+    if not foreign:
+        return []
+    values = ", ".join(
+        f"{c.name} = {c.shown:.4g} ± {c.shown_tolerance:.2g} {c.unit}".rstrip() for c in foreign
+    )
+    sentence = (
+        f"constants not of this axis but of the rig's source: {values}; intervals carry these "
+        "tolerances: give your own (--set NAME=VALUE, or NAME=VALUE±TOLERANCE)"
+    )
+    return [sentence]

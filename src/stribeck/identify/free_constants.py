@@ -1,0 +1,193 @@
+"""The rig's constants that are not exact, estimated together with the parameters.
+
+A constant with a tolerance is known beforehand, give or take that. The last refinement, and every
+statement about uncertainty, has it among the unknowns, held by a prior: so the intervals of the
+parameters hold for every value that the constant may have, and say how much of their width is
+its doing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..optimize import rms
+from ..optimize.lockstep import Counted
+from ..rig.constant import Constant
+from ..rig.simulated import as_simulated
+from ..space import Array, Param, Space
+from ..units import unit
+from .initial_state import FreeStartProblem
+from .problem import MotionProblem
+from .uncertainty.linearisation import box_of, linearised
+
+#: How far from its value a constant may be estimated, in standard deviations.
+REACH = 4.0
+#: A constant that moves no parameter by more than this share of the parameter's own standard
+#: error, over its whole tolerance, is left out: it changes no interval by more than a hundredth.
+MATTERS = 0.1
+
+
+class FreeConstantsProblem:
+    """A motion problem with constants of its rig as further parameters, after all others.
+
+    Residuals are those of the motion problem, and after them one for each constant: its distance
+    from the value known beforehand, over the standard deviation of that, times the noise.
+
+    Args:
+        problem: The motion problem, with or without free starts.
+        constants: Those that are free; each has a tolerance.
+        noise: Root mean square of the motion problem's residuals at a good fit, in its unit.
+    """
+
+    def __init__(
+        self,
+        problem: MotionProblem | FreeStartProblem,
+        constants: Sequence[Constant],
+        noise: float,
+    ) -> None:
+        self.problem, self.constants, self.noise = problem, tuple(constants), noise
+        self.parameters = problem.parameters
+        self.name = f"{problem.name}/constants"
+        self.space = Space((*problem.space.params, *map(_as_param, constants)))
+        self.logs = problem.logs
+        self.priors = len(self.constants)
+
+    @property
+    def nominal(self) -> Array:
+        """The constants as known beforehand, SI, (constants,)."""
+        return np.array([c.value for c in self.constants])
+
+    def __call__(self, x: Array, /) -> Array:
+        """(n, dim) points to (n,) root mean squares of their residuals."""
+        return rms(self.residuals(x))
+
+    def residuals(self, x: Array, /) -> Array:
+        """(n, dim) points to (n, rows + constants) residuals, in the problem's unit."""
+        x = np.atleast_2d(x)
+        k = len(self.problem.space.params)
+        sd = np.array([c.standard_deviation for c in self.constants])
+        residuals = np.full((len(x), sum(self.logs) + self.priors), np.nan)
+        residuals[:, sum(self.logs) :] = self.noise * (x[:, k:] - self.nominal) / sd
+        for values in np.unique(x[:, k:], axis=0):
+            rows = (x[:, k:] == values).all(axis=1)
+            residuals[rows, : sum(self.logs)] = self._at(values).residuals(x[rows, :k])
+        return residuals
+
+    def at(self, x: Array) -> tuple[MotionProblem | FreeStartProblem, Array]:
+        """The motion problem with the constants of a point (dim,), and the rest of the point."""
+        k = len(self.problem.space.params)
+        return self._at(x[k:]), x[:k]
+
+    def _at(self, values: Array) -> MotionProblem | FreeStartProblem:
+        """The motion problem on a rig with these constants, SI."""
+        by_name = {c.name: float(v) for c, v in zip(self.constants, values, strict=True)}
+        return self.problem.on(self.parameters.rig.estimated(by_name))
+
+
+@dataclass(frozen=True)
+class Ruling:
+    """How a constant moves a parameter.
+
+    Args:
+        parameter: The parameter's name.
+        constant: The constant's name.
+        slope: Change of the parameter, the others refitted, for a change of the constant, SI.
+        share: Of the parameter's variance that the constant's tolerance makes, 0 to 1.
+    """
+
+    parameter: str
+    constant: str
+    slope: float
+    share: float
+
+
+def with_free_constants(
+    problem: MotionProblem | FreeStartProblem, x: Array
+) -> tuple[MotionProblem | FreeStartProblem | FreeConstantsProblem, Array, int]:
+    """The problem with those of its rig's uncertain constants free that matter.
+
+    And the point in it, and how many rows were evaluated.
+
+    Args:
+        problem: The motion problem.
+        x: A good fit, SI, (dim,).
+    """
+    constants = _unstated(problem)
+    if not constants:
+        return problem, x, 0
+    noise = float(rms(problem.residuals(x[None]))[0])
+    if not noise > 0:
+        return problem, x, 1
+    whole = FreeConstantsProblem(problem, constants, noise)
+    slopes, errors, rows = _slopes(whole, np.concatenate([x, whole.nominal]))
+    sd = np.array([c.standard_deviation for c in constants])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        effect = np.abs(slopes) * sd / errors[:, None]
+    matters = (effect > MATTERS).any(axis=0)
+    chosen = [c for c, does in zip(constants, matters, strict=True) if does]
+    if not chosen:
+        return problem, x, 1 + rows
+    reduced = FreeConstantsProblem(problem, chosen, noise)
+    return reduced, np.concatenate([x, reduced.nominal]), 1 + rows
+
+
+def rulings(problem: FreeConstantsProblem, x: Array, curvature: Array) -> list[Ruling]:
+    """How the constants move the parameters at a fit, all others refitted.
+
+    Args:
+        problem: The problem that was solved.
+        x: The fit, SI, (dim,).
+        curvature: Covariance of all its parameters over the unit cube, up to a factor, (dim, dim).
+    """
+    box, k = box_of(problem), len(problem.problem.space.params)
+    scale = box.scale(box.u(x))
+    C = curvature * np.outer(scale, scale)
+    result = []
+    for i, q in enumerate(problem.parameters.free):
+        for j, c in enumerate(problem.constants, k):
+            if C[i, i] > 0 and C[j, j] > 0:
+                slope, share = C[i, j] / C[j, j], C[i, j] ** 2 / (C[i, i] * C[j, j])
+                result.append(Ruling(q.name, c.name, float(slope), float(share)))
+    return result
+
+
+def _unstated(problem: MotionProblem | FreeStartProblem) -> tuple[Constant, ...]:
+    """The uncertain constants of a problem's rig, without those that all its logs state."""
+    rig = as_simulated(problem.parameters.rig)
+    train = problem.problem.train if isinstance(problem, FreeStartProblem) else problem.train
+    stated = frozenset.intersection(*(rig.stated(s.recording) for s in train))
+    return tuple(c for c in rig.uncertain if c.name not in stated)
+
+
+def _slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Array, int]:
+    """See `_partial`, at a point, SI, (dim,); and how many rows were evaluated."""
+    box = box_of(problem)
+    counted = Counted(problem, 3 * box.dim + 1)
+    fit = linearised(counted, box, x)
+    return *_partial(problem, fit.J, x, problem.noise), counted.rows
+
+
+def _partial(
+    problem: FreeConstantsProblem, J: Array, x: Array, noise: float
+) -> tuple[Array, Array]:
+    """Slopes of the free parameters over the constants, all others refitted, SI, (free, constants).
+
+    And the standard errors of the free parameters with the constants held, for white residuals.
+    """
+    box, k, data = box_of(problem), len(problem.problem.space.params), sum(problem.logs)
+    scale, free = box.scale(box.u(x)), len(problem.parameters.free)
+    Jx, Jc = J[:k, :data], J[k:, :data]
+    C = np.linalg.pinv(np.einsum("im,jm->ij", Jx, Jx), hermitian=True)
+    slopes = -C @ np.einsum("im,jm->ij", Jx, Jc)
+    errors = noise * np.sqrt(np.maximum(np.diag(C), 0.0))
+    si = slopes * scale[:k, None] / scale[None, k:]
+    return si[:free], (errors * scale[:k])[:free]
+
+
+def _as_param(c: Constant) -> Param:
+    reach = REACH * c.standard_deviation
+    lower = max(c.value - reach, 0.0) if c.value >= 0 else c.value - reach
+    return Param(c.name, lower, c.value + reach, unit(c.unit).dimension, doc=c.doc)

@@ -1,0 +1,133 @@
+"""A known quantity of a rig: its value, where that comes from, and how far it can be trusted."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, replace
+from typing import Literal, Self
+
+from ..errors import InputError
+from ..units import unit
+
+#: Who vouches for a value: the user; the source of the rig, whose machine it is of; an inference
+#: where that source is silent; nobody, as it is an example that the user is to replace; other
+#: constants, from which it follows; a standard; or nobody again, where it is no quantity of the
+#: axis but a setting of the simulation.
+Origin = Literal["yours", "the paper", "inferred", "example", "derived", "standard", "setting"]
+
+#: Tolerance of a value that was not given for this axis, as a share of it: of another machine of
+#: the kind, of a quantity that even there was inferred, and of an example.
+BORROWED: dict[Origin, float] = {"the paper": 0.1, "inferred": 0.5, "example": 0.5}
+#: A tolerance is twice a standard deviation (an expanded uncertainty with k = 2).
+COVERAGE = 2.0
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A known quantity of a rig.
+
+    Args:
+        name: As the source names it.
+        value: In SI (units are converted where a person reads or writes them).
+        unit: The unit in which people see it and `--set` reads it.
+        doc: Its meaning.
+        source: Where the value comes from, for a reader.
+        origin: Who vouches for it.
+        tolerance: By how much the true value may differ from it, SI: twice a standard deviation;
+            0 where it is exact.
+    """
+
+    name: str
+    value: float
+    unit: str
+    doc: str
+    source: str
+    origin: Origin = "setting"
+    tolerance: float = 0.0
+
+    @property
+    def shown(self) -> float:
+        """The value in the unit people see."""
+        return float(unit(self.unit).from_si(self.value))
+
+    @property
+    def shown_tolerance(self) -> float:
+        """The tolerance in the unit people see."""
+        return self.tolerance / unit(self.unit).factor
+
+    @property
+    def standard_deviation(self) -> float:
+        """Of what is known of the value beforehand, SI; 0 where it is exact."""
+        return self.tolerance / COVERAGE
+
+    def with_value(self, shown: float, tolerance: float = 0.0) -> Self:
+        """The same quantity as the user gives it, in the unit people see.
+
+        Raises:
+            InputError: a tolerance of what is no quantity of the axis.
+        """
+        if tolerance and self.origin == "setting":
+            raise InputError(f"{self.name} is a setting of the simulation: it has no tolerance")
+        written = unit(self.unit)
+        return replace(
+            self,
+            value=float(written.to_si(shown)),
+            tolerance=tolerance * written.factor,
+            source="given",
+            origin=self.origin if self.origin == "setting" else "yours",
+        )
+
+    def exact(self) -> Self:
+        """The same value, taken as exact."""
+        return replace(self, tolerance=0.0)
+
+
+def constant(
+    name: str,
+    shown: float,
+    written: str,
+    doc: str,
+    source: str,
+    origin: Origin = "setting",
+    share: float | None = None,
+) -> Constant:
+    """A constant in the unit people see.
+
+    Its tolerance is a share of its value: by default what its origin has, 0 for what is counted.
+    """
+    value = float(unit(written).to_si(shown))
+    tolerance = (BORROWED.get(origin, 0.0) if share is None else share) * abs(value)
+    return Constant(name, value, written, doc, source, origin, tolerance)
+
+
+_TOLERANCE = re.compile(r"(.+?)(?:±|\+/?-)([^%]+)(%?)")
+
+
+def toleranced(text: str, place: str) -> tuple[float, float]:
+    """A value and its tolerance as people write them: `20`, `20±5`, `20+-5`, `20±10%`.
+
+    Args:
+        text: What was written.
+        place: Where, for the message.
+
+    Raises:
+        InputError: it is not that.
+    """
+    match = _TOLERANCE.fullmatch("".join(text.split()))
+    if match is None:
+        return _number(text, text, place), 0.0
+    value, tolerance = _number(match[1], text, place), _number(match[2], text, place)
+    if tolerance < 0:
+        raise InputError(f"{place}: {text!r}: a tolerance is not below 0")
+    return value, tolerance * abs(value) / 100 if match[3] else tolerance
+
+
+def _number(part: str, text: str, place: str) -> float:
+    try:
+        value = float(part)
+    except ValueError:
+        raise InputError(f"{place}: {text!r} is not a number, nor VALUE±TOLERANCE") from None
+    if not math.isfinite(value):
+        raise InputError(f"{place}: {text!r} is not a finite number")
+    return value

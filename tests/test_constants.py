@@ -1,0 +1,230 @@
+"""Constants of a rig: what is known of them beforehand, and what a fit may say where they are not.
+
+The logs are made by a foreign simulator, on a slide bed whose constants are its own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from command import Completed, caller
+from foreign import slide_bed
+from foreign.friction import Curve
+from stribeck import RIGS, Fit, InputError, Recording, identify
+from stribeck.identify.card import card, read_card
+from stribeck.identify.free_constants import FreeConstantsProblem
+from stribeck.rig.constant import COVERAGE, toleranced
+from stribeck.rig.custom import rig_file
+from stribeck.rig.slide_bed import SLIDE_BED
+
+#: Of the foreign slide: F_S, F_C in N, F_V in N s/m, v_SS in m/s.
+TRUTH = Curve(130.0, 60.0, 958.3, 2e-3)
+#: Constants that are of the rig's source, and rule a stick-slip log.
+K_HAT, K_SPRING = 3500.0, 967.98
+
+
+def log(F_fm: float, seed: int = 1, noise: float = 0.3e-3) -> Recording:
+    """A ramp up on a foreign slide bed whose motor has a friction of its own."""
+    bed = slide_bed.Bed(F_fm=F_fm)
+    times, command = np.array([0.0, 60.0]), np.array([0.05, 0.35])
+    motion = slide_bed.simulate(bed, TRUTH, TRUTH, times, command, 0.044, dt=0.02)
+    rng = np.random.default_rng(seed)
+    position = motion.position + noise * rng.standard_normal(len(motion.t))
+    return Recording(t=motion.t, position=position, command=motion.command)
+
+
+@pytest.fixture(scope="module")
+def other_motor() -> Fit:
+    """The default rig on a log of a machine whose motor has 15 N of friction, not 23.5 N."""
+    return identify(log(15.0), rig="slide-bed", law="stribeck", repeats=1)
+
+
+# --- what is known beforehand ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "tolerance"),
+    [
+        ("20", 20.0, 0.0),
+        ("20±5", 20.0, 5.0),
+        ("20 +- 5", 20.0, 5.0),
+        ("2e1+/-5e-1", 20.0, 0.5),
+        ("-20±10%", -20.0, 2.0),
+        ("1e-6±2e-7", 1e-6, 2e-7),
+    ],
+)
+def test_a_value_with_a_tolerance(text: str, value: float, tolerance: float) -> None:
+    assert toleranced(text, "--set F") == pytest.approx((value, tolerance))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "20±", "±5", "20±x", "20±-5", "nan", "20±inf", "20%", "1±2±3"]
+)
+def test_what_is_no_value_with_a_tolerance(text: str) -> None:
+    with pytest.raises(InputError, match="--set F: "):
+        toleranced(text, "--set F")
+
+
+def test_what_the_user_gives_is_exact_and_the_rest_has_a_tolerance() -> None:
+    rig = SLIDE_BED.set(m=12.0, F_fm=(20.0, 5.0))
+    known = {c.name: c for c in rig.constants}
+    assert (known["m"].origin, known["m"].tolerance) == ("yours", 0.0)
+    assert (known["F_fm"].origin, known["F_fm"].tolerance) == ("yours", 5.0)
+    assert known["F_fm"].standard_deviation == 5.0 / COVERAGE
+    assert known["k_hat+"].origin == "the paper"
+    assert known["k_hat+"].tolerance == pytest.approx(350.0)
+    assert {c.origin for c in SLIDE_BED.constants if c.tolerance} == {"the paper", "inferred"}
+    assert not rig.exact().uncertain
+
+
+def test_a_setting_of_the_simulation_has_no_tolerance() -> None:
+    with pytest.raises(InputError, match="step is a setting of the simulation"):
+        SLIDE_BED.set(step=(1.0, 0.1))
+
+
+def test_what_follows_from_a_constant_follows_its_estimate() -> None:
+    rig = SLIDE_BED.estimated({"a": 11.8})
+    assert rig["K_kt"] == pytest.approx(4 * SLIDE_BED["K_kt"])
+    assert {c.name: c.origin for c in rig.constants}["a"] == "the paper"
+
+
+def test_a_rig_file_has_tolerances(tmp_path: Path) -> None:
+    file = tmp_path / "bed.toml"
+    file.write_text('kind = "slide-bed"\nconstants = { F_fm = "20±5", m = 12 }\n', encoding="utf-8")
+    known = {c.name: c for c in rig_file(file).constants}
+    assert (known["F_fm"].shown, known["F_fm"].shown_tolerance) == (20.0, 5.0)
+    assert known["m"].tolerance == 0.0
+    file.write_text('kind = "slide-bed"\nconstants = { F_fm = "20+5" }\n', encoding="utf-8")
+    with pytest.raises(InputError, match=r"bed\.toml: constants\.F_fm: '20\+5' is not a number"):
+        rig_file(file)
+
+
+# --- what a fit says ------------------------------------------------------------------------------
+
+
+def test_intervals_carry_the_constants_of_another_machine(other_motor: Fit) -> None:
+    truth = {"F_S": 130.0, "F_C": 60.0, "F_V": 958.3, "v_SS": 2e-3, "k_spring": K_SPRING}
+    for e in other_motor.estimates:
+        if e.name in truth:
+            assert e.low <= truth[e.name] <= e.high, e.name
+            off = abs(e.value / truth[e.name] - 1)
+            assert e.verdict != "identified" or off < 0.03, e.name
+
+
+def test_the_same_constants_taken_as_exact_miss_the_truth() -> None:
+    """What the tolerances are for: the misfit does not tell that a constant is wrong."""
+    fit = identify(log(15.0), rig=SLIDE_BED.exact(), law="stribeck", repeats=1)
+    F_C = next(e for e in fit.estimates if e.name == "F_C")
+    assert F_C.verdict == "identified"
+    assert F_C.high < 60.0
+    assert fit.score.value < 0.31
+
+
+def test_sums_that_the_data_know_are_identified(other_motor: Fit) -> None:
+    sums = {(c.parameter, c.constant): c for c in other_motor.combinations}
+    motor = sums["F_C", "F_fm"]
+    assert motor.low <= 60.0 + 15.0 <= motor.high
+    assert motor.verdict == "identified"
+    spring = sums["k_spring", "k_hat+"]
+    assert spring.low <= K_SPRING + K_HAT <= spring.high
+    assert spring.verdict == "identified"
+
+
+def test_a_parameter_says_what_rules_it(other_motor: Fit) -> None:
+    meanings = {e.name: e.meaning for e in other_motor.estimates}
+    assert "it falls 1 N/mm for each N/mm of k_hat+" in meanings["k_spring"]
+    assert "for each N of F_fm" in meanings["F_C"]
+
+
+def test_one_warning_names_the_constants_of_the_source(other_motor: Fit) -> None:
+    (warning,) = [w for w in other_motor.warnings if "not of this axis" in w]
+    for name in ("F_fm = 23.5 ± 12 N", "k_hat+ = 3.5 ± 0.35 N/mm", "m = 10.9 ± 1.1 kg"):
+        assert name in warning
+    assert "k_hat-" not in warning  # the ramp never pulls that way
+
+
+@pytest.mark.parametrize("stage", ["with_free_constants", "combinations"])
+def test_ctrl_c_keeps_the_answer(stage: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"stribeck.identify.output_error.{stage}", interrupted)
+    fit = identify(log(15.0), rig="slide-bed", law="stribeck", repeats=1, budget=300)
+    assert fit.search.ended == "interrupted"
+    assert fit.score.value < 1.0
+    assert any(w.startswith("interrupted") for w in fit.warnings)
+
+
+def test_the_right_constants_narrow_the_intervals() -> None:
+    fit = identify(log(15.0), rig=SLIDE_BED.set(F_fm=15.0).exact(), law="stribeck", repeats=1)
+    F_C = next(e for e in fit.estimates if e.name == "F_C")
+    assert F_C.verdict == "identified"
+    assert F_C.low <= 60.0 <= F_C.high
+    assert not fit.combinations
+    assert not any("not of this axis" in w for w in fit.warnings)
+
+
+def test_a_constant_that_the_data_know_better_is_estimated() -> None:
+    """A given gain that is 8 % off with a tolerance of 20 %: the sum with the spring stays."""
+    rig = SLIDE_BED.exact().set(**{"k_hat+": (3.8, 0.76)})
+    fit = identify(log(23.5), rig=rig, law="stribeck", repeats=1)
+    assert isinstance(fit.residuals, FreeConstantsProblem)
+    (spring,) = [c for c in fit.combinations if c.parameter == "k_spring"]
+    assert spring.low <= K_SPRING + K_HAT <= spring.high
+
+
+def test_the_card_lists_all_constants_and_gives_the_same_rig_back(
+    other_motor: Fit, tmp_path: Path
+) -> None:
+    file = tmp_path / "card.json"
+    file.write_text(card(other_motor).text(), encoding="utf-8")
+    entries = json.loads(file.read_text(encoding="utf-8"))["constants"]
+    assert entries["F_fm"]["origin"] == "inferred"
+    assert entries["F_fm"]["tolerance"] == pytest.approx(11.75)
+    assert entries["k_hat+"] | {"value": 0} == {
+        "value": 0, "unit": "N/mm", "origin": "the paper", "tolerance": pytest.approx(0.35),
+    }  # fmt: skip
+    parameters, p = read_card(file).model()
+    assert p == pytest.approx(other_motor.p, rel=1e-12)
+    for ours, theirs in zip(parameters.rig.constants, other_motor.rig.constants, strict=True):
+        assert ours.value == pytest.approx(theirs.value, rel=1e-14), ours.name
+        assert ours.tolerance == pytest.approx(theirs.tolerance), ours.name
+
+
+# --- the command line -----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Completed]:
+    return caller(monkeypatch, capsys)
+
+
+def test_a_tolerance_for_a_parameter_is_refused(
+    run: Callable[..., Completed], tmp_path: Path
+) -> None:
+    recording = log(15.0)
+    assert recording.command is not None
+    rows = np.column_stack([recording.t, recording.position, recording.command])
+    heads = "time [s],position [m],command [m]"
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=heads, comments="")
+    identify_it = ("identify", str(tmp_path / "log.csv"), "--rig", "slide-bed")
+    completed = run(*identify_it, "--set", "F_C=60±5")
+    assert completed.status == 2
+    assert "--set F_C: '60±5' is not a number" in completed.err
+    completed = run(*identify_it, "--set", "F_fm=20±x")
+    assert completed.status == 2
+    assert "--set F_fm: '20±x' is not a number, nor VALUE±TOLERANCE" in completed.err
+
+
+@pytest.mark.parametrize("name", list(RIGS))
+def test_every_constant_says_who_vouches_for_it(name: str) -> None:
+    for c in RIGS[name].constants:
+        assert c.source, c.name
+        assert (c.tolerance > 0) <= (c.origin in ("the paper", "inferred", "example")), c.name
