@@ -158,7 +158,7 @@ def loop(k: int, *, memory: float = 0.0, locked: bool = False) -> Known:
 def pendulum(k: int) -> Known:
     """Servo pendulum number k: a few logs with other masses and lengths, noise on the angle."""
     rng = np.random.default_rng(SeedSequence((SEED + 2, k)))
-    rig, law = SERVO_PENDULUM, LAWS["coulomb-viscous"]
+    rig, law = SERVO_PENDULUM.exact(), LAWS["coulomb-viscous"]
     p, truth = _drawn(rig, law, SWING, rng)
     noise = float(rng.uniform(*ANGLE_NOISE))
     t = np.arange(0.0, SWING_SECONDS, 1 / SWING_RATE)

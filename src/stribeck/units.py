@@ -171,3 +171,25 @@ def _spell(text: str) -> str:
     text = re.sub(r"\b([kmM]?)Nm\b", r"\1N m", text)
     text = text.replace("·", " ").replace("²", "**2").replace("³", "**3").replace("⁻¹", "**-1")
     return re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", text)
+
+
+def number(text: str, place: str, *, whole: str | None = None, kind: str = "a number") -> float:
+    """A finite number that a person wrote.
+
+    Args:
+        text: It.
+        place: Where it stands, for the message.
+        whole: The text that it is a part of, for the message; itself by default.
+        kind: What should stand there, for the message.
+
+    Raises:
+        InputError: it is no number, or not finite.
+    """
+    written = text if whole is None else whole
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"{place}: {written!r} is not {kind}") from None
+    if not math.isfinite(value):
+        raise InputError(f"{place}: {written!r} is not a finite number")
+    return value

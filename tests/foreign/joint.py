@@ -9,6 +9,7 @@ import numpy as np
 
 from . import compiled
 from .clock import Array, line, segment, steps_in
+from .driven import DrivenMotion
 from .friction import Curve, acting, as_floats, level, next_velocity
 
 
@@ -29,22 +30,11 @@ class Joint(NamedTuple):
     hold: float = 0.0
 
 
-class JointMotion(NamedTuple):
-    """A motion; `force` is the drive's torque."""
-
-    t: Array
-    position: Array
-    velocity: Array
-    command: Array
-    force: Array
-    friction: Array
-
-
 def simulate(
     joint: Joint, plus: Curve, minus: Curve, times: Array, command: Array,
     speed: Array | None = None, feed_forward: Array | None = None, start: float | None = None,
     scatter: Array | None = None, h: float = 1e-5,
-) -> JointMotion:  # fmt: skip
+) -> DrivenMotion:  # fmt: skip
     """A motion from rest, sampled where the command is.
 
     Args:
@@ -68,7 +58,7 @@ def simulate(
         float(command[0] if start is None else start),
         np.ones(1) if scatter is None else np.asarray(scatter, float), steps_in(times[-1], h), h,
     )  # fmt: skip
-    return JointMotion(times.copy(), rows[0], rows[1], command.copy(), rows[2], rows[3])
+    return DrivenMotion(times.copy(), rows[0], rows[1], command.copy(), rows[2], rows[3])
 
 
 @compiled

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import InputError
+from ..units import number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,17 +101,6 @@ def _interval(text: str, place: str) -> tuple[float, float]:
     if not colon:
         raise InputError(f"{place}={text}: write NAME=LO:HI")
     return number(low, place), number(high, place)
-
-
-def number(text: str, place: str) -> float:
-    """A finite number; `place` it stands is for the message."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise InputError(f"{place}: {text!r} is not a number") from None
-    if not math.isfinite(value):
-        raise InputError(f"{place}: {text!r} is not a finite number")
-    return value
 
 
 def setting_value(text: str) -> Any:

@@ -10,6 +10,7 @@ from ..rig.rig import shown_in
 from ..units import unit
 from .free_constants import FreeConstantsProblem, Ruling
 from .parameters import Parameters
+from .uncertainty.blind_directions import percent
 from .uncertainty.estimates import Estimate
 from .uncertainty.residuals import Residuals
 
@@ -40,9 +41,8 @@ def _clause(parameters: Parameters, r: Ruling, written: str) -> str:
     change = float(shown_in(rig, param, r.slope * step))
     verb = "rises" if change > 0 else "falls"
     amount = f"{abs(change):.2g} {written}".rstrip()
-    return (
-        f"{verb} {amount} for each {c.unit or '1'} of {r.constant} ({r.share:.0%} of its variance)"
-    )
+    each = f"{c.unit or '1'} of {r.constant}"
+    return f"{verb} {amount} for each {each} ({percent(r.share)} of its variance)"
 
 
 def borrowed(problem: Residuals) -> list[str]:

@@ -25,8 +25,8 @@ from .uncertainty.linearisation import box_of, linearised
 
 #: How far from its value a constant may be estimated, in standard deviations.
 REACH = 4.0
-#: A constant that moves no parameter by more than this share of the parameter's own standard
-#: error, over its whole tolerance, is left out: it changes no interval by more than a hundredth.
+#: A constant whose standard deviation moves no parameter by more than this share of the parameter's
+#: own standard error is left out: it would widen no interval by more than a hundredth.
 MATTERS = 0.1
 
 

@@ -14,7 +14,7 @@ from ..rig.rig import in_si, stem
 from ..space import Array, Param, Space
 from .loss import SQUARES, Objective
 
-#: Share of a search range, in the search scale, within which a value sits at its end.
+#: Share of a search range within which a value sits at its end.
 AT_END = 1e-3
 #: By how much an end of a default range is moved out, linear and logarithmic.
 WIDER, WIDER_LOG = 2.0, 10.0

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass, replace
 from typing import Literal, Self
 
 from ..errors import InputError
-from ..units import unit
+from ..units import number, unit
 
 #: Who vouches for a value: the user; the source of the rig, whose machine it is of; an inference
 #: where that source is silent; nobody, as it is an example that the user is to replace; other
@@ -101,6 +100,8 @@ def constant(
     return Constant(name, value, written, doc, source, origin, tolerance)
 
 
+#: What a value with a tolerance is called where there is none.
+_WRITTEN = "a number, nor VALUE±TOLERANCE"
 _TOLERANCE = re.compile(r"(.+?)(?:±|\+/?-)([^%]+)(%?)")
 
 
@@ -116,18 +117,10 @@ def toleranced(text: str, place: str) -> tuple[float, float]:
     """
     match = _TOLERANCE.fullmatch("".join(text.split()))
     if match is None:
-        return _number(text, text, place), 0.0
-    value, tolerance = _number(match[1], text, place), _number(match[2], text, place)
+        return number(text, place, kind=_WRITTEN), 0.0
+    value, tolerance = (
+        number(part, place, whole=text, kind=_WRITTEN) for part in match.group(1, 2)
+    )
     if tolerance < 0:
         raise InputError(f"{place}: {text!r}: a tolerance is not below 0")
     return value, tolerance * abs(value) / 100 if match[3] else tolerance
-
-
-def _number(part: str, text: str, place: str) -> float:
-    try:
-        value = float(part)
-    except ValueError:
-        raise InputError(f"{place}: {text!r} is not a number, nor VALUE±TOLERANCE") from None
-    if not math.isfinite(value):
-        raise InputError(f"{place}: {text!r} is not a finite number")
-    return value

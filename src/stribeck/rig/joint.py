@@ -113,7 +113,7 @@ JOINT_RIG = JointRig(
     constants=(
         constant("kp", 100.0, "N m/rad", "position gain", "a choice: set your own", "example"),
         constant("kd", 5.0, "N m s/rad", "velocity gain", "a choice: set your own", "example"),
-        constant("gain", 1.0, "", "share of the feedback that acts", "all of it", "standard"),
+        constant("gain", 1.0, "", "share of the feedback that acts", "1: all of it", "standard"),
         constant("limit", 1000.0, "N m", "largest torque of the drive", "beyond any", "standard"),
         constant(
             "hold",

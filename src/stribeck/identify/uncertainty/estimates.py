@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ...rig.rig import shown_in
 from ...space import Array, Param
+from ..parameters import AT_END
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
 from .sensitivity import sentence
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 
 #: Correlation above which the data know a combination of two parameters rather than each.
 TOGETHER = 0.95
-#: Share of the search range within which a parameter counts as sitting at its end.
-AT_END = 1e-3
 
 
 @dataclass(frozen=True)

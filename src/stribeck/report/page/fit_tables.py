@@ -48,6 +48,20 @@ def parameters(report: Report) -> Table:
     return Table.of_texts("Parameters", heads, rows, (0, 2, 5, last - 1, last), sentences=(5, last))
 
 
+def constants(report: Report) -> Table | None:
+    """The constants of the rig that the fit rests on, as it has them, and who vouches for each."""
+    cards = report.card.constants
+    if not cards:
+        return None
+    rows = [
+        [name, number(c.value), number(c.tolerance, 2) if c.tolerance > 0 else DASH,
+         unit_label(c.unit), c.origin]
+        for name, c in cards.items()
+    ]  # fmt: skip
+    heads = ["constant", "value", "±", "unit", "source"]
+    return Table.of_texts("Constants of the rig", heads, rows, (0, 3, 4))
+
+
 def _known(value: float | None, digits: int = 4) -> str:
     return number(np.nan if value is None else value, digits)
 

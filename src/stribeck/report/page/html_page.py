@@ -13,7 +13,7 @@ from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -32,9 +32,6 @@ from ..folder import write_files
 from ..format import number
 from ..terminal import gathered
 from . import fit_tables
-
-if TYPE_CHECKING:
-    from ...identify.card import ConstantCard
 
 #: The page's name in its folder.
 PAGE = "report.html"
@@ -167,12 +164,6 @@ def tiles(report: Report) -> list[tuple[str, str]]:
     return shown
 
 
-def _constant(name: str, c: ConstantCard) -> str:
-    """A constant with its tolerance, and who vouches for it."""
-    tolerance = f" ± {number(c.tolerance, 2)}" if c.tolerance > 0 else ""
-    return f"{name} = {number(c.value)}{tolerance} {c.unit}".rstrip() + f" ({c.origin})"
-
-
 def facts(report: Report) -> list[tuple[str, str]]:
     """What the numbers depend on."""
     card = report.card
@@ -181,8 +172,6 @@ def facts(report: Report) -> list[tuple[str, str]]:
     if report.law.cite:
         rows.append(("Source", report.law.cite))
     rows.append(("Rig", f"{card.rig}: {report.about}"))
-    if card.constants:
-        rows.append(("Constants", "; ".join(_constant(n, c) for n, c in card.constants.items())))
     rows.append(("Trained on", ", ".join(card.train) or "everything"))
     if search.seed is None:
         rows.append(("Method", f"{search.method}, which leaves nothing to search"))
