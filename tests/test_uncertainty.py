@@ -57,31 +57,32 @@ DECADES = Param("p", 0.01, 100.0, log=True)
 
 
 @pytest.mark.parametrize(
-    ("profile", "param", "expected"),
+    ("profile", "param", "expected", "reason"),
     [
-        (profile_of(0.91, 1.09), RANGE, "identified"),
-        (profile_of(0.89, 1.05), RANGE, "weak"),  # 11 % on one side
-        (profile_of(0.95, 1.04, high_ended="bound"), RANGE, "weak"),  # narrow, ended by the range
-        (profile_of(0.95, 1.05, low_ended="budget"), RANGE, "weak"),  # a guess identifies nothing
-        (profile_of(0.95, 1.05, low_ended="order"), RANGE, "weak"),
-        (profile_of(0.6, 10.0, high_ended="bound"), RANGE, "not identifiable"),  # 94 % of the range
-        (profile_of(4.0, 10.0, high_ended="flat", value=6.0), RANGE, "weak"),
-        (profile_of(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "weak"),  # below 4 excluded
-        (profile_of(0.0, 1.2, low_ended="bound", value=0.4), RANGE, "weak"),  # above 1.2 excluded
-        (profile_of(0.02, 6.5), RANGE, "weak"),  # 65 % of the range
-        (profile_of(0.02, 6.8), RANGE, "not identifiable"),
-        (profile_of(0.3, 6.8), DECADES, "weak"),  # 1.4 of 4 decades
-        (profile_of(0.02, 20.0), DECADES, "not identifiable"),  # 3 of 4
-        (profile_of(0.5, 2.0, "bound", "bound"), RANGE, "not identifiable"),
-        (profile_of(-1.05, -0.95, value=-1.0), Param("p", -5.0, 5.0), "identified"),
+        (profile_of(0.91, 1.09), RANGE, "identified", ""),
+        (profile_of(0.89, 1.05), RANGE, "weak", "wide"),  # 11 % on one side
+        # narrow, ended by the range
+        (profile_of(0.95, 1.04, high_ended="bound"), RANGE, "weak", "at a bound"),
+        # a guess identifies nothing
+        (profile_of(0.95, 1.05, low_ended="budget"), RANGE, "weak", "guessed"),
+        (profile_of(0.95, 1.05, low_ended="order"), RANGE, "weak", "rests on another"),
+        # 94 % of the range
+        (profile_of(0.6, 10.0, high_ended="bound"), RANGE, "not identifiable", "wide"),
+        (profile_of(4.0, 10.0, high_ended="flat", value=6.0), RANGE, "weak", "wide"),
+        # below 4 excluded
+        (profile_of(4.0, 10.0, high_ended="flat", value=9.0), RANGE, "weak", "wide"),
+        # above 1.2 excluded
+        (profile_of(0.0, 1.2, low_ended="bound", value=0.4), RANGE, "weak", "wide"),
+        (profile_of(0.02, 6.5), RANGE, "weak", "wide"),  # 65 % of the range
+        (profile_of(0.02, 6.8), RANGE, "not identifiable", "wide"),
+        (profile_of(0.3, 6.8), DECADES, "weak", "wide"),  # 1.4 of 4 decades
+        (profile_of(0.02, 20.0), DECADES, "not identifiable", "wide"),  # 3 of 4
+        (profile_of(0.5, 2.0, "bound", "bound"), RANGE, "not identifiable", "at a bound"),
+        (profile_of(-1.05, -0.95, value=-1.0), Param("p", -5.0, 5.0), "identified", ""),
     ],
 )
-def test_verdicts(profile: Profile, param: Param, expected: str) -> None:
-    assert verdict(profile, param) == expected
-
-
-def test_a_fit_that_explains_little_identifies_nothing() -> None:
-    assert verdict(profile_of(0.95, 1.05), RANGE, doubtful=True) == "weak"
+def test_verdicts(profile: Profile, param: Param, expected: str, reason: str) -> None:
+    assert verdict(profile, param) == (expected, reason)
 
 
 def test_correlation_alone_demotes_nobody() -> None:
@@ -91,7 +92,7 @@ def test_correlation_alone_demotes_nobody() -> None:
     assessment = uncertainty(model, np.array([10.0, 2.0]))
     assert abs(assessment.correlation[0, 1]) > 0.99
     for p, param in zip(assessment.profiles.profiles, model.space, strict=True):
-        assert verdict(p, param) == "identified"
+        assert verdict(p, param)[0] == "identified"
 
 
 def test_what_doubling_does_is_what_it_does() -> None:

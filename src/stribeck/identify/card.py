@@ -25,7 +25,7 @@ from .loss import Objective
 from .parameters import Parameters, partition
 from .score import simulated
 from .uncertainty.profile_walk import Ended
-from .uncertainty.verdict import Verdict
+from .uncertainty.verdict import Reason, Verdict
 
 if TYPE_CHECKING:
     from .result import Fit
@@ -62,7 +62,9 @@ class ParameterCard(_Part):
     standard_error: Finite | None = None
     spread: Finite | None = None
     at_bound: Literal["lower", "upper"] | None
-    verdict: Literal["identified", "weak", "not identifiable", "fixed"]
+    verdict: Verdict
+    reason: Reason = ""
+    borderline: bool = False
     low_ended: Ended | None = None
     high_ended: Ended | None = None
     resampled: list[Finite] | None = None
@@ -165,6 +167,7 @@ class CombinationCard(_Part):
     low: Finite
     high: Finite
     verdict: Verdict
+    reason: Reason = ""
 
 
 class Card(_Part):
@@ -425,7 +428,7 @@ def _combinations(fit: Fit) -> dict[str, CombinationCard]:
         (q,) = [q for q in fit.parameters.every if q.name == c.parameter]
         value, low, high = (float(shown_in(fit.rig, q, x)) for x in (c.value, c.low, c.high))
         entries[f"{fit.rig.label(q.name)} + {c.constant}"] = CombinationCard(
-            value=value, unit=c.unit, low=low, high=high, verdict=c.verdict
+            value=value, unit=c.unit, low=low, high=high, verdict=c.verdict, reason=c.reason
         )
     return entries
 
@@ -465,6 +468,8 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
             spread=shown(e.spread, width=True),
             at_bound=e.at_bound,
             verdict=e.verdict,
+            reason=e.reason,
+            borderline=e.borderline,
             low_ended=e.low_ended,
             high_ended=e.high_ended,
             resampled=[shown(end) for end in e.resampled]

@@ -17,7 +17,7 @@ from ..units import convertible
 from .free_constants import FreeConstantsProblem, Ruling
 from .uncertainty.profile import Profile, Profiles, profiles
 from .uncertainty.residuals import orders_of, physical
-from .uncertainty.verdict import Verdict, verdict
+from .uncertainty.verdict import Reason, Verdict, verdict
 
 #: A sum is looked at where the constant's tolerance makes more than this share of a parameter's
 #: variance, and the two move against each other by a slope in this range.
@@ -38,6 +38,7 @@ class Combination:
         high: Upper end.
         verdict: As of a parameter.
         unit: In which people see it.
+        reason: As of a parameter.
     """
 
     parameter: str
@@ -47,6 +48,7 @@ class Combination:
     high: float
     verdict: Verdict
     unit: str
+    reason: Reason = ""
 
 
 class SumProblem:
@@ -133,13 +135,14 @@ def combinations(
                 profile.value,
                 profile.low.end,
                 profile.high.end,
-                judged,
+                judged[0],
                 rig.unit_of(q),
+                judged[1],
             )
         )
     return tuple(result), rows
 
 
-def _judged(profile: Profile, space: Space) -> Verdict:
+def _judged(profile: Profile, space: Space) -> tuple[Verdict, Reason]:
     (param,) = [q for q in space.params if q.name == profile.name]
     return verdict(profile, param)

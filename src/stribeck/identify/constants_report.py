@@ -16,6 +16,8 @@ from .uncertainty.residuals import Residuals
 
 #: A constant is said to rule a parameter where it makes this share of its variance.
 RULES = 0.1
+#: The reason why its interval is wide, where constants make this share of it.
+MOST = 0.5
 
 
 def with_rulings(
@@ -29,7 +31,8 @@ def with_rulings(
         ruling.sort(key=lambda r: -r.share)
         clauses = [_clause(parameters, r, e.unit) for r in ruling]
         text = f"{e.meaning}; it {', '.join(clauses)}" if clauses and e.meaning else e.meaning
-        result.append(replace(e, meaning=text))
+        ruled = e.reason == "wide" and sum(r.share for r in ruling) >= MOST
+        result.append(replace(e, meaning=text, reason="constants" if ruled else e.reason))
     return tuple(result)
 
 

@@ -12,6 +12,7 @@ from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..units import unit
+from .conditions import Violation
 from .parameters import Parameters
 from .score import Score
 from .segment import Segment, SegmentSplit, recordings_of
@@ -37,6 +38,27 @@ def explains_little(parameters: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each segment is a slip, does nearly as well."""
     baseline = score.still if parameters.objective.restart else score.smooth
     return score.value >= LITTLE * baseline
+
+
+def misfit_violations(
+    parameters: Parameters, score: Score, recordings: Sequence[Recording]
+) -> list[Violation]:
+    """What a misfit beyond the noise says of a fit by output error."""
+    if explains_little(parameters, score):
+        sentence = (
+            f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
+            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
+            "widen the ranges, or check the rig's constants and the units of the log"
+        )
+        return [Violation("model", sentence)]
+    floor = _noise_floor(parameters.rig, recordings)
+    if score.value > NOISY * floor:
+        sentence = (
+            f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
+            f"{score.unit}): the search has not found the best fit, or the rig leaves something out"
+        )
+        return [Violation("model", sentence, caps=False)]
+    return []
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
@@ -69,19 +91,7 @@ def output_error_warnings(
     """
     train, tests = segments.train, segments.holdout
     warnings = never_slid(parameters, recordings_of(train))
-    floor = _noise_floor(parameters.rig, recordings)
-    warnings += _resting(score, floor)
-    if explains_little(parameters, score):
-        warnings.append(
-            f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
-            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
-            "widen the ranges, or check the rig's constants and the units of the log"
-        )
-    elif score.value > NOISY * floor:
-        warnings.append(
-            f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
-            f"{score.unit}): the search has not found the best fit, or the rig leaves something out"
-        )
+    warnings += _resting(score, _noise_floor(parameters.rig, recordings))
     if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
         warnings.append(
             f"only 1 of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the answer is "

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from ..rig.simulated import as_simulated
 from .combinations import Combination, combinations
+from .conditions import lowered, sentences
 from .constants_report import borrowed, with_rulings
 from .data_split import DataSplit
-from .fit_warnings import explains_little, output_error_warnings
+from .fit_warnings import misfit_violations, output_error_warnings
 from .free_constants import FreeConstantsProblem, Ruling, rulings, with_free_constants
 from .initial_state import FreeStartProblem, started_at_each
 from .multistart import Optimum, Progress, SearchSettings, multistart
@@ -136,10 +137,11 @@ def output_error_fit(
         uncertain,
         optimum.spread,
         resting=resting(problem, x),
-        doubtful=explains_little(parameters, score),
     )
+    violations = misfit_violations(parameters, score, data.recordings)
     judged = mark_never_slid(parameters, judged, recordings_of(train))
     judged = with_rulings(parameters, judged, ruled)
+    judged = lowered(parameters, judged, violations)
     correlation = uncertain.correlation[:dim, :dim]
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
     return Fit(
@@ -155,6 +157,7 @@ def output_error_fit(
         recordings=data.recordings,
         warnings=(
             *([interrupted] if optimum.search.ended == "interrupted" else []),
+            *sentences(violations),
             *bound_warnings(judged),
             *borrowed(optimum.problem),
             *correlation_warnings(parameters, correlation),
@@ -165,5 +168,6 @@ def output_error_fit(
         ),
         uncertainty=uncertain,
         residuals=optimum.problem,
+        violations=tuple(violations),
         combinations=sums,
     )

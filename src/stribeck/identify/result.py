@@ -9,6 +9,7 @@ from ..friction import Law
 from ..optimize import Run
 from ..rig import Rig
 from ..space import Array
+from .conditions import Violation
 from .parameters import Parameters
 from .polish import Polished
 from .score import HeldOut, Score
@@ -69,6 +70,7 @@ class Fit:
             fit.uncertainty.x)` draws from it.
         balance: The force balance; None for output error.
         posterior: Samples of the posterior, if they were asked for.
+        violations: Conditions of the estimates that do not hold.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
     """
 
@@ -87,6 +89,7 @@ class Fit:
     residuals: Residuals = field(repr=False)
     balance: Balance | None = field(default=None, repr=False)
     posterior: Posterior | None = field(default=None, repr=False)
+    violations: tuple[Violation, ...] = ()
     combinations: tuple[Combination, ...] = ()
 
     @property

@@ -51,7 +51,9 @@ def mark_never_slid(
     }
     meaning = "the axis never slid: what fits the loops is the level towards which they flatten"
     return tuple(
-        replace(e, verdict="not identifiable", meaning=meaning) if e.name in hidden else e
+        replace(e, verdict="not identifiable", reason="data", meaning=meaning)
+        if e.name in hidden
+        else e
         for e in estimates
     )
 

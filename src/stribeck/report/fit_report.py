@@ -11,7 +11,7 @@ import numpy as np
 
 from ..rig.rig import shown_in
 from ..units import unit
-from .format import DASH, number
+from .format import DASH, number, verdict_text
 from .misfit import SEVERAL, log_errors, misfit_head, score_texts
 from .table import Table
 from .terminal import console, show_paragraph, show_table, show_warnings
@@ -41,7 +41,7 @@ def _parameters(fit: Fit) -> Table:
             _end(shown(e.low), e.low_ended) if free else DASH,
             _end(shown(e.high), e.high_ended) if free else DASH,
             *([number(shown(e.standard_error) - shown(0.0), 3)] if fit.balance else []),
-            e.verdict,
+            verdict_text(e.verdict, e.reason, borderline=e.borderline),
         ])  # fmt: skip
     rows += [_sum(fit, c) for c in fit.combinations]
     errors = ["std. error"] if fit.balance else []
@@ -53,7 +53,14 @@ def _parameters(fit: Fit) -> Table:
 def _sum(fit: Fit, c: Combination) -> list[str]:
     (q,) = [q for q in fit.parameters.every if q.name == c.parameter]
     value, low, high = (number(float(shown_in(fit.rig, q, x)), 4) for x in (c.value, c.low, c.high))
-    return [f"{fit.rig.label(q.name)} + {c.constant}", value, c.unit, low, high, c.verdict]
+    return [
+        f"{fit.rig.label(q.name)} + {c.constant}",
+        value,
+        c.unit,
+        low,
+        high,
+        verdict_text(c.verdict, c.reason),
+    ]
 
 
 def _end(value: float, ended: str | None) -> str:
@@ -70,7 +77,8 @@ def show_fit(fit: Fit) -> None:
     for e in fit.estimates:
         if e.verdict in ("weak", "not identifiable") and e.meaning:
             meaning = re.sub("^(Doubling|Halving)", lambda first: first[0].lower(), e.meaning)
-            show_paragraph(f"{e.name} is {e.verdict}: {meaning}", "  ")
+            judged = verdict_text(e.verdict, e.reason, borderline=e.borderline)
+            show_paragraph(f"{e.name} is {judged}: {meaning}", "  ")
     for table in (_scores(fit), _staircases(fit), _logs(fit)):
         if table is not None:
             out.print()

@@ -30,10 +30,6 @@ __all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
 
 #: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
 COLLINEAR = 30.0
-#: A relative error above this, percent, is told: the report's models leave 3 to 6.
-UNEXPLAINED = 25.0
-#: Above this, no parameter counts as identified, however small its standard error.
-NOTHING = 50.0
 #: Rows per parameter below which standard errors are too small.
 _FEW = 10
 
@@ -188,7 +184,7 @@ def balance(
         signals=prediction.signals,
         notes=(
             *prediction.notes,
-            *_warnings(system, W, covariance, at_bound, prediction.relative_error),
+            *_warnings(system, W, covariance, at_bound),
         ),
         names=names,
         values=p,
@@ -256,7 +252,7 @@ def _signals(system: System, log: Log, p: Array) -> Signals:
 
 
 def _warnings(
-    system: System, W: Array, covariance: Array, at_bound: Mapping[str, str], error: float
+    system: System, W: Array, covariance: Array, at_bound: Mapping[str, str]
 ) -> list[str]:
     """What a reader must know about the estimates, a sentence each."""
     label, free = system.rig.label, system.parameters.free
@@ -275,9 +271,6 @@ def _warnings(
             f"the data hardly tells the parameters apart (scaled condition number {degree:.3g}): "
             "their standard errors say how far each may be off"
         )
-    if error > UNEXPLAINED:
-        lost = ": the log supports nothing better than weak estimates" if error > NOTHING else ""
-        warnings.append(f"{error:.0f} % of the force is not explained by this model{lost}")
     if len(W) < _FEW * len(names):
         warnings.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
     return warnings

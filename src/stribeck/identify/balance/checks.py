@@ -21,6 +21,7 @@ from ...friction import TERMS
 from ...friction.law import POSITION
 from ...space import Array
 from ...units import unit
+from ..conditions import Condition, Violation
 from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .clustered_errors import clustered_errors
@@ -52,6 +53,10 @@ _BESIDE = 2.0
 _FEW = 10
 #: A factor for residuals of a normal distribution: median deviation to standard deviation.
 _MAD = 1.4826
+#: A relative error above this, percent, is told: the models of the EMPS report leave 3 to 6.
+UNEXPLAINED = 25.0
+#: Above this, no parameter counts as identified, however small its standard error.
+NOTHING = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +64,13 @@ class BalanceChecks:
     """The faults that the checks of a force balance show, and errors that allow for them.
 
     Args:
-        sentences: A sentence each.
+        violations: The faults.
         errors: Standard errors for the intervals of all parameters, (k,): never below the robust
             ones, and wide enough for what strokes, logs and other cut-offs give.
-        nothing: Whether the logs support nothing better than weak estimates.
     """
 
-    sentences: tuple[str, ...]
+    violations: tuple[Violation, ...]
     errors: Array
-    nothing: bool
 
     def widened(
         self, parameters: Parameters, solution: balance.Balance, estimates: Sequence[Estimate]
@@ -80,8 +83,6 @@ class BalanceChecks:
     ) -> Estimate:
         if e.verdict == "fixed":
             return e
-        if e.verdict == "identified" and self.nothing:
-            e = replace(e, verdict="weak")
         error, param = float(self.errors[i]), parameters.every[i]
         if not (np.isfinite(error) and error > solution.robust_errors[i]):
             return e
@@ -91,9 +92,10 @@ class BalanceChecks:
         if (low, high) == (e.low, e.high):
             return e
         sure = e.verdict == "identified" and half <= IDENTIFIED * abs(e.value)
-        verdict = e.verdict if sure or e.verdict == "not identifiable" else "weak"
+        if e.verdict == "identified" and not sure:
+            e = replace(e, verdict="weak", reason="wide")
         meaning = f"{e.meaning}; the interval is wide enough for other strokes, logs and cut-offs"
-        return replace(e, low=low, high=high, verdict=verdict, meaning=meaning.removeprefix("; "))
+        return replace(e, low=low, high=high, meaning=meaning.removeprefix("; "))
 
 
 def check_balance(
@@ -107,24 +109,33 @@ def check_balance(
         rows: Which samples counted, as for `balance`.
     """
     system = solution.system
-    commands = [line for log in recordings if (line := function_of_position(log))]
     at_cutoffs, errors = cutoffs(recordings, system, solution, rows)
     of_logs, clustered = clustered_errors(solution)
-    sentences = [
-        *commands,
-        *(hidden_load(log, system) for log in recordings),
-        offset(system, solution),
-        delay(system, solution),
-        spikes(system, solution),
-        gravity(system, solution),
-        *speeds(system, solution),
-        of_logs,
-        at_cutoffs,
+    faults: list[tuple[Condition, str, bool]] = [
+        *(("data", function_of_position(log), True) for log in recordings),
+        *(("model", hidden_load(log, system), True) for log in recordings),
+        ("model", unexplained(solution), solution.relative_error > NOTHING),
+        ("model", offset(system, solution), False),
+        ("data", delay(system, solution), True),
+        ("data", spikes(system, solution), False),
+        ("model", gravity(system, solution), True),
+        *(("data", sentence, False) for sentence in speeds(system, solution)),
+        ("data", of_logs, False),
+        ("model", at_cutoffs, False),
     ]
-    nothing = bool(commands) or solution.relative_error > balance.NOTHING
-    return BalanceChecks(
-        tuple(line for line in sentences if line), np.fmax(errors, clustered), nothing
+    violations = tuple(
+        Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence
     )
+    return BalanceChecks(violations, np.fmax(errors, clustered))
+
+
+def unexplained(solution: balance.Balance) -> str:
+    """A share of the force that the model leaves, far above what such models leave."""
+    error = solution.relative_error
+    if not error > UNEXPLAINED:
+        return ""
+    lost = ": the log supports nothing better than weak estimates" if error > NOTHING else ""
+    return f"{error:.0f} % of the force is not explained by this model{lost}"
 
 
 def cutoffs(
@@ -300,7 +311,7 @@ def offset(system: System, solution: balance.Balance) -> str:
     constant = (system.predicted(p[None]) - system.predicted(zeros[None]))[:, 0]
     varying = float(np.linalg.norm(system.y - constant))
     error = 100 * float(np.linalg.norm(solution.residuals)) / varying if varying > 0 else 0.0
-    if error < _BESIDE * solution.relative_error or error < balance.UNEXPLAINED:
+    if error < _BESIDE * solution.relative_error or error < UNEXPLAINED:
         return ""
     return (
         f"most of the force is the constant offset: of what is beside it, {error:.0f} % is not "

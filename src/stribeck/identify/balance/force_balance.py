@@ -11,6 +11,7 @@ from ...data.recording import Recording
 from ...data.segmentation import segment
 from ...errors import InputError
 from ...space import Array
+from ..conditions import lowered, sentences
 from ..data_split import DataSplit, recording_list
 from ..parameters import Parameters
 from ..result import Fit, SearchRecord
@@ -69,9 +70,11 @@ def _balance_fit(
         misfit=MISFIT,
     )
     judged = with_force_gain(parameters, checks.widened(parameters, solved, unwidened))
+    judged = lowered(parameters, judged, checks.violations)
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
-    sentences = [
+    warnings = [
+        *sentences(checks.violations),
         *bound_warnings(judged),
         *(
             f"{label(n)} was stopped by {label(at)}: the data would have it below"
@@ -80,7 +83,6 @@ def _balance_fit(
         *correlation_warnings(parameters, correlation),
         *uncertain.notes(parameters, MISFIT),
         *solved.notes,
-        *checks.sentences,
         *(f"{log.label}: {note}" for log in recordings for note in log.notes),
     ]
     return Fit(
@@ -94,10 +96,11 @@ def _balance_fit(
         train=(),
         train_ranges=data.train,
         recordings=recordings,
-        warnings=tuple(dict.fromkeys(sentences)),
+        warnings=tuple(dict.fromkeys(warnings)),
         uncertainty=uncertain,
         residuals=residuals,
         balance=solved,
+        violations=checks.violations,
     )
 
 

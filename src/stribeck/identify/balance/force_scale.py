@@ -47,5 +47,7 @@ def _scaled(e: Estimate, gain: Constant, q: Param) -> Estimate:
     low = max(e.value - float(np.hypot(e.value - e.low, half)), q.lower)
     high = min(e.value + float(np.hypot(e.high - e.value, half)), q.upper)
     wide = max(e.value - low, high - e.value) > IDENTIFIED * abs(e.value)
-    verdict = "weak" if wide and e.verdict == "identified" else e.verdict
-    return replace(e, low=low, high=high, verdict=verdict)
+    e = replace(e, low=low, high=high)
+    return (
+        replace(e, verdict="weak", reason="constants") if wide and e.verdict == "identified" else e
+    )

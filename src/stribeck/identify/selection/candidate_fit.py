@@ -49,7 +49,7 @@ def unidentified(trained: TrainedLaw) -> tuple[str, ...]:
     return tuple(
         trained.parameters.rig.label(q.name)
         for q in trained.parameters.free
-        if q.name in rests or verdict(profiled[q.name][0], q) == "not identifiable"
+        if q.name in rests or verdict(profiled[q.name][0], q)[0] == "not identifiable"
     )
 
 

@@ -13,7 +13,7 @@ from ..parameters import AT_END
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
 from .sensitivity import sentence
-from .verdict import Verdict, verdict
+from .verdict import IDENTIFIED, Reason, Verdict, verdict
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 #: Correlation above which the data know a combination of two parameters rather than each.
 TOGETHER = 0.95
+#: A verdict that rests on the width of an interval is borderline where that is within this factor
+#: of the limit: the width of 95 % intervals differs so much from one recording to the next.
+BORDERLINE = 1.25
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,9 @@ class Estimate:
             identifiable` if other recordings of the same kind would give values all over the
             range: the interval takes two thirds of it, or the data end it on neither side; or
             if it rests on another parameter that it may not pass. `weak` otherwise, and at best
-            where the model as a whole explains little.
+            where a condition of the fit does not hold; see `conditions`.
         unit: In which people see it.
+        reason: Why it is not identified; empty if it is, or was fixed.
         low_ended: Why the interval ends there, see `IntervalEnd`; None for a fixed parameter.
         high_ended: The same for the upper end.
         meaning: What the parameter does to the fit and what ends its interval, a sentence.
@@ -58,10 +62,20 @@ class Estimate:
     at_bound: Literal["lower", "upper"] | None
     verdict: Verdict
     unit: str
+    reason: Reason = ""
     low_ended: Ended | None = None
     high_ended: Ended | None = None
     meaning: str = ""
     resampled: tuple[float, float] | None = None
+
+    @property
+    def borderline(self) -> bool:
+        """Whether the next recording of the same kind may well have the other verdict."""
+        if not (self.verdict == "identified" or (self.verdict == "weak" and self.reason == "wide")):
+            return False
+        width = max(self.value - self.low, self.high - self.value)
+        limit = IDENTIFIED * abs(self.value)
+        return limit / BORDERLINE < width < limit * BORDERLINE
 
 
 def estimates(
@@ -73,7 +87,6 @@ def estimates(
     errors: Array | None = None,
     ends: Mapping[str, str] | None = None,
     resting: Mapping[str, str] = MappingProxyType({}),
-    doubtful: bool = False,
     misfit: str = "J",
 ) -> tuple[Estimate, ...]:
     """Every parameter with its interval, its bound and a verdict, as in `parameters.every`.
@@ -88,7 +101,6 @@ def estimates(
             lies within a thousandth of a range of its end counts as sitting there.
         resting: On which other parameter one rests, by name: the law's order forbids it to pass,
             as F_S may not fall below F_C. Then nothing in the data asks for a difference.
-        doubtful: Whether the fit as a whole holds so badly that it identifies nothing.
         misfit: What the root mean square of the residuals is called.
     """
     free = {q.name: i for i, q in enumerate(parameters.free)}
@@ -104,6 +116,9 @@ def estimates(
             result.append(Estimate(label, value, nan, nan, value, value, None, "fixed", written))
             continue
         profile, effect = by_name[source]
+        judged: tuple[Verdict, Reason] = ("not identifiable", "rests on another")
+        if source not in resting:
+            judged = verdict(profile, parameters.free[i])
         at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
 
         def show(x: float, q: Param = param, written: str = written) -> str:
@@ -118,10 +133,9 @@ def estimates(
                 profile.low.end,
                 profile.high.end,
                 at,
-                "not identifiable"
-                if source in resting
-                else verdict(profile, parameters.free[i], doubtful=doubtful),
+                judged[0],
                 written,
+                judged[1],
                 profile.low.ended,
                 profile.high.ended,
                 _rests(label, parameters.rig.label(resting[source]))

@@ -14,6 +14,12 @@ from ...space import Param, Space
 from .profile import Profile
 
 Verdict = Literal["identified", "weak", "not identifiable", "fixed"]
+#: Why a parameter is not identified: its interval is wide, or reaches a bound of its range; a side
+#: of it is a guess; the order of the law holds it; or a condition of the fit does not hold.
+Reason = Literal[
+    "", "wide", "at a bound", "guessed", "rests on another",
+    "data", "constants", "model", "arithmetic", "search",
+]  # fmt: skip
 
 #: Half-width of an interval as a share of the value, up to which a parameter is identified.
 IDENTIFIED = 0.1
@@ -22,18 +28,22 @@ IDENTIFIED = 0.1
 ALL_OVER = 2 / 3
 
 
-def verdict(profile: Profile, param: Param, *, doubtful: bool = False) -> Verdict:
-    """What a profile says of a parameter; see `estimates.Estimate`."""
+def verdict(profile: Profile, param: Param) -> tuple[Verdict, Reason]:
+    """What a profile says of a parameter, and why no more; see `estimates.Estimate`."""
     down, up = half_widths(profile)
     size = abs(profile.value)
     closed = [side.ended not in ("bound", "flat") for side in (profile.low, profile.high)]
     guessed = "budget" in (profile.low.ended, profile.high.ended)  # too wide, as a rule
     if not guessed and (share_of_range(profile, param) >= ALL_OVER or not any(closed)):
-        return "not identifiable"
-    by_data = profile.low.ended == profile.high.ended == "threshold"
-    if by_data and max(down, up) <= IDENTIFIED * size and not doubtful:
-        return "identified"
-    return "weak"
+        return "not identifiable", "wide" if any(closed) else "at a bound"
+    if max(down, up) > IDENTIFIED * size:
+        return "weak", "wide"
+    ended = {profile.low.ended, profile.high.ended}
+    if ended == {"threshold"}:
+        return "identified", ""
+    if guessed:
+        return "weak", "guessed"
+    return "weak", "rests on another" if "order" in ended else "at a bound"
 
 
 def half_widths(profile: Profile) -> tuple[float, float]:
