@@ -3,6 +3,7 @@
 import copy
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stribeck import RIGS, Card, Fit, InputError, card, identify, problem, read_card
+from stribeck.export.model import as_model
 from stribeck.identify.card import kind_of
+from stribeck.identify.conditions import Violation
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.score import scores
 from stribeck.rig.custom import rig_file
@@ -26,6 +29,26 @@ def quick(**options: Any) -> Fit:
 
 
 FIT = quick(train="112:295", holdout="352:325")
+
+
+def test_conditions_that_do_not_hold_are_on_the_card() -> None:
+    names = frozenset({"F_C", "F_V"})
+    violations = (
+        Violation("model", "friction bends with speed", names),
+        Violation("data", "spikes", caps=False),
+    )
+    (weak, *others) = FIT.estimates
+    judged = (replace(weak, verdict="weak", reason="model"), *others)
+    written = card(replace(FIT, violations=violations, estimates=judged))
+    data = json.loads(written.text())
+    assert data["conditions"] == [
+        {"condition": "model", "sentence": "friction bends with speed",
+         "parameters": ["F_C", "F_V"], "caps": True},
+        {"condition": "data", "sentence": "spikes", "parameters": None, "caps": False},
+    ]  # fmt: skip
+    assert Card.model_validate(data) == written
+    assert written.parameters[weak.name].verdict_text == "weak (model)"
+    assert "weak (model)" in "\n".join(as_model(written).head())
 
 
 @pytest.mark.parametrize(

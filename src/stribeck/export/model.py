@@ -142,7 +142,7 @@ class Model:
             entry = self.card.parameters.get(self.rig.label(q.name))
             interval, verdict = "", "as the law has it"
             if entry is not None:
-                verdict = entry.verdict
+                verdict = entry.verdict_text
                 if entry.low is not None and entry.high is not None:
                     low, high = (unit(entry.unit).to_si(x) for x in (entry.low, entry.high))
                     interval = f"{low:.6g} to {high:.6g}"

@@ -21,11 +21,12 @@ from ..rig.rig import shown_in
 from ..space import Param
 from ..text_file import page
 from ..units import convertible, unit
+from .conditions import Condition
 from .loss import Objective
 from .parameters import Parameters, partition
 from .score import simulated
 from .uncertainty.profile_walk import Ended
-from .uncertainty.verdict import Reason, Verdict
+from .uncertainty.verdict import Reason, Verdict, verdict_text
 
 if TYPE_CHECKING:
     from .result import Fit
@@ -69,6 +70,11 @@ class ParameterCard(_Part):
     high_ended: Ended | None = None
     resampled: list[Finite] | None = None
     meaning: str = ""
+
+    @property
+    def verdict_text(self) -> str:
+        """The verdict with its reason, for people."""
+        return verdict_text(self.verdict, self.reason, borderline=self.borderline)
 
 
 class SampledCard(_Part):
@@ -169,6 +175,23 @@ class CombinationCard(_Part):
     verdict: Verdict
     reason: Reason = ""
 
+    @property
+    def verdict_text(self) -> str:
+        """The verdict with its reason, for people."""
+        return verdict_text(self.verdict, self.reason)
+
+
+class ConditionCard(_Part):
+    """A condition of the estimates that does not hold, with the parameters it biases.
+
+    `parameters` is null where it concerns all; `caps` says whether it takes "identified" away.
+    """
+
+    condition: Condition
+    sentence: str
+    parameters: list[str] | None
+    caps: bool
+
 
 class Card(_Part):
     """An identified friction model, version 1 of the schema."""
@@ -181,6 +204,7 @@ class Card(_Part):
     columns: dict[str, Any] = {}
     parameters: dict[str, ParameterCard]
     combinations: dict[str, CombinationCard] = {}
+    conditions: list[ConditionCard] = []
     objective: ObjectiveCard
     train: list[str] = []
     speeds: SpeedsCard | None = None
@@ -323,6 +347,7 @@ def card(fit: Fit) -> Card:
         columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
         parameters=_parameters(fit),
         combinations=_combinations(fit),
+        conditions=_conditions(fit),
         objective=ObjectiveCard(
             name=score.name,
             value=score.value,
@@ -431,6 +456,20 @@ def _combinations(fit: Fit) -> dict[str, CombinationCard]:
             value=value, unit=c.unit, low=low, high=high, verdict=c.verdict, reason=c.reason
         )
     return entries
+
+
+def _conditions(fit: Fit) -> list[ConditionCard]:
+    """What does not hold, parameters by the names that people see."""
+    label = fit.rig.label
+    return [
+        ConditionCard(
+            condition=v.condition,
+            sentence=v.sentence,
+            parameters=None if v.parameters is None else sorted(map(label, v.parameters)),
+            caps=v.caps,
+        )
+        for v in fit.violations
+    ]
 
 
 def kind_of(rig: Rig) -> str:

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..identify.uncertainty.verdict import verdict_text
 from ..rig.rig import shown_in
 from ..units import unit
-from .format import DASH, number, verdict_text
+from .format import DASH, number
 from .misfit import SEVERAL, log_errors, misfit_head, score_texts
 from .table import Table
 from .terminal import console, show_paragraph, show_table, show_warnings

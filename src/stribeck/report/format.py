@@ -93,10 +93,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
-
-
-def verdict_text(verdict: str, reason: str = "", *, borderline: bool = False) -> str:
-    """A verdict with what keeps it from being "identified", and whether it could be another."""
-    words = [reason] if verdict == "weak" and reason else []
-    words += ["borderline"] if borderline else []
-    return f"{verdict} ({', '.join(words)})" if words else verdict

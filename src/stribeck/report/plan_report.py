@@ -111,7 +111,7 @@ def plan_text(plan: Plan) -> str:
         "doubtful": list(plan.doubtful),
         "now": {
             n: {"value": c.value, "unit": c.unit, "low": c.low, "high": c.high,
-                "verdict": c.verdict}
+                "verdict": c.verdict, "reason": c.reason}
             for n, c in plan.cards.items()
         },
         "experiments": [_proposal(p) for p in plan.proposals],

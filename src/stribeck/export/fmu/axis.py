@@ -207,7 +207,7 @@ def known(model: Model, q: Param) -> str:
     if entry.low is not None and entry.high is not None:
         low, high = (float(unit(entry.unit).to_si(x)) for x in (entry.low, entry.high))
         text += f"; 95 % interval {low:.6g} to {high:.6g}"
-    return f"{text}; {entry.verdict}"
+    return f"{text}; {entry.verdict_text}"
 
 
 def _constants(model: Model, equation: Equation) -> Iterator[Value]:

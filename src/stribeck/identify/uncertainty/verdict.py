@@ -46,6 +46,13 @@ def verdict(profile: Profile, param: Param) -> tuple[Verdict, Reason]:
     return "weak", "rests on another" if "order" in ended else "at a bound"
 
 
+def verdict_text(verdict: str, reason: str = "", *, borderline: bool = False) -> str:
+    """A verdict with what keeps it from being "identified", and whether it could be another."""
+    words = [reason] if verdict == "weak" and reason else []
+    words += ["borderline"] if borderline else []
+    return f"{verdict} ({', '.join(words)})" if words else verdict
+
+
 def half_widths(profile: Profile) -> tuple[float, float]:
     """From the value down to the lower end, and up to the upper one, SI."""
     return profile.value - profile.low.end, profile.high.end - profile.value

@@ -11,7 +11,7 @@ from ...identify.uncertainty.sensitivity import ENDS
 from ...units import unit
 from ..contents.schema import LogRecord, Report
 from ..figures.motion_plots import APART, part_name
-from ..format import DASH, number, unit_label, verdict_text
+from ..format import DASH, number, unit_label
 from ..misfit import misfit_name
 from ..table import Table
 
@@ -37,12 +37,12 @@ def parameters(report: Report) -> Table:
             name, number(p.value), unit_label(p.unit),
             _known(p.low) if free else DASH, _known(p.high) if free else DASH, _ended(p),
             *([_known(p.standard_error, 3)] if errors else []),
-            verdict_text(p.verdict, p.reason, borderline=p.borderline),
+            p.verdict_text,
             _ENDED.sub("", p.meaning) + _bound(p),
         ])  # fmt: skip
     rows += [
         [name, number(c.value), unit_label(c.unit), _known(c.low), _known(c.high), DASH,
-         *([DASH] if errors else []), verdict_text(c.verdict, c.reason),
+         *([DASH] if errors else []), c.verdict_text,
          "a parameter and a constant of the rig together"]
         for name, c in card.combinations.items()
     ]  # fmt: skip
