@@ -48,22 +48,40 @@ def other_motor() -> Fit:
 
 
 @pytest.mark.parametrize(
-    ("text", "value", "tolerance"),
+    ("text", "value", "tolerance", "origin"),
     [
-        ("20", 20.0, 0.0),
-        ("20±5", 20.0, 5.0),
-        ("20 +- 5", 20.0, 5.0),
-        ("2e1+/-5e-1", 20.0, 0.5),
-        ("-20±10%", -20.0, 2.0),
-        ("1e-6±2e-7", 1e-6, 2e-7),
+        ("20", 20.0, 0.0, "yours"),
+        ("20±5", 20.0, 5.0, "yours"),
+        ("20 +- 5", 20.0, 5.0, "yours"),
+        ("2e1+/-5e-1", 20.0, 0.5, "yours"),
+        ("-20±10%", -20.0, 2.0, "yours"),
+        ("1e-6±2e-7", 1e-6, 2e-7, "yours"),
+        ("-0.3 nameplate", -0.3, 0.03, "nameplate"),
+        ("0.3 ± 5 % nameplate", 0.3, 0.015, "nameplate"),
     ],
 )
-def test_a_value_with_a_tolerance(text: str, value: float, tolerance: float) -> None:
-    assert toleranced(text, "--set F") == pytest.approx((value, tolerance))
+def test_a_value_with_a_tolerance(text: str, value: float, tolerance: float, origin: str) -> None:
+    stated = toleranced(text, "--set F")
+    assert stated[:2] == pytest.approx((value, tolerance))
+    assert stated[2] == origin
 
 
 @pytest.mark.parametrize(
-    "text", ["", "x", "20±", "±5", "20±x", "20±-5", "nan", "20±inf", "20%", "1±2±3"]
+    "text",
+    [
+        "",
+        "x",
+        "20±",
+        "±5",
+        "20±x",
+        "20±-5",
+        "nan",
+        "20±inf",
+        "20%",
+        "1±2±3",
+        "nameplate",
+        "20 plate",
+    ],
 )
 def test_what_is_no_value_with_a_tolerance(text: str) -> None:
     with pytest.raises(InputError, match="--set F: "):
@@ -80,6 +98,13 @@ def test_what_the_user_gives_is_exact_and_the_rest_has_a_tolerance() -> None:
     assert known["k_hat+"].tolerance == pytest.approx(350.0)
     assert {c.origin for c in SLIDE_BED.constants if c.tolerance} == {"the paper", "inferred"}
     assert not rig.exact().uncertain
+
+
+def test_a_nameplate_has_the_tolerance_of_nameplates() -> None:
+    rig = SLIDE_BED.exact().set(J_m=toleranced("4e-6 nameplate", "--set J_m"))
+    (J_m,) = rig.uncertain
+    assert (J_m.name, J_m.origin) == ("J_m", "nameplate")
+    assert J_m.tolerance == pytest.approx(4e-7)
 
 
 def test_a_setting_of_the_simulation_has_no_tolerance() -> None:

@@ -294,7 +294,10 @@ def _with_constants(shipped: Rig, entries: Mapping[str, ConstantCard]) -> Rig:
         if (entry := entries.get(c.name)) is not None:
             value = c.value if entry.value == c.shown else _si(c.name, entry, c.unit)
             tolerance = entry.tolerance * unit(entry.unit).factor
-            c = replace(c, value=value, tolerance=tolerance, origin=entry.origin)  # noqa: PLW2901
+            source = c.source if entry.origin == c.origin else "its card"
+            c = replace(  # noqa: PLW2901
+                c, value=value, tolerance=tolerance, origin=entry.origin, source=source
+            )
         constants.append(c)
     return replace(shipped, constants=tuple(constants))
 

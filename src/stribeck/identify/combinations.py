@@ -19,9 +19,8 @@ from .uncertainty.profile import Profile, Profiles, profiles
 from .uncertainty.residuals import orders_of, physical
 from .uncertainty.verdict import Reason, Verdict, verdict
 
-#: A sum is looked at where the constant's tolerance makes more than this share of a parameter's
-#: variance, and the two move against each other by a slope in this range.
-RULED, SLOPES = 0.25, (-2.0, -0.4)
+#: A sum is looked at where its variance is below this share of the parameter's.
+LESS = 0.9
 #: Rows that the profile of a sum may evaluate, for each dimension of its problem.
 ROWS = 150
 
@@ -110,12 +109,15 @@ def combinations(
     """
     params = {q.name: q for q in problem.space.params}
     rig = problem.parameters.rig
-    result, rows = [], 0
+    best: dict[str, Ruling] = {}
     for r in rulings:
+        same = convertible(params[r.parameter].unit, params[r.constant].unit)
+        least = _variance(best[r.parameter]) if r.parameter in best else LESS
+        if same and _variance(r) < least:
+            best[r.parameter] = r
+    result, rows = [], 0
+    for r in best.values():
         q = params[r.parameter]
-        same = convertible(q.unit, params[r.constant].unit)
-        if not (same and r.share > RULED and SLOPES[0] < r.slope < SLOPES[1]):
-            continue
         summed = SumProblem(problem, r.parameter, r.constant)
         name = f"{r.parameter} + {r.constant}"
         profiled: Profiles = profiles(
@@ -141,6 +143,11 @@ def combinations(
             )
         )
     return tuple(result), rows
+
+
+def _variance(r: Ruling) -> float:
+    """Of the sum of a parameter and a constant, as a share of the parameter's."""
+    return 1 + r.share * (2 * r.slope + 1) / r.slope**2 if r.slope else np.inf
 
 
 def _judged(profile: Profile, space: Space) -> tuple[Verdict, Reason]:

@@ -9,17 +9,26 @@ from typing import Literal, Self
 from ..errors import InputError
 from ..units import number, unit
 
-#: Who vouches for a value: the user; the source of the rig, whose machine it is of; an inference
-#: where that source is silent; nobody, as it is an example that the user is to replace; other
-#: constants, from which it follows; a standard; or nobody again, where it is no quantity of the
-#: axis but a setting of the simulation.
-Origin = Literal["yours", "the paper", "inferred", "example", "derived", "standard", "setting"]
+#: Who vouches for a value: the user; the maker of a part of the axis; the source of the rig, whose
+#: machine it is of; an inference where that source is silent; nobody, as it is an example that the
+#: user is to replace; other constants, from which it follows; a standard; or nobody again, where
+#: it is no quantity of the axis but a setting of the simulation.
+Origin = Literal[
+    "yours", "nameplate", "the paper", "inferred", "example", "derived", "standard", "setting"
+]
 
 #: Tolerance of a value that was not given for this axis, as a share of it: of another machine of
 #: the kind, of a quantity that even there was inferred, and of an example.
 BORROWED: dict[Origin, float] = {"the paper": 0.1, "inferred": 0.5, "example": 0.5}
+#: Tolerance of a value on a nameplate or in a catalogue, as a share of it: what makers of servo
+#: motors state, as a rule, of torque constants and resistances.
+NAMEPLATE = 0.1
 #: A tolerance is twice a standard deviation (an expanded uncertainty with k = 2).
 COVERAGE = 2.0
+
+
+#: A constant as a person gives it: exact; with a tolerance; and with who vouches for it.
+Stated = float | tuple[float, float] | tuple[float, float, Origin]
 
 
 @dataclass(frozen=True)
@@ -60,8 +69,8 @@ class Constant:
         """Of what is known of the value beforehand, SI; 0 where it is exact."""
         return self.tolerance / COVERAGE
 
-    def with_value(self, shown: float, tolerance: float = 0.0) -> Self:
-        """The same quantity as the user gives it, in the unit people see.
+    def with_value(self, shown: float, tolerance: float = 0.0, origin: Origin = "yours") -> Self:
+        """The same quantity as the user gives it, in the unit people see, or its maker.
 
         Raises:
             InputError: a tolerance of what is no quantity of the axis.
@@ -73,8 +82,8 @@ class Constant:
             self,
             value=float(written.to_si(shown)),
             tolerance=tolerance * written.factor,
-            source="given",
-            origin=self.origin if self.origin == "setting" else "yours",
+            source="given" if origin == "yours" else f"its {origin}",
+            origin=self.origin if self.origin == "setting" else origin,
         )
 
     def exact(self) -> Self:
@@ -102,11 +111,15 @@ def constant(
 
 #: What a value with a tolerance is called where there is none.
 _WRITTEN = "a number, nor VALUE±TOLERANCE"
+_NAMEPLATE: Origin = "nameplate"
 _TOLERANCE = re.compile(r"(.+?)(?:±|\+/?-)([^%]+)(%?)")
 
 
-def toleranced(text: str, place: str) -> tuple[float, float]:
-    """A value and its tolerance as people write them: `20`, `20±5`, `20+-5`, `20±10%`.
+def toleranced(text: str, place: str) -> tuple[float, float, Origin]:
+    """A value, its tolerance and its origin as people write them.
+
+    `20` is exact; `20±5`, `20+-5` and `20±10%` are not; `20 nameplate` has the tolerance of such
+    values, `20±5 nameplate` its own.
 
     Args:
         text: What was written.
@@ -115,12 +128,15 @@ def toleranced(text: str, place: str) -> tuple[float, float]:
     Raises:
         InputError: it is not that.
     """
-    match = _TOLERANCE.fullmatch("".join(text.split()))
+    quantity = text.strip().removesuffix(_NAMEPLATE)
+    origin: Origin = "yours" if quantity == text.strip() else _NAMEPLATE
+    match = _TOLERANCE.fullmatch("".join(quantity.split()))
     if match is None:
-        return number(text, place, kind=_WRITTEN), 0.0
+        value = number(quantity, place, whole=text, kind=_WRITTEN)
+        return value, NAMEPLATE * abs(value) if origin == _NAMEPLATE else 0.0, origin
     value, tolerance = (
         number(part, place, whole=text, kind=_WRITTEN) for part in match.group(1, 2)
     )
     if tolerance < 0:
         raise InputError(f"{place}: {text!r}: a tolerance is not below 0")
-    return value, tolerance * abs(value) / 100 if match[3] else tolerance
+    return value, tolerance * abs(value) / 100 if match[3] else tolerance, origin

@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
-from .constant import toleranced
+from .constant import Origin, toleranced
 from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:
@@ -56,7 +56,8 @@ def rig_file(path: Path) -> Rig:
     ```toml
     kind = "slide-bed"
     law = "stribeck"
-    constants = { m = 24.0, F_fm = "12±4" }   # in the units that `stribeck rigs slide-bed` shows
+    # in the units that `stribeck rigs slide-bed` shows:
+    constants = { m = 24.0, F_fm = "12±4", J_m = "4e-6 nameplate" }
     ranges = { F_S = [20, 90], F_C = [5, 60] }
     columns = { position = "actual [mm]", command = "setpoint [mm]" }
     ```
@@ -126,9 +127,9 @@ def _rig(content: _RigFile, name: str) -> Rig:
     )
 
 
-def _toleranced(name: str, text: str) -> tuple[float, float]:
+def _toleranced(name: str, text: str) -> tuple[float, float, Origin]:
     """A constant's value and tolerance from text; a number alone is no text in TOML."""
-    value, tolerance = toleranced(text, f"constants.{name}")
-    if not tolerance > 0:
+    stated = toleranced(text, f"constants.{name}")
+    if not stated[1] > 0:
         raise InputError(f"constants.{name}: {text!r} is a number in quotes, or has no tolerance")
-    return value, tolerance
+    return stated

@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
-from .constant import Constant
+from .constant import Constant, Origin, Stated
 from .controller import Controller
 from .equation import Equation
 from .experiments.offer import Offer, OperatingRange
@@ -126,15 +126,16 @@ class Rig:
                 return c.value
         raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
 
-    def set(self, **values: float | tuple[float, float]) -> Self:
+    def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.
 
-        A number is exact; of a pair the second is the tolerance.
+        A number is exact; of a pair the second is the tolerance; a third says who vouches for it.
         """
         for name in values:
             self[name]
         return self._with(
-            c.with_value(*_pair(values[c.name])) if c.name in values else c for c in self.constants
+            c.with_value(*_stated(values[c.name])) if c.name in values else c
+            for c in self.constants
         )
 
     def exact(self) -> Self:
@@ -231,7 +232,9 @@ class Rig:
         return ", ".join(c.name for c in self.constants) or "none"
 
 
-def _pair(value: float | tuple[float, float]) -> tuple[float, float]:
+def _stated(
+    value: Stated,
+) -> tuple[float, float] | tuple[float, float, Origin]:
     return value if isinstance(value, tuple) else (value, 0.0)
 
 

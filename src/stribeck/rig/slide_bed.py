@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array, Param
-from .constant import Constant, constant
+from .constant import Constant, Stated, constant
 from .controller import Controller
 from .equation import FIRST, SECOND, Equation, Input
 from .experiments.offer import Offer, OperatingRange
@@ -96,7 +96,7 @@ class SlideBed(SimulatedRig):
     hand_gauge: bool = True
     known_scale: bool = True
 
-    def set(self, **values: float | tuple[float, float]) -> Self:
+    def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.
 
         K_n, K_v and K_kt follow from others (nomenclature) unless set themselves.
