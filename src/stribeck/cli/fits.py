@@ -16,6 +16,7 @@ from .inputs import (
     Exact,
     Json,
     Logs,
+    LossOption,
     RigName,
     Seed,
     Set,
@@ -57,7 +58,7 @@ def identify(
     repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches.")] = None,
     target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J.")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
-    loss: Annotated[str, typer.Option(metavar="squares|absolute", help="What of the errors counts.")] = "squares",
+    loss: LossOption = "squares",
     restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
     bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
     posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say).")] = 0,
@@ -210,6 +211,7 @@ def select(
     seed: Seed = None,
     budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
     folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
+    loss: LossOption = "squares",
     columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write selection.json, the card of the recommended law and a figure there.")] = None,
     json: Json = False,
@@ -246,6 +248,7 @@ def select(
             seed=seed,
             budget=budget,
             folds=folds,
+            loss=cast("Any", loss),
             progress=progress.step,
         )
     _tell_selection(selection, out, json)

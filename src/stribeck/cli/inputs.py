@@ -48,6 +48,10 @@ Exact = Annotated[
     bool,
     typer.Option("--exact", help="The rig's constants are this axis's own, without a tolerance."),
 ]
+LossOption = Annotated[
+    str,
+    typer.Option("--loss", metavar="squares|absolute", help="What of the errors counts."),
+]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
 
 #: How the values of options are written that name what they are about.

@@ -122,12 +122,13 @@ def selection_text(selection: Selection) -> str:
         "laws": [_law(c) for c in s.candidates],
         "ingredients": [
             {"ingredient": f.ingredient, "without": f.without, "with": f.within,
-             "warranted": f.warranted, "training_gain": f.training, "held_out": _paired(f.held),
-             "text": f.text}
+             "warranted": f.warranted, "range_ends": list(f.range_ends),
+             "training_gain": f.training, "held_out": _paired(f.held), "text": f.text}
             for f in s.findings
         ],
         "interrupted": bool(s.skipped),
         "left_out": list(s.skipped),
+        "excluded": list(s.excluded),
         "sentences": list(s.sentences),
         "data": [
             {"file": log.source.file, "sha256": log.source.sha256, "rows": len(log), "role": role}
@@ -152,13 +153,21 @@ def _law(c: Candidate) -> dict[str, Any]:
         "residuals": {"lag_1": c.white.lag_1, "correlation_time": c.white.time,
                       "ljung_box": c.white.Q, "lags": c.white.lags, "p": c.white.p},
         "not_identifiable": list(c.unseen),
+        "range_ends": dict(c.range_ends),
         "evaluations": c.evaluations,
         "seconds": round(c.seconds, 3),
     }  # fmt: skip
 
 
 def _paired(c: Paired) -> dict[str, Any]:
-    return {"change": c.change, "low": c.low, "high": c.high, "p": c.p, "blocks": c.blocks}
+    return {
+        "change": c.change,
+        "low": c.low,
+        "high": c.high,
+        "p": c.p,
+        "blocks": c.blocks,
+        "friction": c.friction,
+    }
 
 
 def _logs(s: Selection) -> dict[str, list[Any]]:
@@ -256,4 +265,7 @@ def figure(selection: Selection) -> Figure:
 
 
 def _error_label(s: Selection) -> str:
-    return "Position error J" if s.seed is not None else "Relative force error"
+    if s.seed is None:
+        return "Relative force error"
+    absolute = s.candidates[0].parameters.objective.loss == "absolute"
+    return "Mean position error" if absolute else "Position error J"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..parameters import Parameters
 from ..result import Fit
 from .paired_test import Criteria, Paired, Whiteness
+from .range_ends import End
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +25,7 @@ class Candidate:
         unseen: Parameters that the data do not identify.
         against: Held-out error against the best law's; None for that one.
         worse: Whether it is worse than the best law.
+        range_ends: Parameters that an end of a search range holds, as people see them.
         ingredients: What it has beyond a level and a slope.
         evaluations: Of the cost, all rounds together.
         seconds: They took.
@@ -38,6 +40,7 @@ class Candidate:
     unseen: tuple[str, ...]
     against: Paired | None
     worse: bool
+    range_ends: Mapping[str, End]
     ingredients: frozenset[str]
     evaluations: int
     seconds: float

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from .candidate import Candidate
 from .nesting import INGREDIENTS, step
-from .paired_test import COARSE, FEWEST, MARGIN, Paired
+from .paired_test import COARSE, FEWEST, MARGIN, MATERIAL, Paired
+from .range_ends import End
 
 #: Correlation of neighbours, and samples of correlation time, below which residuals pass as white.
 _LAG, _TIME = 0.1, 1.5
@@ -28,6 +29,8 @@ class Finding:
         training: Relative change of the training error if it is left out.
         held: The held-out error without it against that with it.
         warranted: Whether leaving it out makes the held-out error worse.
+        range_ends: Parameters of one of the two laws that an end of a search range holds, so that
+            they cannot be compared.
     """
 
     ingredient: str
@@ -36,6 +39,7 @@ class Finding:
     training: float
     held: Paired
     warranted: bool
+    range_ends: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -44,8 +48,24 @@ class Finding:
         head = f"{ingredient[0].upper()}{ingredient[1:]}: "
         pair = f"{self.without} against {self.within}"
         change = percent(self.held.change)
+        if self.range_ends:
+            return (
+                f"{head}cannot be told ({pair}): {', '.join(self.range_ends)}, which keeps its "
+                "error up. Widen that range (--bounds)."
+            )
+        moved = self.held.friction
+        friction = "" if np.isnan(moved) else f", and friction differs by up to {percent(moved)}"
         if self.warranted:
-            return f"{head}warranted. Without it the held-out error is {change} greater ({pair})."
+            return (
+                f"{head}warranted. Without it the held-out error is {change} greater"
+                f"{friction} ({pair})."
+            )
+        if moved <= MATERIAL:
+            return (
+                f"{head}not warranted. It moves the friction by {percent(moved)} at most within "
+                f"the motion of the log; the held-out error is {change} "
+                f"{'greater' if self.held.change >= 0 else 'less'} without it ({pair})."
+            )
         if self.held.change > MARGIN:
             return (
                 f"{head}not proven. Without it the held-out error is {change} greater, but "
@@ -81,6 +101,7 @@ def findings(
     recommended: int,
     compare: Callable[[int, int], Paired],
     errors: Sequence[float],
+    ends: Sequence[Mapping[str, End]],
 ) -> tuple[Finding, ...]:
     """Each ingredient by the pair of laws that differ in it alone, the nearest to what is taken.
 
@@ -90,6 +111,7 @@ def findings(
         recommended: The law that is recommended.
         compare: The simpler of two laws against the richer.
         errors: Training errors.
+        ends: Parameters that an end of a search range holds.
     """
     pairs: dict[str, list[tuple[int, int]]] = {}
     for i in range(len(laws)):
@@ -106,7 +128,19 @@ def findings(
         )
         paired = compare(i, j)
         gain = errors[i] / errors[j] - 1 if errors[j] > 0 else 0.0
-        results.append(Finding(ingredient, laws[i][0], laws[j][0], gain, paired, paired.worse))
+        held = i if paired.worse else j  # the range of the other takes nothing from the answer
+        at_end = tuple(_at_end(laws[held][0], n, end) for n, end in ends[held].items())
+        results.append(
+            Finding(
+                ingredient,
+                laws[i][0],
+                laws[j][0],
+                gain,
+                paired,
+                paired.worse and not at_end,
+                at_end,
+            )
+        )
     return tuple(results)
 
 
@@ -117,9 +151,16 @@ def sentences(
     results: Sequence[Finding],
     blocks: int,
     skipped: Sequence[str],
+    one_way: str,
 ) -> tuple[str, ...]:
     """The recommendation and its reasons, the most important first."""
-    texts = [_recommendation(laws, recommended, best)]
+    texts = [_recommendation(laws, recommended, best), *([one_way] if one_way else [])]
+    texts += [
+        f"{_at_end(law.name, n, end)}: beyond it its error is less, so that the comparison holds "
+        "for these ranges alone. Widen it (--bounds)."
+        for law in laws
+        for n, end in law.range_ends.items()
+    ]
     if skipped:
         texts.append(
             f"Interrupted: {', '.join(skipped)} "
@@ -157,6 +198,10 @@ def _recommendation(laws: Sequence[Candidate], recommended: int, best: int) -> s
         f"{chosen.name} is recommended: the simplest law whose held-out error is not worse than "
         f"the best's ({top.name}: {percent(chosen.against.change)} between them)."
     )
+
+
+def _at_end(law: str, name: str, end: End) -> str:
+    return f"{law} is held by the {end} end of the range of {name}"
 
 
 def _worse(law: Candidate, top: Candidate) -> str:

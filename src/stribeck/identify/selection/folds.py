@@ -27,6 +27,8 @@ Mask = NDArray[np.bool_]
 
 #: Logs from which on whole logs are held out.
 _LOGS = 3
+#: A way back below this share of the travel is none.
+_TRAVEL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,19 @@ class LogRange:
         """The log, and the range if there is one."""
         name = self.recording.label
         return name if self.within is None else f"{name} {self.within.text}"
+
+
+def directions(parts: Sequence[LogRange]) -> frozenset[int]:
+    """The directions, +1 and -1, in which parts of logs run over a tenth of their travel."""
+    ways = [
+        (stroke.direction, float(np.ptp(part.recording.position[rows])))
+        for part in parts
+        for mask in [part.mask()]
+        for stroke in segment(part.recording).strokes
+        if (rows := np.flatnonzero(mask[stroke.rows]) + stroke.rows.start).size
+    ]
+    least = _TRAVEL * max((travel for _, travel in ways), default=0.0)
+    return frozenset(direction for direction, travel in ways if travel > least)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,12 @@ from ...space import Array
 from ..uncertainty.covariance import autocovariance, correlation_time
 from ..uncertainty.residuals import parts
 
-#: A one-sided test of this size; and by how much an error must be greater to matter in practice.
+#: A one-sided test of this size; and by how much an error must be greater to matter in practice,
+#: where it is not known by what share the friction differs.
 LEVEL, MARGIN = 0.05, 0.01
+#: Friction that differs by less than this share does not matter: that of an axis differs by more
+#: from day to day.
+MATERIAL = 0.02
 #: Blocks are so many correlation times long, and at most so many.
 TIMES, MOST = 3.0, 24
 #: Blocks below which nothing is tested, because no test would see much; and what counts as worse
@@ -42,9 +46,11 @@ class Paired:
             5 % worse.
         low: Lower end of its 90 % interval, so that 5 % lie beyond each end; nan if not tested.
         high: Upper end.
-        p: Probability of such a change or a greater one if the error were at most 1 % greater;
-            nan if there are too few blocks to tell.
+        p: Probability of such a change or a greater one if the error were not greater (at most 1 %
+            greater, where `friction` is nan); nan if there are too few blocks to tell.
         blocks: How many there are.
+        friction: By what share the friction of the two differs at most within the motion, 0.1 for
+            10 %; nan where that cannot be said.
     """
 
     change: float
@@ -52,17 +58,24 @@ class Paired:
     high: float
     p: float
     blocks: int
+    friction: float = float("nan")
 
     @property
     def worse(self) -> bool:
-        """Whether it is worse: significantly, or by more than a tenth where nothing is tested."""
+        """Whether it is worse, and matters.
+
+        Significantly, or by more than a tenth where nothing is tested; unless the friction of the
+        two is the same within `MATERIAL`.
+        """
+        if self.friction <= MATERIAL:
+            return False
         return self.change > COARSE if np.isnan(self.p) else self.p < LEVEL
 
 
 def blocks(first: Sequence[Array], second: Sequence[Array]) -> list[list[slice]]:
-    """How each held-out piece is cut, for two models' residuals of the same samples."""
+    """How each held-out piece is cut, for two models' losses of the same samples."""
     pieces = [len(r) for r in first]
-    differences = np.concatenate([a * a - b * b for a, b in zip(first, second, strict=True)])
+    differences = np.concatenate([a - b for a, b in zip(first, second, strict=True)])
     length = max(TIMES * correlation_time(differences, pieces), sum(pieces) / MOST)
     cut = []
     for n in pieces:
@@ -71,32 +84,47 @@ def blocks(first: Sequence[Array], second: Sequence[Array]) -> list[list[slice]]
     return cut
 
 
-def paired(first: Sequence[Array], second: Sequence[Array]) -> Paired:
-    """How much worse `first` is than `second`: residuals of the same pieces."""
-    nan = float("nan")
+def paired(
+    first: Sequence[Array],
+    second: Sequence[Array],
+    *,
+    power: int = 2,
+    friction: float = float("nan"),
+) -> Paired:
+    """How much worse `first` is than `second`.
+
+    Args:
+        first: Residuals of one model, an array a piece.
+        second: Those of the other, of the same pieces.
+        power: What counts: 2 for squares of the residuals, 1 for their sizes.
+        friction: By what share the friction of the two differs. Where it is known, it says
+            whether a difference matters, and the test is for any difference of the errors.
+    """
+    nan, margin = float("nan"), MARGIN if np.isnan(friction) else 0.0
     for r, change in ((first, float("inf")), (second, -1.0)):
         if not all(np.isfinite(piece).all() for piece in r):
-            return Paired(change, nan, nan, 0.0 if change > 0 else 1.0, len(r))
-    cut = blocks(first, second)
+            return Paired(change, nan, nan, 0.0 if change > 0 else 1.0, len(r), friction)
+    losses = [[np.abs(r) ** power for r in model] for model in (first, second)]
+    cut = blocks(*losses)
     A, B = (
-        np.array([float(r[b] @ r[b]) for r, bs in zip(model, cut, strict=True) for b in bs])
-        for model in (first, second)
+        np.array([float(r[b].sum()) for r, bs in zip(model, cut, strict=True) for b in bs])
+        for model in losses
     )
     least = EXACT * float(A.sum() + B.sum())
     if not least > 0:
-        return Paired(0.0, 0.0, 0.0, 1.0, len(A))
-    logs = 0.5 * np.log((A + least) / (B + least))
+        return Paired(0.0, 0.0, 0.0, 1.0, len(A), friction)
+    logs = 1 / power * np.log((A + least) / (B + least))
     mean = float(logs.mean())
     if len(logs) < FEWEST:
-        return Paired(float(np.expm1(mean)), nan, nan, nan, len(logs))
+        return Paired(float(np.expm1(mean)), nan, nan, nan, len(logs), friction)
     from scipy.special import stdtr, stdtrit  # noqa: PLC0415 - slow to import
 
-    dof, excess = len(logs) - 1, mean - float(np.log1p(MARGIN))
+    dof, excess = len(logs) - 1, mean - float(np.log1p(margin))
     error = float(np.std(logs, ddof=1) / np.sqrt(len(logs)))
     p = float(stdtr(dof, -excess / error if error > 0 else np.copysign(np.inf, -excess)))
     reach = float(stdtrit(dof, 1 - LEVEL)) * error
     low, high = (float(np.expm1(end)) for end in (mean - reach, mean + reach))
-    return Paired(float(np.expm1(mean)), low, high, p, len(logs))
+    return Paired(float(np.expm1(mean)), low, high, p, len(logs), friction)
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,14 @@ from ...optimize import Search
 from ...rig import Rig
 from ...rig.lookup import rig_and_law
 from ..data_split import DataSplit, data_split, recording_list
+from ..loss import Loss, Objective
 from ..parameters import Parameters, partition
 from ..result import Fit
 from .candidate import Candidate
 from .candidate_fit import candidate_fit, unidentified
 from .findings import Finding, findings, sentences
-from .folds import Splits, splits
+from .folds import Splits, directions, splits
+from .friction_change import friction_change
 from .nesting import ingredients
 from .paired_test import Paired, criteria, paired, whiteness
 from .trained_law import (
@@ -46,6 +48,8 @@ if TYPE_CHECKING:
     from ...data.recording import Recording
 
 FOLDS = 5
+#: Directions in words.
+WAYS = {1: "to greater positions", -1: "to smaller positions"}
 
 #: Told what is being done, with the searches after every step, or none elsewhere.
 Progress = Callable[[str, Sequence[Search]], None]
@@ -68,6 +72,7 @@ class Selection:
         unit: Of the errors.
         seed: Of the searches; None by force balance.
         skipped: Laws that an interruption left out.
+        excluded: Laws with parameters for each direction, where the logs run one way.
     """
 
     rig: Rig
@@ -82,6 +87,7 @@ class Selection:
     unit: str
     seed: int | None
     skipped: tuple[str, ...]
+    excluded: tuple[str, ...]
 
     @property
     def recommended(self) -> Candidate:
@@ -127,6 +133,7 @@ def select(
     seed: int | None = None,
     budget: int | None = None,
     folds: int | None = None,
+    loss: Loss = "squares",
     progress: Progress | None = None,
 ) -> Selection:
     """Fit several laws and recommend the simplest that the data support.
@@ -147,12 +154,13 @@ def select(
         seed: Of the searches; 0 by default.
         budget: Evaluations of one fit; 4,000 by default. A search settles sooner, as a rule.
         folds: Rounds, where nothing is given to be held out; 5 by default.
+        loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
         progress: Called with what is being done and the searches, after every step.
 
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    parameter_sets = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}))
+    parameter_sets = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
     axis = parameter_sets[0].rig
     logs, tests = recording_list(recordings), [] if test is None else recording_list(test)
     simulated = axis.approach == "output_error"
@@ -162,7 +170,10 @@ def select(
     if (
         idle := []
         if simulated
-        else [n for n, v in {"seed": seed, "budget": budget}.items() if v is not None]
+        else [
+            *(n for n, v in {"seed": seed, "budget": budget}.items() if v is not None),
+            *(["loss"] * (loss != "squares")),
+        ]
     ):
         raise InputError(
             f"rig {axis.name} is solved by least squares, without a search: "
@@ -172,6 +183,7 @@ def select(
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
+    parameter_sets, excluded = _answerable(parameter_sets, rounds)
     training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
     for parameters in parameter_sets:
         try:
@@ -180,7 +192,8 @@ def select(
             if not training.laws:
                 raise
             break
-    return _compared(axis, training, [p.law.name for p in parameter_sets], simulated=simulated)
+    names = [p.law.name for p in parameter_sets]
+    return _compared(axis, training, names, excluded, simulated=simulated)
 
 
 def _parameters(
@@ -188,6 +201,7 @@ def _parameters(
     laws: Sequence[str | Law] | None,
     fixed: dict[str, float],
     bounds: dict[str, tuple[float, float]],
+    objective: Objective,
 ) -> list[Parameters]:
     """The laws with their parameters, the simplest first.
 
@@ -212,6 +226,7 @@ def _parameters(
                 law,
                 fixed={n: v for n, v in fixed.items() if n in names_of_law},
                 bounds={n: v for n, v in bounds.items() if n in names_of_law},
+                objective=objective,
             )
         )
     if strange := [n for n in (*fixed, *bounds) if n not in known_names]:
@@ -220,6 +235,26 @@ def _parameters(
             f"{', '.join(sorted(known_names))}"
         )
     return sorted(result, key=lambda p: len(p.free))
+
+
+def _answerable(
+    parameter_sets: list[Parameters], rounds: Splits
+) -> tuple[list[Parameters], tuple[str, ...]]:
+    """The laws that the training data can tell of, and the names of the others.
+
+    Logs that run one way say nothing of parameters for the other way.
+
+    Raises:
+        InputError: no law is left.
+    """
+    ways = directions(rounds.whole)
+    excluded = [p.law.name for p in parameter_sets if p.law.directional and len(ways) == 1]
+    if excluded and len(excluded) == len(parameter_sets):
+        raise InputError(
+            f"the logs run {WAYS[min(ways)]} only, which says nothing of a law with parameters "
+            f"for each direction: compare others than {', '.join(excluded)}, or record both ways"
+        )
+    return [p for p in parameter_sets if p.law.name not in excluded], tuple(excluded)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +326,12 @@ def _same(fit: Fit) -> Fit:
 
 
 def _compared(
-    axis: Rig, training: _Training, names: Sequence[str], *, simulated: bool
+    axis: Rig,
+    training: _Training,
+    names: Sequence[str],
+    excluded: tuple[str, ...],
+    *,
+    simulated: bool,
 ) -> Selection:
     laws = [t.main for t in training.laws]
     errors = [t.errors.error for t in training.laws]
@@ -299,7 +339,13 @@ def _compared(
         raise InputError("no law here can be simulated on what was held out")
     best = int(np.argmin(errors))
     residuals = [t.errors.residuals for t in training.laws]
-    against = [paired(r, residuals[best]) for r in residuals]
+    power = training.laws[0].errors.power
+
+    def compare(i: int, j: int) -> Paired:
+        change = friction_change(*sorted((laws[i], laws[j]), key=_free))
+        return paired(residuals[i], residuals[j], power=power, friction=change)
+
+    against = [compare(i, best) for i in range(len(laws))]
     rivals = [i for i in range(len(laws)) if i != best]
     worse = [i != best and against[i].worse for i in range(len(laws))]
     ruler = min(laws, key=lambda r: float(np.mean(r.residuals**2)))
@@ -316,8 +362,9 @@ def _compared(
         [(c.name, c.free) for c in candidates],
         [c.ingredients for c in candidates],
         chosen,
-        lambda simple, rich: paired(residuals[simple], residuals[rich]),
+        compare,
         [c.error for c in candidates],
+        [c.range_ends for c in candidates],
     )
     skipped = tuple(names[len(candidates) :])
     count = min((against[i].blocks for i in rivals), default=0)
@@ -330,10 +377,28 @@ def _compared(
         blocks=count,
         effective=effective,
         findings=warranted,
-        sentences=sentences(candidates, chosen, best, warranted, count, skipped),
+        sentences=sentences(
+            candidates, chosen, best, warranted, count, skipped, _one_way(training, excluded)
+        ),
         unit=laws[0].unit,
         seed=training.seed if simulated else None,
         skipped=skipped,
+        excluded=excluded,
+    )
+
+
+def _free(law: TrainedLaw) -> int:
+    return len(law.parameters.free)
+
+
+def _one_way(training: _Training, excluded: Sequence[str]) -> str:
+    """What cannot be compared where the logs run one way; empty if nothing is left out."""
+    if not excluded:
+        return ""
+    way = WAYS[min(directions(training.rounds.whole))]
+    return (
+        f"Whether friction differs between directions cannot be asked: the logs run {way} only. "
+        f"Not fitted: {', '.join(excluded)}."
     )
 
 
@@ -351,6 +416,7 @@ def _candidate(
         unseen=trained.unidentified,
         against=against,
         worse=worse,
+        range_ends={law.parameters.rig.label(n): end for n, end in law.range_ends.items()},
         ingredients=ingredients(law.parameters.law, [q.name for q in free]),
         evaluations=trained.evaluations,
         seconds=trained.seconds,

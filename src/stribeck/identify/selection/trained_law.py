@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
 from zlib import crc32
 
 import numpy as np
@@ -17,14 +17,17 @@ from ...rig.simulated import as_simulated
 from ...space import Array
 from ..balance import balance
 from ..initial_state import FreeStartProblem, free_starts, started_at_each
+from ..loss import SQUARES
 from ..multistart import Progress, run_searches, with_free_starts
 from ..parameters import Parameters
 from ..polish import Polished, polish
 from ..problem import MotionProblem
+from ..score import scores
 from ..segment import Segment, segments
 from ..uncertainty.residuals import parts
 from .folds import LogRange
 from .nesting import embedded
+from .range_ends import End, RangedAnswer, beyond, with_ranges_of
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -60,7 +63,8 @@ class TrainedLaw:
     Args:
         parameters: Its parameters.
         p: Its complete parameter set, SI, (k,).
-        error: Misfit on its training data in the unit shown: J or percent.
+        error: Misfit on its training data in the unit shown: J, the mean size of its errors, or
+            percent.
         unit: Of the misfit.
         residuals: Of the training, (rows,).
         logs: Rows of each log or segment.
@@ -70,6 +74,8 @@ class TrainedLaw:
         x: Free parameters, and the starts where they are unknowns too, SI.
         run: The search; None for a force balance.
         balance: The solved force balance; None for output error.
+        range_ends: Parameters that an end of a search range holds, so that the misfit is greater
+            than the law's own.
     """
 
     parameters: Parameters
@@ -84,6 +90,7 @@ class TrainedLaw:
     x: Array
     run: Run | None
     balance: balance.Balance | None
+    range_ends: Mapping[str, End] = field(default_factory=dict)
 
     @property
     def train(self) -> tuple[Segment, ...]:
@@ -114,9 +121,16 @@ def train_law(
         InputError: these ranges cannot be simulated, or have too few rows.
     """
     start_time = time.perf_counter()
+    wide: dict[str, tuple[float, float]] = {}
+    for law in simpler:
+        wide |= {q.name: (q.lower, q.upper) for q in law.parameters.free}
+    parameters = with_ranges_of(parameters, wide)
     if parameters.rig.approach == "output_error":
         return _searched(parameters, train, simpler, settings, key, start_time)
     return _solved(parameters, train, simpler, start_time)
+
+
+_Place = tuple[MotionProblem | FreeStartProblem, Array]
 
 
 def _searched(
@@ -135,6 +149,8 @@ def _searched(
     (run,), interrupted = run_searches(problem, [search], settings.progress)
     if interrupted:
         raise KeyboardInterrupt
+    if parameters.objective.loss == "absolute":
+        problem = problem.finer()
     whole = with_free_starts(problem)
     starts = whole.nominal if isinstance(whole, FreeStartProblem) else np.empty(0)
     x = [np.concatenate([run.x, starts])]
@@ -149,21 +165,38 @@ def _searched(
         for k in promising
         if k or whole is not problem
     ]
+    dim = len(parameters.free)
+
+    def further(wider: Parameters, answer: RangedAnswer[_Place]) -> RangedAnswer[_Place]:
+        elsewhere = with_free_starts(problem.over(wider))
+        x = answer.solution[1]
+        trial = polish(elsewhere, x, answer.cost, REFINED * elsewhere.space.dim)
+        polished.append(trial)
+        return RangedAnswer(wider, trial.x[:dim], trial.cost, (elsewhere, trial.x))
+
     best = min(polished, key=lambda d: d.cost)
-    return TrainedLaw(
+    answer = RangedAnswer(parameters, best.x[:dim], best.cost, (whole, best.x))
+    answer, ends = beyond(answer, further)
+    parameters, (whole, solution) = answer.parameters, answer.solution
+    p = parameters.full(answer.x[None])[0]
+    trained = TrainedLaw(
         parameters,
-        parameters.full(best.x[None, : len(parameters.free)])[0],
-        best.cost,
+        p,
+        answer.cost,
         problem.unit,
-        whole.residuals(best.x[None])[0],
+        whole.residuals(solution[None])[0],
         whole.logs,
         spent + sum(d.evaluations for d in polished),
         time.perf_counter() - start_time,
         whole,
-        best.x,
+        solution,
         run,
         None,
+        ends,
     )
+    if parameters.objective.loss == "absolute":
+        return replace(trained, error=scores(parameters, p, trained.train).value)
+    return trained
 
 
 def _carried(
@@ -204,16 +237,24 @@ def _solved(
 ) -> TrainedLaw:
     logs, masks = _masks(train)
 
-    def solved(start: Array | None = None) -> balance.Balance:
+    def solved(parameters: Parameters, start: Array | None = None) -> balance.Balance:
         return balance.balance(logs, parameters, rows=masks, start=start)
 
-    best = solved()
+    best = solved(parameters)
     if best.system.shape:
         for law in (r for r in simpler if r.error < best.relative_error):
             start = parameters.full(embedded(law.parameters, law.p, parameters)[None])[0]
-            from_nested = solved(start)
+            from_nested = solved(parameters, start)
             if from_nested.relative_error < best.relative_error:
                 best = from_nested
+
+    def further(
+        wider: Parameters, answer: RangedAnswer[balance.Balance]
+    ) -> RangedAnswer[balance.Balance]:
+        return _answer(wider, solved(wider, answer.solution.values))
+
+    answer, ends = beyond(_answer(parameters, best), further)
+    parameters, best = answer.parameters, answer.solution
     rows = tuple(len(s.t) for s in best.signals)
     return TrainedLaw(
         parameters,
@@ -225,10 +266,16 @@ def _solved(
         0,
         time.perf_counter() - start_time,
         None,
-        best.values[parameters.free_places],
+        answer.x,
         None,
         best,
+        ends,
     )
+
+
+def _answer(parameters: Parameters, solved: balance.Balance) -> RangedAnswer[balance.Balance]:
+    x = solved.values[parameters.free_places]
+    return RangedAnswer(parameters, x, solved.relative_error, solved)
 
 
 def _masks(ranges: Sequence[LogRange]) -> tuple[list[Recording], list[Mask]]:
@@ -248,28 +295,31 @@ class HeldOutErrors:
     Args:
         residuals: An array a segment or log; nan where the model cannot be run.
         size: Sum of squares of what was measured, for an error relative to that.
-        relative: Whether the error is.
+        measure: Relative to that, root mean square, or mean size.
     """
 
     residuals: tuple[Array, ...]
     size: float
-    relative: bool
+    measure: Literal["relative", "rms", "mean"]
+
+    @property
+    def power(self) -> int:
+        """What of the residuals counts: 2 for their squares, 1 for their sizes."""
+        return 1 if self.measure == "mean" else 2
 
     @property
     def error(self) -> float:
-        """J, or the relative error in percent."""
-        squares = sum(float(r @ r) for r in self.residuals)
-        if not np.isfinite(squares):
+        """J, the mean size of the errors, or the relative error in percent."""
+        total = sum(float(np.sum(np.abs(r) ** self.power)) for r in self.residuals)
+        if not np.isfinite(total):
             return float("inf")
-        if self.relative:
-            return 100 * float(np.sqrt(squares / self.size)) if self.size > 0 else float("inf")
-        return float(np.sqrt(squares / sum(len(r) for r in self.residuals)))
+        if self.measure == "relative":
+            return 100 * float(np.sqrt(total / self.size)) if self.size > 0 else float("inf")
+        return float((total / sum(len(r) for r in self.residuals)) ** (1 / self.power))
 
     def joined(self, other: HeldOutErrors) -> HeldOutErrors:
         """Both together."""
-        return HeldOutErrors(
-            self.residuals + other.residuals, self.size + other.size, self.relative
-        )
+        return HeldOutErrors(self.residuals + other.residuals, self.size + other.size, self.measure)
 
 
 def held_out_errors(trained: TrainedLaw, ranges: Sequence[LogRange]) -> HeldOutErrors:
@@ -280,12 +330,15 @@ def held_out_errors(trained: TrainedLaw, ranges: Sequence[LogRange]) -> HeldOutE
     """
     parameters = trained.parameters
     if parameters.rig.approach == "output_error":
-        problem = MotionProblem(parameters, _segments(parameters, ranges))
+        measure: Literal["rms", "mean"]
+        measure = "mean" if parameters.objective.loss == "absolute" else "rms"
+        plain = replace(parameters, objective=SQUARES)
+        problem = MotionProblem(plain, _segments(parameters, ranges))
         x = trained.p[None, parameters.free_places]
         residuals = parts(problem.residuals(x)[0], problem.logs)
-        return HeldOutErrors(tuple(r for r in residuals if len(r)), 0.0, relative=False)
+        return HeldOutErrors(tuple(r for r in residuals if len(r)), 0.0, measure)
     logs, masks = _masks(ranges)
     signals = balance.validate(logs, parameters, trained.p, rows=masks).signals
     residuals = [s.measured - s.predicted for s in signals if len(s.t)]
     size = sum(float(s.measured @ s.measured) for s in signals)
-    return HeldOutErrors(tuple(residuals), size, relative=True)
+    return HeldOutErrors(tuple(residuals), size, "relative")
