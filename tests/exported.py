@@ -18,6 +18,7 @@ VARIANTS = (
     "maxwell-slip:6",
     "stribeck+temperature",
     "lugre+position",
+    "stribeck+position:2",
     "bam-m4+temperature+position",
 )
 

@@ -341,6 +341,7 @@ def test_terms_leave_a_law_its_function_and_add_their_parameters(law: Law) -> No
     assert termed.slip is law.slip
     assert termed.rub is law.rub
     assert termed.params == law.params + TERMS["temperature"] + TERMS["position"]
+    assert termed.params[termed.place("temperature")] == TERMS["temperature"]
     p = draws(termed, 4, seed=7)
     assert len(p) == 4
     for q in p:  # a law does not look at what follows its own parameters

@@ -163,7 +163,7 @@ def read_model(path: str | Path) -> Model:
     path = Path(path)
     card = read_card(path)
     try:
-        parameters, values = card.model()
+        parameters, values = _friction_of(card)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return Model(card, parameters, values, hashlib.sha256(path.read_bytes()).hexdigest(), path.name)
@@ -171,10 +171,25 @@ def read_model(path: str | Path) -> Model:
 
 def as_model(card: Card) -> Model:
     """The model of a card that is no file yet; its hash is that of the file it would be."""
-    parameters, values = card.model()
+    parameters, values = _friction_of(card)
     return Model(
         card, parameters, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json"
     )
+
+
+def _friction_of(card: Card) -> tuple[Parameters, Array]:
+    """The model of a card of which all is friction.
+
+    Raises:
+        InputError: it has a force that is none.
+    """
+    parameters, values = card.model()
+    if "cogging" in parameters.law.terms:
+        raise InputError(
+            f"law {parameters.law.name} has a cogging force, which is no friction and is not "
+            "exported: the card has its parameters"
+        )
+    return parameters, values
 
 
 def _one_line(text: str) -> str:

@@ -98,7 +98,7 @@ LAWS = Laws()
 
 @cache
 def law_named(name: str) -> Law:
-    """A law by its name: `stribeck`, `maxwell-slip:6` (elements), `stribeck+temperature` (terms).
+    """A law by its name: `stribeck`, `maxwell-slip:6` (elements), `stribeck+position:2` (terms).
 
     Raises:
         InputError: there is no such law or term, or it cannot have so many elements.
@@ -109,7 +109,10 @@ def law_named(name: str) -> Law:
         raise InputError(f"no law {stem!r}: there are {', '.join(LAWS)}")
     law = _of_elements(stem, count) if colon else LAWS[stem]
     for term in terms:
-        law = law.with_term(cast("Term", term))
+        term_name, colon, count = term.partition(":")
+        if colon and not (count.isdecimal() and len(count) == 1):
+            raise InputError(f"law {name}: {count!r} is no number of harmonics")
+        law = law.with_term(cast("Term", term_name), int(count) if colon else 1)
     return law
 
 

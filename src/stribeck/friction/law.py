@@ -35,8 +35,9 @@ LOADS = ("drive", "external", "normal", "position", "temperature")
 #: Where each of LOADS stands in the `load` of `rub`.
 DRIVE, EXTERNAL, NORMAL, POSITION, TEMPERATURE = range(len(LOADS))
 
-Term = Literal["position", "temperature"]
-#: What may multiply the whole friction of any law, and the parameters that this adds.
+Term = Literal["position", "temperature", "cogging"]
+#: What any law may have besides, and the parameters that this adds. `position` and `temperature`
+#: multiply all of the friction; `cogging` is a force over position, the same both ways.
 TERMS: Mapping[Term, tuple[Param, ...]] = MappingProxyType(
     {
         "position": (
@@ -50,24 +51,42 @@ TERMS: Mapping[Term, tuple[Param, ...]] = MappingProxyType(
             Param("temp_ref", 200.0, 500.0, "K", "T_0", fixed=293.15,
                   doc="temperature at which the law's own parameters hold"),
         ),
+        "cogging": (
+            Param("cog_cos", -1e6, 1e6, "N", "C_x", doc="force that goes with cos"),
+            Param("cog_sin", -1e6, 1e6, "N", "S_x", doc="force that goes with sin"),
+            Param("cog_period", 1e-4, 10.0, "m", "\\lambda_c", True,
+                  doc="period of the cogging: a pole pitch, a tooth, a turn"),
+        ),
     }
 )  # fmt: skip
 
+#: Terms with harmonics, after a colon: `stribeck+position:2` has the period and its half.
+HARMONIC: tuple[Term, ...] = ("position", "cogging")
+MOST_HARMONICS = 6
 
-#: The factors of the terms, in the names of their parameters.
-_FACTORS: Mapping[Term, str] = MappingProxyType(
+#: What the terms do to the friction F, in the names of their parameters.
+_FORMULAS: Mapping[Term, str] = MappingProxyType(
     {
-        "position": "1 + pos_cos cos(2πx/pos_period) + pos_sin sin(2πx/pos_period)",
-        "temperature": "1 + temp_slope (T − temp_ref)",
+        "position": "all of F times 1 + pos_cos cos(2πx/pos_period) + pos_sin sin(2πx/pos_period)",
+        "temperature": "all of F times 1 + temp_slope (T − temp_ref)",
+        "cogging": "besides F a force cog_cos cos(2πx/cog_period) + cog_sin sin(2πx/cog_period)",
     }
 )
 
 
-@compiled()
-def position_factor(x: float, pos_cos: float, pos_sin: float, pos_period: float) -> float:
-    """The factor of the term `position` at a position x, m or rad."""
-    angle = 2.0 * pi * x / pos_period
-    return 1.0 + pos_cos * cos(angle) + pos_sin * sin(angle)
+def term_params(term: Term, harmonics: int) -> tuple[Param, ...]:
+    """The parameters of a term: an amplitude pair a harmonic, `pos_cos_2` of the second."""
+    if term not in HARMONIC:
+        return TERMS[term]
+    cos, sin, period = TERMS[term]
+    pairs = [
+        replace(q, name=f"{q.name}_{k}", symbol=f"{q.symbol}_{k}", doc=f"{q.doc} of 1/{k} of it")
+        if k > 1
+        else q
+        for k in range(1, harmonics + 1)
+        for q in (cos, sin)
+    ]
+    return (*pairs, period)
 
 
 @compiled()
@@ -81,7 +100,12 @@ def terms_factor(places: Array, p: Array, load: Array) -> float:
     """The factor of all terms of a law under the loads (5,); `places` as `term_places` has them."""
     scale = 1.0
     if places[0] >= 0:
-        scale *= position_factor(load[POSITION], p[places[0]], p[places[0] + 1], p[places[0] + 2])
+        angle = 2.0 * pi * load[POSITION] / p[places[0] + 2 * places[2]]
+        order = 0.0
+        for k in range(places[2]):
+            order += 1.0
+            scale += p[places[0] + 2 * k] * cos(order * angle)
+            scale += p[places[0] + 2 * k + 1] * sin(order * angle)
     if places[1] >= 0:
         scale *= temperature_factor(load[TEMPERATURE], p[places[1]], p[places[1] + 1])
     return max(scale, 0.0)
@@ -158,7 +182,8 @@ class Law:
         rub: The compiled law where it has states or loads; see `rub_law`.
         states: How many states it has.
         loads: Which of LOADS it reads.
-        terms: Which of TERMS multiply it; their parameters come last in `params`.
+        terms: Which of TERMS it has; their parameters come last in `params`.
+        sizes: How many parameters each of them has.
     """
 
     name: str
@@ -174,6 +199,7 @@ class Law:
     states: int = 0
     loads: tuple[str, ...] = ()
     terms: tuple[Term, ...] = ()
+    sizes: tuple[int, ...] = ()
 
     @property
     def static(self) -> bool:
@@ -186,27 +212,42 @@ class Law:
         upper = np.array([q.upper if q.fixed is None else q.fixed for q in self.params])
         return self.states == 0 and any(self.levels(upper))
 
-    def with_term(self, term: Term) -> Law:
-        """The same law, all of its friction multiplied by a term with parameters of its own.
+    def place(self, term: Term) -> slice:
+        """Where the parameters of one of its terms stand in `params`."""
+        at = self.terms.index(term)
+        first = len(self.params) - sum(self.sizes[at:])
+        return slice(first, first + self.sizes[at])
 
-        `temperature`: 1 + temp_slope (T - temp_ref). `position`: 1 + pos_cos cos(2 pi x / period)
-        + pos_sin sin(2 pi x / period).
+    def with_term(self, term: Term, harmonics: int = 1) -> Law:
+        """The same law with a term that has parameters of its own, see `TERMS`.
+
+        Args:
+            term: Which.
+            harmonics: Of a term over position.
 
         Raises:
-            InputError: there is no such term, or the law has it already.
+            InputError: there is no such term, the law has it already, or it has no harmonics.
         """
         if term not in TERMS or term in self.terms:
             raise InputError(f"law {self.name}: cannot add a term {term!r}: there are "
                              f"{', '.join(TERMS)}, each once")  # fmt: skip
-        k, symmetric = len(self.params), self.physical
+        if harmonics != 1 and (term not in HARMONIC or not 1 < harmonics <= MOST_HARMONICS):
+            raise InputError(
+                f"law {self.name}+{term}:{harmonics}: {' and '.join(HARMONIC)} have 1 to "
+                f"{MOST_HARMONICS} harmonics, other terms none"
+            )
+        k, symmetric, added = len(self.params), self.physical, term_params(term, harmonics)
+        several = f", and of {harmonics - 1} more with x times 2 and so on" if harmonics > 1 else ""
+        forces = tuple(q.name for q in added[:-1]) if term == "cogging" else ()
         return replace(
             self,
-            name=f"{self.name}+{term}",
-            params=self.params + TERMS[term],
-            doc=f"{self.doc}; depending on {term}",
-            formula=f"{self.formula},  all of F times {_FACTORS[term]}",
+            name=f"{self.name}+{term}" + (f":{harmonics}" if harmonics > 1 else ""),
+            params=self.params + added,
+            doc=f"{self.doc}; {'with' if forces else 'depending on'} {term}",
+            formula=f"{self.formula},  {_FORMULAS[term]}{several}",
             terms=(*self.terms, term),
-            linear=(),
+            sizes=(*self.sizes, len(added)),
+            linear=self.linear + forces,
             physical=lambda p: symmetric(p[:, :k]),
         )
 
@@ -227,12 +268,13 @@ class Law:
 
 
 def term_places(law: Law) -> Array:
-    """Where the parameters of the position and of the temperature term begin, (2,); -1 for none."""
-    at, places = len(law.params), {"position": -1, "temperature": -1}
-    for term in reversed(law.terms):
-        at -= len(TERMS[term])
-        places[term] = at
-    return np.array([places["position"], places["temperature"]], dtype=np.int64)
+    """Where the parameters of the position and of the temperature term begin, and harmonics, (3,).
+
+    -1 for a term that the law has not.
+    """
+    first = [law.place(t).start if t in law.terms else -1 for t in ("position", "temperature")]
+    harmonics = law.sizes[law.terms.index("position")] // 2 if first[0] >= 0 else 0
+    return np.array([*first, harmonics], dtype=np.int64)
 
 
 def stick(F_in: float, F_S_minus: float, F_S_plus: float) -> float:

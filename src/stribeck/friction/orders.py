@@ -24,7 +24,8 @@ def orders(law: Law, *, nonlinear: bool = False) -> list[Order]:
         nonlinear: Whether parameters that the law is not linear in are asked about, too.
     """
     p = np.array([0.5 * (q.lower + q.upper) if q.fixed is None else q.fixed for q in law.params])
-    among = [i for i, q in enumerate(law.params) if nonlinear or q.name in law.linear]
+    own = law.params[: len(law.params) - sum(law.sizes)]  # terms are in no order
+    among = [i for i, q in enumerate(own) if nonlinear or q.name in law.linear]
     for unit in {law.params[i].unit for i in among}:
         same_unit = [i for i in among if law.params[i].unit == unit]
         p[same_unit] = min(p[same_unit])

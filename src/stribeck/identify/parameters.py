@@ -199,6 +199,11 @@ def partition(
 
 
 def _check_loads(rig: Rig, law: Law) -> None:
+    if "cogging" in law.terms and rig.approach == "output_error":
+        raise InputError(
+            f"law {law.name}: cogging is told from a measured force, and rig {rig.name} simulates "
+            "the motion: choose a rig with a measured force, or leave +cogging away"
+        )
     if unknown := [load for load in law.loads if load not in rig.loads]:
         raise InputError(
             f"law {law.name} depends on the {unknown[0]} load, which rig {rig.name} does not know"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -12,7 +12,7 @@ from numba import float64, types
 from ..compile_cache import compiled
 from ..data.filtering import Filtering
 from ..errors import InputError
-from ..friction import LOADS, RUB_TYPE, SLIP_TYPE, TERMS
+from ..friction import LOADS, RUB_TYPE, SLIP_TYPE
 from ..friction.law import POSITION, TEMPERATURE
 from ..space import Array, Param
 from .equation import FIRST, Equation, Input
@@ -60,6 +60,12 @@ class BalancedRig(Rig):
     def filter_reach(self, dt: float) -> int:
         """Samples to each side that the low-pass filter mixes with one, at an interval dt, s."""
         return max(self.filtering.edges(1 / dt))
+
+    def parameters(self, law: Law) -> tuple[Param, ...]:
+        """As of any rig; the period of a term over position is free, as the residual shows it."""
+        return tuple(
+            replace(q, fixed=None) if q.name == "pos_period" else q for q in super().parameters(law)
+        )
 
     def own(self, law: Law) -> tuple[Param, ...]:
         """The rig's parameters, without the offset under a law with levels for each direction."""
@@ -179,6 +185,8 @@ class BalancedRig(Rig):
         balance: Array = self.friction(law, p, v, loads)
         for value, q in zip(p[len(law.params) :], self.own(law), strict=True):
             balance = balance + value * columns[q.name]
+        if "cogging" in law.terms:
+            balance = balance + wave(p[law.place("cogging")], loads[:, POSITION])
         return balance
 
     def friction(self, law: Law, p: Array, v: Array, loads: Array | None = None) -> Array:
@@ -212,18 +220,22 @@ def as_balanced(rig: Rig) -> BalancedRig:
 
 def _factor(law: Law, p: Array, loads: Array) -> Array:
     """What a law's terms multiply its friction by, (N,): not below 0, or it would drive."""
-    at = len(law.params) - sum(len(TERMS[term]) for term in law.terms)
     factor = np.ones(len(loads))
-    for term in law.terms:
-        if term == "position":
-            cos, sin, period = p[at : at + 3]
-            turn = 2 * np.pi * loads[:, POSITION] / period
-            factor *= 1 + cos * np.cos(turn) + sin * np.sin(turn)
-        else:
-            slope, reference = p[at : at + 2]
-            factor *= 1 + slope * (loads[:, TEMPERATURE] - reference)
-        at += len(TERMS[term])
+    if "position" in law.terms:
+        factor += wave(p[law.place("position")], loads[:, POSITION])
+    if "temperature" in law.terms:
+        slope, reference = p[law.place("temperature")]
+        factor *= 1 + slope * (loads[:, TEMPERATURE] - reference)
     return np.maximum(factor, 0.0)
+
+
+def wave(p: Array, x: Array) -> Array:
+    """A sum of harmonics over positions, (N,): pairs of cosine and sine, and the period last."""
+    turn = 2 * np.pi * x / p[-1]
+    total = np.zeros(len(x))
+    for k in range(len(p) // 2):
+        total += p[2 * k] * np.cos((k + 1) * turn) + p[2 * k + 1] * np.sin((k + 1) * turn)
+    return total
 
 
 @compiled(float64[::1](SLIP_TYPE, _F1, _F1))

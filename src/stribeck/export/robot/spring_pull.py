@@ -12,7 +12,6 @@ import numpy as np
 
 from ...data.recording import Recording
 from ...friction import Law
-from ...friction.law import TERMS
 from ...rig import Rig
 from ...rig.slide_bed import SLIDE_BED
 from ...space import Array
@@ -70,12 +69,7 @@ def spring_pull(
 
 def temperature(law: Law, p: Array) -> float:
     """The temperature at which a law's own parameters hold, K; 0 if it is all one to the law."""
-    at = len(law.params)
-    for term in reversed(law.terms):
-        at -= len(TERMS[term])
-        if term == "temperature":
-            return float(p[at + 1])
-    return 0.0
+    return float(p[law.place("temperature")][1]) if "temperature" in law.terms else 0.0
 
 
 def inertia(rig: Rig, law: Law, p: Array) -> float | None:

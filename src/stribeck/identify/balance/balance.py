@@ -19,6 +19,7 @@ from ...data.filtering import DECIMATION_GAIN, Filtering
 from ...errors import InputError
 from ...space import Array
 from . import variable_projection
+from .position_waves import wave_start
 from .regression import System
 from .rows import Log, Rows, filtered_logs
 
@@ -153,8 +154,9 @@ def balance(
         filtering: How the logs are filtered; by default the rig's way.
         rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
             after filtering, so that filters see no edges.
-        start: (k,) a set, SI, from which the parameters that shape the curve are searched; from a
-            grid over their ranges by default.
+        start: (k,) a set, SI, from which the parameters that shape the curve are searched; by
+            default from a grid over their ranges, or from what the residual shows of waves over
+            position (`position_waves`).
 
     Raises:
         InputError: no measured force, too few rows, or nothing left to find.
@@ -166,7 +168,7 @@ def balance(
             f"{len(system.y)} rows cannot tell {len(free)} parameters: "
             "give more data, or decimate less"
         )
-    p, at_bound = system.solved(start)
+    p, at_bound = system.solved(wave_start(system) if start is None else start)
     W = system.jacobian(p)
     prediction = _prediction(system, p)
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]

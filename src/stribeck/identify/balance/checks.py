@@ -17,7 +17,6 @@ import numpy as np
 from ...data.force_channel import EXACT, both_ways
 from ...data.force_channel import spikes as single_samples
 from ...errors import InputError
-from ...friction import TERMS
 from ...friction.law import POSITION
 from ...space import Array
 from ...units import unit
@@ -304,11 +303,9 @@ def offset(system: System, solution: balance.Balance) -> str:
     """A constant that is most of the force, so that a relative error of all of it looks small."""
     if "offset" not in solution.names:
         return ""
-    p = np.zeros(len(solution.values))
-    at = solution.names.index("offset")
-    p[at] = solution.values[at]
-    zeros = np.zeros(len(p))
-    constant = (system.predicted(p[None]) - system.predicted(zeros[None]))[:, 0]
+    without = solution.values.copy()
+    without[solution.names.index("offset")] = 0.0
+    constant = (system.predicted(solution.values[None]) - system.predicted(without[None]))[:, 0]
     varying = float(np.linalg.norm(system.y - constant))
     error = 100 * float(np.linalg.norm(solution.residuals)) / varying if varying > 0 else 0.0
     if error < _BESIDE * solution.relative_error or error < UNEXPLAINED:
@@ -359,8 +356,8 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
 
 def _curved(system: System) -> bool:
     """Whether a parameter that shapes the law's curve over speed is to be found."""
-    of_terms = {q.name for parameters in TERMS.values() for q in parameters}
-    return any(system.parameters.every[i].name not in of_terms for i in system.shape)
+    own = len(system.law.params) - sum(system.law.sizes)
+    return any(i < own for i in system.shape)
 
 
 def _distinct(speed: Array) -> int:

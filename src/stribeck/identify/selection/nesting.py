@@ -39,6 +39,7 @@ INGREDIENTS = {
     "states": "inner states (presliding, memory)",
     "temperature": "a share that depends on temperature",
     "position": "a share that depends on position",
+    "cogging": "a force over position, the same both ways",
 }
 #: What only refines another ingredient, and is no step of its own where that is new.
 _REFINES = {"exponent": "stribeck", "two loads": "load", "squares": "load"}
@@ -63,6 +64,7 @@ def ingredients(law: Law, free: Iterable[str]) -> frozenset[str]:
         "states": law.states > 0,
         "temperature": "temperature" in law.terms,
         "position": "position" in law.terms,
+        "cogging": "cogging" in law.terms,
     }
     return frozenset(name for name, present in has.items() if present)
 
