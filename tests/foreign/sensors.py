@@ -71,6 +71,25 @@ def wrapped(table: Table, channel: str, low: float, high: float) -> Table:
     return table | {channel: low + np.mod(table[channel] - low, high - low)}
 
 
+def scaled(table: Table, channel: str, gain: float) -> Table:
+    """A sensor whose gain is off."""
+    return table | {channel: gain * table[channel]}
+
+
+def played(table: Table, channel: str, width: float) -> Table:
+    """Behind a play of a width: it follows once the play is taken up."""
+    values = table[channel].copy()
+    for i in range(1, len(values)):
+        values[i] = min(max(values[i - 1], values[i] - width / 2), values[i] + width / 2)
+    return table | {channel: values}
+
+
+def loaded(table: Table, channel: str, mass: float, at: float) -> Table:
+    """A force with that of a mass besides, picked up at an instant, along the same motion."""
+    pull = mass * np.gradient(table["velocity"], table["t"])
+    return table | {channel: table[channel] + pull * (table["t"] >= at)}
+
+
 def frozen(table: Table, channel: str, start: float, stop: float) -> Table:
     """The value at `start` until `stop`."""
     values, (i, j) = table[channel].copy(), np.searchsorted(table["t"], (start, stop))

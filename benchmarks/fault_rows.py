@@ -1,0 +1,340 @@
+"""The perturbations of the fault table: of logs, machines, constants and arithmetic, and none.
+
+A row says how the axis differs from what its rig assumes. Each is one `Row`; `ROWS` lists them.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+import foreign_axes
+import foreign_path  # noqa: F401 - before what it finds
+from foreign import cylinder, driven, joint, presliding, sensors, servo, slide_bed
+from foreign.friction import Curve, coulomb_viscous
+from foreign.sensors import Table
+from stribeck.space import Rng
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What becomes of a channel of every log: a function of `foreign.sensors` and its arguments."""
+
+    function: str
+    channel: str | None
+    arguments: Mapping[str, float]
+
+    def applied(self, table: Table, rng: Rng) -> Table:
+        """The table with the fault."""
+        function = getattr(sensors, self.function)
+        channel = {} if self.channel is None else {"channel": self.channel}
+        chance = {"rng": rng} if "rng" in inspect.signature(function).parameters else {}
+        table_with: Table = function(table, **channel, **self.arguments, **chance)
+        return table_with
+
+
+@dataclass(frozen=True)
+class Row:
+    """One perturbation.
+
+    Args:
+        axis: Name of the function of `foreign_axes` that makes the axis.
+        perturbation: In words; empty for none.
+        words: A regular expression that a sentence matches that names the fault; without case.
+        faults: Of the sensors.
+        machine: Arguments of the axis: how it differs from the plain one.
+        constants: What its user sets besides, in the units of the rig, or instead; None: leaves.
+        exact: Whether the constants that are not set are taken as exact.
+        seeds: How many seeds of the noise.
+    """
+
+    axis: str
+    perturbation: str
+    words: str = ""
+    faults: tuple[Fault, ...] = ()
+    machine: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, float | None] = field(default_factory=dict)
+    exact: bool = False
+    seeds: int = 2
+
+    @property
+    def key(self) -> str:
+        """Of what it does: a row of results with this key is a row of it."""
+        what = (self.axis, self.faults, self.machine, self.constants, self.exact)
+        return sha256(repr(what).encode()).hexdigest()[:12]
+
+    @property
+    def clean(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.perturbation
+
+
+def fault(function: str, channel: str | None = None, **arguments: float) -> tuple[Fault, ...]:
+    """A single fault."""
+    return (Fault(function, channel, arguments),)
+
+
+# --- words that name a fault ----------------------------------------------------------------------
+
+CLIP = r"clip|saturat|\blimit\b"
+LATE = r"\blate\b|delay|\bearly\b|\bahead\b|behind|\blag"
+CLOCK = LATE + r"|clock|drift"
+FILTER = LATE + r"|filter|smooth|cut-off"
+HOLD = LATE + r"|held|hold|renewed|repeat"
+COARSE = r"coarse|quanti|resolution|steps? of the sensor"
+WRAP = r"wrap|jump|turn"
+RESET = r"reset|jump|offset"
+FROZEN = r"frozen|stands? still|never changes|repeat|freez"
+GAP = r"\bgap|missing|interval of time|irregular"
+OUTLIER = r"outlier|spike|jump|beyond"
+GAIN = r"proportion|scale|gain"
+RIPPLE = r"alias|ripple|oscillat|periodic"
+SPEED = r"speed|velocity|stribeck|drop|square"
+PLACE = r"position|cogging|harmonic|place|periodic|spring|stiffness"
+TIME = r"\btime\b|temperature|warm|drift|third"
+SIDES = r"direction|asymm|\bside|rightward|leftward"
+BACKLASH = r"backlash|play|position|reversal|direction|hyster"
+LOAD = r"\btime\b|acceleration|inertia|mass|load|neighbour|unexplained|third|noise of the force"
+SCATTER = r"scatter|spread|breakaway|slip to slip|slips"
+CONSTANTS = r"not of this axis|constant"
+FEW = r"speeds|one speed|too few|cannot be told apart|hardly tell apart|never stops|rests"
+MODEL = r"misfit|noise|residual|explain|law|" + SPEED
+STEP = r"step|tolerance|arithmetic|finer|simulat"
+
+# --- force balances -------------------------------------------------------------------------------
+
+STRIBECK_SLIDE = Curve(30.0, 20.0, 60.0, 0.05)
+
+
+def _with(**extras: float) -> dict[str, driven.Extras]:
+    return {"extras": driven.Extras(**{"offset": 3.0} | extras)}
+
+
+def _swing(**extras: float) -> dict[str, driven.Extras]:
+    return {"extras": driven.Extras(**{"offset": 0.1, "g_sin": 2.0, "g_cos": 0.5} | extras)}
+
+
+SLIDE = [
+    Row("forced", "", seeds=5),
+    Row("forced", "force clipped at 38 N", CLIP, fault("clipped", "force", limit=38.0)),
+    Row("forced", "force clipped at 60 N", CLIP, fault("clipped", "force", limit=60.0)),
+    *(
+        Row("forced", f"force {1e3 * s:g} ms late", LATE, fault("delayed", "force", seconds=s))
+        for s in (3e-3, 10e-3, 25e-3, 50e-3, 150e-3, -10e-3)
+    ),
+    Row("forced", "clock of the force drifts by 10 ms", CLOCK,
+        fault("drifting", "force", first=0.0, last=10e-3)),
+    Row("forced", "clock of the force drifts by 50 ms", CLOCK,
+        fault("drifting", "force", first=0.0, last=50e-3)),
+    Row("forced", "force filtered at 5 Hz", FILTER, fault("low_passed", "force", cutoff=5.0)),
+    Row("forced", "force filtered at 20 Hz", FILTER, fault("low_passed", "force", cutoff=20.0)),
+    Row("forced", "position filtered at 10 Hz", FILTER,
+        fault("low_passed", "position", cutoff=10.0)),
+    Row("forced", "force renewed every 20 ms", HOLD, fault("held", "force", period=20e-3)),
+    Row("forced", "position in steps of 0.1 mm", COARSE, fault("quantised", "position", step=1e-4)),
+    Row("forced", "position in steps of 1 mm", COARSE, fault("quantised", "position", step=1e-3)),
+    Row("forced", "position wraps at 50 mm", WRAP,
+        fault("wrapped", "position", low=0.0, high=0.05)),
+    Row("forced", "encoder reset at 6 s", RESET, fault("reset", "position", at=6.0, to=0.2)),
+    Row("forced", "position jumps by 5 mm at 6 s", RESET,
+        fault("jumped", "position", at=6.0, by=5e-3)),
+    Row("forced", "position frozen from 3 to 3.6 s", FROZEN,
+        fault("frozen", "position", start=3.0, stop=3.6)),
+    Row("forced", "force frozen from 3 to 4.5 s", FROZEN,
+        fault("frozen", "force", start=3.0, stop=4.5)),
+    Row("forced", "rows missing from 4 to 4.6 s", GAP, fault("gap", start=4.0, stop=4.6)),
+    Row("forced", "outliers of 20 mm in 0.1 % of the positions", OUTLIER,
+        fault("outlying", "position", share=1e-3, size=0.02)),
+    Row("forced", "outliers of 300 N in 0.5 % of the forces", OUTLIER,
+        fault("outlying", "force", share=5e-3, size=300.0)),
+    Row("forced", "force sensor's zero jumps by 6 N at 8 s", RESET + "|" + TIME,
+        fault("jumped", "force", at=8.0, by=6.0)),
+    Row("forced", "force sensor shows 0.9 of the force", GAIN, fault("scaled", "force", gain=0.9)),
+    Row("forced", "ripple of 6 N at 997 Hz on the force", RIPPLE,
+        fault("aliased", "force", amplitude=6.0, frequency=997.0)),
+    Row("forced", "friction with 200 v^2", SPEED, machine=_with(square=200.0)),
+    Row("forced", "a Stribeck drop of 10 N under Coulomb", SPEED,
+        machine={"plus": STRIBECK_SLIDE}),
+    Row("forced", "cogging of 6 N every 10 mm", PLACE,
+        machine=_with(cogging=6.0, cogging_period=0.01)),
+    Row("forced", "friction waves by 30 % every 20 mm", PLACE,
+        machine=_with(wave=0.3, wave_period=0.02)),
+    Row("forced", "a spring of 150 N/m", PLACE, machine=_with(spring=150.0)),
+    Row("forced", "friction warms up: 30 % more at first", TIME,
+        machine=_with(warming=0.3, warming_time=6.0)),
+    Row("forced", "25 % more friction to the left", SIDES,
+        machine={"minus": coulomb_viscous(25.0, 90.0)}),
+    Row("forced", "backlash of 1 mm before the encoder", BACKLASH,
+        fault("played", "position", width=1e-3)),
+    Row("forced", "a neighbour pulls with 8 N at 0.37 Hz", LOAD,
+        fault("aliased", "force", amplitude=8.0, frequency=0.37)),
+    Row("forced", "3 kg are loaded at 8 s", LOAD, fault("loaded", "force", mass=3.0, at=8.0)),
+    Row("forced", "one speed", FEW, machine={"speeds": (0.15,) * 5}),
+    Row("forced", "one way", SIDES, machine={"one_way": True}),
+]  # fmt: skip
+
+SWING = [
+    Row("forced_pendulum", "", seeds=5),
+    *(
+        Row("forced_pendulum", f"torque {1e3 * s:g} ms late", LATE,
+            fault("delayed", "force", seconds=s))
+        for s in (10e-3, 40e-3)
+    ),
+    Row("forced_pendulum", "torque clipped at 2 N m", CLIP, fault("clipped", "force", limit=2.0)),
+    Row("forced_pendulum", "friction with 0.1 w^2", SPEED, machine=_swing(square=0.1)),
+    Row("forced_pendulum", "a Stribeck drop of 0.4 N m under Coulomb", SPEED,
+        machine={"curve": Curve(0.9, 0.5, 0.2, 0.4)}),
+    Row("forced_pendulum", "cogging of 0.15 N m every 0.1 rad", PLACE,
+        machine=_swing(cogging=0.15, cogging_period=0.1)),
+    Row("forced_pendulum", "a spring of 0.5 N m/rad", PLACE, machine=_swing(spring=0.5)),
+    Row("forced_pendulum", "friction warms up: 40 % more at first", TIME,
+        machine=_swing(warming=0.4, warming_time=10.0)),
+    Row("forced_pendulum", "a neighbour pulls with 0.3 N m at 0.23 Hz", LOAD,
+        fault("aliased", "force", amplitude=0.3, frequency=0.23)),
+    Row("forced_pendulum", "angle wraps at 0.4 rad", WRAP,
+        fault("wrapped", "position", low=0.4 - 2.0 * np.pi, high=0.4)),
+]  # fmt: skip
+
+CASCADE = [
+    Row("emps", "", seeds=5),
+    *(
+        Row("emps", f"voltage {1e3 * s:g} ms late", LATE, fault("delayed", "voltage", seconds=s))
+        for s in (5e-3, 20e-3)
+    ),
+    Row("emps", "voltage clipped at 3 V", CLIP, fault("clipped", "voltage", limit=3.0)),
+    Row("emps", "gtau 10 % too large", GAIN + "|gtau", constants={"gtau": 38.67}),
+    Row("emps", "a Stribeck drop of 20 N under Coulomb", SPEED,
+        machine={"curve": Curve(40.0, 20.3935, 203.5034, 0.1)}),
+    Row("emps", "position in steps of 1 mm", COARSE, fault("quantised", "position", step=1e-3)),
+]  # fmt: skip
+
+ROD = [
+    Row("rod", "", seeds=5),
+    Row("rod", "force 15 ms late", LATE, fault("delayed", "force", seconds=15e-3)),
+    Row("rod", "pressure sensor shows 1.1 of the pressure", GAIN + "|bore|pressure",
+        fault("scaled", "pressure", gain=1.1)),
+    Row("rod", "bore 10 % too small", GAIN + "|bore", constants={"bore": 22.5}),
+    Row("rod", "bore of another cylinder, left at its default", CONSTANTS + "|bore",
+        machine={"axis": cylinder.Cylinder(20.0, 10.0, 300.0, 5e-5, 0.03, 2e-5, 3.0)},
+        constants={"bore": None}),
+    Row("rod", "pressure frozen from 2 to 3 s", FROZEN,
+        fault("frozen", "pressure", start=2.0, stop=3.0)),
+    Row("rod", "force clipped at 200 N", CLIP, fault("clipped", "force", limit=200.0)),
+]  # fmt: skip
+
+# --- simulated rigs -------------------------------------------------------------------------------
+
+
+def _bed(**constants: float) -> dict[str, slide_bed.Bed]:
+    return {"constants": slide_bed.Bed(**constants)}
+
+
+BED = [
+    Row("bed", "", exact=True, seeds=5),
+    Row("bed", "", seeds=5),
+    *(
+        Row("bed", f"F_fm of {F:g} N, the default of 23.5 N", CONSTANTS,
+            machine=_bed(F_fm=F), seeds=3)
+        for F in (15.0, 20.0, 30.0)
+    ),
+    Row("bed", "F_fm of 40 N, beyond the default's tolerance", CONSTANTS, machine=_bed(F_fm=40.0)),
+    Row("bed", "k_hat 10 % above the default", CONSTANTS, machine=_bed(k_hat_up=3850.0)),
+    Row("bed", "k_hat 25 % above the default", CONSTANTS, machine=_bed(k_hat_up=4375.0)),
+    Row("bed", "m twice the default", CONSTANTS, machine=_bed(m=21.8)),
+    Row("bed", "position 100 ms late", LATE, fault("delayed", "position", seconds=0.1), exact=True),
+    Row("bed", "clock of the position drifts by 1 s", CLOCK,
+        fault("drifting", "position", first=0.0, last=1.0), exact=True),
+    Row("bed", "position filtered at 2 Hz", FILTER,
+        fault("low_passed", "position", cutoff=2.0), exact=True),
+    Row("bed", "position in steps of 3 mm", COARSE,
+        fault("quantised", "position", step=3e-3), exact=True),
+    Row("bed", "encoder reset at 30 s", RESET, fault("reset", "position", at=30.0, to=0.0),
+        exact=True),
+    Row("bed", "position frozen from 20 to 26 s", FROZEN,
+        fault("frozen", "position", start=20.0, stop=26.0), exact=True),
+    Row("bed", "rows missing from 20 to 24 s", GAP, fault("gap", start=20.0, stop=24.0),
+        exact=True),
+    Row("bed", "outliers of 30 mm in 0.3 % of the positions", OUTLIER,
+        fault("outlying", "position", share=3e-3, size=0.03), exact=True),
+    Row("bed", "Gauss' exponent of 2 under 1", MODEL,
+        machine={"curve": Curve(130.0, 60.0, 958.3, 5e-3, 2.0)}, exact=True),
+    Row("bed", "a Stribeck drop under Coulomb", MODEL, machine={"law": "coulomb-viscous"},
+        exact=True),
+]  # fmt: skip
+
+
+def _servo(**constants: float) -> dict[str, servo.Servo]:
+    return {"axis": servo.Servo(**{"armature": 3e-3, "q_offset": 0.02} | constants)}
+
+
+PENDULUM = [
+    Row("pendulum", "", exact=True, seeds=5),
+    Row("pendulum", "", seeds=5),
+    Row("pendulum", "kp 10 % above what is set", CONSTANTS + "|kp", constants={"kp": 360.0}),
+    Row("pendulum", "a supply of 7 V, the default of 7.4 V", CONSTANTS, machine=_servo(vin=7.0),
+        constants={"vin": None}),
+    Row("pendulum", "duty 15 % above the default", CONSTANTS, machine=_servo(duty=0.0033)),
+    Row("pendulum", "angle 30 ms late", LATE, fault("delayed", "position", seconds=0.03),
+        exact=True),
+    Row("pendulum", "angle filtered at 5 Hz", FILTER, fault("low_passed", "position", cutoff=5.0),
+        exact=True),
+    Row("pendulum", "a Stribeck drop under Coulomb", MODEL,
+        machine={"bam": servo.Bam(0.02, 0.008, 0.03, 0.5)}, exact=True),
+    Row("pendulum", "friction that grows with load under Coulomb", MODEL,
+        machine={"bam": servo.Bam(0.02, 0.008, 0.0, 1.0, 1.0, 0.15, 0.15)}, exact=True),
+    Row("pendulum", "masses 20 % above the logged ones", "mass|constant|proportion",
+        fault("scaled", "mass", gain=0.8), exact=True),
+]  # fmt: skip
+
+
+def _arm(**constants: float) -> dict[str, joint.Joint]:
+    arm = {"J": 0.2, "g_sin": 1.0, "g_cos": 2.0, "g_0": 0.3, "kp": 70.0, "kd": 4.4}
+    return {"axis": joint.Joint(**arm | constants)}
+
+
+#: Factors on the breakaway level from slip to slip, 15 % of scatter.
+SCATTERED = (1.0, 1.18, 0.84, 1.07, 0.93, 1.24, 0.79, 1.02, 1.12, 0.88)
+
+ARM = [
+    Row("arm", "", seeds=5),
+    Row("arm", "kp and kd 15 % below those set", GAIN, constants={"kp": 80.5, "kd": 5.06}),
+    Row("arm", "kp 20 % above that set", GAIN + "|kp", constants={"kp": 56.0}),
+    Row("arm", "kp and kd left at their defaults", CONSTANTS + "|kp",
+        constants={"kp": None, "kd": None}),
+    Row("arm", "angle 20 ms late", LATE, fault("delayed", "position", seconds=0.02)),
+    Row("arm", "torque held for a sample of 10 ms", HOLD, machine=_arm(hold=2.0)),
+    Row("arm", "breakaway scatters by 15 %", SCATTER, machine={"scatter": SCATTERED}),
+    Row("arm", "a neighbour pulls with 0.4 N m", LOAD, machine={"neighbour": 0.4}),
+    Row("arm", "angle in steps of 5 mrad", COARSE, fault("quantised", "position", step=5e-3)),
+    Row("arm", "corners: steps of the command", STEP, machine={"step": 0.2}),
+]  # fmt: skip
+
+LUGRE = presliding.LuGre(1.2e6, 600.0, 18.0, 12.0, 2e-2, 50.0)
+
+BRISTLES = [
+    Row("bristles", "", seeds=5),
+    Row("bristles", "", machine={"law": LUGRE, "name": "lugre"}, seeds=5),
+    Row("bristles", "stiff: 1.2e7 N/m", STEP,
+        machine={"law": presliding.dahl(1.2e7, 14.0, 50.0), "noise": 0.1e-6}),
+    Row("bristles", "corners: triangles of force", STEP, machine={"corners": True}),
+    Row("bristles", "force 5 ms late", LATE, fault("delayed", "force", seconds=5e-3)),
+    Row("bristles", "force sensor shows 1.1 of the force", GAIN,
+        fault("scaled", "force", gain=1.1)),
+    Row("bristles", "position creeps by 4 um", TIME,
+        fault("aliased", "position", amplitude=4e-6, frequency=0.06)),
+    Row("bristles", "LuGre under Dahl", MODEL, machine={"law": LUGRE, "name": "dahl"}),
+    Row("bristles", "force clipped at 9 N", CLIP, fault("clipped", "force", limit=9.0)),
+]  # fmt: skip
+
+ROWS: tuple[Row, ...] = (*SLIDE, *SWING, *CASCADE, *ROD, *BED, *PENDULUM, *ARM, *BRISTLES)
+
+
+def axis_of(row: Row) -> foreign_axes.Axis:
+    """The axis of a row, with its truth."""
+    axis: foreign_axes.Axis = getattr(foreign_axes, row.axis)(**row.machine)
+    return axis
