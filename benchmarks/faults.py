@@ -32,6 +32,8 @@ FOLDER = Path(__file__).parent
 PART, WHOLE = "faults.part.jsonl", "faults.jsonl"
 #: An identified value that is further off than this, its interval without the truth, is a lie.
 OFF = 0.03
+#: Conditions that hold on an axis without a fault: its constants may be uncertain all the same.
+FAULTS = {"data", "model", "arithmetic", "search"}
 #: Characters of a sentence in the table.
 SHORT = 90
 #: A parameter's name in a sentence is no part of a longer one.
@@ -71,13 +73,19 @@ def answer(key: str, seed: int) -> Answer:
         logs = recordings(axis, tables)
         fit = identify(logs, rig=_rig(row, axis), law=axis.law)
     except InputError as error:
-        return header | {"seconds": 0.0, "refused": str(error), "parameters": {}, "sentences": []}
+        return header | {
+            "seconds": 0.0,
+            "refused": str(error),
+            "parameters": {},
+            "sentences": [],
+            "conditions": [],
+        }
     sentences = [*fit.warnings, *(note for log in logs for note in log.notes)]
     return header | {
         "seconds": round(time.perf_counter() - start_time, 2),
         "misfit": fit.score.value,
         "sentences": list(dict.fromkeys(sentences)),
-        "conditions": sorted({v.condition for v in getattr(fit, "violations", ())}),
+        "conditions": sorted({v.condition for v in fit.violations}),
         "parameters": _parameters(fit, axis),
         "sums": [
             [c.parameter, c.constant, c.value, c.low, c.high, c.verdict] for c in fit.combinations
@@ -101,7 +109,7 @@ def _parameters(fit: Fit, axis: Axis) -> dict[str, Answer]:
             "value": e.value,
             "interval": [e.low, e.high],
             "verdict": e.verdict,
-            "reason": getattr(e, "reason", None),
+            "reason": e.reason,
         }
         for q, e in zip(fit.parameters.every, fit.estimates, strict=True)
         if e.verdict != "fixed"
@@ -154,9 +162,7 @@ def _judged(row: Row, answers: Sequence[Answer], usual: set[str]) -> dict[str, A
         "parameters": {n: _over_seeds([a["parameters"][n] for a in fitted]) for n in names},
         "told": _told(row, answers, usual),
         "lies": lies,
-        "alarms": [a["seed"] for a in answers if a.get("conditions") or "refused" in a]
-        if row.clean
-        else [],
+        "alarms": [a["seed"] for a in answers if _alarms(a)] if row.clean else [],
         "sums": [s for a in fitted for s in a["sums"]],
         "seconds": float(np.median([a["seconds"] for a in answers])),
     }
@@ -195,6 +201,12 @@ def _names(row: Row, sentence: str, parameters: Sequence[str], usual: set[str]) 
     if row.words and re.search(row.words, sentence, re.IGNORECASE):
         return True
     return any(re.search(NAME.format(re.escape(p)), sentence) for p in parameters)
+
+
+def _alarms(a: Answer) -> bool:
+    """Whether a fault is told of where there is none."""
+    reasons = {p["reason"] for p in a["parameters"].values()}
+    return "refused" in a or bool(FAULTS & {*a["conditions"], *reasons})
 
 
 def _told(row: Row, answers: Sequence[Answer], usual: set[str]) -> str:

@@ -19,7 +19,7 @@ from foreign.friction import Curve, coulomb_viscous
 from foreign.sensors import Table
 from foreign.strokes import even, ramp, sines, strokes
 from stribeck import Recording, read
-from stribeck.space import Rng
+from stribeck.space import Array, Rng
 
 #: Heads of the columns by channel, of a linear and of a rotary axis.
 HEADS = {
@@ -92,15 +92,35 @@ def forced(
     extras: driven.Extras = driven.Extras(offset=3.0),  # noqa: B008
     speeds: Sequence[float] = SPEEDS,
     one_way: bool = False,
+    command: tuple[Array, Array] | None = None,
     noise: float = 0.5,
 ) -> Axis:
-    """A slide under a position loop, its force measured: twice through all speeds."""
-    times, command, velocity = strokes(np.tile(speeds, 2), WAY)
+    """A slide under a position loop, its force measured: twice through all speeds.
+
+    What differs from side to side is, for a law without sides, half the difference in the offset.
+
+    Args:
+        mass: of the slide.
+        plus: friction to the right.
+        minus: friction to the left, if it is another.
+        extras: what else acts.
+        speeds: of its strokes.
+        one_way: whether it only goes to the right.
+        command: times and positions instead of strokes.
+        noise: of the force.
+    """
+    minus = minus or plus
+    times, positions, velocity = strokes(np.tile(speeds, 2), WAY)
     if one_way:
-        command = np.cumsum(np.maximum(velocity, 0.0)) * (times[1] - times[0])
+        positions = np.cumsum(np.maximum(velocity, 0.0)) * (times[1] - times[0])
+    if command is not None:
+        times, positions = command
     loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=FAST)
-    motion = driven.simulate(mass, plus, minus or plus, loop, times, command, extras)
-    truth = {"F_C": plus.F_C, "F_V": plus.F_V, "M": mass, "offset": extras.offset}
+    motion = driven.simulate(mass, plus, minus, loop, times, positions, extras)
+    truth = {
+        "F_C": (plus.F_C + minus.F_C) / 2.0, "F_V": (plus.F_V + minus.F_V) / 2.0, "M": mass,
+        "offset": extras.offset + (plus.F_C - minus.F_C) / 2.0,
+    }  # fmt: skip
     channels = ("position", "force")
     noises = {"force": noise, "position": 1e-6}
     return Axis("forced", "coulomb-viscous", truth, (motion._asdict(),), channels, noises)
@@ -170,15 +190,28 @@ def bed(
     constants: slide_bed.Bed = slide_bed.Bed(),  # noqa: B008
     curve: Curve = Curve(130.0, 60.0, 958.3, 2e-3),  # noqa: B008
     law: str = "stribeck",
-    seconds: float = 60.0,
+    right: bool = True,
+    dt: float = 0.02,
     noise: float = 0.3e-3,
 ) -> Axis:
-    """The paper's slide bed under a ramp to the right of 5 mm/s."""
-    times, command = ramp(seconds, 5e-3)
-    motion = slide_bed.simulate(constants, curve, curve, times, command + 0.05, 0.044, dt=0.02)
+    """The paper's slide bed under a ramp of 5 mm/s that lasts a minute.
+
+    Args:
+        constants: of the bed.
+        curve: friction, both ways.
+        law: that it is identified with.
+        right: whether the ramp goes to the right.
+        dt: from sample to sample.
+        noise: of the position.
+    """
+    side = 1.0 if right else -1.0
+    times, way = ramp(60.0, 5e-3)
+    motion = slide_bed.simulate(
+        constants, curve, curve, times, 0.2 + side * (way - 0.15), 0.2 - side * 0.156, dt
+    )  # fmt: skip
     truth = {
         "F_S": curve.F_S, "F_C": curve.F_C, "F_V": curve.F_V, "v_SS": curve.v_SS,
-        "k_spring": constants.k_spring_up,
+        "k_spring": constants.k_spring_up if right else constants.k_spring_down,
     }  # fmt: skip
     return Axis(
         "slide-bed", law, truth, (motion._asdict(),), ("position", "command"),
@@ -186,20 +219,23 @@ def bed(
     )  # fmt: skip
 
 
+#: Mass, length, size, and a slow and a fast frequency (rad/s) of the goal, of each log.
+RUNS = ((0.5, 0.1, 0.8, 1.2, 5.0), (0.7, 0.15, 1.2, 2.0, 4.5), (0.35, 0.2, 1.0, 1.6, 7.0))
+
+
 def pendulum(
     axis: servo.Servo = servo.Servo(armature=3e-3, q_offset=0.02),  # noqa: B008
     bam: servo.Bam = servo.Bam(0.02, 0.008),  # noqa: B008
     law: str = "coulomb-viscous",
+    runs: Sequence[tuple[float, float, float, float, float]] = RUNS,
     noise: float = 1e-3,
 ) -> Axis:
-    """A pendulum on a servo: three logs with masses and lengths of their own.
+    """A pendulum on a servo: logs with masses and lengths of their own.
 
     The torque is off for the last third, and the pendulum swings out.
     """
     tables = []
-    for m, l, size, slow, fast in (  # noqa: E741 - the equation's letter
-        (0.5, 0.1, 0.8, 1.2, 5.0), (0.7, 0.15, 1.2, 2.0, 4.5), (0.35, 0.2, 1.0, 1.6, 7.0),
-    ):  # fmt: skip
+    for m, l, size, slow, fast in runs:  # noqa: E741 - the equation's letter
         t = even(6.0, 0.01)
         goal = size * np.sin(slow * t) + 0.3 * np.sin(fast * t)
         enabled = (t < 4.0).astype(float)  # noqa: PLR2004
@@ -256,15 +292,24 @@ def bristles(
     name: str = "dahl",
     mass: float = 15.0,
     corners: bool = False,
+    peak: float = 15.0,
     noise: float = 0.4e-6,
 ) -> Axis:
     """A mass on bristles under cycles of force that grow until it slides.
 
-    With corners they are triangles.
+    Args:
+        law: its friction.
+        name: of the law that it is identified with.
+        mass: of the axis.
+        corners: whether the cycles are triangles.
+        peak: the largest force.
+        noise: of the position.
     """
     t = even(4.0, 2e-3)
     wave = np.sin(2.0 * np.pi * 1.5 * t)
-    force = 2.0 + (1.0 + 3.0 * t) * (np.arcsin(wave) * 2.0 / np.pi if corners else wave)
+    force = 2.0 + (1.0 + (peak - 3.0) / 4.0 * t) * (
+        np.arcsin(wave) * 2.0 / np.pi if corners else wave
+    )
     motion = presliding.simulate(mass, law, t, force, offset=0.5, dt=2e-3)
     truth = {"M": mass, "offset": 0.5} | (
         {"sigma_0": law.sigma_0, "F_C": law.F_C, "exponent": 1.0, "F_V": law.F_V}

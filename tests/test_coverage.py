@@ -1,20 +1,21 @@
-"""The benchmark of intervals: its twins, its counts, and its resumption."""
+"""The benchmark of intervals: its axes, its counts, and its resumption."""
 
 from __future__ import annotations
 
 import json
-import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import interval_twins
+import interval_axes
 import intervals
+import resumable
 import run
-from interval_twins import bed, loop, pendulum, remembering
-from stribeck import InputError, identify
+from foreign_axes import Axis, noisy, recordings
+from stribeck import RIGS, InputError, identify
 
 
 def estimate(
@@ -22,7 +23,7 @@ def estimate(
 ) -> dict[str, Any]:
     """One parameter of a row."""
     return {
-        "truth": truth, "value": 10.0, "at": 0.5, "error": 2.0, "interval": [low, high],
+        "truth": truth, "value": 10.0, "error": 2.0, "interval": [low, high],
         "verdict": verdict, "resampled": None,
     } | entries  # fmt: skip
 
@@ -31,80 +32,64 @@ def row(k: int, study: str = "bed", **parameters: dict[str, Any]) -> dict[str, A
     return {"study": study, "k": k, "seconds": 1.0, "parameters": parameters}
 
 
-# --- twins ----------------------------------------------------------------------------------------
+# --- axes -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("memory", [5.0, 50.0])
-def test_noise_forgets_as_fast_as_is_said(memory: float) -> None:
-    """A million samples of memory m are a million / 2m free ones: two percent is five sigma."""
-    r = remembering(np.random.default_rng(1), 1_000_000, memory)
-    lag = int(memory)
-    assert np.mean(r[lag:] * r[:-lag]) == pytest.approx(math.exp(-1), abs=0.02)
-    assert np.std(r) == pytest.approx(1.0, abs=0.02)
-    first = [remembering(np.random.default_rng(s), 2, memory)[0] for s in range(4_000)]
-    assert np.std(first) == pytest.approx(1.0, abs=0.05)  # no run-in
+def test_an_axis_is_a_function_of_its_number() -> None:
+    first, repeated, neighbour = (interval_axes.slide(k) for k in (2, 2, 3))
+    assert first.truth == repeated.truth != neighbour.truth
+    x, y = (axis.tables[0]["position"] for axis in (first, repeated))
+    assert np.array_equal(x, y)
+    assert x[-1] > x[0] + 0.15  # rightward
+    left = neighbour.tables[0]["position"]
+    assert left[-1] < left[0] - 0.15
 
 
-def test_a_bed_is_a_function_of_its_number_and_its_noise_of_the_seed() -> None:
-    first, repeated, reseeded, neighbour = bed(2), bed(2), bed(2, seed=7), bed(3)
-    assert first.truth == repeated.truth == reseeded.truth != neighbour.truth
-    x, y = (b.recordings[0].position for b in (first, reseeded))
-    assert np.array_equal(x, repeated.recordings[0].position)
-    # Rests show the noise of both; a converter's step of 0.098 mm comes on top.
-    steady = slice(0, int(0.9 * first.rate))
-    assert np.std(x[steady] - y[steady]) == pytest.approx(
-        math.sqrt(2) * math.hypot(first.noise, 0.4e-3 / 4.096 / math.sqrt(12)), rel=0.25
-    )
-    assert x[-1] > x[0] + 0.25  # rightward
-    assert neighbour.recordings[0].position[-1] < neighbour.recordings[0].position[0] - 0.25
+def test_constants_of_beds_are_spread_as_their_tolerances_say() -> None:
+    """A normal distribution within two standard deviations has 0.88 of them for its own."""
+    rng = np.random.default_rng(0)
+    beds = [interval_axes.drawn_constants(rng) for _ in range(3000)]
+    known = {c.name: c for c in RIGS["slide-bed"].constants}
+    for name, values in (("F_fm", [b.F_fm for b in beds]), ("k_hat+", [b.k_hat_up for b in beds])):
+        off = np.array(values) - known[name].value
+        assert np.abs(off).max() < known[name].tolerance
+        assert off.std() == pytest.approx(0.88 * known[name].tolerance / 2, rel=0.05)
 
 
-def test_a_force_that_is_logged_as_held_is_half_a_sample_ahead(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Without noise the balance finds the truth from the one log, and is misled by the other."""
-    monkeypatch.setattr(interval_twins, "FORCE_NOISE", (1e-3, 1.001e-3))
-    off = {}
-    for locked in (False, True):
-        axis = loop(1, locked=locked)
-        fit = identify(list(axis.recordings), rig=axis.rig, law=axis.law)
-        named = dict(zip([q.name for q in fit.parameters.every], fit.p, strict=True))
-        off[locked] = abs(named["M"] / axis.truth["M"] - 1)
-    assert off[False] < 5e-4
-    assert off[True] > 1.5e-3
+@pytest.mark.parametrize("draw", [interval_axes.balance, interval_axes.cylinders])
+def test_balances_find_the_truth_without_noise(draw: Callable[[int], Axis]) -> None:
+    axis = draw(1)
+    fit = identify(recordings(axis, axis.tables), rig=RIGS[axis.rig].set(**axis.given))
+    for name, truth in axis.truth.items():
+        assert fit.values[name] == pytest.approx(truth, rel=0.02, abs=0.1), name
 
 
 def test_pendulums_swing_with_loads_of_their_own() -> None:
-    axis = pendulum(4)
-    assert len(axis.recordings) == interval_twins.SWINGS
-    loads = {(log.extra["mass"][0], log.extra["length"][0]) for log in axis.recordings}
-    assert len(loads) == interval_twins.SWINGS
-    for log in axis.recordings:
+    axis = interval_axes.swing(4)
+    logs = recordings(axis, axis.tables)
+    assert len({(log.extra["mass"][0], log.extra["length"][0]) for log in logs}) == 3
+    for log in logs:
         off = log.extra["torque_enable"] == 0
         assert np.ptp(log.position) > 0.5
         assert 0.2 < off.mean() < 0.5
 
 
-def test_the_bootstrap_of_a_bed_spreads_as_its_standard_errors_say() -> None:
-    """Along a curved valley refits need many steps; those that end early stay near the fit."""
-    axis = bed(7)
-    fit = identify(list(axis.recordings), rig=axis.rig, law=axis.law, draws=intervals.DRAWS)
-    drawn = fit.uncertainty.bootstrap
-    assert drawn is not None
-    share = drawn.draws[:, :5].std(axis=0) / fit.uncertainty.errors[:5]
-    assert share.min() > 0.75  # of 60 draws the standard deviation is known to 9 %
-    assert share.max() < 1.35
+@pytest.mark.parametrize("draw", [interval_axes.dahl, interval_axes.lugre])
+def test_bristles_slide_in_the_end(draw: Callable[[int], Axis]) -> None:
+    (table,) = draw(0).tables
+    slid = np.abs(table["velocity"]).max()
+    assert slid > 5 * np.abs(table["velocity"][: len(table["t"]) // 2]).max()
 
 
 # --- counting -------------------------------------------------------------------------------------
 
 
-def test_the_interval_of_a_share_is_clopper_and_pearsons() -> None:
-    """Closed forms at the ends: 1 - (alpha / 2)^(1 / n); and a table's 81 of 263 for the middle."""
-    assert intervals.binomial(0, 20) == pytest.approx((0.0, 1 - 0.025 ** (1 / 20)))
-    assert intervals.binomial(20, 20) == pytest.approx((0.025 ** (1 / 20), 1.0))
-    low, high = intervals.binomial(81, 263)  # Agresti and Coull's worked case
-    assert (low, high) == pytest.approx((0.2527, 0.3676), abs=1e-4)
+def test_the_interval_of_a_share_is_wilsons() -> None:
+    """Closed forms at the ends, z^2 / (n + z^2); and Agresti and Coull's 81 of 263."""
+    z2 = 1.959964**2
+    assert intervals.binomial(0, 20) == pytest.approx((0.0, z2 / (20 + z2)), abs=1e-6)
+    assert intervals.binomial(20, 20) == pytest.approx((20 / (20 + z2), 1.0), abs=1e-6)
+    assert intervals.binomial(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
 
 
 def test_truths_are_counted_by_verdict() -> None:
@@ -132,29 +117,20 @@ def test_truths_are_counted_by_verdict() -> None:
     ("hits", "trials", "sentence"),
     [
         (95, 100, "met by each"),
-        (84, 100, "outside, but within their binomial interval: F (84/100)"),
-        (80, 100, "missed by F (80/100)"),
-        (30, 30, "outside, but within their binomial interval: F (30/30)"),
-        (400, 400, "missed by F (400/400)"),  # its binomial interval begins at 99.1 %
+        (
+            90,
+            100,
+            "outside, but within the interval of their share: F (90/100), all (90/100), every",
+        ),
+        (80, 100, "missed by F (80/100), all (80/100), every estimate (80/100)"),
+        (30, 30, "outside, but within the interval of their share: F (30/30)"),
+        (400, 400, "missed by F (400/400)"),  # its interval begins at 99.0 %
     ],
 )
 def test_goal_by_share_and_by_what_so_many_can_tell(hits: int, trials: int, sentence: str) -> None:
     rows = [row(k, F=estimate(10, 9 if k < hits else 11, 12)) for k in range(trials)]
-    (text,) = intervals.tables({"studies": {"bed": intervals.study(rows)}, "spread": []})
-    assert f"of the identified: {sentence}." in text
-
-
-def test_estimates_spread_from_the_fifth_to_the_ninety_fifth_percentile() -> None:
-    beds = len(intervals.BEDS)
-    rows = [
-        row(k, F=estimate(1, 0, 2, "weak" if k < 3 * beds else "identified", at=k // beds / 10))
-        for k in range(11 * beds)
-    ]
-    spreads = intervals.spread(rows)
-    assert [s["bed"] for s in spreads] == list(intervals.BEDS)
-    assert spreads[0]["spread"] == pytest.approx(0.9)
-    first = spreads[0]
-    assert (first["verdict"], first["so_often"], first["seeds"]) == ("identified", 8, 11)
+    (text,) = intervals.tables({"studies": {"bed": intervals.study(rows)}})
+    assert f"of the identified, and of all: {sentence}" in text
 
 
 # --- a run ----------------------------------------------------------------------------------------
@@ -166,24 +142,26 @@ def test_a_run_goes_on_where_it_was_cut_off(
     file = tmp_path / "part.jsonl"
     calls: list[tuple[str, int]] = []
 
-    def identified_row(study: str, k: int) -> dict[str, Any]:
+    def work(study: str, k: int) -> dict[str, Any]:
         if len(calls) == 2:
             raise KeyboardInterrupt
         calls.append((study, k))
         return row(k, study)
 
-    monkeypatch.setattr(intervals, "identified_row", identified_row)
-    monkeypatch.setattr(intervals, "cores", lambda: 1)
-    pairs = [("bed", 0), ("bed", 1), ("loop", 0)]
+    def named(answer: dict[str, Any]) -> tuple[str, int]:
+        return answer["study"], answer["k"]
+
+    monkeypatch.setattr(resumable, "cores", lambda: 1)
+    jobs = [("bed", 0), ("bed", 1), ("balance", 0)]
     with pytest.raises(KeyboardInterrupt):
-        intervals.identified(file, pairs)
+        resumable.completed(file, jobs, work, named)
     with file.open("a", encoding="utf-8") as stream:
-        stream.write('{"study": "loop", "k":')  # the machine went down while it wrote
+        stream.write('{"study": "balance", "k":')  # the machine went down while it wrote
     calls.clear()
-    rows = intervals.identified(file, pairs)
-    assert calls == [("loop", 0)]
-    assert [(r["study"], r["k"]) for r in rows] == pairs
-    assert [(r["study"], r["k"]) for r in intervals.read(file)] == pairs
+    rows = resumable.completed(file, jobs, work, named)
+    assert calls == [("balance", 0)]
+    assert [named(r) for r in rows] == jobs
+    assert [named(r) for r in resumable.lines(file)] == jobs
 
 
 def test_a_recording_that_is_refused_is_counted_and_costs_no_other(
@@ -193,26 +171,28 @@ def test_a_recording_that_is_refused_is_counted_and_costs_no_other(
         raise InputError("the axis never rests")
 
     monkeypatch.setattr(intervals, "identify", refused)
-    rows = [intervals.identified_row("loop", 0), row(1, "loop", F=estimate(10, 9, 11))]
+    rows = [intervals.identified_row("balance", 0), row(1, "balance", F=estimate(10, 9, 11))]
     counts = intervals.study(rows)
     assert (counts["recordings"], counts["refused"]) == (2, 1)
     assert counts["parameters"]["F"]["every"]["of"] == 1
-    (text,) = intervals.tables({"studies": {"loop": counts}, "spread": []})
+    (text,) = intervals.tables({"studies": {"balance": counts}})
     assert "1 were refused: “the axis never rests”." in text
 
 
-def test_what_is_found_of_a_loop_stands_in_its_row() -> None:
+def test_an_identification_stands_in_its_row() -> None:
     """The row is the fit's own figures, and its tables can be made."""
-    axis = loop(0)
-    fit = identify(list(axis.recordings), rig=axis.rig, law=axis.law, draws=intervals.DRAWS)
-    parameters = json.loads(json.dumps(intervals.identified_row("loop", 0)))["parameters"]
+    axis = interval_axes.balance(0)
+    rng = np.random.default_rng(0)
+    logs = recordings(axis, noisy(axis, rng, intervals.MEMORY))
+    fit = identify(logs, rig=axis.rig, law=axis.law, draws=intervals.DRAWS)
+    parameters = json.loads(json.dumps(intervals.identified_row("balance", 0)))["parameters"]
     assert list(parameters) == list(axis.truth) == ["F_C", "F_V", "M", "offset"]
     for e, (name, p) in zip(fit.estimates, [*parameters.items()], strict=False):
         assert p["truth"] == pytest.approx(axis.truth[name], rel=1e-6)
         assert p["interval"] == pytest.approx([e.low, e.high], rel=1e-6)
         assert p["resampled"] == pytest.approx(list(e.resampled or ()), rel=1e-6)
         assert p["verdict"] == e.verdict
-    (text,) = intervals.tables(intervals.summary([row(0, "loop", **parameters)]))
+    (text,) = intervals.tables(intervals.summary([row(0, "balance", **parameters)]))
     assert "F\\_C" in text
     assert "bootstrap" in text
 
@@ -221,7 +201,7 @@ def test_published_counts_add_up() -> None:
     part = run.read(run.RESULTS)["intervals"]
     for name, counted in part["found"]["studies"].items():
         by_parameter = [c for n, c in counted["parameters"].items() if n != "all"]
-        assert counted["recordings"] == intervals.STUDIES[name].count[part["quick"]]
+        assert name in intervals.STUDIES
         for c in (*by_parameter, counted["parameters"]["all"]):
             assert sum(c[v]["of"] for v in intervals.VERDICTS) == c["every"]["of"]
             assert sum(c[v]["held"] for v in intervals.VERDICTS) == c["every"]["held"]

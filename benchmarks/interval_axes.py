@@ -1,0 +1,147 @@
+"""Axes of drawn parameters, for `intervals`: each a function of its number alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.random import SeedSequence
+
+import foreign_path  # noqa: F401 - before what it finds
+from foreign import cylinder, driven, joint, presliding, servo, slide_bed
+from foreign.friction import Curve, coulomb_viscous
+from foreign.strokes import sines
+from foreign_axes import Axis, arm, bed, bristles, forced, pendulum, rod
+from stribeck import RIGS
+from stribeck.space import Rng
+
+SEED = 2012
+Ranges = Mapping[str, tuple[float, float]]
+
+#: A bed's friction, and the stiffness of its drive line: the search ranges.
+SLIDE: Ranges = {
+    "F_S": (100.0, 180.0), "F_C": (40.0, 80.0), "F_V": (400.0, 1000.0), "v_SS": (1e-3, 7e-3),
+    "k_spring": (100.0, 1500.0),
+}  # fmt: skip
+#: Seconds from sample to sample, and noise; a motion with at least so many slips is stick-slip.
+BED_STEPS, BED_NOISE, SLIPS = (0.05, 0.02, 0.01, 0.005), (0.05e-3, 0.5e-3), 4
+#: Largest draw of a constant, in standard deviations: its tolerance.
+WITHIN = 2.0
+
+
+def _rng(study: int, k: int) -> Rng:
+    return np.random.default_rng(SeedSequence((SEED + study, k)))
+
+
+def _drawn(rng: Rng, ranges: Ranges) -> dict[str, float]:
+    return {name: float(rng.uniform(*ends)) for name, ends in ranges.items()}
+
+
+def slide(k: int) -> Axis:
+    """Slide bed number k, in turn rightward and leftward, its constants within their tolerances."""
+    rng, right = _rng(0, k), k % 2 == 0
+    dt, noise = float(rng.choice(BED_STEPS)), float(rng.uniform(*BED_NOISE))
+    while True:
+        p = _drawn(rng, SLIDE)
+        spring = p["k_spring"]
+        constants = drawn_constants(rng)._replace(k_spring_up=spring, k_spring_down=spring)
+        curve = Curve(p["F_S"], p["F_C"], p["F_V"], p["v_SS"])
+        axis = bed(constants, curve, right=right, dt=dt, noise=noise)
+        if _slips(axis) >= SLIPS:
+            return axis
+
+
+def drawn_constants(rng: Rng) -> slide_bed.Bed:
+    """Of a bed that is like the paper's: each constant normal, within its tolerance."""
+    known = {c.name: c for c in RIGS["slide-bed"].constants}
+    drawn = {}
+    for name, c in known.items():
+        far = rng.standard_normal()
+        while abs(far) > WITHIN:
+            far = rng.standard_normal()
+        drawn[name] = c.value + far * c.standard_deviation
+    return slide_bed.Bed(
+        m=drawn["m"], k_hat_up=drawn["k_hat+"], k_hat_down=drawn["k_hat-"], F_fm=drawn["F_fm"],
+        K_J=known["K_kt"].value * drawn["J_m"], K_D=known["K_kt"].value * drawn["D_m"],
+        F_m_max=drawn["F_m_max"], dv=known["dv"].value,
+    )  # fmt: skip
+
+
+def _slips(axis: Axis) -> int:
+    (table,) = axis.tables
+    moves = table["velocity"] != 0.0
+    return int(np.sum(~moves[:-1] & moves[1:]))
+
+
+def balance(k: int) -> Axis:
+    """Forced slide number k: a sum of sines for a command, noise on the measured force."""
+    rng = _rng(1, k)
+    p = _drawn(rng, {"M": (3.0, 30.0), "F_C": (5.0, 40.0), "F_V": (20.0, 200.0)})
+    sizes = np.array([0.08, 0.03, 0.004]) * rng.uniform(0.6, 1.4, 3)
+    command = sines(24.0, sizes, np.array([0.31, 0.83, 2.3]) * rng.uniform(0.8, 1.2, 3))
+    offset = driven.Extras(offset=float(rng.uniform(-5.0, 5.0)))
+    noise = float(np.exp(rng.uniform(*np.log([0.5, 5.0]))))
+    curve = coulomb_viscous(p["F_C"], p["F_V"])
+    return forced(p["M"], curve, extras=offset, command=command, noise=noise)
+
+
+def cylinders(k: int) -> Axis:
+    """Cylinder number k at three pressures."""
+    rng = _rng(2, k)
+    p = _drawn(rng, {
+        "M": (10.0, 40.0), "F_C": (5.0, 30.0), "F_V": (100.0, 500.0), "mu_p": (2e-5, 1e-4),
+        "b": (-3e-5, 3e-5), "offset": (-5.0, 5.0),
+    })  # fmt: skip
+    pressures = np.sort(rng.uniform([5e4, 2e5, 4e5], [1.5e5, 3.5e5, 8e5])).tolist()
+    return rod(cylinder.Cylinder(**p), pressures, noise=float(rng.uniform(0.2, 2.0)))
+
+
+def swing(k: int) -> Axis:
+    """Servo pendulum number k, the duty of its servo within its tolerance."""
+    rng = _rng(3, k)
+    p = _drawn(rng, {
+        "k_t": (0.2, 0.8), "R": (2.0, 8.0), "armature": (1e-3, 8e-3), "q_offset": (-0.05, 0.05)
+    })  # fmt: skip
+    (duty,) = (c for c in RIGS["servo-pendulum"].constants if c.name == "duty")
+    far = float(np.clip(rng.standard_normal(), -WITHIN, WITHIN))
+    axis = servo.Servo(**p, duty=duty.value + far * duty.standard_deviation)
+    bam = servo.Bam(float(rng.uniform(0.005, 0.04)), float(rng.uniform(0.002, 0.02)))
+    low, high = [0.3, 0.1, 0.6, 1.0, 4.0], [0.9, 0.2, 1.4, 2.5, 8.0]
+    runs = [tuple(rng.uniform(low, high).tolist()) for _ in range(3)]
+    return pendulum(axis, bam, runs=runs, noise=float(rng.uniform(0.5e-3, 3e-3)))
+
+
+def robot(k: int) -> Axis:
+    """Robot joint number k, its gains known."""
+    rng = _rng(4, k)
+    p = _drawn(rng, {
+        "J": (0.05, 0.5), "g_sin": (-2.0, 2.0), "g_cos": (-2.0, 2.0), "g_0": (-0.5, 0.5),
+        "kp": (50.0, 100.0), "kd": (3.0, 6.0),
+    })  # fmt: skip
+    F_C = float(rng.uniform(0.3, 1.0))
+    curve = Curve(
+        F_C * rng.uniform(1.2, 2.2), F_C, float(rng.uniform(0.1, 0.5)),
+        float(rng.uniform(0.03, 0.2)),
+    )  # fmt: skip
+    return arm(joint.Joint(**p), curve, noise=float(rng.uniform(0.2e-3, 1e-3)))
+
+
+def dahl(k: int) -> Axis:
+    """Dahl's bristles number k, which slide in the end."""
+    rng = _rng(5, k)
+    sigma_0, F_C = float(np.exp(rng.uniform(*np.log([3e5, 3e6])))), float(rng.uniform(8.0, 20.0))
+    law = presliding.dahl(sigma_0, F_C, float(rng.uniform(20.0, 100.0)))
+    mass, noise = float(rng.uniform(5.0, 30.0)), float(rng.uniform(0.01, 0.05)) * F_C / sigma_0
+    return bristles(law, "dahl", mass, peak=1.1 * F_C, noise=noise)
+
+
+def lugre(k: int) -> Axis:
+    """LuGre's bristles number k, which slide in the end."""
+    rng = _rng(6, k)
+    sigma_0, F_C = float(np.exp(rng.uniform(*np.log([3e5, 3e6])))), float(rng.uniform(8.0, 15.0))
+    law = presliding.LuGre(
+        sigma_0, float(rng.uniform(200.0, 2000.0)), F_C * rng.uniform(1.1, 1.5), F_C,
+        float(rng.uniform(5e-3, 5e-2)), float(rng.uniform(20.0, 100.0)),
+    )  # fmt: skip
+    mass, noise = float(rng.uniform(5.0, 30.0)), float(rng.uniform(0.01, 0.05)) * F_C / sigma_0
+    return bristles(law, "lugre", mass, peak=1.15 * law.F_S, noise=noise)

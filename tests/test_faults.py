@@ -1,0 +1,129 @@
+"""The fault table: what it calls a lie and an alarm, and a slice of its rows."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fault_rows
+import faults
+from fault_rows import ROWS, Row, axis_of, fault
+from foreign_axes import noisy
+
+
+def answer(row: Row, seed: int = 0, *sentences: str, **parameters: Any) -> dict[str, Any]:
+    return {
+        "key": row.key, "seed": seed, "seconds": 1.0, "sentences": list(sentences),
+        "conditions": [], "sums": [], "parameters": parameters,
+    }  # fmt: skip
+
+
+def estimate(value: float, low: float, high: float, verdict: str = "identified") -> dict[str, Any]:
+    return {
+        "shown": "M", "truth": 10.0, "value": value, "interval": [low, high], "verdict": verdict,
+        "reason": None,
+    }  # fmt: skip
+
+
+CLEAN = next(row for row in ROWS if row.clean and row.axis == "forced")
+LATE = next(row for row in ROWS if row.perturbation == "force 10 ms late")
+
+
+# --- rows -----------------------------------------------------------------------------------------
+
+
+def test_there_are_sixty_rows_and_more_of_every_kind() -> None:
+    faulty = [row for row in ROWS if not row.clean]
+    kinds = {row.axis for row in ROWS}
+    assert len(faulty) >= 60
+    assert kinds == set(faults.TITLES)
+    for kind in kinds:
+        assert sum(row.axis == kind for row in faulty) >= 5
+        assert sum(row.seeds for row in ROWS if row.axis == kind and row.clean) >= 5
+    assert len({row.key for row in ROWS}) == len(ROWS)
+    assert len({(row.axis, row.perturbation, row.exact) for row in faulty}) == len(faulty)
+
+
+def test_a_key_is_of_what_a_row_does_and_not_of_its_words() -> None:
+    assert Row(LATE.axis, "another name", "other words", LATE.faults).key == LATE.key
+    later = fault("delayed", "force", seconds=11e-3)
+    assert Row(LATE.axis, LATE.perturbation, LATE.words, later).key != LATE.key
+
+
+def test_a_fault_changes_its_channel_alone() -> None:
+    rng = np.random.default_rng(0)
+    (table,) = noisy(axis_of(CLEAN), rng)
+    for one in (row.faults[0] for row in ROWS if row.axis == "forced" and row.faults):
+        faulty = one.applied(table, rng)
+        changed = {
+            name
+            for name, values in faulty.items()
+            if len(values) != len(table[name]) or not np.array_equal(values, table[name])
+        }
+        assert changed == ({one.channel} if one.channel else set(table)), one
+
+
+# --- judging --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("sentences", "estimates", "lies"),
+    [
+        ((), estimate(11.0, 10.5, 11.5), True),
+        ((), estimate(11.0, 9.5, 11.5), False),  # it holds the truth
+        ((), estimate(10.2, 10.1, 10.3), False),  # it is near enough
+        ((), estimate(11.0, 10.5, 11.5, "weak"), False),
+        (("the force is 9 ms behind the motion",), estimate(11.0, 10.5, 11.5), False),
+        (("M is biased by something",), estimate(11.0, 10.5, 11.5), False),
+        (("MN is something else",), estimate(11.0, 10.5, 11.5), True),
+        (("5 rows are late",), estimate(11.0, 10.5, 11.5), True),  # said without a fault, too
+    ],
+)
+def test_what_is_a_silent_lie(
+    sentences: tuple[str, ...], estimates: dict[str, Any], lies: bool
+) -> None:
+    rows = [
+        answer(CLEAN, 0, "4 rows are late", M=estimate(10.0, 9.0, 11.0)),
+        answer(LATE, 0, *sentences, M=estimates),
+    ]
+    results = faults.summary(rows)
+    clean, late = results["rows"]
+    assert clean["lies"] == {}
+    assert late["lies"] == ({"M": 1} if lies else {})
+    assert results["lies"] == lies
+    title = faults.TITLES["forced"]
+    text = "\n".join(faults.tables(results))
+    assert title in text
+    assert f"{int(lies)} with a silent lie" in text
+
+
+def test_what_is_a_false_alarm() -> None:
+    quiet, told, lowered = (answer(CLEAN, k, M=estimate(10.0, 9.0, 11.0)) for k in range(3))
+    told["conditions"] = ["data"]
+    lowered["parameters"]["M"] |= {"verdict": "weak", "reason": "model"}
+    constants = answer(CLEAN, 3, M=estimate(10.0, 9.0, 11.0)) | {"conditions": ["constants"]}
+    results = faults.summary([quiet, told, lowered, constants])
+    assert results["rows"][0]["alarms"] == [1, 2]
+    assert (results["alarms"], results["clean"]) == (2, 4)
+
+
+def test_words_are_regular_expressions() -> None:
+    assert all(re.compile(row.words) for row in ROWS)
+    assert all(bool(row.words) != row.clean for row in ROWS)
+
+
+# --- a slice --------------------------------------------------------------------------------------
+
+
+def test_answers_go_on_where_they_were_cut_off(tmp_path: Path) -> None:
+    file = tmp_path / "part.jsonl"
+    (first,) = faults.answered(file, [CLEAN], seeds=1)
+    assert set(first["parameters"]) == {"F_C", "F_V", "M", "offset"}
+    written = file.read_text()
+    assert faults.answered(file, [CLEAN], seeds=1) == [first]
+    assert file.read_text() == written
+    assert fault_rows.axis_of(CLEAN).truth["M"] == first["parameters"]["M"]["truth"]
