@@ -56,10 +56,17 @@ class Axis:
 
 
 def noisy(axis: Axis, rng: Rng, memory: float = 0.0) -> list[Table]:
-    """All channels of its logs with noise, white or one that forgets within so many samples."""
+    """All channels of its logs with white noise.
+
+    Args:
+        axis: its logs.
+        rng: chance.
+        memory: samples within which noise on the force forgets (to 1/e).
+    """
     tables = list(axis.tables)
     for channel, sd in axis.noise.items():
-        tables = [sensors.noisy(table, channel, sd, rng, memory) for table in tables]
+        keeps = memory if channel == "force" else 0.0
+        tables = [sensors.noisy(table, channel, sd, rng, keeps) for table in tables]
     return tables
 
 

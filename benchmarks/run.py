@@ -45,6 +45,7 @@ PARTS = {
     "simulators": "Exported joints in MuJoCo",
     "exports": "Exported C and co-simulation units",
     "intervals": "Whether intervals hold the truth",
+    "faults": "Axes that are not what their rig assumes",
 }
 LIBRARIES = (
     "stribeck", "numpy", "scipy", "numba", "cma", "pymoo", "niapy", "coco-experiment", "mujoco",

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import fault_rows
+import fault_table
 import faults
+import run
 from fault_rows import ROWS, Row, axis_of, fault
 from foreign_axes import noisy
 
@@ -40,7 +42,7 @@ def test_there_are_sixty_rows_and_more_of_every_kind() -> None:
     faulty = [row for row in ROWS if not row.clean]
     kinds = {row.axis for row in ROWS}
     assert len(faulty) >= 60
-    assert kinds == set(faults.TITLES)
+    assert kinds == set(fault_table.TITLES)
     for kind in kinds:
         assert sum(row.axis == kind for row in faulty) >= 5
         assert sum(row.seeds for row in ROWS if row.axis == kind and row.clean) >= 5
@@ -90,13 +92,13 @@ def test_what_is_a_silent_lie(
         answer(CLEAN, 0, "4 rows are late", M=estimate(10.0, 9.0, 11.0)),
         answer(LATE, 0, *sentences, M=estimates),
     ]
-    results = faults.summary(rows)
+    results = fault_table.summary(rows)
     clean, late = results["rows"]
     assert clean["lies"] == {}
     assert late["lies"] == ({"M": 1} if lies else {})
     assert results["lies"] == lies
-    title = faults.TITLES["forced"]
-    text = "\n".join(faults.tables(results))
+    title = fault_table.TITLES["forced"]
+    text = "\n".join(fault_table.tables(results))
     assert title in text
     assert f"{int(lies)} with a silent lie" in text
 
@@ -106,7 +108,7 @@ def test_what_is_a_false_alarm() -> None:
     told["conditions"] = ["data"]
     lowered["parameters"]["M"] |= {"verdict": "weak", "reason": "model"}
     constants = answer(CLEAN, 3, M=estimate(10.0, 9.0, 11.0)) | {"conditions": ["constants"]}
-    results = faults.summary([quiet, told, lowered, constants])
+    results = fault_table.summary([quiet, told, lowered, constants])
     assert results["rows"][0]["alarms"] == [1, 2]
     assert (results["alarms"], results["clean"]) == (2, 4)
 
@@ -114,6 +116,12 @@ def test_what_is_a_false_alarm() -> None:
 def test_words_are_regular_expressions() -> None:
     assert all(re.compile(row.words) for row in ROWS)
     assert all(bool(row.words) != row.clean for row in ROWS)
+
+
+def test_the_page_says_what_was_measured() -> None:
+    part = run.read(run.RESULTS)["faults"]
+    assert fault_table.PAGE.read_text(encoding="utf-8") == fault_table.page(part["found"])
+    assert part["found"]["lies"] == sum(bool(r["lies"]) for r in part["found"]["rows"])
 
 
 # --- a slice --------------------------------------------------------------------------------------
