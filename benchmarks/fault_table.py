@@ -133,12 +133,8 @@ def _told(row: Row, answers: Sequence[Answer], usual: set[str]) -> str:
 
 
 def tables(results: dict[str, Any]) -> list[str]:
-    """One table for each kind of axis, in Markdown, and the counts."""
-    kinds = dict.fromkeys(r["kind"] for r in results["rows"])
-    return [
-        *(_table(k, [r for r in results["rows"] if r["kind"] == k]).markdown() for k in kinds),
-        _counts(results),
-    ]
+    """The counts; the table is a page of its own."""
+    return [f"{_counts(results)} The table: [docs/faults.md](../docs/faults.md)."]
 
 
 def _table(kind: str, rows: Sequence[dict[str, Any]]) -> Table:
@@ -215,6 +211,9 @@ and `python benchmarks/faults.py --only WORDS` a part of it.
 
 def page(results: dict[str, Any]) -> str:
     """docs/faults.md."""
-    *kinds, counts = tables(results)
-    head = HEAD.format(off=100 * OFF, counts=counts)
-    return "\n".join([head, *(text.strip("\n") + "\n" for text in kinds)])
+    rows = results["rows"]
+    texts = [
+        _table(kind, [r for r in rows if r["kind"] == kind]).markdown().strip("\n") + "\n"
+        for kind in dict.fromkeys(r["kind"] for r in rows)
+    ]
+    return "\n".join([HEAD.format(off=100 * OFF, counts=_counts(results)), *texts])

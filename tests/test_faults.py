@@ -98,9 +98,10 @@ def test_what_is_a_silent_lie(
     assert late["lies"] == ({"M": 1} if lies else {})
     assert results["lies"] == lies
     title = fault_table.TITLES["forced"]
-    text = "\n".join(fault_table.tables(results))
+    text = fault_table.page(results)
     assert title in text
     assert f"{int(lies)} with a silent lie" in text
+    assert fault_table.tables(results)[0].partition(" The table")[0] in text
 
 
 def test_what_is_a_false_alarm() -> None:
