@@ -6,6 +6,7 @@ The logs are made by a foreign simulator, on a slide bed whose constants are its
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -148,6 +149,18 @@ def test_the_same_constants_taken_as_exact_miss_the_truth() -> None:
     assert F_C.verdict == "identified"
     assert F_C.high < 60.0
     assert fit.score.value < 0.31
+
+
+def test_what_is_taken_as_exact_is_named_with_what_it_moves() -> None:
+    """The shift that the sentence tells is that of a refit with a gear ratio 1 % higher."""
+    every = [
+        identify(log(23.5), rig=SLIDE_BED.exact().set(a=a), law="stribeck", repeats=1)
+        for a in (5.9, 5.959)
+    ]
+    (sentence,) = [w for w in every[0].warnings if w.startswith("taken as exact")]
+    (share,) = re.findall(r"10 % of a moves [^;]*F_C by (\d+) %", sentence)
+    before, after = (fit.values["F_C"] for fit in every)
+    assert float(share) == pytest.approx(1000 * (after / before - 1), rel=0.2)
 
 
 def test_sums_that_the_data_know_are_identified(other_motor: Fit) -> None:

@@ -59,6 +59,22 @@ def test_everything_comes_back_and_pressure_is_told_per_bar() -> None:
     assert not any("does not follow one law" in w for w in fit.warnings)
 
 
+def test_the_bore_moves_what_the_pressure_drives_and_its_tolerance_widens_that() -> None:
+    """The default bore is an example: b = (area error) knows nothing, what the seals do stays."""
+    every = logs(0, 0, 0, 0)
+    default = {e.name: e for e in identify(every, rig="cylinder").estimates}
+    assert default["b"].verdict == "weak"
+    assert default["b"].reason in ("constants", "wide")
+    assert default["mu_p"].verdict == "identified"
+    exact = identify(every, rig=CYLINDER.set(bore=25.0))
+    b = next(e for e in exact.estimates if e.name == "b")
+    (sentence,) = [w for w in exact.warnings if w.startswith("taken as exact")]
+    # d(area)/area = 2 d(bore)/bore, and b takes what the area lacks.
+    share = 2 * AREA / TRUTH[5]
+    assert f"10 % of bore moves b by {-10 * share:.2g} %" in sentence
+    assert b.high - b.low < 0.1 * (default["b"].high - default["b"].low)
+
+
 def test_the_error_is_of_the_force_without_the_pressure() -> None:
     recording = log(5)
     assert recording.force is not None

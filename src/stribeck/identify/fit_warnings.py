@@ -13,6 +13,7 @@ from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..units import unit
 from .conditions import Violation
+from .exact_constants import scale
 from .parameters import Parameters
 from .score import Score
 from .segment import Segment, SegmentSplit, recordings_of
@@ -113,11 +114,7 @@ def output_error_warnings(
             "both directions share one parameter set: use the law "
             f"{parameters.law.name}-directional, or train on one direction"
         )
-    if rig.scale:
-        warnings.append(
-            f"forces, masses and stiffnesses are in proportion to {rig.scale}: if those are "
-            "10 % off, so are all of these, and no motion would show it"
-        )
+    warnings += scale(rig)
     warnings += [f"{log.label}: {note}" for log in recordings for note in log.notes]
     return warnings
 

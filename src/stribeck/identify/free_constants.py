@@ -115,14 +115,15 @@ def with_free_constants(
         problem: The motion problem.
         x: A good fit, SI, (dim,).
     """
-    constants = _unstated(problem)
+    stated = stated_by_logs(problem)
+    constants = [c for c in problem.parameters.rig.uncertain if c.name not in stated]
     if not constants:
         return problem, x, 0
     noise = float(rms(problem.residuals(x[None]))[0])
     if not noise > 0:
         return problem, x, 1
     whole = FreeConstantsProblem(problem, constants, noise)
-    slopes, errors, rows = _slopes(whole, np.concatenate([x, whole.nominal]))
+    slopes, errors, rows = constant_slopes(whole, np.concatenate([x, whole.nominal]))
     sd = np.array([c.standard_deviation for c in constants])
     with np.errstate(divide="ignore", invalid="ignore"):
         effect = np.abs(slopes) * sd / errors[:, None]
@@ -154,16 +155,23 @@ def rulings(problem: FreeConstantsProblem, x: Array, curvature: Array) -> list[R
     return result
 
 
-def _unstated(problem: MotionProblem | FreeStartProblem) -> tuple[Constant, ...]:
-    """The uncertain constants of a problem's rig, without those that all its logs state."""
+def stated_by_logs(problem: MotionProblem | FreeStartProblem) -> frozenset[str]:
+    """Names of the constants that all logs of a problem state themselves."""
     rig = as_simulated(problem.parameters.rig)
     train = problem.problem.train if isinstance(problem, FreeStartProblem) else problem.train
-    stated = frozenset.intersection(*(rig.stated(s.recording) for s in train))
-    return tuple(c for c in rig.uncertain if c.name not in stated)
+    return frozenset.intersection(*(rig.stated(s.recording) for s in train))
 
 
-def _slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Array, int]:
-    """See `_partial`, at a point, SI, (dim,); and how many rows were evaluated."""
+def constant_slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Array, int]:
+    """Slopes of the free parameters over the constants, all others refitted, SI.
+
+    (free, constants), and the standard errors of the free parameters with the constants held,
+    (free,); and how many rows were evaluated.
+
+    Args:
+        problem: The problem.
+        x: A good fit, SI, (dim,).
+    """
     box = box_of(problem)
     counted = Counted(problem, 3 * box.dim + 1)
     fit = linearised(counted, box, x)

@@ -9,8 +9,15 @@ from .combinations import Combination, combinations
 from .conditions import lowered, sentences
 from .constants_report import borrowed, with_rulings
 from .data_split import DataSplit
+from .exact_constants import Slopes, exact_constants, exact_slopes
 from .fit_warnings import misfit_violations, output_error_warnings
-from .free_constants import FreeConstantsProblem, Ruling, rulings, with_free_constants
+from .free_constants import (
+    FreeConstantsProblem,
+    Ruling,
+    rulings,
+    stated_by_logs,
+    with_free_constants,
+)
 from .initial_state import FreeStartProblem, started_at_each
 from .multistart import Optimum, Progress, SearchSettings, multistart
 from .parameters import Parameters
@@ -141,6 +148,10 @@ def output_error_fit(
     violations = misfit_violations(parameters, score, data.recordings)
     judged = mark_never_slid(parameters, judged, recordings_of(train))
     judged = with_rulings(parameters, judged, ruled)
+    slopes: Slopes = {}
+    if not optimum.interrupted:
+        slopes, spent = exact_slopes(problem, x)
+        uncertain = replace(uncertain, rows=uncertain.rows + spent)
     judged = lowered(parameters, judged, violations)
     correlation = uncertain.correlation[:dim, :dim]
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
@@ -160,6 +171,7 @@ def output_error_fit(
             *sentences(violations),
             *bound_warnings(judged),
             *borrowed(optimum.problem),
+            *exact_constants(parameters, judged, slopes, stated_by_logs(problem)),
             *correlation_warnings(parameters, correlation),
             *output_error_warnings(
                 parameters, score, segments, data.recordings, optimum.rivals, optimum.repeats

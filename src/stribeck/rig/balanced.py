@@ -47,15 +47,13 @@ class BalancedRig(Rig):
 
     Args:
         filtering: How its logs are made ready for the balance.
-        force_gain: The constant that the measured force is in proportion to; None where a log has
-            the force itself.
     """
 
     approach: ClassVar[Approach] = "force_balance"
 
     loads: tuple[str, ...] = ("position", "temperature")
     filtering: Filtering = field(default_factory=Filtering)
-    force_gain: str | None = None
+    scale: str = "the measured force"
 
     def filter_reach(self, dt: float) -> int:
         """Samples to each side that the low-pass filter mixes with one, at an interval dt, s."""

@@ -118,10 +118,9 @@ CYLINDER = Cylinder(
     name="cylinder",
     doc="a pneumatic or hydraulic cylinder whose rod force and pressure were measured",
     cite=FORCED.cite,
+    scale="the measured force (mu and b to that over the measured pressure)",
     constants=(
-        constant(
-            "bore", 25.0, "mm", "diameter of the piston", "a choice: set your own", "example", 0.0
-        ),
+        constant("bore", 25.0, "mm", "diameter of the piston", "a choice: set your own", "example"),
     ),
     params=(
         *FORCED.params,

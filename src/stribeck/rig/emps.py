@@ -287,5 +287,5 @@ EMPS = Emps(
     labels={"F_C": "F_c", "F_V": "F_v"},
     columns=_COLUMNS,
     filtering=Filtering(edge=(0.049, 0.0)),
-    force_gain="gtau",
+    scale="",
 )

@@ -146,5 +146,4 @@ JOINT_RIG = JointRig(
     shows={"position": "mrad", "velocity": "rad/s"},
     columns=_COLUMNS,
     rotary=True,
-    scale="the gains of the loop (gain, kp, kd)",
 )

@@ -89,6 +89,8 @@ class Rig:
         applied_force: Whether a force is applied and measured instead of a motion commanded.
         hand_gauge: Whether its breakaway force can be measured with a force gauge by hand.
         known_scale: Whether known gains and a known mass alone set the scale of its forces.
+        scale: The channel that forces, masses and stiffnesses are in proportion to; empty where
+            constants set the scale.
     """
 
     #: How its laws are identified: by simulating the motion, or by a balance of measured forces.
@@ -110,6 +112,7 @@ class Rig:
     applied_force: bool = False
     hand_gauge: bool = False
     known_scale: bool = False
+    scale: str = ""
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):

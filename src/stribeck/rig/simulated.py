@@ -38,8 +38,6 @@ class SimulatedRig(Rig):
         holds: Whether the position sensor may be slower than the log, so that it repeats itself.
         overtravel: How far beyond the travel of the logs an experiment may take the axis, in
             multiples of that travel.
-        scale: What sets the scale of all forces, so that no motion can tell it from them: the
-            gain of a loop, a torque constant. Empty where a known mass or weight sets it.
     """
 
     approach: ClassVar[Approach] = "output_error"
@@ -51,7 +49,6 @@ class SimulatedRig(Rig):
     floating: bool = False
     holds: bool = True
     overtravel: float = 0.25
-    scale: str = ""
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """The samples of a recording made ready to be simulated, from a start at position x0.

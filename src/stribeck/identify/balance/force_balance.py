@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...space import Array
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit, recording_list
+from ..exact_constants import Slopes, exact_constants, scale
 from ..parameters import Parameters
 from ..result import Fit, SearchRecord
 from ..score import HeldOut, Score
@@ -20,8 +21,8 @@ from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates
 from . import balance
 from .checks import BalanceChecks, check_balance
+from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
-from .force_scale import with_force_gain
 
 #: What the misfit of a force balance is called.
 MISFIT = "the force error"
@@ -45,7 +46,10 @@ def solve_balance(parameters: Parameters, data: DataSplit, *, draws: int = 0) ->
     x = solved.values[parameters.free_places]
     uncertain = uncertainty(residuals, x, keep=True, draws=draws)
     checks = check_balance(recordings, solved, rows)
-    return _balance_fit(tuple(recordings), data, residuals, uncertain, solved, checks)
+    slopes = constant_slopes(
+        solved, lambda p: balance.balance(recordings, p, rows=rows, start=solved.values)
+    )
+    return _balance_fit(tuple(recordings), data, residuals, uncertain, solved, checks, slopes)
 
 
 def _balance_fit(
@@ -55,6 +59,7 @@ def _balance_fit(
     uncertain: Uncertainty,
     solved: balance.Balance,
     checks: BalanceChecks,
+    slopes: Slopes,
 ) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
     parameters, p, stops = solved.system.parameters, solved.values, solved.at_bound
@@ -69,7 +74,7 @@ def _balance_fit(
         resting=others,
         misfit=MISFIT,
     )
-    judged = with_force_gain(parameters, checks.widened(parameters, solved, unwidened))
+    judged = with_tolerances(parameters, checks.widened(parameters, solved, unwidened), slopes)
     judged = lowered(parameters, judged, checks.violations)
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
@@ -81,6 +86,8 @@ def _balance_fit(
             for n, at in others.items()
         ),
         *correlation_warnings(parameters, correlation),
+        *exact_constants(parameters, judged, slopes),
+        *scale(parameters.rig),
         *uncertain.notes(parameters, MISFIT),
         *solved.notes,
         *(f"{log.label}: {note}" for log in recordings for note in log.notes),

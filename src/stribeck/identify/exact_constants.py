@@ -1,0 +1,115 @@
+"""What a fit owes to constants that are taken as exact: they have no tolerance to carry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..optimize import rms
+from ..rig import Rig
+from ..rig.constant import COVERAGE, Constant
+from ..space import Array
+from .free_constants import FreeConstantsProblem, constant_slopes, stated_by_logs
+from .initial_state import FreeStartProblem
+from .parameters import Parameters
+from .problem import MotionProblem
+from .uncertainty.estimates import Estimate
+
+#: A constant is named where an error of it moves an identified parameter by at least this share of
+#: that error, both relative: 10 % by 3 %.
+NAMED = 0.3
+#: The error that is told, relative.
+ERROR = 0.1
+#: The step over which slopes are taken, relative to the constant.
+STEP = 0.01
+#: Slopes of parameters over a constant, SI, by the names of both.
+Slopes = Mapping[str, Mapping[str, float]]
+
+
+def is_exact(c: Constant) -> bool:
+    """Whether a constant is a quantity of the axis, taken as exact, that could be otherwise."""
+    return c.origin not in ("setting", "derived", "standard") and not c.tolerance and bool(c.value)
+
+
+def exact_slopes(problem: MotionProblem | FreeStartProblem, x: Array) -> tuple[Slopes, int]:
+    """Slopes of a fit's free parameters over its rig's exact constants, all others refitted.
+
+    And how many rows were evaluated.
+
+    Args:
+        problem: The motion problem.
+        x: Its solution, SI, (dim,).
+    """
+    stated = stated_by_logs(problem)
+    rig = problem.parameters.rig
+    exact = [
+        replace(c, tolerance=COVERAGE * STEP * abs(c.value))
+        for c in rig.constants
+        if is_exact(c) and c.name not in stated
+    ]
+    noise = float(rms(problem.residuals(x[None]))[0])
+    if not exact or not noise > 0:
+        return {}, 1
+    pretended = FreeConstantsProblem(problem, exact, noise)
+    try:
+        slopes, _, rows = constant_slopes(pretended, np.concatenate([x, pretended.nominal]))
+    except InputError:  # too few rows to tell so many apart
+        return {}, 1
+    names = [q.name for q in problem.parameters.free]
+    return {
+        c.name: dict(zip(names, column.tolist(), strict=True))
+        for c, column in zip(exact, slopes.T, strict=True)
+    }, 1 + rows
+
+
+def exact_constants(
+    parameters: Parameters,
+    estimates: Sequence[Estimate],
+    slopes: Slopes,
+    stated: Iterable[str] = (),
+) -> list[str]:
+    """A sentence that names the exact constants which identified parameters stand on.
+
+    Args:
+        parameters: Theirs.
+        estimates: As in `parameters.every`.
+        slopes: Of the parameters over the exact constants.
+        stated: Names of constants that the logs state, which a rig cannot set elsewhere.
+    """
+    constants = {c.name: c for c in parameters.rig.constants}
+    clauses: dict[str, float] = {}
+    for name, of_constant in slopes.items():
+        moved: dict[str, float] = {}
+        for q, e in zip(parameters.every, estimates, strict=True):
+            if e.verdict == "identified" and e.value and q.name in of_constant:
+                share = of_constant[q.name] * constants[name].value / e.value
+                if abs(share) >= NAMED:
+                    moved[f"{e.name} by {100 * ERROR * share:.2g} %"] = abs(share)
+        if moved:
+            clause = f"{100 * ERROR:.0f} % of {name} moves {_listed([*moved])}"
+            clauses[clause] = max(moved.values())
+    ordered = sorted(clauses, key=lambda clause: -clauses[clause])
+    names = sorted(stated) if any(e.verdict == "identified" for e in estimates) else []
+    if names:
+        ordered.append(f"the logs state {_listed(names)}")
+    if not ordered:
+        return []
+    return [f"taken as exact, so that no interval knows of an error: {'; '.join(ordered)}"]
+
+
+def scale(rig: Rig) -> list[str]:
+    """A sentence that names what sets the scale of all forces, where no motion can tell it."""
+    if not rig.scale:
+        return []
+    proportional = f"forces, masses and stiffnesses are in proportion to {rig.scale}"
+    return [
+        f"{proportional}: if that is {100 * ERROR:.0f} % off, so are they, and no motion shows it"
+    ]
+
+
+def _listed(phrases: Sequence[str]) -> str:
+    *first, last = phrases
+    return f"{', '.join(first)} and {last}" if first else last
