@@ -244,6 +244,7 @@ def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
     model = current_model(bed, [RIGHT])
     assert model.axis.sensor == pytest.approx(0.3e-3, rel=0.05)
     experiment = proposal(plan(bed, RIGHT), "finer sensor").experiment
+    assert not experiment.words.endswith(" 0 mm")
     remainder = max(model.axis.noise**2 - model.axis.sensor**2, 0.0)
     assert experiment.noise**2 == pytest.approx(
         remainder + min(model.axis.sensor, model.axis.noise) ** 2 / 9

@@ -16,8 +16,9 @@ from .conditions import Violation
 from .exact_constants import scale
 from .parameters import Parameters
 from .score import Score
-from .segment import Segment, SegmentSplit, recordings_of
+from .segment import Segment, SegmentSplit, directions_of, recordings_of
 from .sliding_check import never_slid
+from .uncertainty.estimates import Estimate
 from .uncertainty.sensor_noise import rest_noise
 
 #: A repeat of the search confirms an answer if its misfit is within this factor of the best.
@@ -42,24 +43,50 @@ def explains_little(parameters: Parameters, score: Score) -> bool:
 
 
 def misfit_violations(
-    parameters: Parameters, score: Score, recordings: Sequence[Recording]
+    parameters: Parameters,
+    score: Score,
+    recordings: Sequence[Recording],
+    estimates: Sequence[Estimate],
+    rivals: int,
+    repeats: int,
 ) -> list[Violation]:
-    """What a misfit beyond the noise says of a fit by output error."""
+    """What a misfit beyond the noise says of a fit by output error, and what its cause may be.
+
+    Args:
+        parameters: Rig and law.
+        score: The misfit.
+        recordings: The logs.
+        estimates: The parameters; one at an end of its range is a cause.
+        rivals: Repeats of the search that explain the data as well as the best; only one leaves
+            the search as a cause.
+        repeats: All of them.
+    """
+    search = "" if rivals > 1 else _unconfirmed(repeats)
     if explains_little(parameters, score):
+        ends = [f"the range of {e.name} (--bounds)" for e in estimates if e.at_bound]
+        causes = [
+            *(["raise --repeats"] if search else []),
+            *([f"widen {' and '.join(ends)}"] if ends else []),
+            "check the rig's constants and the units of the log",
+        ]
         sentence = (
             f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
-            f"without stick-slip has {score.smooth:.3g} {score.unit}: raise --repeats, "
-            "widen the ranges, or check the rig's constants and the units of the log"
+            f"without stick-slip has {score.smooth:.3g} {score.unit}: {', or '.join(causes)}"
         )
         return [Violation("model", sentence)]
     floor = _noise_floor(parameters.rig, recordings)
     if score.value > NOISY * floor:
         sentence = (
             f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
-            f"{score.unit}): the search has not found the best fit, or the rig leaves something out"
+            f"{score.unit}): {search or 'the repeats agree, so that '}the rig leaves something out"
         )
         return [Violation("model", sentence, caps=False)]
     return []
+
+
+def _unconfirmed(repeats: int) -> str:
+    once = "a single search was made" if repeats == 1 else f"only 1 of {repeats} repeats reached it"
+    return f"{once} and may have missed the best fit (raise --repeats), or "
 
 
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
@@ -98,7 +125,7 @@ def output_error_warnings(
             f"only 1 of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the answer is "
             "not confirmed; raise --repeats"
         )
-    trained = {s.direction for s in train}
+    trained = directions_of(train)
     rig = as_simulated(parameters.rig)
     one_way = rig.from_rest and not parameters.law.directional
     for part, held_out in tests:
@@ -107,7 +134,7 @@ def output_error_warnings(
                 f"hold-out {part.text} overlaps the training data: there its error says "
                 "nothing about new data"
             )
-        if one_way and {s.direction for s in held_out} - trained:
+        if one_way and directions_of(held_out) - trained:
             warnings.append(f"hold-out {part.text} runs in a direction that was not trained on")
     if one_way and len(trained) > 1 and f"{parameters.law.name}-directional" in LAWS:
         warnings.append(

@@ -145,7 +145,9 @@ def output_error_fit(
         optimum.spread,
         resting=resting(problem, x),
     )
-    violations = misfit_violations(parameters, score, data.recordings)
+    violations = misfit_violations(
+        parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
+    )
     judged = mark_never_slid(parameters, judged, recordings_of(train))
     judged = with_rulings(parameters, judged, ruled)
     slopes: Slopes = {}

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: A segment of fewer samples says nothing of a motion.
 _FEWEST = 4
+#: A way back below this share of the travel is none.
+_TRAVEL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +51,18 @@ class Segment:
         """+1 if the axis went rightward over it, else -1."""
         x = self.recording.position
         return 1 if x[self.rows.stop - 1] >= x[self.rows.start] else -1
+
+
+def directions_of(passed: Sequence[Segment]) -> frozenset[int]:
+    """The directions, +1 and -1, in which an axis goes over a tenth of its travel or more."""
+    positions = [s.recording.position[s.rows] for s in passed]
+    least = _TRAVEL * max(float(np.ptp(x)) for x in positions)
+    return frozenset(
+        direction
+        for direction in (1, -1)
+        for x in positions
+        if float(np.max(direction * x - np.minimum.accumulate(direction * x))) > least
+    )
 
 
 def segments(

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.force_balance import balance_scores
 from .data_split import ranges_or_all, recording_list
 from .parameters import Parameters
 from .score import Score, scores
-from .segment import Segment, segments
+from .segment import directions_of, segments
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
 
 #: A speed below this share of the greatest one is no motion in that direction.
 ONE_WAY = 0.02
-#: A way back below this share of the travel is none.
-TRAVEL = 0.1
 
 
 class IdentifiedModel(Protocol):
@@ -81,7 +77,7 @@ def untrained_directions(
     sentences = []
     for log in recordings:
         for r in ranges_or_all(within, rig):
-            if _directions(segments([log], rig, r)) - directions:
+            if directions_of(segments([log], rig, r)) - directions:
                 extent = "as a whole" if r is None else f"over {r.text}"
                 sentences.append(
                     f"{log.label} {extent} also runs the other way than the card was trained on "
@@ -89,18 +85,6 @@ def untrained_directions(
                     "--range tells which part"
                 )
     return sentences
-
-
-def _directions(passed: Sequence[Segment]) -> set[int]:
-    """The directions in which an axis goes over a tenth of its travel or more."""
-    positions = [s.recording.position[s.rows] for s in passed]
-    least = TRAVEL * max(float(np.ptp(x)) for x in positions)
-    return {
-        direction
-        for direction in (1, -1)
-        for x in positions
-        if float(np.max(direction * x - np.minimum.accumulate(direction * x))) > least
-    }
 
 
 def _score(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:

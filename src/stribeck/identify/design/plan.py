@@ -243,7 +243,7 @@ def _sensors(current: CurrentModel, repetition: Experiment) -> list[Experiment]:
         noise = np.sqrt(other_noise + (min(axis.sensor, axis.noise) / FINER) ** 2)
         words = (
             "the same again with a position sensor of a third of the noise, "
-            f"{axis.shown.place(axis.sensor / FINER)}"
+            f"{axis.shown.shown('position', axis.sensor / FINER)}"
         )
         finer.append(
             replace(repetition, name="finer sensor", words=words, noise=float(noise), kind="sensor")

@@ -119,7 +119,7 @@ def _each(directions: Sequence[int]) -> str:
     """Directions in words."""
     if len(directions) > 1:
         return "each way"
-    return "in the direction of growing position" if directions[0] > 0 else "in the other direction"
+    return f"in the direction of {'growing' if directions[0] > 0 else 'falling'} position"
 
 
 def _ramps(
