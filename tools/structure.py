@@ -30,7 +30,7 @@ FLOORS = {
 ROOMS = {
     "data": ("readers",),
     "rig": ("experiments", "motion"),
-    "identify": ("uncertainty", "balance", "selection", "design"),
+    "identify": ("uncertainty", "adequacy", "balance", "selection", "design"),
     "export": ("code", "robot", "fmu"),
     "report": ("contents", "figures", "page"),
 }

@@ -130,6 +130,33 @@ class SimulatedRig(Rig):
         del law, p, e, v, a
         return None
 
+    def imbalance(
+        self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
+    ) -> Array | None:
+        """The force that a measured motion leaves out of balance, N (N m), (n, N).
+
+        None if this rig cannot say.
+
+        Args:
+            law: The law.
+            p: (n, k) parameter sets.
+            track: Times, command and inputs at N samples.
+            motion: Position, velocity and acceleration there, SI, (N,) each.
+        """
+        from .balanced import slips  # noqa: PLC0415 - compiled code that others need not load
+
+        if not law.static:
+            return None
+        x, v, a = motion
+        e = np.interp(track.t, track.knots_t, track.knots_x) - x
+        result = []
+        for row in p:
+            implied = self.friction(law, row, e, v, a)
+            if implied is None:
+                return None
+            result.append(implied - slips(law.slip, v, np.ascontiguousarray(row)))
+        return np.array(result)
+
     def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
         """The motion under a recording's command, from its first rest.
 

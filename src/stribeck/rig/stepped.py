@@ -193,6 +193,16 @@ class SteppedRig(SimulatedRig):
         q, v, F = motions(law, self.kind, p[:, :k], c, track, step, tolerance)
         return Motion(track.t, q, v, F)
 
+    def imbalance(
+        self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
+    ) -> Array:
+        """Drive and surroundings less inertia and friction; see `SimulatedRig.imbalance`."""
+        from .motion.force_imbalance import imbalances  # noqa: PLC0415 - as in `move`
+
+        k = len(law.params)
+        c = self.constants_of_drive(law, p[:, k:], track.given)
+        return imbalances(law, self.kind, p[:, :k], c, track, motion)
+
     def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
         """The motion under a recording's inputs, from its first sample."""
         rows = slice(0, len(recording))

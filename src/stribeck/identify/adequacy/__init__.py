@@ -1,0 +1,1 @@
+"""Adequacy: what a residual shows of the forces that a model leaves out."""

@@ -1,0 +1,238 @@
+"""Effects that a model leaves out: patterns of its residual, and the parameters they bias.
+
+An effect counts if chance does not explain it and if it is material. Chance is judged by blocks of
+rows (`bins`): in twelve equal-count bins of speed, position, time and acceleration, which see
+anything, and along patterns with a name, which see less and that sooner. Material is what moves
+a parameter by a good part of its interval once the pattern is estimated with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
+from .patterns import Kind, Pattern, Variable, patterns, wave_shares
+from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
+
+#: Greatest probability of chance, of bins and of a named pattern: the looks at a clean log and
+#: the patterns then raise a false alarm in one of a hundred, material or not.
+CHANCE, CHANCE_NAMED = 1e-3, 1e-4
+#: An effect is material if it moves a parameter by so much of its interval's half-width, and by so
+#: much of its value.
+OF_INTERVAL, OF_VALUE = 0.5, 0.01
+#: A pattern names an effect if it explains this share of what the bins explain.
+NAMED = 0.5
+#: Effects looked for, one after the other, each in what the last has left.
+MOST = 3
+
+#: What is looked at.
+LOOKS: tuple[tuple[Variable, Kind], ...] = (
+    ("speed", "force"), ("position", "force"), ("position", "friction"), ("time", "force"),
+    ("time", "friction"), ("acceleration", "force"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """A pattern of a residual that chance does not explain.
+
+    Args:
+        variable: What it goes with.
+        kind: Whether it is a force, or friction, whose sign is the velocity's.
+        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `load`; empty for another.
+        scale: A period or a speed that shapes it, SI; nan where none does.
+        share: Of the residual's variance that it explains.
+        probability: That chance explains as much.
+        shifts: What the parameters change by if it is estimated with them, SI, by name.
+        biased: Names of the parameters that it moves materially.
+        size: Root mean square of the force that it makes, N (N m).
+    """
+
+    variable: Variable
+    kind: Kind
+    pattern: str
+    scale: float
+    share: float
+    probability: float
+    shifts: dict[str, float] = field(default_factory=dict)
+    biased: frozenset[str] = frozenset()
+    size: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A residual in bins of a variable, as the fit leaves it."""
+
+    variable: Variable
+    kind: Kind
+    bins: Binned
+
+
+@dataclass(frozen=True, eq=False)
+class Effects:
+    """All that is seen in a residual.
+
+    Args:
+        looks: The residual in bins of every variable; none if there are too few rows.
+        effects: Those that chance does not explain, in the order in which they were seen.
+        noise: Root mean square of the residual in the rows looked at, N (N m).
+    """
+
+    looks: tuple[Look, ...]
+    effects: tuple[Effect, ...]
+    noise: float
+
+
+class Remainder:
+    """What parameters and patterns leave of a residual, and what they come to.
+
+    Args:
+        rows: The rows.
+        columns: Of the patterns, (rows, k).
+    """
+
+    def __init__(self, rows: ResidualRows, columns: Array) -> None:
+        A = np.column_stack([rows.jacobian, columns])
+        lengths = np.sqrt(np.einsum("ij,ij->j", A, A))
+        lengths[lengths == 0] = 1.0
+        A /= lengths
+        values, vectors = np.linalg.eigh(np.einsum("ij,ik->jk", A, A))
+        seen = values > 1e-9 * values[-1]
+        root = vectors[:, seen] / np.sqrt(values[seen])
+        self._basis = np.einsum("ij,jk->ik", A, root)
+        inner = np.einsum("ij,i->j", self._basis, rows.residual)
+        self.x: Array = root @ inner / lengths
+        self.rows = replace(rows, residual=self.without(rows.residual))
+
+    def without(self, columns: Array) -> Array:
+        """Columns (rows, ...) less what parameters and patterns make of them."""
+        inner = np.einsum("ij,i...->j...", self._basis, columns)
+        left: Array = columns - np.einsum("ij,j...->i...", self._basis, inner)
+        return left
+
+
+def effects(rows: ResidualRows) -> Effects:
+    """The effects in a residual."""
+    rows = rows.sliding()
+    if len(rows) < ROWS or not (rows.residual @ rows.residual) > 0:
+        return Effects((), (), float("nan"))
+    block = blocks(rows)
+    if block.max() + 1 < FEWEST:
+        return Effects((), (), float("nan"))
+    flips, k = signs(block), len(rows.names)
+    remainder = Remainder(rows, np.empty((len(rows), 0)))
+    looks = _looks(remainder.rows, block, flips)
+    first, result, columns = looks, list[Effect](), np.empty((len(rows), 0))
+    while len(result) < MOST:
+        candidates = [c for look in looks if (c := _candidate(remainder, look, block, flips))]
+        if not candidates:
+            break
+        effect, pattern = max(candidates, key=lambda c: c[0].share)
+        before, columns = remainder, np.column_stack([columns, pattern])
+        remainder = Remainder(rows, columns)
+        shifts = dict(zip(rows.names, (remainder.x[:k] - before.x[:k]).tolist(), strict=True))
+        gone = before.rows.residual - remainder.rows.residual
+            result.append(
+            replace(
+                effect,
+                shifts=shifts,
+                biased=effect.biased | _biased(rows, shifts),
+                size=float(np.sqrt(np.mean(gone**2))),
+            )
+        )
+        looks = _looks(remainder.rows, block, flips)
+    return Effects(first, tuple(result), float(np.sqrt(np.mean(rows.residual**2))))
+
+
+def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[Look, ...]:
+    return tuple(
+        Look(variable, kind, binned(rows.variable(variable), _signed(rows, kind), block, flips))
+        for variable, kind in LOOKS
+    )
+
+
+def _signed(rows: ResidualRows, kind: Kind) -> Array:
+    return rows.residual * rows.direction if kind == "friction" else rows.residual
+
+
+def _candidate(
+    remainder: Remainder, look: Look, block: NDArray[np.intp], flips: Array
+) -> tuple[Effect, Array] | None:
+    """The effect that a look shows, and its columns, (rows, k); None if chance would show it."""
+    rows, bins = remainder.rows, look.bins
+    known = list(patterns(rows, look.variable, look.kind))
+    chances = _chances(remainder, known, block)
+    if look.variable == "position":
+        periods, shares, chance = wave_shares(rows, look.kind, block, flips)
+        if len(periods):
+            best = int(shares.argmax())
+            known.append(Pattern.wave(rows, look.kind, float(periods[best])))
+            # a thousandth by bins is a ten-thousandth by name
+            chances.append(CHANCE_NAMED / CHANCE * probability(float(shares[best]), chance))
+    gains = [_gain(remainder, p.columns) for p in known]
+    seen = bins.probability <= CHANCE
+    named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
+    if not (seen or named):
+        return None
+    among = range(len(known)) if seen else named
+    best = max(among, key=lambda i: gains[i])
+    if seen and gains[best] < NAMED * bins.share:
+        pattern, share, alike = Pattern("", _steps(rows, look)), bins.share, []
+    else:
+        pattern, share = known[best], gains[best]
+        alike = [known[i] for i in among if gains[i] >= NAMED * share and i != best]
+    # Which of the patterns that fit it is, nobody knows: what any of them moves is not sure.
+    biased = frozenset[str]().union(*(_moved(remainder, p.columns) for p in alike))
+    chance = min([bins.probability, *(chances[i] for i in named)])
+    effect = Effect(look.variable, look.kind, pattern.name, pattern.scale, share, chance, {}, biased)
+    return effect, pattern.columns
+
+
+def _moved(remainder: Remainder, columns: Array) -> frozenset[str]:
+    """The parameters that move materially if columns are estimated, too."""
+    rows = remainder.rows
+    x = Remainder(rows, columns).x[: len(rows.names)]
+    return _biased(rows, dict(zip(rows.names, x.tolist(), strict=True)))
+
+
+def _chances(
+    remainder: Remainder, known: Sequence[Pattern], block: NDArray[np.intp]
+) -> list[float]:
+    """The probability that a residual goes along each pattern of one column by chance."""
+    columns = remainder.without(np.column_stack([p.columns for p in known]))
+    chances: list[float] = t_probability(columns, remainder.rows.residual, block).tolist()
+    return chances
+
+
+def _gain(remainder: Remainder, columns: Array) -> float:
+    """The share of a residual's sum of squares that goes if columns are estimated, too."""
+    C, r = remainder.without(columns), remainder.rows.residual
+    lengths = np.sqrt(np.einsum("ij,ij->j", C, C))
+    lengths[lengths <= 1e-6 * np.sqrt(np.einsum("ij,ij->j", columns, columns))] = np.inf
+    C = C / lengths
+    inner = np.einsum("ij,i->j", C, r)
+    x = np.linalg.pinv(np.einsum("ij,ik->jk", C, C), rcond=1e-9, hermitian=True) @ inner
+    return float(x @ inner) / float(r @ r)
+
+
+def _steps(rows: ResidualRows, look: Look) -> Array:
+    """The bins' mean residual as one column: a pattern without a name."""
+    which = bin_of(rows.variable(look.variable))
+    column = between(_signed(rows, look.kind), which)
+    if look.kind == "friction":
+        column = column * rows.direction
+    return column[:, None]
+
+
+def _biased(rows: ResidualRows, shifts: dict[str, float]) -> frozenset[str]:
+    """The parameters that shifts move materially."""
+    return frozenset(
+        name
+        for name, value, half in zip(rows.names, rows.values, rows.half_widths, strict=True)
+        if abs(shifts[name]) > max(OF_INTERVAL * half, OF_VALUE * abs(value))
+    )

@@ -1,0 +1,108 @@
+"""Patterns that a residual may follow: what a model leaves out, by its name and its columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+from .residual_rows import ResidualRows
+
+Variable = Literal["speed", "position", "time", "acceleration"]
+#: What is binned: a force as it is, or as friction, with the sign of the velocity taken out.
+Kind = Literal["force", "friction"]
+
+#: Speeds at which a drop has fallen to 1 / e, and times of warming, as shares of the greatest.
+DROPS, WARMINGS = (0.02, 0.05, 0.12, 0.3), (0.1, 0.3)
+#: Waves over the travel: steps of this many, up to so many, of at least so many rows each.
+WAVE_STEP, MOST_WAVES, WAVE_ROWS = 0.5, 60.0, 4.0
+#: Rows of which waves are taken at most.
+WAVE_SAMPLES = 6000
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A pattern of a residual over a variable.
+
+    Args:
+        name: What it is called.
+        columns: Forces of size 1, (rows, k).
+        scale: A period or a speed that shapes it, SI; nan where none does.
+    """
+
+    name: str
+    columns: Array
+    scale: float = float("nan")
+
+    @classmethod
+    def wave(cls, rows: ResidualRows, kind: Kind, period: float) -> Pattern:
+        """A wave over the position, its two phases."""
+        turn = 2 * np.pi * rows.position / period
+        columns = np.column_stack([np.cos(turn), np.sin(turn)])
+        return cls("wave", columns * _sign(rows, kind)[:, None], period)
+
+
+def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pattern]:
+    """The patterns of one column that are known of a variable.
+
+    Args:
+        rows: The rows.
+        variable: Which.
+        kind: As a force, or as friction.
+    """
+    v, t, sign = rows.velocity, rows.since, _sign(rows, kind)
+    if variable == "speed":
+        top = float(np.abs(v).max())
+        yield Pattern("square", (v * np.abs(v))[:, None])
+        yield Pattern("side", np.abs(v)[:, None])
+        for share in DROPS:
+            drop = rows.direction * np.exp(-np.abs(v) / (share * top))
+            yield Pattern("drop", drop[:, None], share * top)
+    elif variable == "position":
+        middle = 0.5 * (rows.position.min() + rows.position.max())
+        yield Pattern("slope", (sign * (rows.position - middle))[:, None])
+    elif variable == "time":
+        yield Pattern("drift", (sign * t)[:, None])
+        for share in WARMINGS:
+            yield Pattern("drift", (sign * np.exp(-t / (share * t.max())))[:, None])
+    else:
+        yield Pattern("load", np.abs(rows.acceleration)[:, None])
+
+
+def _sign(rows: ResidualRows, kind: Kind) -> Array:
+    return rows.direction if kind == "friction" else np.ones(len(rows))
+
+
+def wave_shares(
+    rows: ResidualRows, kind: Kind, blocks: NDArray[np.intp], flips: Array
+) -> tuple[Array, Array, Array]:
+    """Periods of waves over the position, the share of the residual that each explains, (periods,).
+
+    And what the strongest of them explains in trials of chance, (FLIPS,).
+    """
+    every = -(-len(rows) // WAVE_SAMPLES)
+    x, r = rows.position[::every], rows.residual[::every] * _sign(rows, kind)[::every]
+    travel, spacing = float(np.ptp(x)), float(np.median(np.abs(np.diff(x))))
+    if not (travel > 0 and spacing > 0):
+        return np.empty((0,)), np.empty(0), np.empty(0)
+    waves = np.arange(1.0, min(MOST_WAVES, travel / (WAVE_ROWS * spacing)), WAVE_STEP)
+    if not len(waves):
+        return np.empty(0), np.empty(0), np.empty(0)
+    turn = np.outer(x - x[0], 2 * np.pi * waves / travel)
+    terms = np.concatenate([np.cos(turn), np.sin(turn)], axis=1) * r[:, None]
+    block = blocks[::every]
+    starts = np.flatnonzero(np.diff(block, prepend=-1))
+    cells = np.zeros((flips.shape[1], 2 * len(waves)))
+    cells[block[starts]] = np.add.reduceat(terms, starts, axis=0)
+    total = 0.5 * float(r @ r) * len(r)
+
+    def strength(sums: Array) -> Array:
+        squares = sums**2 / total
+        return squares[..., : len(waves)] + squares[..., len(waves) :]
+
+    chance = strength(np.einsum("fb,bm->fm", flips, cells)).max(axis=1)
+    return travel / waves, strength(cells.sum(axis=0)), chance

@@ -1,0 +1,136 @@
+"""Residual forces of a fit, row by row, beside the motion in which they occurred."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+from ..uncertainty.covariance import correlation_time
+from .bins import BINS, bin_of, between
+
+#: A row slides if its speed is above this share of the top speed and its neighbours go its way.
+SLIDING = 0.01
+#: A block is as long as this many correlation times, so that blocks hardly know of each other.
+FORGETFUL = 8.0
+#: Fewest blocks, of fewer chance cannot be told from a pattern; and most, for speed.
+FEWEST, MOST_BLOCKS = 24, 96
+#: Fewest rows.
+ROWS = 5 * BINS
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualRows:
+    """Residual forces, and what they may depend on; SI, rows of a log in order of time.
+
+    Args:
+        log: Which log a row is of, (rows,).
+        t: Time, (rows,).
+        position: (rows,).
+        velocity: (rows,).
+        acceleration: (rows,).
+        residual: Measured less modelled force, (rows,).
+        jacobian: Slopes of the modelled force over the free parameters, (rows, free).
+        names: Of the free parameters.
+        values: Theirs, SI, (free,).
+        half_widths: Half the length of their intervals, SI, (free,).
+        modelled: Velocity of the model, where that is simulated: a row counts only if the model
+            slides the same way, (rows,).
+        rests: Whether the axis rests and slides, so that only rows in which it slides count.
+        reach: Rows to each side that a filter mixes with one.
+        pace: Speed below which it does not slide, SI; a share of the top speed if that is more.
+    """
+
+    log: NDArray[np.intp]
+    t: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    residual: Array
+    jacobian: Array = field(repr=False)
+    names: tuple[str, ...]
+    values: Array
+    half_widths: Array
+    modelled: Array | None = None
+    rests: bool = True
+    pace: float = 0.0
+    reach: int = 1
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    @property
+    def direction(self) -> Array:
+        """Sign of the velocity, (rows,)."""
+        return np.sign(self.velocity)
+
+    @property
+    def logs(self) -> tuple[int, ...]:
+        """Rows of each log, in order."""
+        return tuple(np.unique(self.log, return_counts=True)[1].tolist())
+
+    @property
+    def since(self) -> Array:
+        """Time since the first row of the log, s, (rows,)."""
+        first = {k: self.t[self.log == k].min() for k in np.unique(self.log)}
+        return self.t - np.array([first[k] for k in self.log])
+
+    def variable(self, name: str) -> Array:
+        """What a residual may depend on, by name, (rows,)."""
+        values = {
+            "speed": self.velocity,
+            "position": self.position,
+            "time": self.since,
+            "acceleration": self.acceleration,
+        }
+        return values[name]
+
+    def rows(self, chosen: NDArray[np.bool_]) -> ResidualRows:
+        """The rows that are chosen."""
+        arrays = ("log", "t", "position", "velocity", "acceleration", "residual", "jacobian")
+        modelled = None if self.modelled is None else self.modelled[chosen]
+        columns = {name: getattr(self, name)[chosen] for name in arrays}
+        return replace(self, modelled=modelled, **columns)
+
+    def sliding(self) -> ResidualRows:
+        """The rows in which the axis slides, and has and will as far as a filter reaches.
+
+        A filter that mixes the two sides of a reversal leaves a residual there that is its own.
+        """
+        if not self.rests:
+            return self
+        pace = max(self.pace, SLIDING * float(np.abs(self.velocity).max()))
+        direction = np.where(np.abs(self.velocity) > pace, self.direction, 0.0)
+        if self.modelled is not None:
+            direction[direction * self.modelled <= pace] = 0.0
+        same = direction != 0
+        for k in range(1, self.reach + 1):
+            alike = (direction[k:] == direction[:-k]) & (self.log[k:] == self.log[:-k])
+            same[k:] &= alike
+            same[:-k] &= alike
+            same[:k] = same[-k:] = False
+        return self.rows(same)
+
+
+def blocks(rows: ResidualRows) -> NDArray[np.intp]:
+    """The block of each row: consecutive rows of a log, long enough to forget the block before.
+
+    How long noise remembers is seen in what is left once every pattern has been taken out.
+    """
+    left = rows.residual
+    for name in ("speed", "position", "time", "acceleration"):
+        which = bin_of(rows.variable(name))
+        left = left - between(left, which)
+        left = left - rows.direction * between(left * rows.direction, which)
+    length = int(np.ceil(FORGETFUL * correlation_time(left, rows.logs)))
+    length = max(min(length, len(rows) // FEWEST), len(rows) // MOST_BLOCKS, 1)
+    result = np.zeros(len(rows), dtype=np.intp)
+    first = offset = 0
+    for n in rows.logs:
+        count = max(round(n / length), 1)
+        result[offset : offset + n] = first + np.arange(n) * count // n
+        first += count
+        offset += n
+    return result

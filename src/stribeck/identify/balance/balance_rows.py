@@ -1,0 +1,37 @@
+"""The residual of a force balance, row by row, as its adequacy is judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...friction.law import POSITION
+from ..adequacy.residual_rows import ResidualRows
+
+if TYPE_CHECKING:
+    from ..uncertainty.estimates import Estimate
+    from .balance import Balance
+
+
+def balance_rows(solution: Balance, estimates: Sequence[Estimate]) -> ResidualRows:
+    """The residual of a solved balance beside its motion.
+
+    Args:
+        solution: The balance.
+        estimates: Of all its parameters, in their order.
+    """
+    logs, free = solution.system.logs, solution.system.free
+    return ResidualRows(
+        log=np.repeat(np.arange(len(logs)), [len(log.t) for log in logs]),
+        t=np.concatenate([log.t for log in logs]),
+        position=np.concatenate([log.pick(log.loads[:, POSITION]) for log in logs]),
+        velocity=np.concatenate([log.pick(log.v) for log in logs]),
+        acceleration=np.concatenate([log.pick(log.a) for log in logs]),
+        residual=solution.residuals,
+        jacobian=solution.jacobian,
+        names=tuple(solution.names[i] for i in free),
+        values=solution.values[free],
+        half_widths=np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free]),
+    )

@@ -1,0 +1,89 @@
+"""The forces that a measured motion leaves out of balance, under a drive that the stepper knows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import boolean, float64, int64, types, void
+
+from ...compile_cache import compiled
+from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ...friction.law import DRIVE, term_places, terms_factor
+from ...space import Array
+from .drives import JOINT
+from .implicit import NO_RUB, commanded, driven, joint_constants, mixed, started
+
+if TYPE_CHECKING:
+    from ...friction import Law
+    from .track import Track
+
+_F1 = types.Array(float64, 1, "C", readonly=True)
+_F2 = types.Array(float64, 2, "C", readonly=True)
+_I1 = int64[::1]
+
+
+def imbalances(
+    law: Law, kind: int, p: Array, c: Array, track: Track, motion: tuple[Array, Array, Array]
+) -> Array:
+    """Drive and surroundings less inertia and friction, N (N m), (n, N).
+
+    Args:
+        law: Any friction law; its states are those of the measured motion.
+        kind: The kind of drive, no cascade.
+        p: (n, k) parameters of the law.
+        c: (n, WIDTH) constants of the drive.
+        track: Times and inputs of the samples.
+        motion: Position, velocity and acceleration there, (N,) each.
+    """
+    general = law.rub is not None
+    out = np.empty((len(p), len(track.t)))
+    for row in range(len(p)):
+        _imbalances(
+            addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
+            general, law.states, kind, _ready(p[row]), term_places(law), _ready(c[row]),
+            _ready(track.t), _ready(track.inputs), track.held.astype(np.int64),
+            *(_ready(x) for x in motion), out[row],
+        )  # fmt: skip
+    return out
+
+
+@compiled(
+    void(
+        SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F1, _I1, _F1, _F1, _F2, _I1, _F1, _F1, _F1,
+        float64[::1],
+    )
+)  # fmt: skip
+def _imbalances(
+    slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
+    t: Array, inputs: Array, held: Array, q: Array, v: Array, a: Array, out: Array,
+) -> None:  # fmt: skip
+    u, load = np.empty(len(inputs)), np.zeros(5)
+    z, after = np.zeros(max(states, 1)), np.zeros(max(states, 1))
+    relaxed = np.zeros(max(states, 1))
+    hold = joint_constants(c).hold if kind == JOINT else 0.0
+    last = started(
+        rub, states, kind, p, term, c, inputs, held, hold, q[0], v[0], u, load, relaxed, z
+    )
+    for k in range(len(t)):
+        mixed(inputs, held, k, 0.0, u)
+        if hold > 0.0:
+            torque = commanded(c, u, q[k], v[k])
+            load[DRIVE] = torque if hold == 1.0 else last
+            last = torque
+        mass, force, damping = driven(kind, c, u, q[k], v[k], load)
+        scale = terms_factor(term, p, load)
+        if states > 0:
+            h = t[k] - t[k - 1] if k > 0 else 0.0
+            pace = (q[k] - q[k - 1]) / h if k > 0 else v[0]
+            friction = scale * rub(pace, h, z, load, p, after)
+            z[:] = after
+        elif general:
+            friction = scale * rub(v[k], 0.0, z, load, p, after)
+        else:
+            friction = scale * slip(v[k], p)
+        out[k] = force - damping * v[k] - mass * a[k] - friction
+
+
+def _ready(x: Any) -> Array:
+    return np.ascontiguousarray(x, dtype=float)
