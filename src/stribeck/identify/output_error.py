@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..rig.simulated import as_simulated
+from .adequacy.advice import with_effects
+from .adequacy.effects import effects
+from .adequacy.equation_error import equation_error
 from .combinations import Combination, combinations
 from .conditions import lowered, sentences
 from .constants_report import borrowed, with_rulings
@@ -154,6 +157,10 @@ def output_error_fit(
     if not optimum.interrupted:
         slopes, spent = exact_slopes(problem, x)
         uncertain = replace(uncertain, rows=uncertain.rows + spent)
+    rows = None if optimum.interrupted else equation_error(parameters, p, train, judged)
+    seen = None if rows is None else effects(rows)
+    judged, inadequate = with_effects(parameters, judged, seen, recordings_of(train))
+    violations += inadequate
     judged = lowered(parameters, judged, violations)
     correlation = uncertain.correlation[:dim, :dim]
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
@@ -183,5 +190,6 @@ def output_error_fit(
         uncertainty=uncertain,
         residuals=optimum.problem,
         violations=tuple(violations),
+        effects=seen,
         combinations=sums,
     )

@@ -20,6 +20,7 @@ from .uncertainty.estimates import Estimate
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
+    from .adequacy.effects import Effects
     from .balance.balance import Balance
     from .combinations import Combination
     from .uncertainty.posterior import Posterior
@@ -71,6 +72,8 @@ class Fit:
         balance: The force balance; None for output error.
         posterior: Samples of the posterior, if they were asked for.
         violations: Conditions of the estimates that do not hold.
+        effects: What the residual forces show of what the model leaves out; None where the rig
+            cannot say.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
     """
 
@@ -90,6 +93,7 @@ class Fit:
     balance: Balance | None = field(default=None, repr=False)
     posterior: Posterior | None = field(default=None, repr=False)
     violations: tuple[Violation, ...] = ()
+    effects: Effects | None = field(default=None, repr=False)
     combinations: tuple[Combination, ...] = ()
 
     @property

@@ -1,1 +1,6 @@
-"""Adequacy: what a residual shows of the forces that a model leaves out."""
+"""Adequacy: what the residual forces of a fit show of what its model leaves out.
+
+`residual_rows` holds them row by row, `equation_error` those of a fit by output error; `effects`
+finds patterns in them that chance does not explain, in bins and along patterns with a name;
+`advice` widens intervals to hold what an effect would make of them, and says what would catch it.
+"""

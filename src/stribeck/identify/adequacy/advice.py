@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...friction import LAWS, TERMS
 from ...rig.rig import shown_in
+from ...space import Param
 from ...units import unit
 from ..conditions import Violation
+from ..uncertainty.verdict import IDENTIFIED
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ..parameters import Parameters
+    from ..uncertainty.estimates import Estimate
     from .effects import Effect, Effects
 
 #: Laws without a drop from rest to slip, and those that add one.
@@ -46,28 +50,52 @@ _WORDS = {
 }
 
 
-def adequacy_violations(
-    parameters: Parameters, p: Sequence[float], effects: Effects, recordings: Sequence[Recording]
-) -> list[Violation]:
-    """The effects that bias parameters, as violations of the model's adequacy.
+def with_effects(
+    parameters: Parameters,
+    estimates: Sequence[Estimate],
+    effects: Effects | None,
+    recordings: Sequence[Recording],
+) -> tuple[tuple[Estimate, ...], list[Violation]]:
+    """Estimates whose intervals hold what an effect would make of them, and what to tell.
+
+    An effect takes "identified" away where such an interval is wider than the word allows.
 
     Args:
         parameters: Rig and law.
-        p: The fit, a complete set, SI, (k,).
-        effects: What its residual shows.
-        recordings: Its logs.
+        estimates: As in `parameters.every`.
+        effects: What the residual shows; None where the rig cannot say.
+        recordings: The logs.
     """
-    return [
-        Violation(
-            "model",
-            f"the force that the model leaves over {description(parameters, e)} "
-            f"({100 * e.share:.2g} % of its variance): {_shifts(parameters, p, e)}"
-            f"{_joined(advice(parameters, e, recordings))}",
-            e.biased,
+    estimates, violations = tuple(estimates), []
+    for effect in effects.effects if effects is not None else ():
+        if not effect.shifts:
+            continue
+        shifts = [_shift(parameters, q, effect) for q in parameters.every]
+        estimates = tuple(map(_widened, parameters.every, estimates, shifts))
+        wide = frozenset(
+            q.name
+            for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
+            if shift and max(e.high - e.value, e.value - e.low) > IDENTIFIED * abs(e.value)
         )
-        for e in effects.effects
-        if e.biased
-    ]
+        sentence = (
+            f"the force that the model leaves over {description(parameters, effect)} "
+            f"({100 * effect.share:.2g} % of its variance); with that in the model "
+            f"{_changes(parameters, estimates, shifts)}, and the intervals contain that: "
+            f"{advice(parameters, effect, recordings)}"
+        )
+        violations.append(Violation("model", sentence, wide, caps=bool(wide)))
+    return estimates, violations
+
+
+def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:
+    """By how much an effect biases a parameter, SI; 0 if not materially."""
+    return effect.shifts.get(parameters.tied.get(q.name, q.name), 0.0)
+
+
+def _widened(q: Param, e: Estimate, shift: float) -> Estimate:
+    """An estimate whose interval holds the shifted value."""
+    elsewhere = min(max(e.value + shift, q.lower), q.upper)
+    return replace(e, low=min(e.low, elsewhere), high=max(e.high, elsewhere))
 
 
 def description(parameters: Parameters, effect: Effect) -> str:
@@ -80,57 +108,53 @@ def description(parameters: Parameters, effect: Effect) -> str:
     return words.format(scale=f"{float(unit(shown).from_si(effect.scale)):.3g} {shown}")
 
 
-def _shifts(parameters: Parameters, p: Sequence[float], effect: Effect) -> str:
+def _changes(parameters: Parameters, estimates: Sequence[Estimate], shifts: Sequence[float]) -> str:
     """What the biased parameters would be with the effect in the model."""
     moved = []
-    for q, value in zip(parameters.every, p, strict=True):
-        if q.name in effect.biased:
+    for q, e, shift in zip(parameters.every, estimates, shifts, strict=True):
+        if shift:
             before, after = (
-                float(shown_in(parameters.rig, q, x))
-                for x in (value, value + effect.shifts.get(q.name, 0.0))
+                float(shown_in(parameters.rig, q, x)) for x in (e.value, e.value + shift)
             )
-            written = parameters.rig.unit_of(q)
-            label = parameters.rig.label(q.name)
-            moved.append(f"{label} {after:.3g}, not {before:.3g} {written}".rstrip())
-    return f"with it in the model {'; '.join(moved)}"
-
-
-def _joined(text: str) -> str:
-    return f": {text}" if text else ""
+            moved.append(f"{e.name} may be {after:.3g}, not {before:.3g} {e.unit}".rstrip())
+    return " and ".join(moved)
 
 
 def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recording]) -> str:
-    """What catches an effect and can be had on this rig; empty if nothing can."""
-    law = parameters.law.name
-    stem = law.split("+")[0].split(":")[0]
+    """What catches an effect and can be had on this rig."""
     if effect.variable == "speed":
-        return _of_speed(law, stem, effect)
-    if effect.variable == "position" and effect.kind == "friction":
+        text = _of_speed(parameters.law.name, effect)
+    elif effect.variable == "position":
+        text = _of_position(parameters, effect)
+    elif effect.variable == "acceleration":
+        text = "a load, a delay between channels or play in the drive does that"
+    elif effect.kind == "force":
+        text = "the zero of a channel or a load drifts; train on shorter parts (--train)"
+    elif all(log.temperature is not None for log in recordings):
+        text = _term(parameters, "temperature")
+    else:
+        text = "train on the part in which it is steady (--train), or log the temperature"
+    return text
+
+
+def _of_position(parameters: Parameters, effect: Effect) -> str:
+    if effect.kind == "friction":
         return _term(parameters, "position")
-    if effect.variable == "position":
-        if parameters.rig.rotary and parameters.rig.name == "forced-rotary":
-            return "if that is a weight, use rig forced-pendulum"
-        return f"no rig here has that: take it off the force, or train on less travel ({_TRAIN})"
-    if effect.variable == "time" and effect.kind == "friction":
-        if all(log.temperature is not None for log in recordings):
-            return _term(parameters, "temperature")
-        return f"train on the part in which it is steady ({_TRAIN}), or log the temperature"
-    if effect.variable == "time":
-        return f"the zero of a channel or a load drifts: train on shorter parts ({_TRAIN})"
-    return "a load, a delay between channels or play in the drive does that: look for it first"
+    if parameters.rig.name == "forced-rotary":
+        return "if that is a weight, use rig forced-pendulum"
+    return "no rig here has that; take it off the force, or train on less travel (--train)"
 
 
-_TRAIN = "--train"
-
-
-def _of_speed(law: str, stem: str, effect: Effect) -> str:
+def _of_speed(law: str, effect: Effect) -> str:
+    stem = law.split("+", maxsplit=1)[0].split(":", maxsplit=1)[0]
     if effect.pattern == "side":
         other = f"{stem}-directional"
-        return f"use law {law.replace(stem, other)}" if other in LAWS else ""
+        if other in LAWS:
+            return f"use law {law.replace(stem, other)}"
     if effect.pattern == "drop" and stem in _WITH_DROP:
         return f"use law {law.replace(stem, _WITH_DROP[stem])}"
     if effect.pattern == "square":
-        return f"no law here has that: train on a narrower range of speeds ({_TRAIN})"
+        return "no law here has that; train on a narrower range of speeds (--train)"
     if stem.startswith("stribeck") and not stem.startswith("stribeck-free"):
         directional = "-directional" * stem.endswith("-directional")
         return f"try law stribeck-free{directional}, or `stribeck select`"
@@ -139,5 +163,5 @@ def _of_speed(law: str, stem: str, effect: Effect) -> str:
 
 def _term(parameters: Parameters, term: str) -> str:
     if term in parameters.law.terms or term not in TERMS:
-        return f"the term {term} does not catch it: train on less of the log ({_TRAIN})"
+        return f"the term {term} does not catch it; train on less of the log (--train)"
     return f"use law {parameters.law.name}+{term}"

@@ -27,6 +27,8 @@ CHANCE, CHANCE_NAMED = 1e-3, 1e-4
 OF_INTERVAL, OF_VALUE = 0.5, 0.01
 #: A pattern names an effect if it explains this share of what the bins explain.
 NAMED = 0.5
+#: Patterns that explain this share of what the best does are as good.
+ALIKE = 0.8
 #: Effects looked for, one after the other, each in what the last has left.
 MOST = 3
 
@@ -48,8 +50,9 @@ class Effect:
         scale: A period or a speed that shapes it, SI; nan where none does.
         share: Of the residual's variance that it explains.
         probability: That chance explains as much.
-        shifts: What the parameters change by if it is estimated with them, SI, by name.
-        biased: Names of the parameters that it moves materially.
+        shifts: What the parameters change by if it is estimated with them, SI, by name: those
+            alone that it moves materially.
+        others: What they change by with other patterns that explain nearly as much.
         size: Root mean square of the force that it makes, N (N m).
     """
 
@@ -60,12 +63,12 @@ class Effect:
     share: float
     probability: float
     shifts: dict[str, float] = field(default_factory=dict)
-    biased: frozenset[str] = frozenset()
+    others: tuple[dict[str, float], ...] = ()
     size: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class BinnedResidual:
     """A residual in bins of a variable, as the fit leaves it."""
 
     variable: Variable
@@ -83,7 +86,7 @@ class Effects:
         noise: Root mean square of the residual in the rows looked at, N (N m).
     """
 
-    looks: tuple[Look, ...]
+    looks: tuple[BinnedResidual, ...]
     effects: tuple[Effect, ...]
     noise: float
 
@@ -137,21 +140,18 @@ def effects(rows: ResidualRows) -> Effects:
         remainder = Remainder(rows, columns)
         shifts = dict(zip(rows.names, (remainder.x[:k] - before.x[:k]).tolist(), strict=True))
         gone = before.rows.residual - remainder.rows.residual
-            result.append(
-            replace(
-                effect,
-                shifts=shifts,
-                biased=effect.biased | _biased(rows, shifts),
-                size=float(np.sqrt(np.mean(gone**2))),
-            )
-        )
+        # Which of the patterns that fit as well it is, nobody knows: the greatest shift counts.
+        shifts = _material(rows, [shifts, *effect.others])
+        result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
         looks = _looks(remainder.rows, block, flips)
     return Effects(first, tuple(result), float(np.sqrt(np.mean(rows.residual**2))))
 
 
-def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[Look, ...]:
+def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[BinnedResidual, ...]:
     return tuple(
-        Look(variable, kind, binned(rows.variable(variable), _signed(rows, kind), block, flips))
+        BinnedResidual(
+            variable, kind, binned(rows.variable(variable), _signed(rows, kind), block, flips)
+        )
         for variable, kind in LOOKS
     )
 
@@ -161,19 +161,19 @@ def _signed(rows: ResidualRows, kind: Kind) -> Array:
 
 
 def _candidate(
-    remainder: Remainder, look: Look, block: NDArray[np.intp], flips: Array
+    remainder: Remainder, look: BinnedResidual, block: NDArray[np.intp], flips: Array
 ) -> tuple[Effect, Array] | None:
     """The effect that a look shows, and its columns, (rows, k); None if chance would show it."""
     rows, bins = remainder.rows, look.bins
     known = list(patterns(rows, look.variable, look.kind))
     chances = _chances(remainder, known, block)
     if look.variable == "position":
-        periods, shares, chance = wave_shares(rows, look.kind, block, flips)
+        periods, shares, trials = wave_shares(rows, look.kind, block, flips)
         if len(periods):
             best = int(shares.argmax())
             known.append(Pattern.wave(rows, look.kind, float(periods[best])))
             # a thousandth by bins is a ten-thousandth by name
-            chances.append(CHANCE_NAMED / CHANCE * probability(float(shares[best]), chance))
+            chances.append(CHANCE_NAMED / CHANCE * probability(float(shares[best]), trials))
     gains = [_gain(remainder, p.columns) for p in known]
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
@@ -185,19 +185,31 @@ def _candidate(
         pattern, share, alike = Pattern("", _steps(rows, look)), bins.share, []
     else:
         pattern, share = known[best], gains[best]
-        alike = [known[i] for i in among if gains[i] >= NAMED * share and i != best]
-    # Which of the patterns that fit it is, nobody knows: what any of them moves is not sure.
-    biased = frozenset[str]().union(*(_moved(remainder, p.columns) for p in alike))
-    chance = min([bins.probability, *(chances[i] for i in named)])
-    effect = Effect(look.variable, look.kind, pattern.name, pattern.scale, share, chance, {}, biased)
+        alike = [known[i] for i in among if gains[i] >= ALIKE * share and i != best]
+    least = min([bins.probability, *(chances[i] for i in named)])
+    effect = Effect(
+        look.variable, look.kind, pattern.name, pattern.scale, share, least,
+        others=tuple(_shifts(remainder, p.columns) for p in alike),
+    )  # fmt: skip
     return effect, pattern.columns
 
 
-def _moved(remainder: Remainder, columns: Array) -> frozenset[str]:
-    """The parameters that move materially if columns are estimated, too."""
+def _shifts(remainder: Remainder, columns: Array) -> dict[str, float]:
+    """What the parameters change by if columns are estimated, too, SI, by name."""
     rows = remainder.rows
     x = Remainder(rows, columns).x[: len(rows.names)]
-    return _biased(rows, dict(zip(rows.names, x.tolist(), strict=True)))
+    return dict(zip(rows.names, x.tolist(), strict=True))
+
+
+def _material(rows: ResidualRows, shifts: Sequence[dict[str, float]]) -> dict[str, float]:
+    """Of each parameter, the greatest of some shifts, if that is material, SI, by name."""
+    result: dict[str, float] = {}
+    for name, value, half in zip(rows.names, rows.values, rows.half_widths, strict=True):
+        least = max(OF_INTERVAL * half, OF_VALUE * abs(value))
+        greatest = max((s[name] for s in shifts), key=abs, default=0.0)
+        if abs(greatest) > least:
+            result[name] = greatest
+    return result
 
 
 def _chances(
@@ -220,19 +232,10 @@ def _gain(remainder: Remainder, columns: Array) -> float:
     return float(x @ inner) / float(r @ r)
 
 
-def _steps(rows: ResidualRows, look: Look) -> Array:
+def _steps(rows: ResidualRows, look: BinnedResidual) -> Array:
     """The bins' mean residual as one column: a pattern without a name."""
     which = bin_of(rows.variable(look.variable))
     column = between(_signed(rows, look.kind), which)
     if look.kind == "friction":
         column = column * rows.direction
     return column[:, None]
-
-
-def _biased(rows: ResidualRows, shifts: dict[str, float]) -> frozenset[str]:
-    """The parameters that shifts move materially."""
-    return frozenset(
-        name
-        for name, value, half in zip(rows.names, rows.values, rows.half_widths, strict=True)
-        if abs(shifts[name]) > max(OF_INTERVAL * half, OF_VALUE * abs(value))
-    )

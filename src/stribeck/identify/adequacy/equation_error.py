@@ -77,7 +77,7 @@ def equation_error(
 
 
 def _stepped(parameters: Parameters, p: Array) -> Array:
-    """The fit, and the fit with one free parameter after the other moved a little, (1 + free, k)."""
+    """The fit, and with one free parameter after the other moved a little, (1 + free, k)."""
     x = np.repeat(p[None, parameters.free_places], 1 + len(parameters.free), axis=0)
     for i, q in enumerate(parameters.free):
         step = STEP * (abs(x[0, i]) or 1e-3 * (q.upper - q.lower))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from ..uncertainty.covariance import correlation_time
-from .bins import BINS, bin_of, between
+from .bins import BINS, between, bin_of
 
 #: A row slides if its speed is above this share of the top speed and its neighbours go its way.
 SLIDING = 0.01
@@ -64,7 +64,8 @@ class ResidualRows:
     @property
     def direction(self) -> Array:
         """Sign of the velocity, (rows,)."""
-        return np.sign(self.velocity)
+        direction: Array = np.sign(self.velocity)
+        return direction
 
     @property
     def logs(self) -> tuple[int, ...]:
@@ -75,7 +76,8 @@ class ResidualRows:
     def since(self) -> Array:
         """Time since the first row of the log, s, (rows,)."""
         first = {k: self.t[self.log == k].min() for k in np.unique(self.log)}
-        return self.t - np.array([first[k] for k in self.log])
+        since: Array = self.t - np.array([first[k] for k in self.log])
+        return since
 
     def variable(self, name: str) -> Array:
         """What a residual may depend on, by name, (rows,)."""
@@ -85,7 +87,8 @@ class ResidualRows:
             "time": self.since,
             "acceleration": self.acceleration,
         }
-        return values[name]
+        chosen: Array = values[name]
+        return chosen
 
     def rows(self, chosen: NDArray[np.bool_]) -> ResidualRows:
         """The rows that are chosen."""

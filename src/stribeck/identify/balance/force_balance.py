@@ -11,6 +11,8 @@ from ...data.recording import Recording
 from ...data.segmentation import segment
 from ...errors import InputError
 from ...space import Array
+from ..adequacy.advice import with_effects
+from ..adequacy.effects import effects
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit, recording_list
 from ..exact_constants import Slopes, exact_constants, scale
@@ -20,6 +22,7 @@ from ..score import HeldOut, Score
 from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates
 from . import balance
+from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
@@ -75,11 +78,14 @@ def _balance_fit(
         misfit=MISFIT,
     )
     judged = with_tolerances(parameters, checks.widened(parameters, solved, unwidened), slopes)
-    judged = lowered(parameters, judged, checks.violations)
+    seen = effects(balance_rows(solved, judged))
+    judged, inadequate = with_effects(parameters, judged, seen, recordings)
+    violations = (*checks.violations, *inadequate)
+    judged = lowered(parameters, judged, violations)
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
     warnings = [
-        *sentences(checks.violations),
+        *sentences(violations),
         *bound_warnings(judged),
         *(
             f"{label(n)} was stopped by {label(at)}: the data would have it below"
@@ -107,7 +113,8 @@ def _balance_fit(
         uncertainty=uncertain,
         residuals=residuals,
         balance=solved,
-        violations=checks.violations,
+        violations=violations,
+        effects=seen,
     )
 
 
