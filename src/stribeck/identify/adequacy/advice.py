@@ -138,11 +138,19 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
 
 
 def _of_position(parameters: Parameters, effect: Effect) -> str:
+    if effect.kind == "friction" and parameters.rig.rotary and _bears_load(parameters):
+        return f"use a law of the load, as bam-m4, or law {parameters.law.name}+position"
     if effect.kind == "friction":
         return _term(parameters, "position")
     if parameters.rig.name == "forced-rotary":
         return "if that is a weight, use rig forced-pendulum"
     return "no rig here has that; take it off the force, or train on less travel (--train)"
+
+
+def _bears_load(parameters: Parameters) -> bool:
+    """Whether a rig knows the load of a transmission, and the law does not ask for it."""
+    law = parameters.law
+    return {"drive", "external"} <= set(parameters.rig.loads) and not law.loads and not law.terms
 
 
 def _of_speed(law: str, effect: Effect) -> str:

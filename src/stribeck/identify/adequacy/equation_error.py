@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 #: A cut-off is lowered in steps of this factor, as long as it takes less than this share off the
 #: model's velocity, root mean square; and not below that share of the sampling rate.
-STEPS, LOST, LOWEST = 1.41, 0.05, 0.002
+STEPS, LOST, LOWEST = 1.41, 0.08, 0.002
 #: Step of a parameter for its slope, as a share of its value.
 STEP = 1e-3
 #: Rows in the time of a cut-off's period, and to each side of a reversal, that it mixes.
@@ -40,7 +40,10 @@ NOISY = 4.0
 def equation_error(
     parameters: Parameters, p: Array, train: Sequence[Segment], estimates: Sequence[Estimate]
 ) -> ResidualRows | None:
-    """The residual forces of a fit by output error; None where its rig cannot say.
+    """The residual forces of a fit by output error; None where its rig or law cannot say.
+
+    A law with states cannot: its bristles add up the noise of the position, so that their force
+    wanders for as long as they remember.
 
     Args:
         parameters: Rig and law.
@@ -48,6 +51,8 @@ def equation_error(
         train: The segments trained on, with the starts that the fit has.
         estimates: Of all parameters.
     """
+    if parameters.law.states:
+        return None
     rig, free = as_simulated(parameters.rig), parameters.free_places
     moved = _stepped(parameters, p)
     motions = simulated(parameters, p, train)
@@ -59,20 +64,19 @@ def equation_error(
     if not parts:
         return None
     logs = list(dict.fromkeys(log for _, log in parts))
-    t, x, v, a, own, r = (np.concatenate([part[i] for part, _ in parts]) for i in range(6))
+    t, x, v, a, seen, r = (np.concatenate([part[i] for part, _ in parts]) for i in range(6))
     J = np.concatenate([part[6] for part, _ in parts], axis=1)
     steps = np.array([moved[1 + i, place] - p[place] for i, place in enumerate(free)])
     return ResidualRows(
         log=np.concatenate([np.full(len(part[0]), logs.index(log)) for part, log in parts]),
         t=t, position=x, velocity=v, acceleration=a, residual=r,
-        jacobian=(r - J).T / steps,
+        jacobian=-J.T / steps,
         names=tuple(q.name for q in parameters.free),
         values=p[free],
         half_widths=np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free]),
         reach=REACH,
-        rests=not parameters.law.states,
         pace=max(part[7] for part, _ in parts),
-        modelled=own,
+        other=seen,
     )  # fmt: skip
 
 
@@ -90,7 +94,8 @@ def _segment_rows(
 ) -> tuple[Array, Array, Array, Array, Array, Array, Array, float] | None:
     """Time, position, velocity, acceleration and residual force of a segment's rows, (rows,).
 
-    And the residual force with each parameter moved, (free, rows), and the speed that noise has.
+    And how the residual force changes with each parameter moved, (free, rows), and the speed that
+    noise has.
     """
     counts = track.score > 0
     if np.count_nonzero(counts) < 2 or not np.isfinite(model).all():  # noqa: PLR2004
@@ -109,17 +114,19 @@ def _segment_rows(
         return None
     first, last = filtering.edges(rate)
     inner, factor = slice(first, len(grid.t) - last), filtering.factor(rate)
-    forces = rig.imbalance(law, moved, grid, seen)
-    artefact = rig.imbalance(law, moved[:1], grid, own)
+    forces = rig.imbalance(law, moved[:1], grid, seen)
+    artefact = rig.imbalance(law, moved, grid, own)
     if forces is None or artefact is None or len(grid.t[inner]) < 3 * max(factor, 3):
         return None
-    thin = decimate((forces - artefact).T[inner], factor).T
+    # Slopes and bins are of the model's motion: that of the sensor has the noise of the residual.
+    parts = np.concatenate([forces - artefact[:1], artefact[1:] - artefact[:1]])
+    thin = decimate(parts.T[inner], factor).T
     pick = kept(len(grid.t[inner]), factor)
-    t, x, v, a, model_v = (values[inner][pick] for values in (grid.t, *seen, own[1]))
+    t, x, v, a, seen_v = (values[inner][pick] for values in (grid.t, *own, seen[1]))
     resting = np.abs(own[1][inner]) < 1e-3 * float(np.abs(own[1]).max())
     noise = seen[1][inner][resting]
     pace = NOISY * float(np.sqrt(np.mean(noise**2))) if len(noise) > factor else 0.0
-    return t, x, v, a, model_v, thin[0], thin[1:], pace
+    return t, x, v, a, seen_v, thin[0], thin[1:], pace
 
 
 def _even(track: Track, t: Array) -> Track:

@@ -36,9 +36,8 @@ class ResidualRows:
         names: Of the free parameters.
         values: Theirs, SI, (free,).
         half_widths: Half the length of their intervals, SI, (free,).
-        modelled: Velocity of the model, where that is simulated: a row counts only if the model
-            slides the same way, (rows,).
-        rests: Whether the axis rests and slides, so that only rows in which it slides count.
+        other: Velocity as measured, where the others are of the model's motion: a row counts only
+            if both slide the same way, (rows,).
         reach: Rows to each side that a filter mixes with one.
         pace: Speed below which it does not slide, SI; a share of the top speed if that is more.
     """
@@ -53,8 +52,7 @@ class ResidualRows:
     names: tuple[str, ...]
     values: Array
     half_widths: Array
-    modelled: Array | None = None
-    rests: bool = True
+    other: Array | None = None
     pace: float = 0.0
     reach: int = 1
 
@@ -93,21 +91,19 @@ class ResidualRows:
     def rows(self, chosen: NDArray[np.bool_]) -> ResidualRows:
         """The rows that are chosen."""
         arrays = ("log", "t", "position", "velocity", "acceleration", "residual", "jacobian")
-        modelled = None if self.modelled is None else self.modelled[chosen]
+        other = None if self.other is None else self.other[chosen]
         columns = {name: getattr(self, name)[chosen] for name in arrays}
-        return replace(self, modelled=modelled, **columns)
+        return replace(self, other=other, **columns)
 
     def sliding(self) -> ResidualRows:
         """The rows in which the axis slides, and has and will as far as a filter reaches.
 
         A filter that mixes the two sides of a reversal leaves a residual there that is its own.
         """
-        if not self.rests:
-            return self
         pace = max(self.pace, SLIDING * float(np.abs(self.velocity).max()))
         direction = np.where(np.abs(self.velocity) > pace, self.direction, 0.0)
-        if self.modelled is not None:
-            direction[direction * self.modelled <= pace] = 0.0
+        if self.other is not None:
+            direction[direction * self.other <= pace] = 0.0
         same = direction != 0
         for k in range(1, self.reach + 1):
             alike = (direction[k:] == direction[:-k]) & (self.log[k:] == self.log[:-k])
