@@ -8,6 +8,7 @@ from ..rig.simulated import as_simulated
 from .adequacy.advice import with_effects
 from .adequacy.effects import effects
 from .adequacy.equation_error import equation_error
+from .adequacy.generalisation import held_out_violations, neighbour_violations
 from .combinations import Combination, combinations
 from .conditions import lowered, sentences
 from .constants_report import borrowed, with_rulings
@@ -160,7 +161,12 @@ def output_error_fit(
     rows = None if optimum.interrupted else equation_error(parameters, p, train, judged)
     seen = None if rows is None else effects(rows)
     judged, inadequate = with_effects(parameters, judged, seen, recordings_of(train))
-    violations += inadequate
+    holdout = tuple(held_out(parameters, p, r, s) for r, s in segments.holdout)
+    violations += [
+        *inadequate,
+        *neighbour_violations(parameters, recordings_of(train)),
+        *held_out_violations(score, holdout),
+    ]
     judged = lowered(parameters, judged, violations)
     correlation = uncertain.correlation[:dim, :dim]
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
@@ -170,7 +176,7 @@ def output_error_fit(
         estimates=judged,
         correlation=correlation,
         score=score,
-        holdout=tuple(held_out(parameters, p, r, s) for r, s in segments.holdout),
+        holdout=holdout,
         search=optimum.search,
         train=train,
         train_ranges=data.train,

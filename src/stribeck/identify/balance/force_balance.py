@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...space import Array
 from ..adequacy.advice import with_effects
 from ..adequacy.effects import effects
+from ..adequacy.generalisation import held_out_violations, neighbour_violations
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit, recording_list
 from ..exact_constants import Slopes, exact_constants, scale
@@ -80,7 +81,14 @@ def _balance_fit(
     judged = with_tolerances(parameters, checks.widened(parameters, solved, unwidened), slopes)
     seen = effects(balance_rows(solved, judged))
     judged, inadequate = with_effects(parameters, judged, seen, recordings)
-    violations = (*checks.violations, *inadequate)
+    score = _score(solved)
+    holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
+    violations = (
+        *checks.violations,
+        *inadequate,
+        *neighbour_violations(parameters, recordings),
+        *held_out_violations(score, holdout),
+    )
     judged = lowered(parameters, judged, violations)
     correlation = _correlation(solved.covariance)
     label = parameters.rig.label
@@ -103,8 +111,8 @@ def _balance_fit(
         p=p,
         estimates=judged,
         correlation=correlation,
-        score=_score(solved),
-        holdout=tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout),
+        score=score,
+        holdout=holdout,
         search=SearchRecord("least squares", None, (), (), 0, 0.0, "solved"),
         train=(),
         train_ranges=data.train,

@@ -12,7 +12,7 @@ from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import DRIVE, term_places, terms_factor
 from ...space import Array
 from .drives import JOINT
-from .implicit import NO_RUB, commanded, driven, joint_constants, mixed, started
+from .implicit import NO_RUB, commanded, driven, joint_constants, mixed
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -29,7 +29,7 @@ def imbalances(
     """Drive and surroundings less inertia and friction, N (N m), (n, N).
 
     Args:
-        law: Any friction law; its states are those of the measured motion.
+        law: A friction law without states.
         kind: The kind of drive, no cascade.
         p: (n, k) parameters of the law.
         c: (n, WIDTH) constants of the drive.
@@ -41,8 +41,8 @@ def imbalances(
     for row in range(len(p)):
         _imbalances(
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p[row]), term_places(law), _ready(c[row]),
-            _ready(track.t), _ready(track.inputs), track.held.astype(np.int64),
+            general, kind, _ready(p[row]), term_places(law), _ready(c[row]),
+            _ready(track.inputs), track.held.astype(np.int64),
             *(_ready(x) for x in motion), out[row],
         )  # fmt: skip
     return out
@@ -50,22 +50,20 @@ def imbalances(
 
 @compiled(
     void(
-        SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F1, _I1, _F1, _F1, _F2, _I1, _F1, _F1, _F1,
+        SLIP_TYPE, RUB_TYPE, boolean, int64, _F1, _I1, _F1, _F2, _I1, _F1, _F1, _F1,
         float64[::1],
     )
 )  # fmt: skip
 def _imbalances(
-    slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
-    t: Array, inputs: Array, held: Array, q: Array, v: Array, a: Array, out: Array,
+    slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array,
+    inputs: Array, held: Array, q: Array, v: Array, a: Array, out: Array,
 ) -> None:  # fmt: skip
     u, load = np.empty(len(inputs)), np.zeros(5)
-    z, after = np.zeros(max(states, 1)), np.zeros(max(states, 1))
-    relaxed = np.zeros(max(states, 1))
+    none = np.empty(0)
     hold = joint_constants(c).hold if kind == JOINT else 0.0
-    last = started(
-        rub, states, kind, p, term, c, inputs, held, hold, q[0], v[0], u, load, relaxed, z
-    )
-    for k in range(len(t)):
+    mixed(inputs, held, 0, 0.0, u)
+    last = commanded(c, u, q[0], v[0]) if hold > 0.0 else 0.0
+    for k in range(len(q)):
         mixed(inputs, held, k, 0.0, u)
         if hold > 0.0:
             torque = commanded(c, u, q[k], v[k])
@@ -73,16 +71,8 @@ def _imbalances(
             last = torque
         mass, force, damping = driven(kind, c, u, q[k], v[k], load)
         scale = terms_factor(term, p, load)
-        if states > 0:
-            h = t[k] - t[k - 1] if k > 0 else 0.0
-            pace = (q[k] - q[k - 1]) / h if k > 0 else v[0]
-            friction = scale * rub(pace, h, z, load, p, after)
-            z[:] = after
-        elif general:
-            friction = scale * rub(v[k], 0.0, z, load, p, after)
-        else:
-            friction = scale * slip(v[k], p)
-        out[k] = force - damping * v[k] - mass * a[k] - friction
+        level = rub(v[k], 0.0, none, load, p, none) if general else slip(v[k], p)
+        out[k] = force - damping * v[k] - mass * a[k] - scale * level
 
 
 def _ready(x: Any) -> Array:
