@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...friction import LAWS, TERMS
+from ...friction import LAWS
+from ...friction.law import Term
 from ...rig.rig import shown_in
 from ...space import Param
 from ...units import unit
@@ -142,6 +143,8 @@ def _of_position(parameters: Parameters, effect: Effect) -> str:
         return f"use a law of the load, as bam-m4, or law {parameters.law.name}+position"
     if effect.kind == "friction":
         return _term(parameters, "position")
+    if effect.pattern == "wave" and parameters.rig.approach == "force_balance":
+        return _term(parameters, "cogging")
     if parameters.rig.name == "forced-rotary":
         return "if that is a weight, use rig forced-pendulum"
     return "no rig here has that; take it off the force, or train on less travel (--train)"
@@ -169,7 +172,7 @@ def _of_speed(law: str, effect: Effect) -> str:
     return "compare laws with `stribeck select`"
 
 
-def _term(parameters: Parameters, term: str) -> str:
-    if term in parameters.law.terms or term not in TERMS:
+def _term(parameters: Parameters, term: Term) -> str:
+    if term in parameters.law.terms:
         return f"the term {term} does not catch it; train on less of the log (--train)"
     return f"use law {parameters.law.name}+{term}"
