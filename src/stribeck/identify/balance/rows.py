@@ -125,4 +125,4 @@ def _rests(label: str, speed: Array) -> tuple[str, ...]:
     if share <= _REST_SHARE:
         return ()
     sentence = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
-    return (f"{label}: {sentence}: drop them with Filtering(slowest=...)",)
+    return (f"{label}: {sentence}: leave them out with --train",)
