@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stribeck import Recording, identify, read, validate
-from stribeck.data.segmentation import step
+from stribeck.data.resolution import step
 
 FOLDER = Path(__file__).parent
 RIG = FOLDER / "direct_drive.toml"

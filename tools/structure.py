@@ -28,7 +28,7 @@ FLOORS = {
 }  # fmt: skip
 #: The rooms of a package from the lowest up: a room imports from the rooms before it only.
 ROOMS = {
-    "data": ("readers",),
+    "data": ("readers", "gate"),
     "rig": ("experiments", "motion"),
     "identify": ("uncertainty", "adequacy", "balance", "selection", "design"),
     "export": ("code", "robot", "fmu"),

@@ -3,7 +3,8 @@
 from .quality import Quality, check
 from .readers.read import read
 from .recording import CHANNELS, Recording, Source
-from .segmentation import Segments, Slip, Stroke, noise, rests, segment, slips, step, strokes
+from .resolution import noise, step
+from .segmentation import Segments, Slip, Stroke, rests, segment, slips, strokes
 
 __all__ = [
     "CHANNELS",

@@ -24,7 +24,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
-from .segmentation import noise, step, turns
+from .resolution import noise, step
+from .segmentation import turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,6 +49,8 @@ _COMPLIANT, _BEGINNING = 100.0, (0.1, 0.5)
 _CYCLES, _ALIKE, _SPRING = 2, 0.1, 0.6
 #: Presliding is a matter of micrometres and milliradians.
 _PRESLIDING = {False: 1e-3, True: 0.02}
+#: A log without sliding travels no more than so many times that.
+_STILL = 5.0
 
 
 @dataclass(frozen=True)
@@ -128,9 +131,12 @@ class Level:
 def ramps(recording: Recording) -> tuple[Breakaway, ...]:
     """The force ramps of a log, in order; none if force was not measured.
 
-    A ramp is a straight rise (or fall) away from zero of a tenth of the log and more.
+    A ramp is a straight rise (or fall) away from zero of a tenth of the log and more, which ends in
+    sliding; one that does not counts in a log without any, where all travel is presliding.
     """
-    return tuple(_breakaway(recording, rows) for rows in _straight(recording))
+    slopes = [_breakaway(recording, rows) for rows in _straight(recording)]
+    still = float(np.ptp(recording.position)) <= _STILL * _PRESLIDING[recording.rotary]
+    return tuple(b for b in slopes if still or b.by_speed is not None)
 
 
 def levels(recordings: Sequence[Recording]) -> tuple[Level, ...]:

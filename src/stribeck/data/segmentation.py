@@ -6,13 +6,11 @@ and 6 standard deviations of noise. The pace is the mean speed of the stroke, of
 there is one. **An axis rests while it stays inside a band for as long as it would take to cross it
 at a fifth of its pace.** Where a sensor is so fine that noise sets no limit, the band is at least
 what a twentieth of the pace crosses in two sampling intervals, so that creep counts as rest. No
-threshold has a unit: scale time, position or both, and the same samples rest.
+threshold has a unit: scale time, position or both, and the same samples rest. The top of a smooth
+turn, where a pendulum swings back, is no rest, and neither is a value that a slow sensor repeats.
 
 A slip leads from one rest to the next, further than a band and on average at least 1.5 times as
 fast as the pace; a stroke that is followed smoothly between two reversals is therefore none.
-
-Noise is taken from third differences, which vanish for smooth motion, over samples as far apart as
-the sensor holds a value; the middle of their distribution is used, so that slips do not count.
 
 Limits: what is shorter than the band's crossing time is not seen, and where strokes have plateaus
 of very different speeds and there is no rest, a plateau under a fifth of its stroke's mean speed
@@ -31,6 +29,8 @@ from numpy.typing import NDArray
 
 from ..compile_cache import compiled
 from ..space import Array
+from .repeated_samples import renewal
+from .resolution import noise_of, step
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -39,11 +39,13 @@ _STEPS, _SIGMAS = 2.5, 6.0
 #: A rest is slower than the first share of the pace (than the second where the sensor is so fine
 #: that noise sets no limit), a slip faster than the third.
 _SLOW, _CREEP, _DASH = 0.2, 0.05, 1.5
+#: A rest lasts for so many values of a sensor that holds them; one that stalls, for fewer than so
+#: many.
+_RENEWALS, _STALL = 3.0, 20.0
+#: A parabola explains a turn to so many times the sensor's own error and this share of its depth.
+_SMOOTH, _OFF, _FEWEST = 1.5, 0.1, 3
 #: A reversal counts once the axis has come back by this share of its range.
 _BACK = 0.05
-_LONGEST_HOLD = 8
-_QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
-_CUT, _CUT_VARIANCE = 3.0, 0.9733  # variance that a normal keeps within 3 sd
 
 
 @dataclass(frozen=True)
@@ -103,11 +105,6 @@ class Segments:
     stuck: float
 
 
-def noise(recording: Recording) -> float:
-    """Standard deviation of the position noise beside quantisation, m or rad."""
-    return _noise(recording.position, step(recording.position))
-
-
 def strokes(recording: Recording) -> tuple[Stroke, ...]:
     """Runs in one direction, of the command if it was recorded, of the position elsewhere.
 
@@ -131,39 +128,24 @@ def segment(recording: Recording) -> Segments:
     """Noise, strokes, rests and slips of a recording, all at once."""
     t, x = recording.t, recording.position
     q = step(x)
-    sd = _noise(x, q)
+    sd = noise_of(x)
     band = max(_STEPS * q + _SIGMAS * sd, 1e-6 * float(np.ptp(x)))
-    lead, fuzz = (x, band) if recording.command is None else _led(recording.command)
-    strokes = _strokes(t, lead, fuzz) or _strokes(t, x, band)
+    lead, width = (x, band) if recording.command is None else _led(recording.command)
+    strokes = _strokes(t, lead, width) or _strokes(t, x, band)
     pace = _pace(strokes, t, x)
     tolerance = np.maximum(band, 2 * _CREEP * pace * recording.dt)
-    resting = _still(t, x, tolerance, tolerance / np.maximum(_SLOW * pace, np.finfo(float).tiny))
-    stuck = _rests(x, resting, band)
+    duration = tolerance / np.maximum(_SLOW * pace, np.finfo(float).tiny)
+    period = renewal(t, x)
+    resting = _still(t, x, tolerance, np.maximum(duration, _RENEWALS * period))
+    fuzz = float(np.hypot(sd, q / np.sqrt(12)))
+    stuck = [
+        rest
+        for rest in _rests(x, resting, band)
+        if not (_turns_in(t, x, rest, band, fuzz) or _stalls(recording, rest, band, period))
+    ]
     jumps = _slips(t, x, stuck, band, pace, sd, q)
     share = sum(t[r.stop - 1] - t[r.start] for r in stuck) / (t[-1] - t[0])
     return Segments(sd, q, band, tuple(strokes), tuple(stuck), tuple(jumps), float(share))
-
-
-def step(values: Array) -> float:
-    """The quantisation step of a channel: the increment whose multiples its values are, or 0.
-
-    Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
-    small multiples of one increment; those of a continuous one are not.
-    """
-    gaps = np.diff(np.unique(values))
-    gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
-    if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
-        often = np.count_nonzero(np.diff(values)) > 3 * len(gaps)  # flickers, is not set anew
-        return float(gaps.min()) if len(gaps) and often else 0.0
-    least = float(np.quantile(gaps, 0.1))  # a printed step is 4 here and 5 there: take their mean
-    increment, off = _comb(gaps, float(gaps[gaps < 1.6 * least].mean()), 8 * least)
-    if off < 0.25:  # noqa: PLR2004 - half of that is what chance gives
-        return increment
-    for k in range(2, 6):  # in fast motion neighbours may be some steps apart
-        increment, off = _comb(gaps, least / k, 8 * least)
-        if off < 0.1 and len(gaps) > 20:  # noqa: PLR2004 - finer combs fit more by chance
-            return increment
-    return 0.0
 
 
 def turns(values: Array, drop: float) -> NDArray[np.int64]:
@@ -172,37 +154,9 @@ def turns(values: Array, drop: float) -> NDArray[np.int64]:
     return rows
 
 
-def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
-    """The increment nearest to a guess, and how far nine of ten gaps keep to its multiples."""
-    small = gaps[gaps < limit]
-    if len(small) < len(gaps) / 8:
-        return 0.0, 1.0
-    for _ in range(2):
-        guess = float(small.sum() / max(np.rint(small / guess).sum(), 1.0))
-    return guess, float(np.quantile(np.abs(small / guess - np.rint(small / guess)), 0.9))
-
-
-def _noise(x: Array, q: float) -> float:
-    k = _hold(x)
-    if len(x) <= 3 * k + 2:
-        return 0.0
-    z = x[3 * k :] - 3 * x[2 * k : -k] + 3 * x[k : -2 * k] - x[: -3 * k]
-    scale = float(np.quantile(np.abs(z), _QUIET)) / _QUIET_SD
-    middle = z[np.abs(z) <= _CUT * scale]
-    variance = float(np.mean(middle**2)) / (20 * _CUT_VARIANCE) if scale else 0.0
-    return float(np.sqrt(max(variance - q**2 / 12, 0.0)))
-
-
-def _hold(x: Array) -> int:
-    """For how many samples a sensor that is read too often repeats a value, as a rule."""
-    changes = np.flatnonzero(np.diff(x))
-    lengths = np.diff(changes)
-    return int(min(np.quantile(lengths, 0.8), _LONGEST_HOLD)) if len(lengths) else 1
-
-
 def _led(command: Array) -> tuple[Array, float]:
     q = step(command)
-    return command, _STEPS * q + _SIGMAS * _noise(command, q)
+    return command, _STEPS * q + _SIGMAS * noise_of(command)
 
 
 def _strokes(t: Array, x: Array, fuzz: float) -> list[Stroke]:
@@ -243,6 +197,35 @@ def _rests(x: Array, resting: NDArray[np.bool_], band: float) -> list[slice]:
             rest = slice(rests.pop().start, b + 1)
         rests.append(rest)
     return rests
+
+
+def _stalls(recording: Recording, rest: slice, band: float, period: float) -> bool:
+    """Whether a sensor that repeats values does so while the recorded velocity goes on."""
+    v, t = recording.velocity, recording.t
+    if v is None or not t[rest.stop - 1] - t[rest.start] < _STALL * period:
+        return False
+    return abs(float(np.trapezoid(v[rest], t[rest]))) > band
+
+
+def _turns_in(t: Array, x: Array, rest: slice, band: float, fuzz: float) -> bool:
+    """Whether a stay is the top of a smooth turn, as of a pendulum, and no rest: it is not flat.
+
+    A parabola explains it and half as much on either side of it, where the axis leaves to the side
+    that it came from.
+    """
+    wide = max((rest.stop - rest.start) // 2, _FEWEST)
+    first, last = rest.start - wide, rest.stop + wide
+    if first < 0 or last > len(x):
+        return False
+    level = _level(x[rest])
+    come, go = _level(x[first : rest.start]) - level, _level(x[rest.stop : last]) - level
+    if come * go <= 0 or min(abs(come), abs(go)) < band / 2:
+        return False
+    u = (t[first:last] - t[first]) / (t[last - 1] - t[first]) - 0.5
+    W = np.column_stack([np.ones(len(u)), u, u**2])
+    y = x[first:last] - level
+    r = y - W @ np.linalg.lstsq(W, y, rcond=None)[0]
+    return float(np.sqrt(np.mean(r**2))) <= _SMOOTH * fuzz + _OFF * min(abs(come), abs(go))
 
 
 def _same(x: Array, before: slice, after: slice, band: float) -> bool:

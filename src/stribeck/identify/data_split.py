@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..data.gate import mended
 from ..data.ranges import Range
 from ..errors import InputError
 
@@ -53,11 +54,11 @@ def data_split(
 
 
 def recording_list(recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    """One or several recordings as a list."""
+    """One or several recordings as a list, what is certainly wrong in them put right and told."""
     logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
     if not logs:
         raise InputError("no recording was given")
-    return logs
+    return [mended(log) for log in logs]
 
 
 def range_list(ranges: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..data.recording import Recording
-from ..data.segmentation import noise, step
+from ..data.resolution import noise, step
 from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
@@ -92,11 +92,15 @@ def _unconfirmed(repeats: int) -> str:
 def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
     """What the sensors alone leave of J: noise and quantisation, in the unit of J.
 
-    Rests show it as it is; elsewhere it is taken from the third differences of the motion.
+    Third differences of the motion show it, and rests where they are flat; over logs it is a root
+    of the mean square, as J is.
     """
-    floors = [np.hypot(noise(log), step(log.position) / np.sqrt(12)) for log in logs]
-    floors += [sd for log in logs if np.isfinite(sd := rest_noise([log]))]
-    return float(unit(rig.shows.get("position", "m")).from_si(max(floors)))
+    floors = [
+        np.fmax(np.hypot(noise(log), step(log.position) / np.sqrt(12)), rest_noise([log]))
+        for log in logs
+    ]
+    floor = float(np.sqrt(np.mean(np.square(floors))))
+    return float(unit(rig.shows.get("position", "m")).from_si(floor))
 
 
 def output_error_warnings(

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..data.repeated_samples import is_new
-from ..data.segmentation import noise, step
+from ..data.resolution import noise, step
 from ..optimize import rms
 from ..rig import Rig
 from ..rig.simulated import as_simulated

@@ -12,6 +12,7 @@ from .adequacy.generalisation import held_out_violations, neighbour_violations
 from .combinations import Combination, combinations
 from .conditions import lowered, sentences
 from .constants_report import borrowed, with_rulings
+from .data_check import data_violations, trained_samples
 from .data_split import DataSplit
 from .exact_constants import Slopes, exact_constants, exact_slopes
 from .fit_warnings import misfit_violations, output_error_warnings
@@ -149,9 +150,13 @@ def output_error_fit(
         optimum.spread,
         resting=resting(problem, x),
     )
-    violations = misfit_violations(
-        parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
-    )
+    trained = trained_samples(data.recordings, segments.train)
+    violations = [
+        *data_violations(parameters.rig, data.recordings, trained),
+        *misfit_violations(
+            parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
+        ),
+    ]
     judged = mark_never_slid(parameters, judged, recordings_of(train))
     judged = with_rulings(parameters, judged, ruled)
     slopes: Slopes = {}

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..data.recording import Recording
-from ..data.segmentation import noise, segment, step
+from ..data.resolution import noise, step
+from ..data.segmentation import segment
 from ..space import Array
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from ..data.segmentation import noise, rests, step
+from ..data.resolution import noise, step
+from ..data.segmentation import rests
 from ..errors import InputError
 from ..space import Array
 from .controller import Controller, per_newton

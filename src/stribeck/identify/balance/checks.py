@@ -21,6 +21,7 @@ from ...friction.law import POSITION
 from ...space import Array
 from ...units import unit
 from ..conditions import Condition, Violation
+from ..data_check import data_violations
 from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .clustered_errors import clustered_errors
@@ -122,10 +123,9 @@ def check_balance(
         ("data", of_logs, False),
         ("model", at_cutoffs, False),
     ]
-    violations = tuple(
-        Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence
-    )
-    return BalanceChecks(violations, np.fmax(errors, clustered))
+    violations = [Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence]
+    found = data_violations(system.rig, recordings, rows)
+    return BalanceChecks((*found, *violations), np.fmax(errors, clustered))
 
 
 def unexplained(solution: balance.Balance) -> str:

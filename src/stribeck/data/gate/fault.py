@@ -1,0 +1,90 @@
+"""What the gate finds in a log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...space import Array
+from ...units import unit
+from ..recording import CHANNELS
+
+if TYPE_CHECKING:
+    from ..recording import Recording
+
+Kind = Literal[
+    "clipping", "reset", "jump", "missing rows", "contradiction", "frozen", "held", "gap",
+]  # fmt: skip
+
+#: In which unit a channel is shown to people.
+SHOWN = {"m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m/s**2": "mm/s**2",
+         "rad/s**2": "rad/s**2", "Pa": "bar"}  # fmt: skip
+#: Millimetres or milliradians from which on metres or radians read better.
+MANY = 1e4
+
+
+@dataclass(frozen=True, eq=False)
+class Fault:
+    """A channel of a log that is not what it seems.
+
+    Args:
+        kind: What it suffers from.
+        channel: Which.
+        rows: The samples it concerns, (N,).
+        size: How much: the share of samples for clipping, seconds for time, SI units else.
+        sentence: What, where and how much, without the name of the log.
+        harmful: Whether estimates from these samples are biased by it.
+    """
+
+    kind: Kind
+    channel: str
+    rows: NDArray[np.bool_]
+    size: float
+    sentence: str
+    harmful: bool = True
+
+
+def shown(value: float, si: str) -> str:
+    """A value in SI as people read it, with its unit."""
+    written = SHOWN.get(si, si)
+    scaled = float(unit(written).from_si(value))
+    if abs(scaled) >= MANY:
+        scaled, written = value, si
+    return f"{scaled:.4g} {written.replace('**2', '²')}"
+
+
+def shown_as(recording: Recording, channel: str, value: float) -> str:
+    """A value of a channel as people read it."""
+    return shown(value, CHANNELS[channel][recording.rotary])
+
+
+def mask(n: int, rows: NDArray[np.intp] | slice | list[int]) -> NDArray[np.bool_]:
+    """Samples as a mask over all of them."""
+    result = np.zeros(n, dtype=bool)
+    result[rows] = True
+    return result
+
+
+def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First sample and the one past the last of each run of True."""
+    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
+    return edges[::2], edges[1::2]
+
+
+def apart(sizes: Array, ratio: float, most: int) -> int:
+    """How many of the largest stand apart: each is `ratio` times the largest of the rest.
+
+    Args:
+        sizes: In falling order.
+        ratio: By which the last of them exceeds the next.
+        most: Count that they never exceed.
+    """
+    most = min(most, len(sizes) - 1)
+    if most < 1:
+        return 0
+    apart = np.flatnonzero(sizes[:most] >= ratio * sizes[1 : most + 1])
+    apart = apart[sizes[apart] > 0]
+    return int(apart[-1]) + 1 if len(apart) else 0

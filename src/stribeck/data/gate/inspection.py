@@ -1,0 +1,49 @@
+"""The gate: a log put right where that is certain, and what is left to tell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+from .discontinuities import broken, contradicted, without_breaks, without_strays, without_wraps
+from .plateaus import clipping
+from .repeats import frozen, gaps, held
+
+if TYPE_CHECKING:
+    from ..recording import Recording
+    from .fault import Fault
+
+#: Samples below which nothing can be said about a log.
+FEWEST = 30
+
+_MENDED: WeakKeyDictionary[Recording, Recording] = WeakKeyDictionary()
+_FAULTS: WeakKeyDictionary[Recording, tuple[Fault, ...]] = WeakKeyDictionary()
+
+
+def mended(recording: Recording) -> Recording:
+    """A log with what is certain put right and told in its notes; itself, if there is nothing.
+
+    Single wild samples of position and force are replaced, wraps are unwrapped, and a log whose
+    position breaks off (a reset, a jump, missing rows) is cut to its longest piece.
+    """
+    if recording in _MENDED:
+        return _MENDED[recording]
+    result, notes = recording, []
+    if len(recording) >= FEWEST:
+        for step in (without_wraps, without_strays, without_wraps, without_breaks):
+            result, told = step(result)
+            notes += told
+    if notes:
+        result = replace(result, notes=(*result.notes, *notes))
+    _MENDED[recording] = _MENDED[result] = result
+    return result
+
+
+def faults(recording: Recording) -> tuple[Fault, ...]:
+    """What is wrong with a log that has been mended, in the order of the table of kinds."""
+    if recording not in _FAULTS:
+        looks = (broken, contradicted, clipping, frozen, held, gaps)
+        enough = len(recording) >= FEWEST
+        _FAULTS[recording] = tuple(f for look in looks for f in look(recording) if enough)
+    return _FAULTS[recording]

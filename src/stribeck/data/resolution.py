@@ -1,0 +1,93 @@
+"""What a sensor resolves: its quantisation step and its noise.
+
+Noise is taken from third differences, which vanish for smooth motion, over samples as far apart as
+the sensor holds a value; the middle of their distribution is used, so that slips do not count.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..space import Array
+
+if TYPE_CHECKING:
+    from .recording import Recording
+
+_LONGEST_HOLD = 8
+#: Share of changes that turn back from which on noise rules a channel (white noise: two thirds).
+_TURNING = 0.5
+#: Steps for each sample by which a held value is left; share of all changes that do so at least,
+#: and how many, to show a hold.
+_LEFT, _OFTEN, _FEWEST = 1.5, 0.3, 10
+_QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
+_CUT, _CUT_VARIANCE = 3.0, 0.9733  # variance that a normal keeps within 3 sd
+
+
+def noise(recording: Recording) -> float:
+    """Standard deviation of the position noise beside quantisation, m or rad."""
+    return noise_of(recording.position)
+
+
+def step(values: Array) -> float:
+    """The quantisation step of a channel: the increment whose multiples its values are, or 0.
+
+    Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
+    small multiples of one increment; those of a continuous one are not.
+    """
+    gaps = np.diff(np.unique(values))
+    gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
+    if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
+        often = np.count_nonzero(np.diff(values)) > 3 * len(gaps)  # flickers, is not set anew
+        return float(gaps.min()) if len(gaps) and often else 0.0
+    least = float(np.quantile(gaps, 0.1))  # a printed step is 4 here and 5 there: take their mean
+    increment, off = _comb(gaps, float(gaps[gaps < 1.6 * least].mean()), 8 * least)
+    if off < 0.25:  # noqa: PLR2004 - half of that is what chance gives
+        return increment
+    for k in range(2, 6):  # in fast motion neighbours may be some steps apart
+        increment, off = _comb(gaps, least / k, 8 * least)
+        if off < 0.1 and len(gaps) > 20:  # noqa: PLR2004 - finer combs fit more by chance
+            return increment
+    return 0.0
+
+
+def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
+    """The increment nearest to a guess, and how far nine of ten gaps keep to its multiples."""
+    small = gaps[gaps < limit]
+    if len(small) < len(gaps) / 8:
+        return 0.0, 1.0
+    for _ in range(2):
+        guess = float(small.sum() / max(np.rint(small / guess).sum(), 1.0))
+    return guess, float(np.quantile(np.abs(small / guess - np.rint(small / guess)), 0.9))
+
+
+def noise_of(x: Array) -> float:
+    """Standard deviation of a channel's noise beside quantisation."""
+    q = step(x)
+    k = _hold(x, q)
+    if len(x) <= 3 * k + 2:
+        return 0.0
+    z = x[3 * k :] - 3 * x[2 * k : -k] + 3 * x[k : -2 * k] - x[: -3 * k]
+    scale = float(np.quantile(np.abs(z), _QUIET)) / _QUIET_SD
+    middle = z[np.abs(z) <= _CUT * scale]
+    variance = float(np.mean(middle**2)) / (20 * _CUT_VARIANCE) if scale else 0.0
+    return float(np.sqrt(max(variance - q**2 / 12, 0.0)))
+
+
+def _hold(x: Array, q: float) -> int:
+    """For how many samples a sensor that is read too often repeats a value, as a rule.
+
+    Where noise turns a value about, any value that stays is one that is held. Elsewhere a coarse
+    sensor repeats values, too, while the motion is slow: only those count then that were left by
+    more than the motion of so many samples makes steps.
+    """
+    changes = np.flatnonzero(np.diff(x))
+    lengths, jumps = np.diff(changes), np.diff(x)[changes[1:]]
+    turning = np.mean(jumps[1:] * jumps[:-1] < 0) if len(jumps) > 1 else 0.0
+    if turning < _TURNING:
+        telling = np.abs(jumps) > _LEFT * q * lengths
+        if telling.sum() < _OFTEN * len(telling):
+            return 1
+        lengths = lengths[telling]
+    return int(min(np.quantile(lengths, 0.8), _LONGEST_HOLD)) if len(lengths) > _FEWEST else 1
