@@ -39,6 +39,7 @@ def results(part: str) -> dict[str, Any]:
 class Model:
     parameters: Parameters
     p: Array
+    delay: float = 0.0
 
     def model(self) -> tuple[Parameters, Array]:
         return self.parameters, self.p

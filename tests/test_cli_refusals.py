@@ -28,7 +28,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     log = (folder / "up.csv").read_text()
     thin = "\n".join(",".join(line.split(",")[:3]) for line in log.splitlines())
     smooth = "".join(f"{i * 0.01:.2f},{i * 0.05:.3f}\n" for i in range(500))
-    idle = "".join(f"{i * 0.01:.2f},{i * 0.05 + 0.3 * (i % 7):.3f},0\n" for i in range(500))
+    idle = "".join(f"{i * 0.01:.2f},{i * 0.05:.3f},0\n" for i in range(500))
+    dithered = "".join(f"{i * 0.01:.2f},{0.3 * (i % 7):.3f},{i % 7}\n" for i in range(500))
     huge = "".join(f"{i * 0.01:.2f},{i}e300,{i}e300\n" for i in range(500))
     angle = log.replace("command_mm", "command_deg").replace("position_mm", "position_deg")
     angle = "\n".join(",".join(line.split(",")[:3]) for line in angle.splitlines())
@@ -38,6 +39,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
         "thin.csv": thin.encode(),
         "smooth.csv": ("t_s,position_mm\n" + smooth).encode(),
         "angle.csv": angle.encode(),
+        "dithered.csv": ("t_s,position_mm,force_N\n" + dithered).encode(),
         "idle.csv": ("t_s,position_mm,force_N\n" + idle).encode(),
         "huge.csv": ("t_s,position_m,force_N\n" + huge).encode(),
         "text.csv": b"hello world\n",
@@ -198,6 +200,7 @@ COMMANDS = [
     (["identify", "thin.csv", "--rig", "forced"], ["thin.csv", "force"]),
     (["identify", "up.csv", "--rig", "emps"], ["up.csv", "'t [s]'"]),
     (["identify", "idle.csv", "--rig", "forced"], ["no force to explain"]),
+    (["identify", "dithered.csv", "--rig", "forced"], ["nowhere beyond its own error"]),
     (["identify", "huge.csv", "--rig", "forced"], ["huge.csv", "position", "unit"]),
     (["check", "huge.csv"], ["huge.csv", "position", "unit"]),
     (["check", "nofile.csv"], ["nofile.csv"]),

@@ -13,6 +13,7 @@ from .exits import fail
 from .inputs import (
     Bounds,
     Columns,
+    DelayText,
     Exact,
     Json,
     Logs,
@@ -24,6 +25,7 @@ from .inputs import (
     above_zero,
     check_held,
     check_there,
+    delay_value,
     each_once,
     intervals,
     law_name,
@@ -60,6 +62,7 @@ def identify(
     paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
     loss: LossOption = "squares",
     restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
+    delay: DelayText = "auto",
     bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
     posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say).")] = 0,
     columns: Columns = None,
@@ -84,6 +87,7 @@ def identify(
     settings = {n: setting_value(v) for n, v in pairs("--setting", setting)}
     each_once("--train", train)
     each_once("--holdout", holdout)
+    late = delay_value(delay)
     if target is not None:
         above_zero("--target", target)
     if bootstrap < 0:
@@ -120,6 +124,7 @@ def identify(
             settings=settings,
             loss=cast("Any", loss),
             restart=restart,
+            delay=late,
             draws=bootstrap,
             samples=posterior,
             progress=progress,
@@ -210,6 +215,7 @@ def select(
     bounds: Bounds = None,
     seed: Seed = None,
     budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
+    delay: DelayText = "auto",
     folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
     loss: LossOption = "squares",
     columns: Columns = None,
@@ -230,6 +236,7 @@ def select(
     ends = intervals("--bounds", bounds)
     each_once("--train", train)
     each_once("--holdout", holdout)
+    late = delay_value(delay)
     recordings = read_logs([*logs, *(test or [])], chosen, columns)
 
     # What fits is loaded once there is something to fit.
@@ -249,6 +256,7 @@ def select(
             budget=budget,
             folds=folds,
             loss=cast("Any", loss),
+            delay=late,
             progress=progress.step,
         )
     _tell_selection(selection, out, json)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..data import Recording
+    from ..data.alignment import Delay
     from ..identify.card import Card
     from ..identify.parameters import Parameters
     from ..rig import Rig
@@ -51,6 +52,14 @@ Exact = Annotated[
 LossOption = Annotated[
     str,
     typer.Option("--loss", metavar="squares|absolute", help="What of the errors counts."),
+]
+DelayText = Annotated[
+    str,
+    typer.Option(
+        "--delay",
+        metavar="auto|off|MS",
+        help="By how many ms the force was measured after the motion; auto looks for it.",
+    ),
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
 
@@ -105,6 +114,13 @@ def _interval(text: str, place: str) -> tuple[float, float]:
     if not colon:
         raise InputError(f"{place}={text}: write NAME=LO:HI")
     return number(low, place), number(high, place)
+
+
+def delay_value(text: str) -> Delay:
+    """A delay as it is typed: auto, off or milliseconds."""
+    if text in ("auto", "off"):
+        return cast("Delay", text)
+    return 1e-3 * number(text, "--delay", kind="auto, off or a number of ms")
 
 
 def setting_value(text: str) -> Any:

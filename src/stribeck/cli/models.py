@@ -13,10 +13,12 @@ from ..errors import InputError
 from .inputs import (
     CardFile,
     Columns,
+    DelayText,
     Json,
     Logs,
     above_zero,
     card_model,
+    delay_value,
     each_once,
     file_bytes,
     numbers,
@@ -29,6 +31,7 @@ def validate(
     logs: Logs,
     range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
     max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error.")] = None,
+    delay: DelayText = "auto",
     columns: Columns = None,
     json: Json = False,
 ) -> None:  # fmt: skip
@@ -40,9 +43,10 @@ def validate(
     if max_error is not None:
         above_zero("--max-error", max_error)
     each_once("--range", range_)
+    late = delay_value(delay)
     written, parameters, _ = card_model(card)
     recordings = read_logs(logs, parameters.rig, columns)
-    rows = validated(written, recordings, range_ or None)
+    rows = validated(written, recordings, range_ or None, delay=late)
     for sentence in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {sentence}", err=True)
     for log, _, score in rows:

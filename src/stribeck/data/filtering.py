@@ -33,6 +33,11 @@ CUTOFF_SHARE = 0.1
 _ORDER, _RIPPLE, _EDGE = 8, 0.05, 0.8
 #: The decimation filter runs both ways, and at rest it lies at the bottom of its ripple each time.
 DECIMATION_GAIN = 10 ** (-2 * _RIPPLE / 20)
+#: A velocity has the sign that it shows beyond so many standard deviations of its noise.
+_SIGMAS = 3.0
+#: A filter reaches as far as so much of the energy of its response, which is followed for so many
+#: periods of its cut-off: farther out it leaves a tenth of an amplitude that is small itself.
+_ENERGY, _LONG = 0.95, 30
 
 
 @dataclass(frozen=True)
@@ -48,9 +53,12 @@ class Filtering:
             rows kept reach to 0.4 of it.
         slowest: Rows at a lower speed are dropped, m/s (rad/s): friction at rest is whatever
             balances the drive, and no law of slip explains it.
+        reversals: Whether rows about a change of direction stay, where the sign of the velocity
+            is not known to the error of its estimate (`unsure_of_direction`).
 
-    The report's own, for 1 kHz, is `Filtering(edge=(0.049, 0.0))`: 4th order at 100 Hz, the
-    first 49 samples dropped and none at the end, every 10th sample kept.
+    The report's own, for 1 kHz, is `Filtering(edge=(0.049, 0.0), reversals=True)`: 4th order at
+    100 Hz, the first 49 samples dropped and none at the end, every 10th sample kept, reversals
+    too.
     """
 
     order: int = 4
@@ -58,6 +66,7 @@ class Filtering:
     edge: tuple[float, float] = (0.049, 0.049)
     decimation: int | None = None
     slowest: float = 0.0
+    reversals: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= self.order <= 10:  # noqa: PLR2004 - above, the filter rings for seconds
@@ -78,6 +87,10 @@ class Filtering:
     def factor(self, rate: float) -> int:
         """Samples that become one at a sampling rate in Hz."""
         return self.decimation or max(1, round(rate / self.cutoff(rate)))
+
+    def blur(self, rate: float) -> int:
+        """Samples to each side over which the low pass smears a kink of the position."""
+        return extent(_low_pass_response(self.order, self.cutoff(rate) / rate))
 
     def edges(self, rate: float) -> tuple[int, int]:
         """Samples dropped at the start and at the end."""
@@ -163,6 +176,76 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
     q = sosfiltfilt(sections, position - position[0], padlen=padding)
     v = difference(q, rate)
     return q + position[0], v, difference(v, rate)
+
+
+def unsure_of_direction(
+    v: Array, rate: float, filtering: Filtering, noise: float, step: float
+) -> NDArray[np.bool_]:
+    """Where a low-passed velocity does not tell which way the axis moves, (N,).
+
+    There it is within the error of its estimate: three standard deviations of the noise that the
+    low pass leaves, and the peak that it makes of one quantisation step. So it is for as long
+    about each change of sign as the low pass smears a kink, as it is that which reverses, not the
+    axis; at rest its ringing does.
+
+    Args:
+        v: As `smooth` returns it, (N,).
+        rate: Samples a second.
+        filtering: The low pass.
+        noise: Standard deviation of the position, m (rad).
+        step: Quantisation step of the position.
+    """
+    low_pass = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
+    rms = float(np.linalg.norm(difference(low_pass, rate)))
+    unsure = np.abs(v) <= _SIGMAS * noise * rms + step * rate * float(low_pass.max())
+    turns = np.flatnonzero(np.diff(np.sign(v)) != 0)
+    unsure[turns] = unsure[turns + 1] = True
+    return within(unsure, filtering.blur(rate))
+
+
+def bridged(x: Array, gaps: NDArray[np.bool_]) -> Array:
+    """Columns (N, ...) with straight lines across gaps, (N,); they end level with their edges.
+
+    It is linear in the column, so that a balance whose sides are bridged alike holds as before, and
+    what a filter mixes into its neighbours from a gap is alike on both sides.
+    """
+    if not gaps.any() or gaps.all():
+        return x
+    at, sure = np.flatnonzero(gaps), np.flatnonzero(~gaps)
+    after = np.searchsorted(sure, at)
+    left, right = sure[np.maximum(after - 1, 0)], sure[np.minimum(after, len(sure) - 1)]
+    span = np.maximum(right - left, 1)
+    share = np.where(left < at, (at - left) / span, 0.0)
+    share = np.where(right < at, 0.0, share).reshape(-1, *(1,) * (x.ndim - 1))
+    result = x.copy()
+    result[at] = (1.0 - share) * x[np.where(left < at, left, right)] + share * x[right]
+    return result
+
+
+def within(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Samples at most `reach` from a marked one, (N,)."""
+    counts = np.concatenate([[0], np.cumsum(marked)])
+    at = np.arange(len(marked))
+    upper = np.minimum(at + reach + 1, len(marked))
+    return np.asarray(counts[upper] > counts[np.maximum(at - reach, 0)])
+
+
+def extent(response: Array) -> int:
+    """Samples to each side of its middle within which a response has 95 % of its energy."""
+    middle = len(response) // 2
+    energy = response[middle:] ** 2 + response[middle::-1] ** 2
+    energy[0] /= 2
+    return int(np.searchsorted(np.cumsum(energy), _ENERGY * energy.sum()))
+
+
+@cache
+def _low_pass_response(order: int, share: float) -> Array:
+    """The position's low pass of an impulse, both ways; the cut-off a share of the rate."""
+    from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415 - slow to import
+
+    impulse = np.zeros(2 * round(_LONG / share) + 1)
+    impulse[len(impulse) // 2] = 1.0
+    return np.asarray(sosfiltfilt(butter(order, share, fs=1.0, output="sos"), impulse))
 
 
 def difference(x: Array, rate: float) -> Array:

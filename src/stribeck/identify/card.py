@@ -212,15 +212,22 @@ class Card(_Part):
     search: SearchCard
     balance: dict[str, Finite] = {}
     posterior: PosteriorCard | None = None
+    force_delay_ms: Finite = 0.0
     data: list[DataCard]
     warnings: list[str] = []
     software: dict[str, str]
 
     def text(self) -> str:
         """The card as JSON, as it stands in a file."""
-        absent = {"posterior"} if self.posterior is None else None
+        optional = {"posterior": self.posterior, "force_delay_ms": self.force_delay_ms or None}
+        absent = {name for name, value in optional.items() if value is None}
         data = self.model_dump(by_alias=True, exclude=absent)
         return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
+
+    @property
+    def delay(self) -> float:
+        """By how much the force was behind the motion in its logs, s."""
+        return 1e-3 * self.force_delay_ms
 
     def model(self) -> tuple[Parameters, np.ndarray]:
         """The rig, law and parameter set of the card, ready to be simulated.
@@ -383,6 +390,7 @@ def card(fit: Fit) -> Card:
         ),
         balance=_balance(fit),
         posterior=_posterior(fit),
+        force_delay_ms=1e3 * fit.delay,
         data=[
             DataCard(
                 file=log.source.file,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from ..data.alignment import advanced
 from ..data.gate import mended
 from ..data.ranges import Range
 from ..errors import InputError
@@ -23,11 +24,24 @@ class DataSplit:
         recordings: The logs.
         train: Ranges to train on; none means everything.
         holdout: Ranges to validate on.
+        delay: By how much the force of the recordings has been moved back already, s.
     """
 
     recordings: tuple[Recording, ...]
     train: tuple[Range, ...]
     holdout: tuple[Range, ...]
+    delay: float = 0.0
+
+    def advanced(self, seconds: float) -> DataSplit:
+        """The same with the force moved back by so much more.
+
+        Raises:
+            InputError: a log has no force, or nothing is left of it.
+        """
+        if not seconds:
+            return self
+        logs = tuple(advanced(log, seconds) for log in self.recordings)
+        return replace(self, recordings=logs, delay=self.delay + seconds)
 
     @property
     def ranges(self) -> tuple[Range, ...]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
+from ..data.alignment import Delay, checked_delay
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
@@ -43,6 +44,7 @@ def identify(
     settings: Mapping[str, Any] | None = None,
     loss: Loss = "squares",
     restart: bool = False,
+    delay: Delay = "auto",
     draws: int = 0,
     samples: int = 0,
     progress: Progress | None = None,
@@ -75,6 +77,9 @@ def identify(
         settings: Settings of the search method.
         loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
         restart: Whether the simulation starts anew at every rest; see `Objective`.
+        delay: Of the force after the motion in the logs, s, negative where it is ahead. On a
+            rig with a measured force, `auto` looks for one and moves the force where it is
+            certain, and `off` tells it alone; elsewhere a force is moved by a number.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
         samples: Of the posterior, which then stands beside them; none by default, 20,000 are
@@ -106,8 +111,10 @@ def identify(
         _refuse(rig, [*search, *(["loss"] * (loss != "squares")), *(["restart"] * restart)])
         from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
 
-        fit = solve_balance(parameters, data, draws=draws)
+        fit = solve_balance(parameters, data, draws=draws, delay=delay)
     else:
+        if not isinstance(checked_delay(delay), str):
+            data = data.advanced(float(delay))
         fit = solve_output_error(
             parameters, data, SearchSettings(**search), draws=draws, progress=progress
         )

@@ -202,5 +202,6 @@ def output_error_fit(
         residuals=optimum.problem,
         violations=tuple(violations),
         effects=seen,
+        delay=data.delay,
         combinations=sums,
     )

@@ -74,6 +74,7 @@ class Fit:
         violations: Conditions of the estimates that do not hold.
         effects: What the residual forces show of what the model leaves out; None where the rig
             cannot say.
+        delay: By how much the force was behind the motion and has been moved back, s.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
     """
 
@@ -94,6 +95,7 @@ class Fit:
     posterior: Posterior | None = field(default=None, repr=False)
     violations: tuple[Violation, ...] = ()
     effects: Effects | None = field(default=None, repr=False)
+    delay: float = 0.0
     combinations: tuple[Combination, ...] = ()
 
     @property

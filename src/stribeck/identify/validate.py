@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
+from ..data.alignment import Delay, advanced, checked_delay
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.force_balance import balance_scores
@@ -26,6 +27,10 @@ ONE_WAY = 0.02
 class IdentifiedModel(Protocol):
     """What can be held against data: a card, or a fit."""
 
+    @property
+    def delay(self) -> float:
+        """By how much the force was behind the motion in its logs, s."""
+
     def model(self) -> tuple[Parameters, Array]:
         """Rig and law, and the complete parameter set, SI."""
 
@@ -34,6 +39,8 @@ def validate(
     model: IdentifiedModel,
     recordings: Recording | Sequence[Recording],
     within: Sequence[Range | str] | Range | str | None = None,
+    *,
+    delay: Delay = "auto",
 ) -> list[tuple[str, str, Score]]:
     """The misfit of an identified model on recordings: (log, range, score) a row.
 
@@ -41,14 +48,19 @@ def validate(
         model: A card or a fit.
         recordings: Logs to hold the model against.
         within: Ranges to look at; each log as a whole by default.
+        delay: Of the force after the motion in these logs, s; `auto`: as in the model's own;
+            `off`: none.
 
     Raises:
         InputError: a log lacks what the rig needs, or holds no motion in a range.
     """
     parameters, p = model.model()
+    named = {"auto": model.delay, "off": 0.0}
+    checked = checked_delay(delay)
+    seconds = named[checked] if isinstance(checked, str) else float(checked)
     return [
         (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
-        for log in recording_list(recordings)
+        for log in (advanced(log, seconds) for log in recording_list(recordings))
         for r in ranges_or_all(within, parameters.rig)
     ]
 

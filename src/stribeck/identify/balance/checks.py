@@ -1,7 +1,7 @@
 """Checks of a force balance: faults of a log that least squares does not show.
 
 Each of these leaves the sum of squares at its minimum and the standard errors small, and the
-estimates wrong: a force that lags the motion, spikes, gravity that no parameter stands for, a
+estimates wrong: spikes, gravity that no parameter stands for, a
 force that was computed from the position, a balance that holds at one cut-off alone, speeds that
 cannot tell one parameter from another. Each is looked for, and said in a sentence.
 """
@@ -31,15 +31,11 @@ if TYPE_CHECKING:
     from ..parameters import Parameters
     from ..uncertainty.estimates import Estimate
     from .regression import System
-    from .rows import Log, Rows
+    from .rows import Rows
+    from .synchronisation import Synchronised
 
 #: Cut-offs at which a balance is solved again, as shares of its own.
 SHARES = (0.7, 0.5, 1 / 3)
-#: Delays that are tried, to each side, in periods of the cut-off, and how many.
-_REACH, _TRIED = 1.0, 41
-#: A delay is told if it takes this share off the residual's sum of squares, and is of more
-#: samples than a controller that holds its output makes.
-DELAY_GAIN, _HELD = 0.1, 1.25
 #: Gravity is told to be missing if sine and cosine of the angle take this share off it.
 GRAVITY_GAIN = 0.4
 #: Speeds of a direction within this ratio, tenth to ninetieth percentile, are one speed.
@@ -98,25 +94,17 @@ class BalanceChecks:
         return replace(e, low=low, high=high, meaning=meaning.removeprefix("; "))
 
 
-def check_balance(
-    recordings: Sequence[Recording], solution: balance.Balance, rows: Sequence[Rows | None]
-) -> BalanceChecks:
-    """Look for every fault in a solved balance.
-
-    Args:
-        recordings: The logs.
-        solution: Their balance.
-        rows: Which samples counted, as for `balance`.
-    """
+def check_balance(synchrony: Synchronised) -> BalanceChecks:
+    """Look for every fault in a solved balance, and in the timing of its channels."""
+    recordings, solution = synchrony.recordings, synchrony.solved
     system = solution.system
-    at_cutoffs, errors = cutoffs(recordings, system, solution, rows)
+    at_cutoffs, errors = cutoffs(recordings, system, solution, synchrony.rows)
     of_logs, clustered = clustered_errors(solution)
     faults: list[tuple[Condition, str, bool]] = [
         *(("data", function_of_position(log), True) for log in recordings),
         *(("model", hidden_load(log, system), True) for log in recordings),
         ("model", unexplained(solution), solution.relative_error > NOTHING),
         ("model", offset(system, solution), False),
-        ("data", delay(system, solution), True),
         ("data", spikes(system, solution), False),
         ("model", gravity(system, solution), True),
         *(("data", sentence, False) for sentence in speeds(system, solution)),
@@ -124,8 +112,11 @@ def check_balance(
         ("model", at_cutoffs, False),
     ]
     violations = [Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence]
-    found = data_violations(system.rig, recordings, rows)
-    return BalanceChecks((*found, *violations), np.fmax(errors, clustered))
+    gate = data_violations(system.rig, recordings, synchrony.rows)
+    return BalanceChecks(
+        (*gate, *synchrony.violations(), *violations),
+        synchrony.widened(np.fmax(errors, clustered)),
+    )
 
 
 def unexplained(solution: balance.Balance) -> str:
@@ -197,48 +188,10 @@ def _moved(system: System, solution: balance.Balance, furthest: Array, i: int) -
     return f"{rig.label(q.name)} goes from {elsewhere:.3g} to {at_cutoff:.3g} {rig.unit_of(q)}"
 
 
-def delay(system: System, solution: balance.Balance) -> str:
-    """A force that is ahead of the motion or behind it, if that explains the logs better."""
-    rig = system.rig
-    W = _basis(solution)
-    base = _unmoved(solution)
-    reach = _REACH / rig.filtering.cutoff(min(_rate(log) for log in system.logs))
-    lags = np.linspace(-reach, reach, _TRIED)
-    squares = np.array([_sum_of_squares_about(W, system.at_lag(lag) - base) for lag in lags])
-    best, unshifted = int(np.argmin(squares)), _sum_of_squares_about(W, system.y - base)
-    if not 0 < best < _TRIED - 1 or squares[best] > (1 - DELAY_GAIN) * unshifted:
-        return ""
-    a, b, c = squares[best - 1 : best + 2]
-    lag = lags[best] + 0.5 * (lags[1] - lags[0]) * (a - c) / (a - 2 * b + c)
-    if abs(lag) < _HELD / min(_rate(log) for log in system.logs):
-        return ""
-    word = "behind" if lag > 0 else "ahead of"
-    caveat = "; a contact that gives before it slips looks the same" if lag > 0 else ""
-    share = 100 * np.sqrt(squares[best] / unshifted)
-    return (
-        f"the force is {abs(lag) * 1e3:.3g} ms {word} the motion: moved by that, it leaves "
-        f"{share:.0f} % of the residual: align the channels in time{caveat}"
-    )
-
-
-def _rate(log: Log) -> float:
-    return float(len(log.v) - 1) / float(log.clock[-1] - log.clock[0])
-
-
 def _basis(solution: balance.Balance) -> Array:
     """Columns of one length that span what the parameters do that are free to."""
     W = solution.jacobian[:, np.isfinite(np.diag(solution.covariance))]
     return np.asarray(W / np.linalg.norm(W, axis=0))
-
-
-def _unmoved(solution: balance.Balance) -> Array:
-    """What fixed and stopped parameters and the curve's shape make of the force, (rows,)."""
-    system, variances = solution.system, np.diag(solution.covariance)
-    p = solution.values.copy()
-    for k, i in enumerate(system.free):
-        if i in system.linear and np.isfinite(variances[k]):
-            p[i] = 0.0
-    return solution.system.predicted(p[None])[:, 0]
 
 
 def _sum_of_squares_about(W: Array, y: Array) -> float:

@@ -6,16 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...data.ranges import Range, windows
+from ...data.alignment import Delay
+from ...data.ranges import Range
 from ...data.recording import Recording
-from ...data.segmentation import segment
-from ...errors import InputError
 from ...space import Array
 from ..adequacy.advice import with_effects
 from ..adequacy.effects import effects
 from ..adequacy.generalisation import held_out_violations, neighbour_violations
 from ..conditions import lowered, sentences
-from ..data_split import DataSplit, recording_list
+from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
 from ..parameters import Parameters
 from ..result import Fit, SearchRecord
@@ -27,45 +26,50 @@ from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
+from .synchronisation import Synchronised, synchronised
+from .training_rows import counting
 
 #: What the misfit of a force balance is called.
 MISFIT = "the force error"
 
 
-def solve_balance(parameters: Parameters, data: DataSplit, *, draws: int = 0) -> Fit:
+def solve_balance(
+    parameters: Parameters, data: DataSplit, *, draws: int = 0, delay: Delay = "auto"
+) -> Fit:
     """Solve the force balance of one or several logs, profile and check it.
 
     Args:
         parameters: Of a law on a rig with a measured force.
         data: What to train on and to hold out.
         draws: Data sets of a block bootstrap.
+        delay: Of the force after the motion; see `synchronised`.
 
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-    recordings, rows = counting(data.recordings, data.train)
-    _check_used(data.recordings, recordings, data.ranges)
-    solved = balance.balance(recordings, parameters, rows=rows)
+    synchrony = synchronised(parameters, data, delay)
+    solved = synchrony.solved
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
     uncertain = uncertainty(residuals, x, keep=True, draws=draws)
-    checks = check_balance(recordings, solved, rows)
     slopes = constant_slopes(
-        solved, lambda p: balance.balance(recordings, p, rows=rows, start=solved.values)
+        solved,
+        lambda p: balance.balance(
+            synchrony.recordings, p, rows=synchrony.rows, start=solved.values
+        ),
     )
-    return _balance_fit(tuple(recordings), data, residuals, uncertain, solved, checks, slopes)
+    return _balance_fit(synchrony, residuals, uncertain, check_balance(synchrony), slopes)
 
 
 def _balance_fit(
-    recordings: tuple[Recording, ...],
-    data: DataSplit,
+    synchrony: Synchronised,
     residuals: BalanceResiduals,
     uncertain: Uncertainty,
-    solved: balance.Balance,
     checks: BalanceChecks,
     slopes: Slopes,
 ) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
+    data, recordings, solved = synchrony.data, synchrony.recordings, synchrony.solved
     parameters, p, stops = solved.system.parameters, solved.values, solved.at_bound
     ends = {n: at for n, at in stops.items() if at in ("lower", "upper")}
     others = {n: at for n, at in stops.items() if n not in ends}
@@ -123,6 +127,7 @@ def _balance_fit(
         balance=solved,
         violations=violations,
         effects=seen,
+        delay=data.delay,
     )
 
 
@@ -134,15 +139,6 @@ def _correlation(covariance: Array) -> Array:
     correlation[~np.isfinite(correlation)] = 0.0
     np.fill_diagonal(correlation, 1.0)
     return correlation
-
-
-def _check_used(
-    logs: Sequence[Recording], chosen: Sequence[Recording], ranges: Sequence[Range]
-) -> None:
-    """Every log has samples in some range: what is passed over in silence is not missed."""
-    for log in logs:
-        if not any(log is used for used in chosen):
-            counting([log], ranges)  # says why not
 
 
 def balance_scores(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:
@@ -161,34 +157,3 @@ def _held_out(
 def _score(prediction: balance.Prediction) -> Score:
     nan = float("nan")
     return Score("relative_error", prediction.relative_error, "%", nan, nan, prediction.rows)
-
-
-def counting(
-    logs: Sequence[Recording], ranges: Sequence[Range]
-) -> tuple[list[Recording], list[balance.Rows | None]]:
-    """The logs that pass the ranges, and which of their samples count (None: all).
-
-    Raises:
-        InputError: no log passes any of the ranges.
-    """
-    logs = recording_list(logs)
-    if not ranges:
-        return logs, [None] * len(logs)
-    chosen: list[Recording] = []
-    masks: list[balance.Rows | None] = []
-    refused: InputError | None = None
-    for log in logs:
-        mask = np.zeros(len(log), dtype=bool)
-        segmentation = segment(log)
-        for r in ranges:
-            try:
-                for window in windows(log, r, segmentation):
-                    mask[window.rows] = True
-            except InputError as error:  # told by the caller, unless another log passes
-                refused = refused or error
-        if mask.any():
-            chosen.append(log)
-            masks.append(mask)
-    if not chosen and refused is not None:
-        raise refused
-    return chosen, masks

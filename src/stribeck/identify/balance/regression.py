@@ -78,6 +78,12 @@ class System:
             [log.thin(np.interp(log.clock + lag, log.clock, log.raw)) for log in self.logs]
         )
 
+    def least_squares(self, force: Array, p: Array) -> float:
+        """The least sum of squares about a force, (rows,), for the shape of a complete set."""
+        W, base = self.columns(p[self.shape])
+        x, _ = variable_projection.bounded(W, force - base, *self._limits)
+        return float(np.sum((force - base - W @ x) ** 2))
+
     def columns(self, shape: Array) -> tuple[Array, Array]:
         """The regressor of the linear parameters at given shape ones, and what is without them."""
         x = np.vstack([np.zeros(len(self.linear)), np.eye(len(self.linear))])

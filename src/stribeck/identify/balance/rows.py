@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.filtering import Filtering, decimate, even, kept, smooth
+from ...data.filtering import (
+    Filtering,
+    bridged,
+    decimate,
+    even,
+    kept,
+    smooth,
+    unsure_of_direction,
+)
+from ...data.resolution import noise, step
 from ...errors import InputError
 from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
@@ -38,6 +47,8 @@ class Log:
     loads: Array
     raw: Array
     factor: int
+    unsure: NDArray[np.bool_]
+    blur: int
     counts: NDArray[np.bool_]
     t: Array
     force: Array
@@ -45,9 +56,24 @@ class Log:
     label: str
     figures: Mapping[str, float]
 
+    @property
+    def row_clock(self) -> Array:
+        """Time of each row, before some are left out."""
+        return self.clock[kept(len(self.clock), self.factor)]
+
+    @property
+    def rate(self) -> float:
+        """Samples a second."""
+        return float(len(self.clock) - 1) / float(self.clock[-1] - self.clock[0])
+
+    @property
+    def row_rate(self) -> float:
+        """Rows a second, before some are left out."""
+        return self.rate / self.factor
+
     def thin(self, x: Array) -> Array:
-        """Full-rate columns (N, ...) decimated, and only the rows that count."""
-        thinned: Array = decimate(x, self.factor)[self.counts]
+        """Full-rate columns (N, ...) bridged, decimated, and only the rows that count."""
+        thinned: Array = decimate(bridged(x, self.unsure), self.factor)[self.counts]
         return thinned
 
     def pick(self, x: Array) -> Array:
@@ -79,6 +105,11 @@ def filtered_logs(
     filtering = filtering or rig.filtering
     filtered = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
     if sum(len(log.t) for log in filtered) < 2:  # noqa: PLR2004 - a spread needs two
+        if all(log.unsure.all() for log in filtered):
+            raise InputError(
+                f"{logs[0].label}: the velocity is nowhere beyond its own error, so that no row "
+                "shows which way the axis moves: record faster strokes or a finer position"
+            )
         raise InputError(f"{logs[0].label}: no rows are left: widen the range or drop less")
     return filtered
 
@@ -102,7 +133,13 @@ def _log(
     thin = kept(len(v), factor)
     counts = (chosen[log.nearest] & log.known)[inner][thin]
     counts &= np.abs(v[thin]) >= filtering.slowest
-    t, force = log.t[inner][thin][counts], decimate(log.force[inner], factor)[counts]
+    unsure = np.zeros(len(v), dtype=bool)
+    if not filtering.reversals:
+        sensor = noise(recording), step(recording.position)
+        unsure = unsure_of_direction(v, log.rate, filtering, *sensor)
+        counts &= ~unsure[thin]
+    t = log.t[inner][thin][counts]
+    force = decimate(bridged(log.force[inner], unsure), factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
     return Log(
         log.t[inner],
@@ -111,6 +148,8 @@ def _log(
         loads,
         log.force[inner],
         factor,
+        unsure,
+        filtering.blur(log.rate),
         counts,
         t,
         force,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.alignment import advanced
 from ...errors import InputError
 from ...friction import LOADS
 from ...rig.balanced import BalancedRig, as_balanced
@@ -17,10 +18,10 @@ from ...rig.rig import in_si
 from ...rig.simulated import SimulatedRig, as_simulated
 from ...space import Array, Param
 from ...units import unit
-from ..balance.force_balance import counting
 from ..balance.force_residuals import BalanceResiduals
 from ..balance.regression import System
 from ..balance.rows import filtered_logs
+from ..balance.training_rows import counting
 from ..data_split import range_list, ranges_or_all
 from ..initial_state import FreeStartProblem, free_starts
 from ..parameters import Parameters, partition
@@ -94,7 +95,7 @@ def current_model(card: Card, logs: Sequence[Recording]) -> CurrentModel:
     values = dict(zip((q.name for q in parameters.every), p, strict=True))
     x = np.array([values[q.name] for q in parameters.free])
     model_of = _balanced if parameters.rig.approach == "force_balance" else _moved
-    axis, data = model_of(card, parameters, x, logs)
+    axis, data = model_of(card, parameters, x, [advanced(log, card.delay) for log in logs])
     labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
     by_log = axis.box.log.tolist()

@@ -18,11 +18,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...data.alignment import Delay, advanced, checked_delay
 from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
 from ...rig.lookup import rig_and_law
+from ..balance.synchronisation import synchronised
 from ..data_split import DataSplit, data_split, recording_list
 from ..loss import Loss, Objective
 from ..parameters import Parameters, partition
@@ -134,6 +136,7 @@ def select(
     budget: int | None = None,
     folds: int | None = None,
     loss: Loss = "squares",
+    delay: Delay = "auto",
     progress: Progress | None = None,
 ) -> Selection:
     """Fit several laws and recommend the simplest that the data support.
@@ -155,6 +158,7 @@ def select(
         budget: Evaluations of one fit; 4,000 by default. A search settles sooner, as a rule.
         folds: Rounds, where nothing is given to be held out; 5 by default.
         loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
+        delay: Of the force after the motion, as for `identify`; the richest law finds it.
         progress: Called with what is being done and the searches, after every step.
 
     Raises:
@@ -179,7 +183,8 @@ def select(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    data = data_split(logs, train, holdout, axis)
+    data = _synchronised(parameter_sets[-1], data_split(logs, train, holdout, axis), delay)
+    logs, tests = list(data.recordings), [advanced(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
@@ -194,6 +199,14 @@ def select(
             break
     names = [p.law.name for p in parameter_sets]
     return _compared(axis, training, names, excluded, simulated=simulated)
+
+
+def _synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> DataSplit:
+    """The data with force and motion at one time."""
+    delay = checked_delay(delay)
+    if parameters.rig.approach == "output_error":
+        return data if isinstance(delay, str) else data.advanced(float(delay))
+    return synchronised(parameters, data, delay).data
 
 
 def _parameters(

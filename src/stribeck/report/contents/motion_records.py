@@ -11,7 +11,7 @@ from ...data.quality import check
 from ...data.segmentation import segment
 from ...errors import InputError
 from ...identify.balance import balance
-from ...identify.balance.force_balance import counting
+from ...identify.balance.training_rows import counting
 from ...identify.score import simulated
 from ...rig.balanced import as_balanced
 from ...units import unit

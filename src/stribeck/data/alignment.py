@@ -1,0 +1,61 @@
+"""The channels of a log's force moved in time against those of its motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from .recording import Recording
+
+#: What the delay of a force is: looked for and allowed for, left, or so many seconds.
+Delay = float | Literal["auto", "off"]
+
+#: Channels that are measured with the force, not with the motion.
+FORCE_CHANNELS = ("force", "current", "voltage", "pressure")
+#: Fewest samples that are left of a log.
+_LEAST = 10
+
+
+def checked_delay(delay: Delay) -> Delay:
+    """A delay as callers give it.
+
+    Raises:
+        InputError: it is neither `auto`, `off` nor a time.
+    """
+    if isinstance(delay, str):
+        if delay not in ("auto", "off"):
+            raise InputError(f"delay {delay!r}: give auto, off or a time in seconds")
+    elif not np.isfinite(delay):
+        raise InputError(f"delay {delay}: give a time in seconds")
+    return delay
+
+
+def advanced(recording: Recording, seconds: float) -> Recording:
+    """A log whose force was measured so much later than its motion, with both at one time.
+
+    The channels of the force are read where they belong, on straight lines between samples, and
+    samples for which they were not recorded are left out.
+
+    Raises:
+        InputError: the log has no such channel, or is not longer than the delay.
+    """
+    if seconds == 0.0:
+        return recording
+    channels = [name for name in FORCE_CHANNELS if getattr(recording, name) is not None]
+    if not channels:
+        raise InputError(f"{recording.label}: it has no force that a delay could move")
+    t = recording.t
+    first, last = np.searchsorted(t + seconds, [t[0], t[-1] + 1e-9 * recording.dt])
+    if last - first < _LEAST:
+        raise InputError(
+            f"{recording.label}: a delay of {1e3 * seconds:.4g} ms leaves nothing of "
+            f"{t[-1] - t[0]:.4g} s"
+        )
+    rows = slice(int(first), int(last))
+    moved = {name: np.interp(t[rows] + seconds, t, getattr(recording, name)) for name in channels}
+    return replace(recording.cut(rows), **moved)

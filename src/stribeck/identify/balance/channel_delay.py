@@ -1,0 +1,310 @@
+"""The delay of the force of a log against its motion, and how well the log shows it.
+
+A coarse search over the length of a stroke (`lag_search`) leads to within a row; from there the
+delay is a parameter like any other, whose slope is that of the force over time. The slope that is
+measured has noise of its own, so that it is no regressor: what stands in for it in the equations is
+the slope of the modelled force, whose noise, the position's, is another one (an instrument).
+
+Rows in which the velocity does not tell the direction are not among those of a balance: at a
+reversal friction rises before the axis moves, which reads as a force that is some milliseconds
+ahead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.filtering import bridged
+from ...space import Array
+from ..uncertainty.covariance import quick_look
+from . import variable_projection
+from .lag_search import best_lags, columns, lag_sums
+
+if TYPE_CHECKING:
+    from .balance import Balance
+    from .regression import System
+
+#: A log is searched to at most this share of its length, whatever its strokes.
+_SHARE = 0.25
+#: Parts of a log whose delays are compared, and logs from which on each is one part.
+_THIRDS, _LOGS = 3, 4
+#: Minima of the sum of squares that are held against the ranges of the parameters.
+_MINIMA = 3
+#: The slope of the force is a difference over this share of a row to each side.
+_SPAN = 0.25
+#: Steps of the refinement end at this share of a row, or after so many.
+_FINE, _STEPS = 0.05, 4
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelDelay:
+    """By how much later than the motion the force of logs was measured.
+
+    Args:
+        seconds: The delay of all of it, negative where the force is ahead.
+        error: Its standard error.
+        parts: That of each part of the logs, (parts,).
+        part_errors: Theirs.
+        labels: What the parts are called.
+        reach: How far was searched to each side, s.
+        sample: The longest interval between two samples, s.
+        slopes: By how much the free parameters move for a second of delay, (free,).
+        share: What is left of the residual's sum of squares without the delay.
+        unexplained: What is left of the force's, square roots of both.
+    """
+
+    seconds: float
+    error: float
+    parts: Array
+    part_errors: Array
+    labels: tuple[str, ...]
+    reach: float
+    sample: float
+    slopes: Array
+    share: float
+    unexplained: float
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether the search ended at its edge: the delay is this long at least."""
+        return abs(self.seconds) > 0.98 * self.reach
+
+
+def channel_delay(solution: Balance) -> ChannelDelay:
+    """The delay that explains solved logs best, with those of their parts."""
+    system = solution.system
+    row = 1.0 / min(log.row_rate for log in system.logs)
+    parts, labels = _parts(system)
+    reach = _reach(system)
+    count = max(int(reach / row), 1)
+    lags: Array = row * np.arange(-count, count + 1, dtype=float)
+    sums = lag_sums(solution, lags, parts)
+    total = sums[0]
+    for other in sums[1:]:
+        total = total + other
+    variance = total.variance()
+    least = _feasible(solution, lags, variance)
+    places = best_lags(sums, least)
+    W, rest = columns(solution)
+    one = np.zeros_like(parts)
+    lag = _minimum(system, W, rest, _vertex(lags, variance, least), row)
+    whole = _stepped(solution, W, rest, one, np.array([lag]), row)
+    start = np.where(np.abs(lags[places] - lags[least]) <= row, lag, lags[places])
+    before = whole if np.ptp(start) == 0.0 else None
+    apart = _stepped(solution, W, rest, parts, start, row, before)
+    apart = _refined(solution, W, rest, parts, apart, row)
+    at_zero, tiny = system.y - rest, float(np.finfo(float).tiny)
+    return ChannelDelay(
+        seconds=lag,
+        error=float(whole.errors[0]),
+        parts=apart.lags,
+        part_errors=apart.errors,
+        labels=labels,
+        reach=float(lags[-1]),
+        sample=1.0 / min(log.rate for log in system.logs),
+        slopes=_slopes(solution, whole.slope),
+        share=whole.variance / max(_variance(W, at_zero), tiny),
+        unexplained=float(np.sqrt(whole.variance / max(float(np.mean(system.y**2)), tiny))),
+    )
+
+
+def _parts(system: System) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """The part of each row: thirds of a log, or logs where there are many; and their names."""
+    logs = system.logs
+    if len(logs) >= _LOGS:
+        number = np.repeat(np.arange(len(logs)), [len(log.t) for log in logs])
+        _, own = np.unique(number, return_inverse=True)
+        return own, tuple(log.label for log in logs if len(log.t))
+    numbers, labels = [], []
+    for k, log in enumerate(logs):
+        span = log.clock[-1] - log.clock[0]
+        third = np.minimum(_THIRDS * (log.t - log.clock[0]) / span, _THIRDS - 1).astype(int)
+        numbers.append(_THIRDS * k + third)
+        name = "the log" if len(logs) == 1 else log.label
+        labels += [f"the {which} third of {name}" for which in ("first", "second", "last")]
+    present, own = np.unique(np.concatenate(numbers), return_inverse=True)
+    return own, tuple(labels[k] for k in present)
+
+
+def _reach(system: System) -> float:
+    """How long a stroke takes, s, the median of all; no longer than a quarter of the logs."""
+    strokes, longest = [], 0.0
+    for log in system.logs:
+        sure = ~log.unsure
+        turns = np.flatnonzero(np.diff(np.sign(log.v[sure])) != 0)
+        strokes.append(np.diff(log.clock[sure][turns]))
+        longest = max(longest, float(log.clock[-1] - log.clock[0]))
+    lengths = np.concatenate(strokes)
+    stroke = float(np.median(lengths)) if len(lengths) else longest
+    return min(stroke, _SHARE * longest)
+
+
+def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
+    """The lag, by its place, of the least variance with parameters within their ranges."""
+    system = solution.system
+    zero = len(lags) // 2
+    padded = np.concatenate([[np.inf], variance, [np.inf]])
+    minima = np.flatnonzero((variance <= padded[:-2]) & (variance <= padded[2:]))
+    minima = minima[np.argsort(variance[minima], kind="stable")][:_MINIMA]
+    if minima[0] == zero:
+        return zero
+    within = [system.least_squares(system.at_lag(lags[k]), solution.values) for k in minima]
+    return int(minima[int(np.argmin(within))])
+
+
+def _vertex(lags: Array, variance: Array, k: int) -> float:
+    """Where the parabola through a minimum and its neighbours has its vertex."""
+    if not 0 < k < len(lags) - 1:
+        return float(lags[k])
+    a, b, c = variance[k - 1 : k + 2]
+    bend = a - 2 * b + c
+    share = float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5)) if bend > 0 else 0.0
+    return float(lags[k] + share * (lags[1] - lags[0]))
+
+
+def _minimum(system: System, W: Array, rest: Array, near: float, row: float) -> float:
+    """The lag of the least variance within a row of one, to a fraction of a sample."""
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - slow to import
+
+    def variance(lag: float) -> float:
+        one = np.zeros(len(rest), dtype=int)
+        inside = _inside(system, one, np.array([lag]))
+        force = np.where(inside, system.at_lag(lag) - rest, 0.0)
+        return _variance(W * inside[:, None], force) * len(inside) / max(int(inside.sum()), 1)
+
+    ends = (near - row, near + row)
+    found = minimize_scalar(variance, bounds=ends, method="bounded", options={"xatol": _FINE * row})
+    return float(found.x)
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Lags (parts,), what they are too large by, their errors, and the force there, (rows,)."""
+
+    lags: Array
+    change: Array
+    errors: Array
+    variance: float
+    force: Array
+    slope: Array
+    modelled_slope: Array
+
+
+def _refined(
+    solution: Balance, W: Array, rest: Array, parts: NDArray[np.intp], first: _Step, row: float
+) -> _Step:
+    """The lags of parts to a fraction of a sample, from a step within some rows of them."""
+    best = first
+    for _ in range(_STEPS):
+        if np.abs(best.change).max() < _FINE * row:
+            break
+        moved = best.lags - np.clip(best.change, -row, row)
+        step = _stepped(solution, W, rest, parts, moved, row)
+        if not step.variance < best.variance:
+            break
+        best = step
+    return best
+
+
+def _stepped(
+    solution: Balance,
+    W: Array,
+    rest: Array,
+    parts: NDArray[np.intp],
+    lags: Array,
+    row: float,
+    alike: _Step | None = None,
+) -> _Step:
+    """The linearised balance about lags.
+
+    Args:
+        solution: The balance.
+        W: Its columns, (rows, k).
+        rest: The force that these do not explain, (rows,).
+        parts: The part of each row.
+        lags: Of the parts, (parts,).
+        row: Time between two rows, s.
+        alike: A step with the same lag for all, so that what it moved need not be moved again.
+    """
+    system = solution.system
+    inside = _inside(system, parts, lags)
+    if alike is None:
+        force = _moved(system, parts, lags)
+        rise = _moved(system, parts, lags + _SPAN * row) - _moved(system, parts, lags - _SPAN * row)
+        slope: Array = rise / (2 * _SPAN * row)
+        instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
+    else:
+        force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
+    basis = np.linalg.qr(W * inside[:, None])[0]
+    r = _beside(basis, np.where(inside, force - rest, 0.0))
+    own = (parts[:, None] == np.arange(len(lags))) & inside[:, None]
+    G, Z = (_beside(basis, np.where(own, x[:, None], 0.0)) for x in (slope, instrument))
+    change = np.linalg.lstsq(Z.T @ G, Z.T @ r, rcond=None)[0]
+    look = quick_look(
+        np.vstack([(W * inside[:, None]).T, Z.T]), r, [len(log.t) for log in system.logs]
+    )
+    tiny = np.finfo(float).tiny
+    strength = np.abs(np.einsum("ij,ij->j", Z, G)) / np.maximum(np.einsum("ij,ij->j", Z, Z), tiny)
+    errors = look.errors[-len(lags) :] / np.maximum(strength, tiny)
+    variance = float(r @ r) / max(int(inside.sum()), 1)
+    return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
+
+
+def _moved(system: System, parts: NDArray[np.intp], lags: Array) -> Array:
+    """The force of each part, measured later by its lag, (rows,)."""
+    if np.ptp(lags) == 0.0:
+        return system.at_lag(float(lags[0]))
+    force = np.zeros(len(parts))
+    for k, lag in enumerate(lags):
+        own = parts == k
+        force[own] = system.at_lag(float(lag))[own]
+    return force
+
+
+def _inside(system: System, parts: NDArray[np.intp], lags: Array) -> NDArray[np.bool_]:
+    """Rows whose force lies within their log once it is moved."""
+    t = np.concatenate([log.t for log in system.logs]) + lags[parts]
+    first, last = (
+        np.concatenate([np.full(len(log.t), log.clock[end]) for log in system.logs])
+        for end in (0, -1)
+    )
+    return np.asarray((t >= first) & (t <= last))
+
+
+def _beside(basis: Array, y: Array) -> Array:
+    """What orthonormal columns leave of a vector."""
+    return np.asarray(y - basis @ (basis.T @ y))
+
+
+def _modelled_slope(solution: Balance, force: Array) -> Array:
+    """The slope over time of the force that the model explains, (rows,)."""
+    system, p = solution.system, solution.values.copy()
+    linear = [k for k, i in enumerate(system.free) if i in system.linear]
+    W = solution.jacobian[:, linear]
+    p[system.linear] = 0.0
+    without = system.predicted(p[None])[:, 0]
+    p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force - without, rcond=None)[0]
+    slopes = []
+    for log in system.logs:
+        modelled = system.rig.force(system.law, p, log.v, log.a, log.loads)
+        slopes.append(log.thin(np.gradient(bridged(modelled, log.unsure), 1.0 / log.rate)))
+    return np.concatenate(slopes)
+
+
+def _slopes(solution: Balance, force_slope: Array) -> Array:
+    """By how much the free parameters move for a second of delay, (free,)."""
+    seen = np.isfinite(np.diag(solution.covariance))
+    slopes = np.zeros(len(solution.system.free))
+    J = solution.jacobian[:, seen]
+    lengths = np.linalg.norm(J, axis=0)
+    slopes[seen] = np.linalg.lstsq(J / lengths, force_slope, rcond=None)[0] / lengths
+    return slopes
+
+
+def _variance(W: Array, y: Array) -> float:
+    R = variable_projection.triangle(np.column_stack([W, y]))
+    return float(R[-1, -1] ** 2) / len(y)

@@ -1,0 +1,155 @@
+"""The sum of squares of a force balance over the time between force and motion.
+
+The force of a log is moved against the motion by whole rows, and the balance solved anew for each
+lag. What that takes are sums over the rows: those of the motion change with the lag at the ends of
+a log alone, and those with the force are a correlation, so that all lags together cost little more
+than one. Parts of the data may each have a lag of their own, with one set of parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.filtering import decimate
+from ...space import Array
+
+if TYPE_CHECKING:
+    from .balance import Balance
+    from .rows import Log
+
+#: A sum of squares of columns is taken as singular below this share of its diagonal.
+_RIDGE = 1e-9
+#: Parts are moved in turn, each so often.
+_SWEEPS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class LagSums:
+    """Sums over the rows of a part at each lag; columns are those of the linear parameters.
+
+    Args:
+        gram: Of the columns with each other, (lags, k, k).
+        cross: Of the columns with the force, (lags, k).
+        square: Of the force with itself, (lags,).
+        rows: How many rows there are, (lags,).
+    """
+
+    gram: Array
+    cross: Array
+    square: Array
+    rows: Array
+
+    def __add__(self, other: LagSums) -> LagSums:
+        return LagSums(
+            self.gram + other.gram,
+            self.cross + other.cross,
+            self.square + other.square,
+            self.rows + other.rows,
+        )
+
+    def at(self, k: int) -> LagSums:
+        """The sums at one lag, for all to be added to."""
+        return LagSums(self.gram[k], self.cross[k], self.square[k], self.rows[k])
+
+    def variance(self) -> Array:
+        """Mean square that the columns leave of the force, (lags,); inf where too few rows are."""
+        k = self.cross.shape[-1]
+        diagonal = np.maximum(np.einsum("...ii->...i", self.gram), np.finfo(float).tiny)
+        scale = 1.0 / np.sqrt(diagonal)
+        scaled = self.gram * scale[..., :, None] * scale[..., None, :] + _RIDGE * np.eye(k)
+        right = self.cross * scale
+        x = np.linalg.solve(scaled, right[..., None])[..., 0]
+        squares = np.maximum(self.square - (x * right).sum(axis=-1), 0.0)
+        return np.asarray(np.where(self.rows > k, squares / np.maximum(self.rows - k, 1), np.inf))
+
+
+def lag_sums(solution: Balance, lags: Array, parts: NDArray[np.intp]) -> list[LagSums]:
+    """The sums of each part of the rows.
+
+    Args:
+        solution: A solved balance.
+        lags: By how much later the force was measured, s, evenly spaced, (lags,).
+        parts: Number of the part of each row, from 0, (rows,).
+    """
+    W, rest = columns(solution)
+    count = int(parts.max()) + 1
+    totals: list[LagSums | None] = [None] * count
+    first = 0
+    for log in solution.system.logs:
+        own = slice(first, first + len(log.t))
+        first = own.stop
+        for part in np.unique(parts[own]):
+            rows = np.flatnonzero(parts[own] == part)
+            sums = _sums(log, rows, W[own][rows], rest[own][rows], lags)
+            before = totals[part]
+            totals[part] = sums if before is None else before + sums
+    return [sums for sums in totals if sums is not None]
+
+
+def columns(solution: Balance) -> tuple[Array, Array]:
+    """Columns of one length of what is free, (rows, k), and the force that they are not asked for.
+
+    Those of a parameter that a bound stopped count, too: at another lag it may be free of it.
+    """
+    system = solution.system
+    W = solution.jacobian
+    linear = [k for k, i in enumerate(system.free) if i in system.linear]
+    shape = [
+        k for k, i in enumerate(system.free)
+        if i not in system.linear and np.isfinite(solution.covariance[k, k])
+    ]  # fmt: skip
+    p = solution.values.copy()
+    p[system.linear] = 0.0
+    used = W[:, linear + shape]
+    lengths = np.linalg.norm(used, axis=0)
+    return used[:, lengths > 0] / lengths[lengths > 0], system.predicted(p[None])[:, 0]
+
+
+def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) -> LagSums:
+    """The sums of some rows of one log."""
+    force = decimate(log.raw, log.factor)
+    m, k = len(force), W.shape[1]
+    at = np.flatnonzero(log.counts)[rows]
+    moved = np.rint(lags * log.row_rate).astype(int)
+    Z = np.zeros((m, k + 2))
+    Z[at, :k], Z[at, k], Z[at, k + 1] = W, rest, 1.0
+    inner = np.concatenate([np.zeros((1, k + 2, k + 2)), np.cumsum(Z[:, :, None] * Z[:, None], 0)])
+    low, high = np.clip(-moved, 0, m), np.clip(m - moved, 0, m)
+    G = inner[high] - inner[low]
+    with_force = _correlations(Z, force, moved)
+    with_square = _correlations(Z[:, k + 1 :], force**2, moved)[:, 0]
+    return LagSums(
+        G[:, :k, :k],
+        with_force[:, :k] - G[:, :k, k],
+        with_square - 2.0 * with_force[:, k] + G[:, k, k],
+        G[:, k + 1, k + 1],
+    )
+
+
+def _correlations(Z: Array, force: Array, moved: NDArray[np.intp]) -> Array:
+    """Sums of Z[t] force[t + lag] over t, zero beyond the ends, (lags, columns)."""
+    from scipy.fft import irfft, next_fast_len, rfft  # noqa: PLC0415 - slow to import
+
+    n = next_fast_len(2 * len(force), real=True)
+    spectrum = np.conj(rfft(Z, n, axis=0)) * rfft(force, n)[:, None]
+    return np.asarray(irfft(spectrum, n, axis=0)[np.mod(moved, n)])
+
+
+def best_lags(sums: list[LagSums], start: int) -> list[int]:
+    """For each part the lag, by its place, with which all parts leave least, from one for all."""
+    places = [start] * len(sums)
+    for _ in range(_SWEEPS):
+        before = list(places)
+        for i, own in enumerate(sums):
+            others = [s.at(places[j]) for j, s in enumerate(sums) if j != i]
+            total = own
+            for other in others:
+                total = total + other
+            places[i] = int(np.argmin(total.variance()))
+        if places == before:
+            break
+    return places

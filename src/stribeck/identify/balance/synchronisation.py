@@ -1,0 +1,250 @@
+"""Force and motion at one time: a delay that the logs show is allowed for, any other is told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...data.alignment import Delay, checked_delay
+from ...space import Array
+from ...units import unit
+from ..conditions import Violation
+from ..data_split import DataSplit
+from .balance import Balance, balance
+from .channel_delay import ChannelDelay, channel_delay
+from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
+from .training_rows import training_rows
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ..parameters import Parameters
+    from .rows import Rows
+
+#: A force that a controller holds from sample to sample is half a sample ahead, and one that is
+#: logged a sample late is no fault that moves an estimate: delays up to this many samples are left.
+HELD = 1.25
+#: A delay is certain beyond so many standard errors, or if it leaves less than this share of the
+#: residual's sum of squares; and it is told beyond so many errors if it would move an estimate out
+#: of its interval.
+CERTAIN, MOSTLY, LIKELY = 5.0, 0.5, 2.0
+#: None is certain where even with it more than this share of the force is not explained.
+UNEXPLAINED = 0.5
+#: What a delay may be that the log does not show, as a standard deviation in samples: that of an
+#: output which is held for one.
+UNSEEN = 0.5
+#: Errors are widened for the delay where that makes them so much larger.
+_WIDER = 1.1
+#: Searches for what a move leaves.
+_PASSES = 3
+_NORMAL = 1.96
+
+
+@dataclass(frozen=True, eq=False)
+class Synchronised:
+    """Logs with force and motion at one time, and their balance.
+
+    Args:
+        data: The logs moved, and the ranges.
+        recordings: Those of them that are trained on.
+        rows: Which of their samples count, as for `balance`.
+        solved: Their balance.
+        known: Whether that was said by the user.
+        left: What delay is left.
+        filtered: A filter on a channel that explains the logs beside the delay.
+    """
+
+    data: DataSplit
+    recordings: tuple[Recording, ...]
+    rows: tuple[Rows | None, ...]
+    solved: Balance
+    known: bool
+    left: ChannelDelay
+    filtered: ChannelFilter | None
+
+    def violations(self) -> list[Violation]:
+        """What holds of the delay, and which estimates it biases."""
+        left = self.left
+        if left.at_edge and certain(left):
+            return [_fault(_edge(left))]
+        if drifts(left):
+            return [_fault(_drift(left))]
+        filtered = self.filtered
+        if filtered is not None and filtered.ratio < CLEARLY:
+            return [_fault(_filter(filtered))]
+        told = [*self._applied(), *self._ambiguous()]
+        if certain(left):
+            advice = "" if self.known else ": --delay auto moves it back"
+            still = " still" if self.data.delay else ""
+            told.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
+        elif names := self._moved_by_likely():
+            told.append(
+                Violation(
+                    "data",
+                    f"the force may be {_interval(left)}, which would move {self._moves(names)}: "
+                    "--delay takes what is known of it, 0 included",
+                    frozenset(names),
+                )
+            )
+        return told
+
+    def widened(self, errors: Array) -> Array:
+        """Standard errors of all parameters, (k,), with what a delay that is not seen does."""
+        left = self.left
+        if self.known and not certain(left):
+            return errors
+        spread = left.error
+        if not self.data.delay:
+            spread = 1.0 / float(np.hypot(1.0 / max(spread, 1e-12), 1.0 / (UNSEEN * left.sample)))
+        wide = errors.copy()
+        free = self.solved.system.free
+        wide[free] = np.hypot(errors[free], left.slopes * spread)
+        return np.where(wide > _WIDER * errors, wide, errors)
+
+    def _applied(self) -> list[Violation]:
+        if not self.data.delay:
+            return []
+        if self.known:
+            text = f"the force is moved back by {1e3 * self.data.delay:.4g} ms, as was said"
+        else:
+            whole = replace(self.left, seconds=self.data.delay + self.left.seconds)
+            text = f"the force is {_interval(whole)}, and moved by that: --delay off leaves it"
+        return [Violation("data", text, caps=False)]
+
+    def _ambiguous(self) -> list[Violation]:
+        """A filter that explains the logs as well as a delay, but with other estimates."""
+        f, system = self.filtered, self.solved.system
+        if f is None or f.ratio > SURELY:
+            return []
+        tolerance = _NORMAL * self.solved.robust_errors[system.linear]
+        names = [
+            self.solved.names[i]
+            for i, move, within in zip(system.linear, f.moves, tolerance, strict=True)
+            if abs(move) > within
+        ]
+        if not names:
+            return []
+        label = self.solved.system.rig.label
+        text = (
+            f"the {f.channel} may as well be low-passed, with a time constant of "
+            f"{1e3 * f.seconds:.3g} ms, as the force be moved in time, and then "
+            f"{' and '.join(map(label, names))} would be another: log the {f.channel} unfiltered"
+        )
+        return [Violation("data", text, frozenset(names))]
+
+    def _moved_by_likely(self) -> list[str]:
+        """Names of what a delay that is likely moves out of its interval."""
+        left, solved = self.left, self.solved
+        if left.unexplained > UNEXPLAINED:
+            return []
+        if abs(left.seconds) < max(LIKELY * left.error, HELD * left.sample):
+            return []
+        free = solved.system.free
+        out = np.abs(left.slopes * left.seconds) > _NORMAL * solved.robust_errors[free]
+        return [solved.names[i] for i, is_out in zip(free, out, strict=True) if is_out]
+
+    def _moves(self, names: Sequence[str]) -> str:
+        system, values = self.solved.system, self.solved.values
+        texts = []
+        for name in names:
+            i = self.solved.names.index(name)
+            q = system.parameters.every[i]
+            shown = unit(system.rig.unit_of(q))
+            moved = values[i] + self.left.slopes[system.free.index(i)] * self.left.seconds
+            at, to = (float(shown.from_si(x)) for x in (values[i], moved))
+            texts.append(f"{system.rig.label(name)} from {at:.3g} to {to:.3g} {shown.written}")
+        return ", ".join(texts)
+
+
+def synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Synchronised:
+    """The logs with force and motion at one time, and their balance.
+
+    Args:
+        parameters: Of a law on a rig with a measured force.
+        data: The logs as they were recorded.
+        delay: Of the force after the motion, s; `auto`: where it is certain it is allowed for;
+            `off`: it is told alone.
+
+    Raises:
+        InputError: as `balance`, or a delay that leaves nothing of a log.
+    """
+    delay = checked_delay(delay)
+    applied = 0.0 if isinstance(delay, str) else float(delay)
+    filtered: ChannelFilter | None = None
+    for _ in range(_PASSES):
+        moved = data.advanced(applied)
+        recordings, rows, solved = _solved(parameters, moved)
+        left = channel_delay(solved)
+        if not certain(left) or left.at_edge or drifts(left):
+            break
+        if filtered is None:
+            filtered = channel_filter(solved, left.seconds)
+        if delay != "auto" or filtered.ratio < CLEARLY:
+            break
+        applied += left.seconds
+    return Synchronised(moved, recordings, rows, solved, not isinstance(delay, str), left, filtered)
+
+
+def certain(delay: ChannelDelay) -> bool:
+    """Whether a delay is longer than a held output makes, and beyond its errors."""
+    sure = abs(delay.seconds) > CERTAIN * delay.error or delay.share < MOSTLY
+    explains = delay.unexplained < UNEXPLAINED
+    return sure and explains and abs(delay.seconds) > HELD * delay.sample
+
+
+def drifts(delay: ChannelDelay) -> bool:
+    """Whether parts of the logs have delays that differ beyond their errors."""
+    return delay.unexplained < UNEXPLAINED and any(
+        abs(a - b) > max(HELD * delay.sample, CERTAIN * float(np.hypot(e, f)))
+        for (a, e), (b, f) in combinations(zip(delay.parts, delay.part_errors, strict=True), 2)
+    )
+
+
+def _solved(
+    parameters: Parameters, data: DataSplit
+) -> tuple[tuple[Recording, ...], tuple[Rows | None, ...], Balance]:
+    recordings, rows = training_rows(data)
+    return tuple(recordings), tuple(rows), balance(recordings, parameters, rows=rows)
+
+
+def _fault(sentence: str) -> Violation:
+    return Violation("data", sentence)
+
+
+def _interval(delay: ChannelDelay) -> str:
+    low, high = sorted(abs(delay.seconds + s * _NORMAL * delay.error) for s in (-1, 1))
+    if abs(delay.seconds) < _NORMAL * delay.error:
+        low = 0.0
+    word = "behind" if delay.seconds > 0 else "ahead of"
+    size = 1e3 * abs(delay.seconds)
+    return f"{size:.3g} ms {word} the motion ({1e3 * low:.3g} to {1e3 * high:.3g} ms)"
+
+
+def _edge(delay: ChannelDelay) -> str:
+    word = "behind" if delay.seconds > 0 else "ahead of"
+    return (
+        f"the force is at least {1e3 * delay.reach:.4g} ms {word} the motion, as long as a stroke "
+        "takes: align the channels, or give what is known with --delay"
+    )
+
+
+def _drift(delay: ChannelDelay) -> str:
+    texts = [
+        f"{1e3 * seconds:.3g} ms in {label}"
+        for seconds, label in zip(delay.parts, delay.labels, strict=True)
+    ]
+    return (
+        f"the force is not behind the motion by one time: by {', '.join(texts)}: log both on one "
+        "clock, or identify the parts apart with --train"
+    )
+
+
+def _filter(filtered: ChannelFilter) -> str:
+    return (
+        f"the {filtered.channel} is low-passed against the other channel, with a time constant of "
+        f"{1e3 * filtered.seconds:.3g} ms ({1 / (2 * np.pi * filtered.seconds):.3g} Hz), which no "
+        f"delay explains: log the {filtered.channel} unfiltered, or filter both channels alike"
+    )
