@@ -202,6 +202,8 @@ def compensation(
     parameters, p = _card_on(card, rig).model()
     controlled(parameters.rig)
     axes, notes = plants(card, parameters, p)
+    if card.speeds is not None and card.speeds.one_way:
+        notes.append(f"{card.speeds.one_way}: what is tried and recommended holds one way only")
     axes |= beside or {}
     motions = (
         (reference,) if reference is not None else _motions(parameters, recordings, speed, period)

@@ -106,6 +106,7 @@ class Model:
             f"add it to the {force} that is asked of the drive to compensate for it.",
             *self._volts(),
             f"Valid: {self.valid()}.",
+            *([f"Beware: {card.speeds.one_way}."] if card.speeds and card.speeds.one_way else []),
             f"Misfit: {card.objective.value:.4g} {card.objective.unit} on the training data"
             + "".join(f", {h.value:.4g} {h.unit} held out ({h.range})" for h in card.holdout)
             + ".",

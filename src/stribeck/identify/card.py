@@ -49,6 +49,16 @@ _WORDS = {
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
+#: A speed below this share of the greatest one is no motion in that direction.
+ONE_WAY = 0.02
+
+
+def directions_between(low: float, high: float) -> frozenset[int]:
+    """The directions, +1 and -1, of motion between a least and a greatest velocity."""
+    least = ONE_WAY * max(abs(low), abs(high))
+    return frozenset(way for way, speed in ((1, high), (-1, -low)) if speed > least)
+
+
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -151,6 +161,22 @@ class SpeedsCard(_Part):
     low: Finite
     high: Finite
     unit: str
+
+    @property
+    def directions(self) -> frozenset[int]:
+        """The directions, +1 and -1, in which the axis moved."""
+        return directions_between(self.low, self.high)
+
+    @property
+    def one_way(self) -> str:
+        """Which direction was not seen, in a sentence; empty if both were, or neither."""
+        if len(self.directions) != 1:
+            return ""
+        side = "<" if self.directions == {1} else ">"
+        return (
+            f"the training data ran one way ({self.low:.4g} to {self.high:.4g} {self.unit}): "
+            f"nothing was seen of friction at v {side} 0"
+        )
 
 
 class ConstantCard(_Part):

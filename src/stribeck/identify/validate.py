@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from .card import Card
 
 
-#: A speed below this share of the greatest one is no motion in that direction.
-ONE_WAY = 0.02
-
-
 class IdentifiedModel(Protocol):
     """What can be held against data: a card, or a fit."""
 
@@ -80,10 +76,7 @@ def untrained_directions(
     if trained is None or parameters.law.directional or parameters.rig.approach == "force_balance":
         return []
     rig = as_simulated(parameters.rig)
-    least = ONE_WAY * max(abs(trained.low), abs(trained.high))
-    directions = {
-        direction for direction, speed in ((1, trained.high), (-1, -trained.low)) if speed > least
-    }
+    directions = trained.directions
     if not rig.from_rest or len(directions) != 1:
         return []
     sentences = []

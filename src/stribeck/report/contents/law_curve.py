@@ -42,12 +42,18 @@ def law_parameters(fit: Fit) -> Array:
     return np.ascontiguousarray(fit.p[: len(fit.law.params)])
 
 
+def velocity_range(fit: Fit) -> tuple[float, float]:
+    """Least and greatest velocity of the training data, m/s (rad/s)."""
+    if fit.balance is not None:
+        velocities = [b.velocity for b in fit.balance.signals]
+    else:
+        velocities = [m.velocity for m in simulated(fit.parameters, fit.p, fit.train)]
+    return min(float(v.min()) for v in velocities), max(float(v.max()) for v in velocities)
+
+
 def reach(fit: Fit) -> float:
     """The greatest speed of the training data, m/s (rad/s)."""
-    if fit.balance is not None:
-        return max(float(np.abs(b.velocity).max()) for b in fit.balance.signals)
-    motions = simulated(fit.parameters, fit.p, fit.train)
-    return max(float(np.abs(m.velocity).max()) for m in motions)
+    return float(np.abs(velocity_range(fit)).max())
 
 
 def implied(fit: Fit) -> tuple[Array, Array] | None:

@@ -6,11 +6,21 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ...identify.card import directions_between
 from ...units import unit
 from ..format import force_unit, unit_label
 from .confidence_band import BandSource, band
 from .decimation import Detail
-from .law_curve import friction_under, greatest_load, law_parameters, loads, loop, sides, stroke
+from .law_curve import (
+    friction_under,
+    greatest_load,
+    law_parameters,
+    loads,
+    loop,
+    sides,
+    stroke,
+    velocity_range,
+)
 from .schema import CurveRecord, SideRecord
 
 if TYPE_CHECKING:
@@ -27,6 +37,7 @@ def law_sides(
     p, scale = law_parameters(fit), unit(fit.rig.unit_shown("velocity")).factor
     speeds = sides(*ends, detail.speeds)
     limited = band(fit, speeds)
+    moved = directions_between(*velocity_range(fit))
     bands = [None] * len(speeds) if limited is None else limited[1]
     records = [
         SideRecord(
@@ -34,6 +45,7 @@ def law_sides(
             friction=detail.series(fit.law.friction(v, p)),
             low=None if limits is None else detail.series(limits[0]),
             high=None if limits is None else detail.series(limits[1]),
+            seen=int(np.copysign(1.0, v[-1])) in moved,
         )
         for v, limits in zip(speeds, bands, strict=True)
     ]

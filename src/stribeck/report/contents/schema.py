@@ -96,12 +96,13 @@ class MotionRecord(_StrictRecord):
 
 
 class SideRecord(_StrictRecord):
-    """A law's curve to one side of rest, and its 95 % band."""
+    """A law's curve to one side of rest, its 95 % band, and whether data went that way."""
 
     velocity: Series
     friction: Series
     low: Series | None = None
     high: Series | None = None
+    seen: bool = True
 
 
 class CurveRecord(_StrictRecord):

@@ -40,7 +40,8 @@ def curve_plot(frame: Frame, law: LawRecord, title: str, *, cloud: bool = True) 
         cloud: Whether what the measurements imply is shown too.
     """
     columns: dict[str, Column] = {}
-    bands, curves = [], []
+    bands: list[Line] = []
+    curves: list[Line] = []
     name = f"law: {frame.law}"
     for k, side in enumerate(law.curve):
         v, F, low, high = (f"{column}_{k}" for column in ("v", "F", "low", "high"))
@@ -48,7 +49,10 @@ def curve_plot(frame: Frame, law: LawRecord, title: str, *, cloud: bool = True) 
         if side.low is not None and side.high is not None:
             columns |= {low: side.low, high: side.high}
             bands.append(Line(v, high, "model", "95 % band", "band", low=low, same=k > 0))
-        curves.append(Line(v, F, "model", name, same=k > 0, wide=True))
+        if side.seen:
+            curves.append(Line(v, F, "model", name, same=len(curves) > 0, wide=True))
+        else:
+            curves.append(Line(v, F, "model", f"{name}, not seen this way", "dashes"))
     clouds = []
     if cloud and finite(law.cloud_velocity).size:
         columns |= {"v": law.cloud_velocity, "F": law.cloud_friction}
@@ -126,6 +130,7 @@ def _curve_alt(frame: Frame, law: LawRecord) -> str:
         if side.low is not None and side.high is not None:
             low, high = finite(side.low)[-1], finite(side.high)[-1]
             ends = f" (95 % from {number(low, 4)} to {number(high, 4)})"
+        ends += "" if side.seen else ", which no training data have seen"
         sides.append(
             f"{number(F[0], 4)} {force} next to rest and {number(F[-1], 4)} {force}{ends} at "
             f"{number(v[-1], 3)} {frame.units.velocity}"
