@@ -60,7 +60,11 @@ def _bare(sentence: str) -> str:
 def _judged(row: Row, answers: Sequence[Answer], usual: set[str]) -> dict[str, Any]:
     names = list(dict.fromkeys(n for a in answers for n in a["parameters"]))
     fitted = [a for a in answers if "refused" not in a]
-    lies = {n: k for n in names if (k := sum(_lies(row, a, n, usual) for a in fitted))}
+    lies = {
+        n: k
+        for n in names
+        if (k := sum(_lies(row, a, n, usual) for a in fitted if n in a["parameters"]))
+    }
     return {
         "kind": row.axis,
         "exact": row.exact,
@@ -68,11 +72,12 @@ def _judged(row: Row, answers: Sequence[Answer], usual: set[str]) -> dict[str, A
         "clean": row.clean,
         "seeds": len(answers),
         "refused": len(answers) - len(fitted),
-        "parameters": {n: _over_seeds([a["parameters"][n] for a in fitted]) for n in names},
+        "parameters": {
+            n: _over_seeds([p for a in fitted if (p := a["parameters"].get(n))]) for n in names
+        },
         "told": _told(row, answers, usual),
         "lies": lies,
         "alarms": [a["seed"] for a in answers if _alarms(a)] if row.clean else [],
-        "sums": [s for a in fitted for s in a["sums"]],
         "seconds": float(np.median([a["seconds"] for a in answers])),
     }
 

@@ -81,9 +81,6 @@ def answer(key: str, seed: int) -> Answer:
         "sentences": list(dict.fromkeys(sentences)),
         "conditions": sorted({v.condition for v in fit.violations}),
         "parameters": _parameters(fit, axis),
-        "sums": [
-            [c.parameter, c.constant, c.value, c.low, c.high, c.verdict] for c in fit.combinations
-        ],
     }
 
 
@@ -96,7 +93,8 @@ def _rig(row: Row, axis: Axis) -> Rig:
 
 
 def _parameters(fit: Fit, axis: Axis) -> dict[str, Answer]:
-    return {
+    """The estimates, and those of the sums of a parameter and a constant that are known."""
+    estimates = {
         q.name: {
             "shown": e.name,
             "truth": axis.truth[q.name],
@@ -108,6 +106,19 @@ def _parameters(fit: Fit, axis: Axis) -> dict[str, Answer]:
         for q, e in zip(fit.parameters.every, fit.estimates, strict=True)
         if e.verdict != "fixed"
     }
+    sums = {
+        f"{c.parameter} + {c.constant}": {
+            "shown": c.parameter,
+            "truth": axis.truth[c.parameter] + axis.constants[c.constant],
+            "value": c.value,
+            "interval": [c.low, c.high],
+            "verdict": c.verdict,
+            "reason": None,
+        }
+        for c in fit.combinations
+        if c.constant in axis.constants
+    }
+    return estimates | sums
 
 
 # --- some rows ------------------------------------------------------------------------------------

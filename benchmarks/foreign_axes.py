@@ -43,6 +43,7 @@ class Axis:
         noise: Standard deviation of the sensor's noise by channel, SI.
         given: Constants that its user knows, as `--set` reads them.
         rotary: Whether its position is an angle.
+        constants: Those that its user does not know, SI, by name.
     """
 
     rig: str
@@ -53,6 +54,7 @@ class Axis:
     noise: Mapping[str, float]
     given: Mapping[str, float] = field(default_factory=dict)
     rotary: bool = False
+    constants: Mapping[str, float] = field(default_factory=dict)
 
 
 def noisy(axis: Axis, rng: Rng, memory: float = 0.0) -> list[Table]:
@@ -223,6 +225,8 @@ def bed(
     return Axis(
         "slide-bed", law, truth, (motion._asdict(),), ("position", "command"),
         {"position": noise},
+        constants={"F_fm": constants.F_fm, "m": constants.m, "F_m_max": constants.F_m_max}
+        | {"k_hat+": constants.k_hat_up, "k_hat-": constants.k_hat_down},
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from foreign_axes import noisy
 def answer(row: Row, seed: int = 0, *sentences: str, **parameters: Any) -> dict[str, Any]:
     return {
         "key": row.key, "seed": seed, "seconds": 1.0, "sentences": list(sentences),
-        "conditions": [], "sums": [], "parameters": parameters,
+        "conditions": [], "parameters": parameters,
     }  # fmt: skip
 
 
