@@ -154,7 +154,7 @@ def identified_row(name: str, k: int) -> Row:
 
 
 def _parameters(fit: Fit, axis: Axis) -> dict[str, Row]:
-    """The estimate of each parameter."""
+    """The estimate of each parameter, and of the sums with constants that are known better."""
     names = (q.name for q in fit.parameters.free)
     errors = dict(zip(names, fit.uncertainty.errors.tolist(), strict=False))
     rows = {}
@@ -169,6 +169,16 @@ def _parameters(fit: Fit, axis: Axis) -> dict[str, Row]:
                 "verdict": e.verdict,
                 "reason": e.reason,
                 "resampled": e.resampled and [_short(x) for x in e.resampled],
+            }
+    for c in fit.combinations:
+        if c.constant in axis.constants:
+            rows[f"{c.parameter} + {c.constant}"] = {
+                "truth": _short(axis.truth[c.parameter] + axis.constants[c.constant]),
+                "value": _short(c.value),
+                "error": None,
+                "interval": [_short(c.low), _short(c.high)],
+                "verdict": c.verdict,
+                "resampled": None,
             }
     return rows
 
@@ -192,8 +202,10 @@ def study(rows: Sequence[Row]) -> dict[str, Any]:
     """The counts of one study, for each parameter and for all together."""
     refused = [r["refused"] for r in rows if "refused" in r]
     recordings, rows = len(rows), [r for r in rows if "refused" not in r]
-    names = list(rows[0]["parameters"]) if rows else []
-    counted: dict[str, Any] = {n: _counts([r["parameters"][n] for r in rows]) for n in names}
+    names = dict.fromkeys(n for r in rows for n in r["parameters"])
+    counted: dict[str, Any] = {
+        n: _counts([r["parameters"][n] for r in rows if n in r["parameters"]]) for n in names
+    }
     counted["all"] = _counts([p for r in rows for p in r["parameters"].values()])
     missed = [
         [r["k"], name, p["verdict"]]
