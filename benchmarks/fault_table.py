@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fault_rows import ROWS, Row
+from fault_row import Row
+from fault_rows import ROWS
 from intervals import binomial
 from resumable import Answer
 from stribeck.report.table import Cell, Table
@@ -109,10 +110,13 @@ def _lies(row: Row, a: Answer, name: str, usual: set[str]) -> bool:
 
 
 def _names(row: Row, sentence: str, parameters: Sequence[str], usual: set[str]) -> bool:
-    """Whether a sentence names the fault, or one of the parameters and is not said of any axis."""
+    """Whether a sentence names the fault, or one of the parameters.
+
+    One that is said of any axis counts where no log can show the fault.
+    """
     if _bare(sentence) in usual:
-        return False
-    if row.words and re.search(row.words, sentence, re.IGNORECASE):
+        return row.standing and _matches(row, sentence)
+    if _matches(row, sentence):
         return True
     return any(re.search(NAME.format(re.escape(p)), sentence) for p in parameters)
 
@@ -123,13 +127,17 @@ def _alarms(a: Answer) -> bool:
     return "refused" in a or bool(FAULTS & {*a["conditions"], *reasons})
 
 
+def _matches(row: Row, sentence: str) -> bool:
+    return bool(row.words and re.search(row.words, sentence, re.IGNORECASE))
+
+
 def _told(row: Row, answers: Sequence[Answer], usual: set[str]) -> str:
     """The first sentence that names the fault, or why it was refused."""
     for a in answers:
         if "refused" in a:
             return f"refused: {a['refused']}"
         for s in a["sentences"]:
-            if row.words and re.search(row.words, s, re.IGNORECASE) and _bare(s) not in usual:
+            if _names(row, s, [], usual):
                 return str(s)
     return ""
 

@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from fault_rows import ROWS, Row, axis_of
+from fault_row import Row, axis_of
+from fault_rows import ROWS
 from fault_table import PAGE, cells, page, summary, tables
 from foreign_axes import Axis, noisy, recordings
 from resumable import Answer, completed, lines

@@ -176,19 +176,27 @@ def rod(
         M=20.0, F_C=10.0, F_V=300.0, mu_p=5e-5, b=2e-5, offset=3.0
     ),
     pressures: Sequence[float] = (1e5, 3e5, 6e5),
+    known_bore: float = 0.025,
     noise: float = 0.3,
 ) -> Axis:
-    """A cylinder on a testing machine, a log for each pressure."""
+    """A cylinder on a testing machine, a log for each pressure.
+
+    Args:
+        axis: constants.
+        pressures: of the logs.
+        known_bore: that its user takes; b has the area that it leaves out.
+        noise: of the force.
+    """
     times, _, speed = strokes(np.array([0.05, 0.1, 0.2]), 0.05)
     motions = [cylinder.simulate(axis, times, speed, np.full_like(times, p)) for p in pressures]
     truth = {
         "F_C": axis.F_C, "F_V": axis.F_V, "mu": axis.mu_p, "M": axis.M, "offset": axis.offset,
-        "b": axis.b,
+        "b": axis.b + np.pi / 4.0 * (axis.bore**2 - known_bore**2),
     }  # fmt: skip
     return Axis(
         "cylinder", "coulomb-load", truth, tuple(m._asdict() for m in motions),
         ("position", "force", "pressure"), {"force": noise, "position": 1e-6, "pressure": 100.0},
-        given={"bore": 25.0},
+        given={"bore": 1e3 * known_bore},
     )  # fmt: skip
 
 

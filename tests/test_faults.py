@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fault_rows
 import fault_table
 import faults
 import run
-from fault_rows import ROWS, Row, axis_of, fault
+from fault_row import Row, axis_of, fault
+from fault_rows import ROWS
 from foreign_axes import noisy
 
 
@@ -135,4 +135,4 @@ def test_answers_go_on_where_they_were_cut_off(tmp_path: Path) -> None:
     written = file.read_text()
     assert faults.answered(file, [CLEAN], seeds=1) == [first]
     assert file.read_text() == written
-    assert fault_rows.axis_of(CLEAN).truth["M"] == first["parameters"]["M"]["truth"]
+    assert axis_of(CLEAN).truth["M"] == first["parameters"]["M"]["truth"]
