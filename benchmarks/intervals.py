@@ -157,7 +157,7 @@ def _parameters(fit: Fit, axis: Axis) -> dict[str, Row]:
     """The estimate of each parameter, and of the sums with constants that are known better."""
     names = (q.name for q in fit.parameters.free)
     errors = dict(zip(names, fit.uncertainty.errors.tolist(), strict=False))
-    rows = {}
+    rows: dict[str, Row] = {}
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
         if e.verdict != "fixed":
             rows[q.name] = {
