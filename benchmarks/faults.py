@@ -80,7 +80,7 @@ def answer(key: str, seed: int) -> Answer:
         "seconds": round(time.perf_counter() - start_time, 2),
         "misfit": fit.score.value,
         "sentences": list(dict.fromkeys(sentences)),
-        "conditions": sorted({v.condition for v in fit.violations}),
+        "conditions": sorted({v.condition for v in fit.violations if v.caps}),
         "parameters": _parameters(fit, axis),
     }
 
