@@ -241,8 +241,8 @@ def test_a_run_is_the_same_twice() -> None:
 
 def test_a_budget_is_kept_and_told() -> None:
     model = waves()
-    profiled = profiles(model, np.array([7.0, 0.3]), budget=12)
-    assert model.rows <= 12
+    profiled = profiles(model, np.array([7.0, 0.3]), budget=7)
+    assert model.rows <= 7
     assert not profiled.complete
     assert {"budget"} <= {s.ended for p in profiled.profiles for s in (p.low, p.high)}
     full = profiles(model, np.array([7.0, 0.3]))

@@ -14,10 +14,11 @@ from ..rig import Rig
 from ..rig.lookup import rig_and_law
 from .data_split import data_split
 from .loss import Loss, Objective
-from .multistart import Progress, SearchSettings
+from .multistart import Progress
 from .output_error import solve_output_error
 from .parameters import partition
 from .result import Fit
+from .search_settings import SearchSettings
 from .uncertainty.posterior import posterior, sampler
 
 if TYPE_CHECKING:

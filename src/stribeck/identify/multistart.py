@@ -1,100 +1,36 @@
-"""Independent repeats of a search, each polished by least squares; the best one is the answer."""
+"""Repeats of a search and what contained laws lead to, refined; the best of all is the answer."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from numbers import Integral
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.random import SeedSequence
 
-from ..data.segmentation import segment
 from ..errors import InputError
-from ..optimize import Algorithm, MemeticTabuSearch, Run, Search, Target, configure, steps
+from ..optimize import Run, Search, steps
 from ..space import Array
 from .fit_warnings import RIVAL
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, free_starts
+from .nested_answers import descended, nested_answers
 from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
+from .refinement import MANY, Refined, restarted, turned
 from .result import SearchRecord
+from .search_settings import CONFIRM, POLISH, SearchSettings, confirmed, sticks_and_slips
 
-#: Evaluations a repeat may spend by default, and what polishing may take of them: a quarter at
-#: most.
-BUDGET, POLISH = 8_000, 2_400
-REPEATS = 3
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
 #: How often default ranges are widened in a row, the share of J whose gain there calls for a new
 #: search, and how many searches there may be in all.
 WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
-#: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
-#: stick-slip, where a misfit has many basins, and where motions are smooth.
-SETTLE, SETTLE_SMOOTH = 200, 60
-#: Fewer slips a log are no stick-slip.
-SLIPS = 5
+#: Evaluations a parameter of a descent by the other loss, or back from there.
+REFINE = 25
 
 #: Called with the searches after every step.
 Progress = Callable[[Sequence[Search]], None]
-
-
-@dataclass(frozen=True)
-class SearchSettings:
-    """How an identification searches.
-
-    Args:
-        method: Name of the search method.
-        settings: Its settings, where they are not the method's own.
-        seed: Seed of all repeats.
-        budget: Evaluations of the cost for each repeat, polishing included.
-        repeats: Independent searches.
-        target: J at which a search stops.
-        polishing: Whether least squares polishes what a search ended with; None: unless the
-            method does so itself.
-
-    Raises:
-        InputError: a number is not whole, or too small.
-    """
-
-    method: str = MemeticTabuSearch.name
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    seed: int = 0
-    budget: int = BUDGET
-    repeats: int = REPEATS
-    target: float | None = None
-    polishing: bool | None = None
-
-    def __post_init__(self) -> None:
-        for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
-            value = getattr(self, name)
-            if not isinstance(value, Integral) or value < least:
-                raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
-
-    @property
-    def polish_budget(self) -> int:
-        """Evaluations of each repeat that are kept for polishing."""
-        polishes_itself = self.polishing is None and self.method == MemeticTabuSearch.name
-        if polishes_itself or self.polishing is False:
-            return 0
-        return min(POLISH, self.budget // 4)
-
-    def searches(self, problem: MotionProblem) -> list[Search]:
-        """The repeats, ready to run."""
-        algorithm = self._algorithm(problem)
-        stops = [] if self.target is None else [Target(self.target)]
-        budget = self.budget - self.polish_budget
-        return [
-            Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
-            for s in SeedSequence(self.seed).spawn(self.repeats)
-        ]
-
-    def _algorithm(self, problem: MotionProblem) -> Algorithm:
-        settle = SETTLE if _sticks_and_slips(problem) else SETTLE_SMOOTH
-        defaults = {"settle": settle} if self.method == MemeticTabuSearch.name else {}
-        return configure(self.method, **defaults | dict(self.settings))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +58,18 @@ class Optimum:
 
 
 def run_searches(
-    problem: MotionProblem, searches: Sequence[Search], progress: Progress | None
+    problem: MotionProblem,
+    searches: Sequence[Search],
+    progress: Progress | None,
+    enough: Callable[[Sequence[Search]], bool] | None = None,
 ) -> tuple[list[Run], bool]:
     """Advance all searches together until they have ended, or until Ctrl-C.
+
+    Args:
+        problem: What they search.
+        searches: Ready to run, or ended.
+        progress: Called with them after every step.
+        enough: Whether their answer is confirmed: then all end.
 
     Returns:
         Their runs, and whether they were interrupted.
@@ -137,6 +82,9 @@ def run_searches(
         for _ in steps(problem, searches):
             if progress is not None:
                 progress(searches)
+            if enough is not None and enough(searches):
+                for search in searches:
+                    search.cut("confirmed")
     except KeyboardInterrupt:
         if not all(len(s.trace) for s in searches):
             raise
@@ -177,25 +125,32 @@ def multistart(
         InputError: no parameter set could be simulated.
     """
     start_time = time.perf_counter()
-    runs, interrupted = run_searches(problem, settings.searches(problem), progress)
+    smooth = not sticks_and_slips(problem)
+    runs, interrupted = _repeated(problem, settings, progress, smooth=smooth)
     runs, polished, interrupted = _polished(problem, runs, settings, interrupted)
-    seconds = time.perf_counter() - start_time
     evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
+    answer = Refined(polished[0].x, polished[0].cost, 0, None)
+    if smooth and settings.memetic and not interrupted:
+        answer, interrupted = _refined_answer(problem, answer, settings, progress)
+    evaluations += answer.evaluations
+    seconds = time.perf_counter() - start_time
     allowance = 0 if interrupted else settings.budget * settings.repeats - evaluations
     if settings.polishing is False:
         allowance = 0
     if bent := problem.parameters.objective.loss == "absolute" and not interrupted:
         problem = problem.finer()
-    best, refined = polished[0].x, 0
+    best, refined = answer.x, 0
     try:
         if allowance >= 1:
-            problem, wider = _widened(problem, polished[0], min(allowance, POLISH))
+            problem, wider = _widened(
+                problem, Polished(answer.x, answer.cost, 0), min(allowance, POLISH)
+            )
             best, refined, allowance = wider.x, wider.evaluations, allowance - wider.evaluations
             left = replace(settings, budget=max(allowance // settings.repeats, 1))
             if (
                 searches > 1
                 and left.budget >= FEWEST * problem.space.dim
-                and wider.cost < (1 - MATERIAL) * polished[0].cost
+                and wider.cost < (1 - MATERIAL) * answer.cost
             ):
                 again = multistart(problem, left, progress, searches=searches - 1)
                 return _after(again, evaluations + refined, seconds)
@@ -213,7 +168,7 @@ def multistart(
             whole, refined = free, refined + spent
     except KeyboardInterrupt:
         interrupted = True
-    rivals = [d.x for d in polished if d.cost <= RIVAL * polished[0].cost]
+    rivals = [d.x for d in polished if d.cost <= RIVAL * answer.cost]
     dim = problem.space.dim
     return Optimum(
         whole,
@@ -232,6 +187,65 @@ def multistart(
         len(runs),
         interrupted,
     )
+
+
+def _repeated(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
+) -> tuple[list[Run], bool]:
+    """The repeats; where a smooth problem's confirm each other no more of them, else more."""
+    n = settings.repeats
+    if not (smooth and settings.memetic) or n < CONFIRM:
+        return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
+    most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
+    searches = settings.searches(problem, smooth=True, n=most)
+    active = CONFIRM
+    while True:
+        runs, interrupted = run_searches(problem, searches[:active], progress, confirmed)
+        if interrupted or active == most or confirmed(searches[:active]):
+            return runs, interrupted
+        active += 1
+
+
+def _refined_answer(
+    problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None
+) -> tuple[Refined, bool]:
+    """The answer of the repeats refined, or what contained laws lead to where that is better.
+
+    And whether Ctrl-C ended that.
+    """
+    if settings.target is not None and answer.cost <= settings.target:
+        return answer, False
+    dim, best = problem.space.dim, answer
+    try:
+        best = turned(problem, answer.x, answer.cost, REFINE * dim)
+        spent = best.evaluations
+        starts, rows = nested_answers(problem, lambda simple: _solved(simple, settings, progress))
+        spent += rows
+        if starts:
+            nested = descended(problem, starts)
+            spent += nested.evaluations
+            best = nested if nested.cost < best.cost else best
+        best = replace(best, evaluations=spent)
+        allowance = settings.budget * settings.repeats - spent
+        if dim >= MANY:
+            best = restarted(problem, best, settings.seed, allowance)
+    except KeyboardInterrupt:
+        return best, True
+    return best, False
+
+
+def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress | None) -> Refined:
+    """The answer of a law that contains no other.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C ended the search.
+    """
+    runs, interrupted = _repeated(problem, settings, progress, smooth=True)
+    if interrupted:
+        raise KeyboardInterrupt
+    run = min(runs, key=lambda r: r.cost)
+    spent = sum(r.evaluations for r in runs)
+    return turned(problem, run.x, run.cost, REFINE * problem.space.dim, spent)
 
 
 def _after(optimum: Optimum, evaluations: int, seconds: float) -> Optimum:
@@ -284,17 +298,3 @@ def _refined(
     cost = float(problem(x[None])[0])
     refined = polish(problem, x, cost, allowance - 1)
     return refined.x, refined.evaluations + 1
-
-
-def _sticks_and_slips(problem: MotionProblem) -> bool:
-    """Whether the axis sticks and slips in the training data, or elements of its law do."""
-    if free_starts(problem) or problem.parameters.law.states > 1:
-        return True
-    logs = {id(s.recording): s.recording for s in problem.train}
-    slips = {key: segment(log).slips for key, log in logs.items()}
-    inside = (
-        s.rows.start <= slip.start and slip.stop <= s.rows.stop
-        for s in problem.train
-        for slip in slips[id(s.recording)]
-    )
-    return bool(sum(inside) >= SLIPS * len(logs))

@@ -24,11 +24,12 @@ from .free_constants import (
     with_free_constants,
 )
 from .initial_state import FreeStartProblem, started_at_each
-from .multistart import Optimum, Progress, SearchSettings, multistart
+from .multistart import Optimum, Progress, multistart
 from .parameters import Parameters
 from .problem import MotionProblem
 from .result import Fit
 from .score import held_out, scores
+from .search_settings import SearchSettings
 from .segment import SegmentSplit, recordings_of, split_segments
 from .sliding_check import mark_never_slid
 from .uncertainty.assessment import Uncertainty, uncertainty

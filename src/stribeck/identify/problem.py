@@ -59,9 +59,8 @@ class MotionProblem:
         self.unit = parameters.rig.shows.get("position", "m")
         self.scale = unit(self.unit).factor
         widest = max(float(np.ptp(s.recording.position)) for s in train)
-        self._knee = (
-            KNEE * widest / self.scale if parameters.objective.loss == "absolute" else np.inf
-        )
+        self._bend = KNEE * widest / self.scale
+        self._knee = self._bend if parameters.objective.loss == "absolute" else np.inf
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -109,6 +108,12 @@ class MotionProblem:
         """The same problem over other search ranges."""
         other = copy(self)
         other.parameters, other.space = parameters, Space(parameters.free)
+        return other
+
+    def by_other_loss(self) -> MotionProblem:
+        """The same problem by squares where this one has absolute errors, and the other way."""
+        other = copy(self)
+        other._knee = np.inf if np.isfinite(self._knee) else self._bend  # noqa: SLF001 - of its own class
         return other
 
     def finer(self) -> MotionProblem:

@@ -91,7 +91,7 @@ def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
         p: Their values, SI, (k,).
         rich: The richer law's.
     """
-    values = {_renamed(n): v for n, v in simple.values(p).items()}
+    values = {synonym(n): v for n, v in simple.values(p).items()}
     dropped = 0.0 if any(q.name == _OFFSET for q in rich.every) else values.get(_OFFSET, 0.0)
     space = Space(rich.free)
     x = [_value(q, values, dropped) for q in rich.free]
@@ -99,13 +99,14 @@ def embedded(simple: Parameters, p: Array, rich: Parameters) -> Array:
     return inside
 
 
-def _renamed(name: str) -> str:
+def synonym(name: str) -> str:
+    """The name that most laws have for a parameter, its direction kept: K_c is F_C."""
     stem = name.rstrip("+-")
     return _ALIASES.get(stem, stem) + name[len(stem) :]
 
 
 def _value(param: Param, values: Mapping[str, float], offset: float) -> float:
-    name = _renamed(param.name)
+    name = synonym(param.name)
     stem, sign = name.rstrip("+-"), name[len(name.rstrip("+-")) :]
     for name_sought in (stem, *(("F_C",) if stem == "F_S" else ())):
         if (value := _at(name_sought, sign, values, offset)) is not None:

@@ -230,25 +230,38 @@ def _walked(
         return any(s < better for _, s in counted.visited)
 
     walked = [ray.unwalked() for ray in rays]
-    todo = [(i, best) for i in range(len(rays))]
+    todo: list[tuple[int, Iterate | None]] = [(i, best) for i in range(len(rays))]
     at_once = max(int(MEMORY / (8 * best.J.size)), 1)
     for _ in range(1 + ROUNDS):
         for first in range(0, len(todo), at_once):
             part = todo[first : first + at_once]
-            moves = [walk(rays[i], place, walked[i]) for i, place in part]
+            share = max(counted.left // (len(todo) - first), 1)
+            moves = [walk(rays[i], place, walked[i], share) for i, place in part]
             tasks = [AskTell("walk", counted.space, m) for m in moves]
             for (i, _), side in zip(part, lockstep(counted, tasks, met), strict=True):
                 walked[i] = walked[i] if side is None else side
             if met():
                 return walked, min(counted.visited, key=lambda visited: visited[1])[0]
-        todo = []
-        for i, ray in enumerate(rays):
-            x = beyond(ray, walked[i], counted.visited)
-            if x is not None and counted.left > 2 * ray.box.dim:
-                todo.append((i, linearised(counted, ray.box, x)))
+        todo = _unfinished(rays, walked, counted)
         if not todo:
             break
     return walked, None
+
+
+def _unfinished(
+    rays: Sequence[Ray], walked: Sequence[Walked], counted: Counted
+) -> list[tuple[int, Iterate | None]]:
+    """Sides to be walked on: from a fitting point beyond the end, or from where they stand."""
+    todo: list[tuple[int, Iterate | None]] = []
+    for i, ray in enumerate(rays):
+        if counted.left <= 2 * ray.box.dim:
+            break
+        x = beyond(ray, walked[i], counted.visited)
+        if x is not None:
+            todo.append((i, linearised(counted, ray.box, x)))
+        elif walked[i].ended == "budget":  # with what the others have left
+            todo.append((i, None))
+    return todo
 
 
 def _profile(box: Box, low: tuple[Ray, Walked], high: tuple[Ray, Walked]) -> Profile:

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...optimize.box import Box
-from ...optimize.moves import Answer, Detailed, Moves, SpentError
+from ...optimize.moves import Answer, Detailed, Moves, SpentError, counted
 from ...optimize.trust_region import Iterate, minimise
 from ...space import Array
 from .linearisation import others, predicted
@@ -50,22 +50,6 @@ class Visited(NamedTuple):
     u: Array
 
 
-class Walked(NamedTuple):
-    """What is known of a ray.
-
-    Args:
-        t: Distance of its end.
-        z: Height there.
-        ended: Why it ends there, see `profile.IntervalEnd`; `budget` while it is only a guess.
-        visited: The places refitted at, the best fit first, in order.
-    """
-
-    t: float
-    z: float
-    ended: Ended
-    visited: tuple[Visited, ...]
-
-
 class Standing(NamedTuple):
     """Where a walk stands.
 
@@ -84,6 +68,24 @@ class Standing(NamedTuple):
     outer: tuple[float, float] | None = None
     stride: float = np.inf
     blocked: Ended = "threshold"
+
+
+class Walked(NamedTuple):
+    """What is known of a ray.
+
+    Args:
+        t: Distance of its end.
+        z: Height there.
+        ended: Why it ends there, see `profile.IntervalEnd`; `budget` while it is only a guess.
+        visited: The places refitted at, the best fit first, in order.
+        standing: Where the last walk stood.
+    """
+
+    t: float
+    z: float
+    ended: Ended
+    visited: tuple[Visited, ...]
+    standing: Standing | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,26 +130,30 @@ class Ray:
         return Walked(0.0, 0.0, "budget", (Visited(0.0, 0.0, self.best.u.copy()),))
 
 
-def walk(ray: Ray, start: Iterate, start_of_walk: Walked) -> Moves[Walked]:
+def walk(ray: Ray, start: Iterate | None, walked: Walked, rows: float = np.inf) -> Moves[Walked]:
     """Go outward from a place until the side is known.
 
     Args:
         ray: Which side.
-        start: A refit on it.
-        start_of_walk: What earlier walks have visited.
+        start: A refit on it; None to go on from where the last walk stood.
+        walked: What earlier walks have visited.
+        rows: Evaluations after which it stops, with the end as a guess.
     """
-    t = max(ray.distance(float(start.u[ray.k])), 0.0)
-    at, visited = Standing(start, t, ray.height(start.squares)), list(start_of_walk.visited)
-    if t > 0:
-        visited.append(Visited(t, at.z, start.u.copy()))
-    walked = start_of_walk
+    at, visited = walked.standing, list(walked.visited)
+    if start is not None or at is None:
+        start = start or ray.best
+        t = max(ray.distance(float(start.u[ray.k])), 0.0)
+        at = Standing(start, t, ray.height(start.squares))
+        if t > 0:
+            visited.append(Visited(t, at.z, start.u.copy()))
     try:
         for _ in range(MOST):
             walked = _end(ray, at, visited)
-            if walked.ended != "budget":
+            if walked.ended != "budget" or rows <= 0:
                 break
             goal = _goal(ray, at, visited)
-            trial, stride, blocked = yield from _refitted(ray, at, goal)
+            (trial, stride, blocked), asked = yield from counted(_refitted(ray, at, goal))
+            rows -= asked
             if trial is None:
                 at = at._replace(stride=stride, blocked=blocked)
                 continue
@@ -156,7 +162,7 @@ def walk(ray: Ray, start: Iterate, start_of_walk: Walked) -> Moves[Walked]:
             at = _advanced(at, goal, height, trial)
     except SpentError:  # then the end is a guess
         pass
-    return walked._replace(visited=tuple(visited))
+    return walked._replace(visited=tuple(visited), standing=at)
 
 
 def _advanced(at: Standing, goal: float, height: float, trial: Iterate) -> Standing:
@@ -234,7 +240,9 @@ def _refitted(ray: Ray, at: Standing, goal: float) -> Moves[tuple[Iterate | None
         trial, box, free, gain=ROUGH * threshold, rows=rows, rest="corrected"
     )
     if ray.height(trial.squares) > ROUGHLY:
-        trial, _ = yield from minimise(trial, box, free, gain=FINE * threshold, rows=rows)
+        trial, _ = yield from minimise(
+            trial, box, free, gain=FINE * threshold, rows=rows, rest="corrected"
+        )
     if ray.height(trial.squares) > STEEP and step > SHARP * goal:
         return None, step / 3, "threshold"
     return trial, at.stride, at.blocked

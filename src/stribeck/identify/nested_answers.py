@@ -1,0 +1,113 @@
+"""Answers of the laws that a law contains, as places from which its own search may start.
+
+A law that contains another one explains the data at least as well, so it may never end above it.
+A search in few dimensions is quick and finds its minimum as a rule; the answer is then a point of
+the richer law's space, from which descents go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..friction import Law, law_named
+from ..space import Array, Param
+from .parameters import Parameters
+from .polish import polish
+from .problem import MotionProblem
+from .refinement import Refined, turned
+from .selection.nesting import embedded, ingredients, synonym
+
+#: How many of the answers are refined, the best first.
+STARTS = 2
+#: Evaluations a parameter of one descent.
+DESCENT = 25
+
+#: Searches a problem of a law that contains no other: its answer.
+Solve = Callable[[MotionProblem], Refined]
+
+
+def contained(parameters: Parameters) -> list[Parameters]:
+    """The laws of the rig that a law contains, with its own ranges and values, simplest first.
+
+    Those with a part of its ingredients, one for each part; a law with a free exponent stands for
+    the one without. Whether the richer law is ever equal to them shows at the points themselves.
+    """
+    law, own = parameters.law, _ingredients(parameters)
+    chosen: dict[frozenset[str], Parameters] = {}
+    for name in parameters.rig.laws:
+        simple = law_named(name)
+        if simple.name == law.name or (simple.states > 0) != (law.states > 0):
+            continue
+        try:
+            nested = _restricted(parameters, simple)
+        except InputError:  # nothing would be left to find
+            continue
+        if len(nested.free) < len(parameters.free) and (has := _ingredients(nested)) < own:
+            chosen.setdefault(has, nested)
+    coarse = {has - {"exponent"} for has in chosen if "exponent" in has}
+    left = [nested for has, nested in chosen.items() if has not in coarse - {frozenset()}]
+    return sorted(left, key=lambda nested: len(nested.free))
+
+
+def nested_answers(problem: MotionProblem, solve: Solve) -> tuple[list[Array], int]:
+    """The answers of the laws that a problem's law contains, as points of its space, SI, (dim,).
+
+    And the evaluations spent. Laws that contain others among them start from these.
+
+    Args:
+        problem: The richer law's.
+        solve: Searches the laws that contain no other.
+    """
+    answers: list[tuple[Parameters, Array]] = []
+    spent = 0
+    for parameters in contained(problem.parameters):
+        simple = MotionProblem(parameters, problem.train)
+        starts = [
+            embedded(p, p.full(x[None])[0], parameters)
+            for p, x in answers
+            if _ingredients(p) < _ingredients(parameters)
+        ]
+        answer = solve(simple) if not starts else descended(simple, starts)
+        spent += answer.evaluations
+        answers.append((parameters, answer.x))
+    rich = problem.parameters
+    return [embedded(p, p.full(x[None])[0], rich) for p, x in answers], spent
+
+
+def descended(problem: MotionProblem, starts: list[Array]) -> Refined:
+    """The best minimum below some points, SI: descents from the best of them."""
+    costs = problem(np.array(starts))
+    order = [int(k) for k in np.argsort(costs, kind="stable")[:STARTS] if np.isfinite(costs[k])]
+    if not order:
+        return Refined(starts[0], np.inf, len(starts), None)
+    allowance = DESCENT * problem.space.dim
+    ends = [polish(problem, starts[k], float(costs[k]), allowance) for k in order]
+    best = min(ends, key=lambda end: end.cost)
+    spent = len(starts) + sum(end.evaluations for end in ends)
+    return turned(problem, best.x, best.cost, allowance, spent)
+
+
+def _ingredients(parameters: Parameters) -> frozenset[str]:
+    return ingredients(parameters.law, (q.name for q in parameters.free))
+
+
+def _restricted(rich: Parameters, law: Law) -> Parameters:
+    """A simpler law on the same rig, with the ranges and values of what both have."""
+    named = {synonym(q.name): q for q in rich.every}
+
+    def own(q: Param) -> Param:
+        same = named.get(synonym(q.name))
+        if same is None or same.unit != q.unit:
+            return q
+        fixed = rich.fixed.get(same.name, same.fixed if same.name in rich.fixed else None)
+        return replace(q, lower=same.lower, upper=same.upper, log=same.log, fixed=fixed)
+
+    every = tuple(own(q) for q in rich.rig.parameters(law))
+    names = {q.name for q in every}
+    tied = {a: b for a, b in rich.tied.items() if {a, b} <= names}
+    declared = Parameters.declared(rich.rig, law, every, tied)
+    return replace(declared, objective=rich.objective, bounded=rich.bounded)

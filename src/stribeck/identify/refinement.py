@@ -1,0 +1,119 @@
+"""The last steps of a search: the other loss and back, and a restart around the best answer.
+
+Where a misfit is rough, a descent ends in the first hollow. The minimum of another loss over the
+same residuals lies beside the one that is sought, but its hollows lie elsewhere: a descent to there
+and back leaves most of them. In many dimensions an evolution strategy, which knows no slopes,
+starts around the answer, and descents follow it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ..optimize.cma_es import cma_es
+from ..optimize.lockstep import AskTell, Counted, lockstep
+from ..optimize.moves import silent
+from ..space import Array
+from .polish import polish
+from .problem import MotionProblem
+
+#: Turns through the other loss, and the share of J below which a turn brought nothing.
+TURNS, GAIN = 3, 0.01
+#: From so many parameters on there is an evolution strategy around the answer: the first standard
+#: deviation over the unit cube, half of that in every further round; evaluations a parameter, how
+#: often, and the share of J that a round has to bring for another one.
+MANY, RADIUS, ROUND, ROUNDS, WORTH = 10, 0.1, 150, 3, 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Where a refinement ended.
+
+    Args:
+        x: Free parameters, SI.
+        cost: J there.
+        evaluations: Of the residuals, each row counted.
+        other: The minimum of the other loss that was met first, SI; None where none was.
+    """
+
+    x: Array
+    cost: float
+    evaluations: int
+    other: Array | None
+
+
+def refined_in_turn(problem: MotionProblem, x: Array, cost: float, allowance: int) -> Refined:
+    """Descend by the loss, then by the other one and back, as long as that brings something.
+
+    Args:
+        problem: Its J is minimised.
+        x: Where to start, SI, (dim,).
+        cost: J there.
+        allowance: Evaluations of the residuals.
+    """
+    first = polish(problem, x, cost, allowance)
+    return turned(problem, first.x, first.cost, allowance, first.evaluations)
+
+
+def turned(
+    problem: MotionProblem, x: Array, cost: float, allowance: int, spent: int = 0
+) -> Refined:
+    """From a minimum by the other loss and back, as long as that brings something.
+
+    Args:
+        problem: Its J is minimised.
+        x: The minimum, SI, (dim,).
+        cost: J there.
+        allowance: Evaluations of one descent.
+        spent: Evaluations so far.
+    """
+    other_problem = problem.by_other_loss()
+    other: Array | None = None
+    for _ in range(TURNS):
+        start = float(other_problem(x[None])[0])
+        there = polish(other_problem, x, start, allowance)
+        other = there.x if other is None else other
+        back_start = float(problem(there.x[None])[0])
+        back = polish(problem, there.x, back_start, allowance)
+        spent += 2 + there.evaluations + back.evaluations
+        gain = 1 - back.cost / cost
+        if gain > 0:
+            x, cost = back.x, back.cost
+        if not gain > GAIN:
+            break
+    return Refined(x, cost, spent, other)
+
+
+def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) -> Refined:
+    """Rounds of an evolution strategy around an answer, each with descents after it.
+
+    Args:
+        problem: Its J is minimised.
+        best: The answer.
+        seed: Of the draws.
+        allowance: Evaluations in all.
+    """
+    dim = problem.space.dim
+    population = 2 * (4 + int(3 * np.log(dim)))  # twice the usual one: the misfit is rough
+    spent = best.evaluations
+    limit = spent + allowance
+    for k, child in enumerate(SeedSequence(seed, spawn_key=(dim,)).spawn(ROUNDS)):
+        rows = min(ROUND * dim, limit - spent)
+        if rows < population:
+            break
+        counted = Counted(problem, rows)
+        centre = problem.space.encode(best.x[None])[0]
+        moves = cma_es(centre, RADIUS / 2**k, population, np.random.default_rng(child), silent)
+        lockstep(counted, [AskTell("restart", problem.space, moves)])
+        x, cost = counted.best()
+        spent += counted.rows
+        before = best.cost
+        if cost < before:
+            best = refined_in_turn(problem, x, cost, max(min(40 * dim, limit - spent), 1))
+            spent += best.evaluations
+        if not best.cost < (1 - WORTH) * before:
+            break
+    return Refined(best.x, best.cost, spent, best.other)

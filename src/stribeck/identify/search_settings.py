@@ -1,0 +1,125 @@
+"""How an identification searches: method, repeats, budget, and when repeats confirm each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+from numpy.random import SeedSequence
+
+from ..data.segmentation import segment
+from ..errors import InputError
+from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
+from .initial_state import free_starts
+from .problem import MotionProblem
+
+#: Evaluations a repeat may spend by default, and what polishing may take of them: a quarter at
+#: most.
+BUDGET, POLISH = 8_000, 2_400
+REPEATS = 3
+#: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
+#: stick-slip, where a misfit has many basins, and where motions are smooth.
+SETTLE, SETTLE_SMOOTH = 200, 60
+#: Fewer slips a log are no stick-slip.
+SLIPS = 5
+#: Repeats of a smooth problem confirm an answer if two of them came to the same misfit, give or
+#: take this share, and neither got below that in so many evaluations a parameter since. (On the
+#: servo logs minima beside each other differ by a hundredth.)
+AGREE, QUIET, CONFIRM = 0.01, 8, 2
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How an identification searches.
+
+    Args:
+        method: Name of the search method.
+        settings: Its settings, where they are not the method's own.
+        seed: Seed of all repeats.
+        budget: Evaluations of the cost for each repeat, polishing included.
+        repeats: Independent searches. In smooth problems `mbts` begins with two, ends once they
+            confirm each other, and adds as many again as asked for while none do.
+        target: J at which a search stops.
+        polishing: Whether least squares polishes what a search ended with; None: unless the
+            method does so itself.
+
+    Raises:
+        InputError: a number is not whole, or too small.
+    """
+
+    method: str = MemeticTabuSearch.name
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+    budget: int = BUDGET
+    repeats: int = REPEATS
+    target: float | None = None
+    polishing: bool | None = None
+
+    def __post_init__(self) -> None:
+        for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
+            value = getattr(self, name)
+            if not isinstance(value, Integral) or value < least:
+                raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
+
+    @property
+    def memetic(self) -> bool:
+        """Whether the method is the package's own, which restarts, confirms and refines."""
+        return self.method == MemeticTabuSearch.name and self.polishing is not False
+
+    @property
+    def polish_budget(self) -> int:
+        """Evaluations of each repeat that are kept for polishing."""
+        polishes_itself = self.polishing is None and self.method == MemeticTabuSearch.name
+        if polishes_itself or self.polishing is False:
+            return 0
+        return min(POLISH, self.budget // 4)
+
+    def searches(self, problem: MotionProblem, *, smooth: bool, n: int) -> list[Search]:
+        """The first n repeats, ready to run.
+
+        Args:
+            problem: What they search.
+            smooth: Whether its motions are.
+            n: How many.
+        """
+        algorithm = self._algorithm(smooth=smooth)
+        stops = [] if self.target is None else [Target(self.target)]
+        budget = self.budget - self.polish_budget
+        return [
+            Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
+            for s in SeedSequence(self.seed).spawn(n)
+        ]
+
+    def _algorithm(self, *, smooth: bool) -> Algorithm:
+        settle = SETTLE_SMOOTH if smooth else SETTLE
+        defaults = {"settle": settle} if self.method == MemeticTabuSearch.name else {}
+        return configure(self.method, **defaults | dict(self.settings))
+
+
+def confirmed(searches: Sequence[Search]) -> bool:
+    """Whether searches of a smooth problem have come to the same misfit, and stayed there."""
+    best = min(s.trace.cost for s in searches)
+    level = (1 + AGREE) * best
+    return bool(np.isfinite(best)) and sum(_stayed(s, level) for s in searches) >= CONFIRM
+
+
+def _stayed(search: Search, level: float) -> bool:
+    reached = search.trace.reached(level) if search.trace.cost <= level else None
+    return reached is not None and len(search.trace) - reached >= QUIET * search.space.dim
+
+
+def sticks_and_slips(problem: MotionProblem) -> bool:
+    """Whether the axis sticks and slips in the training data, or elements of its law do."""
+    if free_starts(problem) or problem.parameters.law.states > 1:
+        return True
+    logs = {id(s.recording): s.recording for s in problem.train}
+    slips = {key: segment(log).slips for key, log in logs.items()}
+    inside = (
+        s.rows.start <= slip.start and slip.stop <= s.rows.stop
+        for s in problem.train
+        for slip in slips[id(s.recording)]
+    )
+    return bool(sum(inside) >= SLIPS * len(logs))
