@@ -126,8 +126,8 @@ def output_error_warnings(
     warnings += _resting(score, _noise_floor(parameters.rig, recordings))
     if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
         warnings.append(
-            f"only 1 of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the answer is "
-            "not confirmed; raise --repeats"
+            f"only {rivals} of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the "
+            "answer is not confirmed; raise --repeats"
         )
     trained = directions_of(train)
     rig = as_simulated(parameters.rig)

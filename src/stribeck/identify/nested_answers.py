@@ -103,7 +103,7 @@ def _restricted(rich: Parameters, law: Law) -> Parameters:
         same = named.get(synonym(q.name))
         if same is None or same.unit != q.unit:
             return q
-        fixed = rich.fixed.get(same.name, same.fixed if same.name in rich.fixed else None)
+        fixed = rich.fixed.get(same.name)
         return replace(q, lower=same.lower, upper=same.upper, log=same.log, fixed=fixed)
 
     every = tuple(own(q) for q in rich.rig.parameters(law))

@@ -25,6 +25,7 @@ from .free_constants import (
 )
 from .initial_state import FreeStartProblem, started_at_each
 from .multistart import Optimum, Progress, multistart
+from .other_loss import other_loss_violations
 from .parameters import Parameters
 from .problem import MotionProblem
 from .result import Fit
@@ -152,12 +153,17 @@ def output_error_fit(
         resting=resting(problem, x),
     )
     trained = trained_samples(data.recordings, segments.train)
-    violations = [
-        *data_violations(parameters.rig, data.recordings, trained),
-        *misfit_violations(
-            parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
-        ),
-    ]
+    misfit = misfit_violations(
+        parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
+    )
+    violations = [*data_violations(parameters.rig, data.recordings, trained), *misfit]
+    if misfit and not optimum.interrupted:  # losses disagree where the model lacks something
+        try:
+            by_loss, spent = other_loss_violations(problem, x, judged)
+            violations += by_loss
+            uncertain = replace(uncertain, rows=uncertain.rows + spent)
+        except KeyboardInterrupt:
+            optimum = _interrupted(optimum)
     judged = mark_never_slid(parameters, judged, recordings_of(train))
     judged = with_rulings(parameters, judged, ruled)
     slopes: Slopes = {}

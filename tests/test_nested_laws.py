@@ -1,0 +1,153 @@
+"""A search starts from contained laws and from another loss, and ends once it is confirmed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from foreign import servo
+from stribeck import RIGS
+from stribeck.data.recording import Recording
+from stribeck.friction import law_named
+from stribeck.identify.multistart import multistart
+from stribeck.identify.nested_answers import contained, nested_answers
+from stribeck.identify.other_loss import other_loss_violations
+from stribeck.identify.parameters import partition
+from stribeck.identify.polish import polish
+from stribeck.identify.problem import MotionProblem
+from stribeck.identify.refinement import Refined, turned
+from stribeck.identify.search_settings import SearchSettings
+from stribeck.identify.segment import segments
+from stribeck.identify.uncertainty.estimates import Estimate
+from stribeck.optimize import rms
+from stribeck.rig.simulated import as_simulated
+from stribeck.space import Array, box
+
+RIG = RIGS["servo-pendulum"]
+AXIS = servo.Servo(kp=300.0, q_offset=0.02)
+PLAIN = servo.Bam(0.03, 0.008)
+LOADED = servo.Bam(0.01, 0.008, 0.02, 0.8, 1.3, 0.15, 0.15, 0.1, 0.1)
+
+
+def log_of(bam: servo.Bam, seed: int = 0, noise: float = 5e-4) -> Recording:
+    """Two sines of the goal, then a free swing."""
+    t = np.arange(0.0, 4.0, 0.01)
+    goal = 1.1 * np.sin(2.5 * t) + 0.3 * np.sin(9.0 * t)
+    enabled = (t < 3.0).astype(float)
+    q = servo.simulate(AXIS, bam, t, goal, enabled).position
+    q = q + noise * np.random.default_rng(seed).standard_normal(len(t))
+    return Recording(
+        t=t, position=q, command=goal, rotary=True,
+        extra={"torque_enable": enabled, "kp": np.full_like(t, AXIS.kp)},
+    )  # fmt: skip
+
+
+def problem_of(law: str, log: Recording, **fixed: float) -> MotionProblem:
+    parameters = partition(RIG, law_named(law), fixed=fixed)
+    return MotionProblem(parameters, segments([log], as_simulated(RIG), None))
+
+
+def test_a_law_contains_those_with_a_part_of_its_ingredients() -> None:
+    def names(law: str) -> list[str]:
+        return [p.law.name for p in contained(partition(RIG, law_named(law)))]
+
+    assert names("coulomb-viscous") == []
+    assert names("bam-m4") == ["coulomb-viscous", "bam-m3", "stribeck"]  # its exponent free
+    assert names("bam-m6")[-2:] == ["bam-m4", "bam-m5"]
+
+
+def test_a_contained_law_keeps_ranges_and_values() -> None:
+    rich = partition(RIG, law_named("bam-m4"), bounds={"K_c": (0.0, 0.4)}, fixed={"q_offset": 10.0})
+    simple = contained(rich)[0]
+    ranges = {q.name: (q.lower, q.upper) for q in simple.free}
+    assert ranges["F_C"] == (0.0, 0.4)
+    assert "q_offset" not in ranges
+    assert simple.fixed["q_offset"] == pytest.approx(0.01)
+
+
+def test_answers_of_contained_laws_cost_the_same_in_the_richer_one() -> None:
+    log = log_of(PLAIN)
+    rich = problem_of("bam-m4", log)
+    costs = []
+
+    def solve(simple: MotionProblem) -> Refined:
+        x = simple.space.decode(np.full((1, simple.space.dim), 0.4))[0]
+        costs.append(float(simple(x[None])[0]))
+        return Refined(x, costs[0], 1, None)
+
+    points, spent = nested_answers(rich, solve)
+    assert len(costs) == 1  # the others start from there
+    assert len(points) == 3
+    assert spent > 1
+    assert rich(points[0][None])[0] == pytest.approx(costs[0], rel=1e-9)
+    assert (rich(np.array(points)) <= costs[0] * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_law_is_never_worse_than_one_it_contains(seed: int) -> None:
+    """A budget that does not suffice to search in eleven dimensions."""
+    log = log_of(LOADED)
+    settings = SearchSettings(seed=seed, budget=250, repeats=1)
+    ends = {law: multistart(problem_of(law, log), settings) for law in ("bam-m3", "bam-m4")}
+    costs = {law: float(o.problem(o.x[None])[0]) for law, o in ends.items()}
+    assert costs["bam-m4"] <= costs["bam-m3"] * (1 + 1e-3)
+
+
+def test_repeats_end_once_they_confirm_each_other() -> None:
+    log = log_of(PLAIN)
+    optimum = multistart(problem_of("coulomb-viscous", log), SearchSettings())
+    assert [run.ended for run in optimum.search.runs] == ["confirmed"] * 2
+    assert optimum.search.evaluations < 800
+    assert float(optimum.problem(optimum.x[None])[0]) < 0.55  # mrad; the noise is 0.5
+
+
+class Hollows:
+    """A misfit with hollows that another loss does not have."""
+
+    def __init__(self, depth: float) -> None:
+        self.space = box([(-3.0, 3.0)])
+        self._depth = depth
+
+    def residuals(self, x: Array, /) -> Array:
+        u = np.asarray(x)[:, :1] - 1.0
+        return np.hstack([u, self._depth * (1 - np.cos(12.0 * u)), np.full_like(u, 0.01)])
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+    def by_other_loss(self) -> Hollows:
+        return Hollows(0.0)
+
+
+def test_the_other_loss_leads_out_of_a_hollow() -> None:
+    problem: Any = Hollows(0.5)
+    start = np.array([1.0 - 2 * np.pi / 12 * 2])
+    there = turned(problem, start, float(problem(start[None])[0]), 60)
+    assert there.x == pytest.approx([1.0], abs=1e-4)
+    assert there.other == pytest.approx([1.0], abs=1e-4)
+
+
+def judged(problem: MotionProblem, x: Array, share: float) -> list[Estimate]:
+    """Estimates with intervals of a share of the value to either side."""
+    p, nan = problem.parameters.full(x[None])[0], float("nan")
+    rows = zip(problem.parameters.every, p.tolist(), (share * np.abs(p)).tolist(), strict=True)
+    return [Estimate(q.name, v, nan, nan, v - h, v + h, None, "identified", "") for q, v, h in rows]
+
+
+@pytest.mark.parametrize(
+    ("bam", "leaves"), [(servo.Bam(0.01, 0.008, 0.06, 0.5, 1.0), True), (PLAIN, False)]
+)
+def test_an_interval_that_another_loss_leaves_is_told(bam: servo.Bam, leaves: bool) -> None:
+    """Friction that drops with speed, by a law without a drop; and by one that is right."""
+    problem = problem_of("coulomb-viscous", log_of(bam))
+    start = np.array([0.03, 0.008, 0.4, 4.0, 1e-3, 0.02])
+    x = polish(problem, start, float(problem(start[None])[0]), 150).x
+    violations, _ = other_loss_violations(problem, x, judged(problem, x, 0.05))
+    assert bool(violations) == leaves
+    for violation in violations:
+        assert violation.condition == "model"
+        assert violation.parameters
+        assert "--loss absolute puts" in violation.sentence
+        assert not other_loss_violations(problem, x, judged(problem, x, 10.0))[0]
