@@ -8,6 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from foreign import slide_bed
+from foreign.friction import Curve
+from foreign.strokes import ramp as slide_bed_ramp
 from stribeck.data import Quality, Recording, check, read
 from stribeck.space import Array
 
@@ -226,3 +229,27 @@ def test_emps_is_a_log_for_a_force_balance(name: str) -> None:
         "force measured: the force-balance road is open (mass, Coulomb, viscous)",
         "command recorded: motion can be simulated from it",
     )
+
+
+def test_slips_are_not_called_a_ramp_of_force() -> None:
+    """The motor's force on a foreign slide bed rises straight for a tenth of the log at first."""
+    curve = Curve(144.5463, 47.8514, 958.3, 1.0964e-3)
+    motion = slide_bed.simulate(
+        slide_bed.Bed(), curve, curve, *slide_bed_ramp(60.0, 5e-3), 0.0, h=2e-5
+    )
+    q = check(Recording(motion.t, motion.position, motion.command, force=motion.force))
+    assert len(q.slips) == 10
+    assert verdict_contains(q, "stick-slip present: 10 slips")
+    assert not verdict_contains(q, "ramp of force")
+
+
+def test_coarse_steps_of_a_long_travel_are_motion() -> None:
+    """57 steps of a millimetre, in bursts of ten rows between which rows were lost."""
+    row: Array = np.arange(2000, dtype=float)
+    t = 0.1 * (row // 10 * 137 + row % 10)
+    x = 1e-3 * np.round(28.5 * np.sin(0.05 * t))
+    v = 28.5e-3 * 0.05 * np.cos(0.05 * t)
+    q = check(Recording(0.1 * row, x, velocity=v, force=np.sign(v)))
+    assert not verdict_contains(q, "hardly any motion")
+    assert verdict_contains(q, "position is coarse: 57 mm of travel are 57 times what the sensor")
+    assert any("rows are missing" in fault for fault in q.faults)

@@ -49,8 +49,8 @@ _COMPLIANT, _BEGINNING = 100.0, (0.1, 0.5)
 _CYCLES, _ALIKE, _SPRING = 2, 0.1, 0.6
 #: Presliding is a matter of micrometres and milliradians.
 _PRESLIDING = {False: 1e-3, True: 0.02}
-#: A log without sliding travels no more than so many times that.
-_STILL = 5.0
+#: A log without sliding travels no more than five times that.
+STILL = {False: 5e-3, True: 0.1}
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def ramps(recording: Recording) -> tuple[Breakaway, ...]:
     sliding; one that does not counts in a log without any, where all travel is presliding.
     """
     slopes = [_breakaway(recording, rows) for rows in _straight(recording)]
-    still = float(np.ptp(recording.position)) <= _STILL * _PRESLIDING[recording.rotary]
+    still = float(np.ptp(recording.position)) <= STILL[recording.rotary]
     return tuple(b for b in slopes if still or b.by_speed is not None)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .breakaway import Breakaway, Presliding
+from .breakaway import STILL, Breakaway, Presliding
 from .force_channel import EXACT, both_ways, spikes
 from .gate import faults
 from .gate.fault import shown
@@ -73,6 +73,7 @@ def verdicts(recording: Recording, segments: Segments, tests: ForceTests) -> lis
         _on_pressure(recording),
         _on_command(recording),
         _on_directions(recording, segments),
+        _on_resolution(recording, segments),
         steady,
         _on_short_slips(segments) if sticky else "",
     ]
@@ -100,9 +101,8 @@ def _steps(segments: Segments) -> int:
 
 def _coarse(recording: Recording, segments: Segments) -> str:
     """Why travel is too short to be differentiated, if it is."""
-    resolution, travel = _resolution(segments), float(np.ptp(recording.position))
-    leaping = any(fault.kind == "jump" for fault in faults(recording))  # and no noise to be seen
-    if not travel < _TRAVEL * resolution or leaping:
+    resolution, travel = _resolution(recording, segments), float(np.ptp(recording.position))
+    if not travel < _TRAVEL * resolution or travel > STILL[recording.rotary]:
         return ""
     x = CHANNELS["position"][recording.rotary]
     return (
@@ -111,8 +111,25 @@ def _coarse(recording: Recording, segments: Segments) -> str:
     )
 
 
-def _resolution(segments: Segments) -> float:
-    """What the sensor tells apart: a step, or the width of its noise."""
+def _on_resolution(recording: Recording, segments: Segments) -> str:
+    """A word on a sensor that is coarse beside a travel that is motion."""
+    resolution, travel = _resolution(recording, segments), float(np.ptp(recording.position))
+    if not travel < _TRAVEL * resolution or travel <= STILL[recording.rotary]:
+        return ""
+    x = CHANNELS["position"][recording.rotary]
+    recorded = recording.velocity is not None
+    better = ", the recorded velocity is to be preferred" if recorded else ""
+    return (
+        f"position is coarse: {shown(travel, x)} of travel are {travel / resolution:.0f} times "
+        f"what the sensor resolves ({shown(resolution, x)}): its differences make a poor "
+        f"velocity{better}"
+    )
+
+
+def _resolution(recording: Recording, segments: Segments) -> float:
+    """What the sensor tells apart: a step, or the width of its noise, which leaps would hide."""
+    if any(fault.kind == "jump" for fault in faults(recording)):
+        return segments.step
     return float(np.hypot(segments.step, 3.5 * segments.noise))
 
 
@@ -171,7 +188,7 @@ def _on_force(
     if tested or coarse:
         rig = f"rig presliding{'-rotary' * recording.rotary}"
         x = float(np.ptp(recording.position))
-        enough = tested or x > _NOTHING * _resolution(segments)
+        enough = tested or x > _NOTHING * _resolution(recording, segments)
         reason = f"as {tested}" if tested else coarse
         simulated = f", {rig} simulates it" if enough else ""
         return f"force measured, but {reason}: the force-balance road is closed{simulated}"

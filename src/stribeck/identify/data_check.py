@@ -59,4 +59,6 @@ def _read(rig: Rig, fault: Fault) -> bool:
         return fault.channel in ("position", "force", "voltage", "pressure")
     if fault.channel == "force":
         return rig.applied_force
+    if fault.channel == "velocity":
+        return not getattr(rig, "from_rest", True)  # it starts with the measured state
     return fault.channel in ("position", "time")
