@@ -224,8 +224,10 @@ def contradicted(recording: Recording) -> list[Fault]:
         return [line]
     speed = np.abs(v)
     about = sliding_window_view(np.pad(speed, _ABOUT, mode="edge"), 2 * _ABOUT + 2).max(axis=1)
-    reach = (about + step(recording.velocity)) * np.diff(t)
-    tolerance = STEPS * step(x) + SIGMAS * noise_of(x) + _MATERIAL * float(np.ptp(x))
+    dt = np.diff(t)
+    reach = (about + step(recording.velocity)) * dt
+    scatter = float(np.median(np.abs(np.diff(x) - 0.5 * (v[1:] + v[:-1]) * dt)))
+    tolerance = STEPS * step(x) + SIGMAS * scatter + _MATERIAL * float(np.ptp(x))
     off = np.abs(np.diff(x)) - _FASTER * reach
     far = np.flatnonzero(off > tolerance)
     if len(far) < _OFTEN * len(x):
