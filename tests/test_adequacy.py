@@ -13,6 +13,9 @@ from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import RIGS, Recording, identify
 from stribeck.identify.result import Fit
+from stribeck.report.contents.gather import Contents
+from stribeck.report.contents.schema import Report
+from stribeck.report.page.html_page import render
 
 LOOP = driven.Loop(kp=4e4, kd=2e3, ki=1e5, mass_ff=9.0)
 TRUTH = {"M": 10.0, "F_C": 20.0, "F_V": 60.0, "offset": 2.0}
@@ -113,3 +116,18 @@ def test_a_joint_by_output_error_shows_the_square_of_the_speed() -> None:
 
     assert not told(0.0)
     assert any("square of the speed" in sentence for sentence in told(0.3))
+
+
+def test_the_page_shows_bins_and_effects() -> None:
+    report = Contents(fitted("square")).report()
+    assert Report.model_validate_json(report.text()) == report
+    page = render(report)
+    assert "What the model leaves out" in page
+    assert "the residual grows with the square of the speed" in page
+    speed = report.bins[0]
+    assert (speed.variable, len(speed.at)) == ("speed", 12)
+    outside = [abs(m) > c for m, c in zip(speed.mean, speed.chance, strict=True)]  # type: ignore[arg-type, operator]
+    assert sum(outside) >= 6
+    clean = Contents(fitted("clean")).report()
+    assert not clean.effects
+    assert "No pattern was seen" in render(clean)

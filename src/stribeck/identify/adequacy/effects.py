@@ -27,8 +27,8 @@ CHANCE, CHANCE_NAMED = 1e-3, 1e-4
 OF_INTERVAL, OF_VALUE = 0.5, 0.01
 #: A pattern names an effect if it explains this share of what the bins explain.
 NAMED = 0.5
-#: Patterns that explain this share of what the best does are as good.
-ALIKE = 0.8
+#: Patterns of the same name that explain this share of what the best does are as good.
+ALIKE = 0.9
 #: Effects looked for, one after the other, each in what the last has left.
 MOST = 3
 
@@ -52,7 +52,7 @@ class Effect:
         probability: That chance explains as much.
         shifts: What the parameters change by if it is estimated with them, SI, by name: those
             alone that it moves materially.
-        others: What they change by with other patterns that explain nearly as much.
+        others: What they change by with other scales of the pattern that explain nearly as much.
         size: Root mean square of the force that it makes, N (N m).
     """
 
@@ -140,7 +140,7 @@ def effects(rows: ResidualRows) -> Effects:
         remainder = Remainder(rows, columns)
         shifts = dict(zip(rows.names, (remainder.x[:k] - before.x[:k]).tolist(), strict=True))
         gone = before.rows.residual - remainder.rows.residual
-        # Which of the patterns that fit as well it is, nobody knows: the greatest shift counts.
+        # Which of the scales that fit as well it is, nobody knows: the greatest shift counts.
         shifts = _material(rows, [shifts, *effect.others])
         result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
         looks = _looks(remainder.rows, block, flips)
@@ -185,7 +185,11 @@ def _candidate(
         pattern, share, alike = Pattern("", _steps(rows, look)), bins.share, []
     else:
         pattern, share = known[best], gains[best]
-        alike = [known[i] for i in among if gains[i] >= ALIKE * share and i != best]
+        alike = [
+            known[i]
+            for i in among
+            if gains[i] >= ALIKE * share and i != best and known[i].name == pattern.name
+        ]
     least = min([bins.probability, *(chances[i] for i in named)])
     effect = Effect(
         look.variable, look.kind, pattern.name, pattern.scale, share, least,

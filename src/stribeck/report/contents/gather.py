@@ -14,6 +14,7 @@ from ...identify.card import card
 from ...units import unit
 from ..format import force_unit, unit_label
 from ..misfit import log_errors
+from .adequacy_records import bins_records, effect_records
 from .decimation import PAGE, PRINT, Detail
 from .frame import Frame
 from .law_curve import implied, reach
@@ -176,6 +177,8 @@ class Contents:
                 )
                 for log, n, errors in (self.errors if len(fit.recordings) > 1 else [])[:MANY]
             ],
+            bins=list(bins_records(fit)),
+            effects=list(effect_records(fit)),
             draws=draws_record(fit),
             command=[word[:LETTERS] for word in command[:MANY]],
             software={

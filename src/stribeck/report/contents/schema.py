@@ -163,6 +163,32 @@ class ErrorRecord(_StrictRecord):
     errors: Annotated[list[Number | None], Field(max_length=MANY)]
 
 
+class BinsRecord(_StrictRecord):
+    """Mean residual force in equal-count bins of a variable, and half the band of chance, SI."""
+
+    variable: Text
+    kind: Literal["force", "friction"]
+    unit: Text
+    at: Series
+    mean: Series
+    chance: Series
+    share: Number
+    probability: Number
+
+
+class EffectRecord(_StrictRecord):
+    """A pattern of the residual that chance does not explain, and the parameters it moves.
+
+    `size` is the root mean square of its force, `share` that of the residual's variance.
+    """
+
+    text: Text
+    share: Number
+    size: Number
+    probability: Number
+    moves: Text
+
+
 class DrawsRecord(_StrictRecord):
     """The bootstrap behind `resampled` of the card: data sets drawn, failed, length of a block."""
 
@@ -200,6 +226,8 @@ class Report(_StrictRecord):
     profiles: Annotated[list[ProfileRecord], Field(max_length=MANY)]
     runs: Annotated[list[RunRecord], Field(max_length=MANY)]
     errors: Annotated[list[ErrorRecord], Field(max_length=MANY)] = []
+    bins: Annotated[list[BinsRecord], Field(max_length=16)] = []
+    effects: Annotated[list[EffectRecord], Field(max_length=16)] = []
     draws: DrawsRecord | None = None
     command: Annotated[list[Text], Field(max_length=MANY)] = []
     software: dict[Text, Text]

@@ -17,6 +17,8 @@ from ..table import Table
 
 #: Slips listed of a log, and logs listed by their errors.
 LISTED = 200
+#: A chance below this is told as being so.
+LEAST = 1e-6
 #: What a meaning says of the ends of an interval has a column of its own.
 _ENDED = re.compile(
     r"; (both ends of its interval are|the lower end of its interval is) set by[^;]*"
@@ -200,6 +202,21 @@ def errors(report: Report) -> Table | None:
     ]
     title = "Each log" if len(kept) == len(every) else f"The {LISTED} worst of {len(every)} logs"
     return Table.of_texts(title, [*heads, *names[:width]], rows)
+
+
+def effects(report: Report) -> Table | None:
+    """What the residual shows of what the model leaves out."""
+    if not report.effects:
+        return None
+    rows = [
+        [f"the residual {e.text}", f"{100 * e.share:.2g} %", number(e.size, 3),
+         "under 1e-6" if e.probability < LEAST else f"{e.probability:.1g}", e.moves or DASH]
+        for e in report.effects
+    ]  # fmt: skip
+    heads = ["effect", "of its variance", f"RMS / {report.units.force}", "chance", "would move"]
+    return Table.of_texts(
+        "Effects that chance does not explain", heads, rows, (0, 4), sentences=(0, 4)
+    )
 
 
 def repeats(report: Report) -> Table | None:

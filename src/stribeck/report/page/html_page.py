@@ -21,6 +21,7 @@ from markupsafe import Markup
 
 from ...errors import InputError
 from ..contents.schema import FILE, Report, read_report
+from ..figures.adequacy_plots import adequacy_groups
 from ..figures.law_plots import friction_groups
 from ..figures.log_plots import log_group
 from ..figures.motion_plots import fit_groups
@@ -85,6 +86,7 @@ def render(report: Report) -> str:
         "log": _listed(log_group(report)),
         "fit": fit_groups(report),
         "residual": _listed(residual_group(report)),
+        "adequacy": adequacy_groups(report),
         "friction": friction_groups(report),
         "profile": profile_groups(report),
         "convergence": _listed(convergence_group(report)),
