@@ -154,8 +154,8 @@ def test_no_warning_is_said_too(report: Report) -> None:
 
 def test_sections_come_in_the_order_in_which_they_are_asked_for(report: Report) -> None:
     page = Page(render(report))
-    expected = ["warnings", "measured", "strokes", "fit", "residuals", "friction", "parameters",
-              "profiles", "search", "baselines", "provenance"]  # fmt: skip
+    expected = ["warnings", "measured", "strokes", "fit", "residuals", "adequacy", "friction",
+              "parameters", "profiles", "search", "baselines", "provenance"]  # fmt: skip
     assert [a["id"] for a in page.named("h2")] == expected
 
 
