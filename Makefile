@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 SETUP := .venv/.installed
 
-.PHONY: setup demo test lint types unit format docs studies bench clean
+.PHONY: setup demo test lint types unit format docs studies bench nested clean
 
 setup: $(SETUP)
 
@@ -49,6 +49,11 @@ studies: setup
 # What is claimed of speed, measured side by side: an hour or less. ARGS=--quick, ARGS='--only NAME'.
 bench: setup
 	$(BIN)/python benchmarks/run.py $(ARGS)
+
+# Laws that contain each other, on measured servos: hours for all, kept fit by fit.
+# ARGS='xl330 --laws m1,m4 --seeds 1'.
+nested: setup
+	$(BIN)/python benchmarks/nested_laws.py $(ARGS)
 
 format: setup
 	$(BIN)/ruff check --fix .

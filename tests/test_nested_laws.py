@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from stribeck.identify.problem import MotionProblem
 from stribeck.identify.refinement import Refined, turned
 from stribeck.identify.search_settings import SearchSettings
 from stribeck.identify.segment import segments
-from stribeck.identify.uncertainty.estimates import Estimate
+from stribeck.identify.uncertainty.estimates import Estimate, without_partners
 from stribeck.optimize import rms
 from stribeck.rig.simulated import as_simulated
 from stribeck.space import Array, box
@@ -151,3 +152,15 @@ def test_an_interval_that_another_loss_leaves_is_told(bam: servo.Bam, leaves: bo
         assert violation.parameters
         assert "--loss absolute puts" in violation.sentence
         assert not other_loss_violations(problem, x, judged(problem, x, 10.0))[0]
+
+
+def test_what_is_known_only_with_an_unknown_is_not_identified() -> None:
+    problem = problem_of("coulomb-viscous", log_of(PLAIN))
+    x = np.array([0.03, 0.008, 0.4, 4.0, 1e-3, 0.02])
+    known = judged(problem, x, 0.01)
+    known[3] = replace(known[3], verdict="not identifiable")  # R
+    correlation = np.eye(6)
+    correlation[2, 3] = correlation[3, 2] = -0.98  # with k_t
+    after = without_partners(problem.parameters, known, correlation)
+    assert [e.verdict for e in after].count("identified") == 4
+    assert (after[2].verdict, after[2].reason) == ("weak", "rests on another")

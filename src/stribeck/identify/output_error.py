@@ -28,9 +28,10 @@ from .multistart import Optimum, Progress, multistart
 from .other_loss import other_loss_violations
 from .parameters import Parameters
 from .problem import MotionProblem
+from .refinement import MANY, settled
 from .result import Fit
 from .score import held_out, scores
-from .search_settings import SearchSettings
+from .search_settings import SearchSettings, sticks_and_slips
 from .segment import SegmentSplit, recordings_of, split_segments
 from .sliding_check import mark_never_slid
 from .uncertainty.assessment import Uncertainty, uncertainty
@@ -39,7 +40,9 @@ from .uncertainty.estimates import (
     correlation_warnings,
     estimates,
     resting,
+    without_partners,
 )
+from .uncertainty.residuals import Residuals
 
 #: Rows that profiles may evaluate: half as many as the search did, so that where a motion takes
 #: long to simulate the intervals do not take longer than the answer, and at least so many for each
@@ -70,7 +73,7 @@ def solve_output_error(
     rig, restart = as_simulated(parameters.rig), parameters.objective.restart
     segments = split_segments(data, rig, restart=restart)
     optimum = multistart(MotionProblem(parameters, segments.train), settings, progress)
-    optimum, spent = _with_constants(optimum)
+    optimum, spent = _with_constants(optimum, settings)
     uncertain, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
     uncertain = replace(uncertain, rows=uncertain.rows + spent)
     if interrupted:
@@ -78,15 +81,27 @@ def solve_output_error(
     return output_error_fit(optimum, uncertain, data, segments)
 
 
-def _with_constants(optimum: Optimum) -> tuple[Optimum, int]:
-    """The optimum with the uncertain constants that matter among its unknowns, and rows spent."""
+def _with_constants(optimum: Optimum, settings: SearchSettings) -> tuple[Optimum, int]:
+    """The optimum with the uncertain constants that matter among its unknowns, and rows spent.
+
+    In many dimensions it is refitted then: profiles that meet a better fit start all over.
+    """
     if optimum.interrupted or isinstance(optimum.problem, FreeConstantsProblem):
         return optimum, 0
     try:
         problem, x, spent = with_free_constants(optimum.problem, optimum.x)
+        if settings.memetic and _rough(problem, optimum.problem):
+            x, rows = settled(problem, x, settings.seed)
+            spent += rows
     except KeyboardInterrupt:
         return _interrupted(optimum), 0
     return replace(optimum, problem=problem, x=x), spent
+
+
+def _rough(problem: Residuals, before: Residuals) -> bool:
+    """Whether a smooth motion's problem has many unknowns and new ones among them."""
+    new = problem is not before and problem.space.dim >= MANY
+    return new and isinstance(before, MotionProblem) and not sticks_and_slips(before)
 
 
 def _interrupted(optimum: Optimum) -> Optimum:
@@ -181,6 +196,7 @@ def output_error_fit(
     ]
     judged = lowered(parameters, judged, violations)
     correlation = uncertain.correlation[:dim, :dim]
+    judged = without_partners(parameters, judged, correlation)
     interrupted = "interrupted: the search, its polishing or its intervals had not ended"
     return Fit(
         parameters=parameters,

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.random import SeedSequence
 
 from ..optimize.cma_es import cma_es
-from ..optimize.lockstep import AskTell, Counted, lockstep
+from ..optimize.lockstep import AskTell, Counted, ShowsResiduals, lockstep
 from ..optimize.moves import silent
 from ..space import Array
-from .polish import polish
+from .polish import Polished, polish
 from .problem import MotionProblem
 
 #: Turns through the other loss, and the share of J below which a turn brought nothing.
@@ -97,23 +97,49 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
         allowance: Evaluations in all.
     """
     dim = problem.space.dim
-    population = 2 * (4 + int(3 * np.log(dim)))  # twice the usual one: the misfit is rough
     spent = best.evaluations
     limit = spent + allowance
     for k, child in enumerate(SeedSequence(seed, spawn_key=(dim,)).spawn(ROUNDS)):
         rows = min(ROUND * dim, limit - spent)
-        if rows < population:
+        if rows < 2 * dim:
             break
-        counted = Counted(problem, rows)
-        centre = problem.space.encode(best.x[None])[0]
-        moves = cma_es(centre, RADIUS / 2**k, population, np.random.default_rng(child), silent)
-        lockstep(counted, [AskTell("restart", problem.space, moves)])
-        x, cost = counted.best()
-        spent += counted.rows
+        around = _around(problem, best.x, RADIUS / 2**k, child, rows)
+        spent += around.evaluations
         before = best.cost
-        if cost < before:
-            best = refined_in_turn(problem, x, cost, max(min(40 * dim, limit - spent), 1))
+        if around.cost < before:
+            best = refined_in_turn(
+                problem, around.x, around.cost, max(min(40 * dim, limit - spent), 1)
+            )
             spent += best.evaluations
         if not best.cost < (1 - WORTH) * before:
             break
     return Refined(best.x, best.cost, spent, best.other)
+
+
+def settled(problem: ShowsResiduals, x: Array, seed: int) -> tuple[Array, int]:
+    """A good fit, SI, (dim,), refitted where its problem has got further unknowns; and the rows.
+
+    Args:
+        problem: With all its unknowns.
+        x: The fit before.
+        seed: Of the draws.
+    """
+    dim = problem.space.dim
+    child = SeedSequence(seed, spawn_key=(dim, 1))
+    around = _around(problem, x, 0.5 * RADIUS, child, ROUND * dim)
+    refit = polish(problem, around.x, around.cost, 40 * dim)
+    return refit.x, around.evaluations + refit.evaluations
+
+
+def _around(
+    problem: ShowsResiduals, x: Array, radius: float, seed: SeedSequence, rows: int
+) -> Polished:
+    """The best point that an evolution strategy around a point meets, or the point itself."""
+    counted = Counted(problem, rows)
+    (centre,) = problem.space.encode(x[None])
+    start = float(counted(x[None])[0])
+    population = 2 * (4 + int(3 * np.log(len(x))))  # twice the usual one: the misfit is rough
+    moves = cma_es(centre, radius, population, np.random.default_rng(seed), silent)
+    lockstep(counted, [AskTell("restart", problem.space, moves)])
+    best, cost = counted.best()
+    return Polished(best, cost, counted.rows) if cost < start else Polished(x, start, counted.rows)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
+
+import numpy as np
 
 from ...rig.rig import shown_in
 from ...space import Array, Param
@@ -180,6 +182,30 @@ def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
         for e in estimates
         if e.at_bound
     ]
+
+
+def without_partners(
+    parameters: Parameters, estimates: Sequence[Estimate], correlation: Array
+) -> tuple[Estimate, ...]:
+    """Estimates of which none is identified that the data know only together with another one.
+
+    Args:
+        parameters: Theirs.
+        estimates: As in `parameters.every`.
+        correlation: Of the free ones, (dim, dim).
+    """
+    verdicts = {q.name: e.verdict for q, e in zip(parameters.every, estimates, strict=True)}
+    unknown = [verdicts[q.name] == "not identifiable" for q in parameters.free]
+    together = (np.abs(correlation) > TOGETHER) & np.array(unknown)
+    at = {q.name: i for i, q in enumerate(parameters.free)}
+    result = []
+    for q, e in zip(parameters.every, estimates, strict=True):
+        i = at.get(parameters.tied.get(q.name, q.name))
+        if e.verdict == "identified" and i is not None and together[i].any():
+            result.append(replace(e, verdict="weak", reason="rests on another"))
+        else:
+            result.append(e)
+    return tuple(result)
 
 
 def correlation_warnings(parameters: Parameters, correlation: Array) -> list[str]:
