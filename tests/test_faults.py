@@ -136,3 +136,23 @@ def test_answers_go_on_where_they_were_cut_off(tmp_path: Path) -> None:
     assert faults.answered(file, [CLEAN], seeds=1) == [first]
     assert file.read_text() == written
     assert axis_of(CLEAN).truth["M"] == first["parameters"]["M"]["truth"]
+
+
+SLICE = (
+    "force clipped at 60 N",
+    "force 25 ms late",
+    "encoder reset at 6 s",
+    "friction with 200 v^2",
+    "cogging of 6 N every 10 mm",
+)
+
+
+def test_a_slice_of_the_table_has_no_lie_and_no_alarm() -> None:
+    """Each fault is told; without one, all is identified and nothing told of a fault."""
+    rows = [CLEAN, *(r for r in ROWS if r.axis == "forced" and r.perturbation in SLICE)]
+    results = fault_table.summary([faults.answer(row.key, 1) for row in rows])
+    assert (results["lies"], results["alarms"]) == (0, 0)
+    clean, *faulty = results["rows"]
+    assert all(p["identified"] and p["held"] for p in clean["parameters"].values())
+    assert len(faulty) == len(SLICE)
+    assert all(r["told"] for r in faulty)
