@@ -38,8 +38,8 @@ def show_laws(name: str | None) -> None:
         show_table(Table.of_texts("", ["law", "kind", "what it says"], rows, labels=range(3)))
         out.print(
             f"\n{' and '.join(ELEMENTS)} take a number of elements: {next(iter(ELEMENTS))}:6"
-            f"\nevery law takes terms: {', '.join(f'stribeck+{term}' for term in TERMS)}, "
-            "or several; stribeck+position:2 has two harmonics"
+            f"\nevery law takes terms ({', '.join(f'+{term}' for term in TERMS)}): "
+            "stribeck+position:2"
         )
         return
     law = law_named(name)
