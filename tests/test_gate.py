@@ -235,6 +235,14 @@ def test_a_force_that_stands_still_or_is_late_is_told(axis: str, tables: dict[st
     assert fault.size == pytest.approx(10 * interval)
 
 
+def test_a_force_may_stand_still_while_the_axis_does() -> None:
+    """A slide that sticks at a command that waits: the motor's force is one value."""
+    times, command = np.array([0.0, 60.0, 66.0, 122.0]), np.array([0.0, 0.3, 0.3, 0.0])
+    table = slide_bed.simulate(slide_bed.Bed(), *BED, times, command, 0.0, h=2e-5)._asdict()
+    rested = log(sensors.noisy(table, "position", 1e-4, np.random.default_rng(1)), "bed")
+    assert not faults(mended(rested))
+
+
 @pytest.mark.parametrize("axis", MAKERS)
 def test_a_position_that_is_held_is_told(axis: str, tables: dict[str, Table]) -> None:
     table = tables[axis]

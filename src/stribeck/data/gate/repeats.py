@@ -35,15 +35,8 @@ def frozen(recording: Recording) -> list[Fault]:
     for name in ("position", "force"):
         if name not in channels:
             continue
-        witnesses = _witnesses(recording, name)
         stretches = [
-            (a, b)
-            for a, b in _standing(channels[name])
-            if (_flickers(channels[name], a, _NOISY[name]) and _lives(recording, name, a, b))
-            or (
-                any(np.ptp(w[a:b]) > least for w, least in witnesses)
-                and _resumes(channels[name], a, b)
-            )
+            (a, b) for a, b in _standing(channels[name]) if _is_frozen(recording, name, a, b)
         ]
         rows = np.zeros(len(recording), dtype=bool)
         for a, b in stretches:
@@ -95,6 +88,20 @@ def _resumes(y: Array, a: int, b: int) -> bool:
     steps = np.abs(np.diff(y))
     usual = float(np.quantile(steps[steps > 0], 0.9))
     return bool(abs(y[b] - y[b - 1]) > 2 * usual)
+
+
+def _is_frozen(recording: Recording, name: str, a: int, b: int) -> bool:
+    """Whether a channel should have changed over a stretch in which it stands still.
+
+    A force while the axis moves, by its noise or as it leaps afterwards; a position while its
+    recorded velocity goes on, or by its noise while any other channel changes.
+    """
+    y = recording.channels()[name]
+    moves = any(np.ptp(w[a:b]) > least for w, least in _witnesses(recording, name))
+    flickers = _flickers(y, a, _NOISY[name])
+    if name == "position" and flickers and _lives(recording, name, a, b):
+        return True
+    return moves and ((flickers and name == "force") or _resumes(y, a, b))
 
 
 def _witnesses(recording: Recording, name: str) -> list[tuple[Array, float]]:
