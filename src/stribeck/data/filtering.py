@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -55,6 +55,7 @@ class Filtering:
             balances the drive, and no law of slip explains it.
         reversals: Whether rows about a change of direction stay, where the sign of the velocity
             is not known to the error of its estimate (`unsure_of_direction`).
+        velocity: Differences of the position, or the channel that was recorded, low-passed alike.
 
     The report's own, for 1 kHz, is `Filtering(edge=(0.049, 0.0), reversals=True)`: 4th order at
     100 Hz, the first 49 samples dropped and none at the end, every 10th sample kept, reversals
@@ -67,6 +68,7 @@ class Filtering:
     decimation: int | None = None
     slowest: float = 0.0
     reversals: bool = False
+    velocity: Literal["position", "recorded"] = "position"
 
     def __post_init__(self) -> None:
         if not 1 <= self.order <= 10:  # noqa: PLR2004 - above, the filter rings for seconds
@@ -81,15 +83,24 @@ class Filtering:
             raise InputError(f"filtering: slowest {self.slowest} is below zero")
 
     def cutoff(self, rate: float) -> float:
-        """The cut-off for a sampling rate, both in Hz."""
-        return min(self.cutoff_hz, CUTOFF_SHARE * rate)
+        """The cut-off for a sampling rate, both in Hz; half of it where there is no low pass."""
+        share = CUTOFF_SHARE if self.velocity == "position" else 0.5
+        return min(self.cutoff_hz, share * rate)
+
+    def passes(self, rate: float) -> bool:
+        """Whether nothing is low-passed: a velocity that is no difference needs it not so far."""
+        return self.cutoff(rate) >= 0.5 * rate
 
     def factor(self, rate: float) -> int:
         """Samples that become one at a sampling rate in Hz."""
+        if self.passes(rate):
+            return self.decimation or 1
         return self.decimation or max(1, round(rate / self.cutoff(rate)))
 
     def blur(self, rate: float) -> int:
         """Samples to each side over which the low pass smears a kink of the position."""
+        if self.passes(rate):
+            return 0
         return extent(_low_pass_response(self.order, self.cutoff(rate) / rate))
 
     def edges(self, rate: float) -> tuple[int, int]:
@@ -109,6 +120,7 @@ class Even:
         nearest: The sample of the log nearest to each, (N,).
         known: False inside gaps of the log, (N,).
         rate: Samples a second.
+        velocity: As it was recorded, (N,); None where it was not.
         notes: What was done to the log, a sentence each.
     """
 
@@ -118,6 +130,7 @@ class Even:
     nearest: NDArray[np.intp]
     known: NDArray[np.bool_]
     rate: float
+    velocity: Array | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -132,7 +145,8 @@ def even(recording: Recording, force: Array) -> Even:
     if np.abs(t - (t[0] + step * np.arange(n))).max() <= JITTER * step:
         index = np.arange(n)
         rate = _round_rate(1.0 / step)
-        return Even(t, recording.position, force, index, np.ones(n, dtype=bool), rate)
+        known = np.ones(n, dtype=bool)
+        return Even(t, recording.position, force, index, known, rate, recording.velocity)
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - most logs never need it
 
     step = recording.dt
@@ -150,6 +164,7 @@ def even(recording: Recording, force: Array) -> Even:
         nearest,
         known,
         1.0 / step,
+        None if recording.velocity is None else np.interp(grid, t, recording.velocity),
         (note,),
     )
 
@@ -171,6 +186,9 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
     padding = 3 * filtering.order
     if len(position) <= padding:
         raise InputError(f"{len(position)} samples are too few to filter: give more than {padding}")
+    if filtering.passes(rate):
+        v = difference(position, rate)
+        return position, v, difference(v, rate)
     sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
     # The filter starts from the first sample, so that an offset of metres costs no digits.
     q = sosfiltfilt(sections, position - position[0], padlen=padding)
@@ -179,28 +197,45 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
 
 
 def unsure_of_direction(
-    v: Array, rate: float, filtering: Filtering, noise: float, step: float
+    v: Array, rate: float, filtering: Filtering, error: float
 ) -> NDArray[np.bool_]:
     """Where a low-passed velocity does not tell which way the axis moves, (N,).
 
-    There it is within the error of its estimate: three standard deviations of the noise that the
-    low pass leaves, and the peak that it makes of one quantisation step. So it is for as long
-    about each change of sign as the low pass smears a kink, as it is that which reverses, not the
-    axis; at rest its ringing does.
+    There it is within the error of its estimate. So it is for as long about each change of sign
+    as the low pass smears a kink, as it is that which reverses, not the axis; at rest its ringing
+    does.
 
     Args:
         v: As `smooth` returns it, (N,).
         rate: Samples a second.
         filtering: The low pass.
-        noise: Standard deviation of the position, m (rad).
-        step: Quantisation step of the position.
+        error: `velocity_error`, m/s (rad/s).
     """
-    low_pass = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
-    rms = float(np.linalg.norm(difference(low_pass, rate)))
-    unsure = np.abs(v) <= _SIGMAS * noise * rms + step * rate * float(low_pass.max())
+    unsure = np.abs(v) <= error
     turns = np.flatnonzero(np.diff(np.sign(v)) != 0)
     unsure[turns] = unsure[turns + 1] = True
     return within(unsure, filtering.blur(rate))
+
+
+def velocity_error(noise: float, step: float, rate: float, filtering: Filtering) -> float:
+    """How far a low-passed velocity may be off, m/s (rad/s).
+
+    Three standard deviations of the noise that the low pass leaves, and the peak that it makes of
+    one quantisation step.
+
+    Args:
+        noise: Standard deviation of what the velocity comes from: the position, or itself.
+        step: Quantisation step of the same.
+        rate: Samples a second.
+        filtering: The low pass.
+    """
+    if filtering.passes(rate):
+        return _SIGMAS * noise + 0.5 * step
+    low_pass = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
+    if filtering.velocity == "recorded":
+        return _SIGMAS * noise * float(np.linalg.norm(low_pass)) + 0.5 * step
+    rms = float(np.linalg.norm(difference(low_pass, rate)))
+    return _SIGMAS * noise * rms + step * rate * float(low_pass.max())
 
 
 def bridged(x: Array, gaps: NDArray[np.bool_]) -> Array:
@@ -246,6 +281,11 @@ def _low_pass_response(order: int, share: float) -> Array:
     impulse = np.zeros(2 * round(_LONG / share) + 1)
     impulse[len(impulse) // 2] = 1.0
     return np.asarray(sosfiltfilt(butter(order, share, fs=1.0, output="sos"), impulse))
+
+
+def low_passed(x: Array, rate: float, filtering: Filtering) -> Array:
+    """A channel through the same low pass, (N,)."""
+    return x if filtering.passes(rate) else smooth(x, rate, filtering)[0]
 
 
 def difference(x: Array, rate: float) -> Array:

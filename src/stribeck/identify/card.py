@@ -16,6 +16,7 @@ from .._version import __version__
 from ..errors import InputError
 from ..friction import law_named
 from ..rig import RIGS, Rig
+from ..rig.balanced import BalancedRig, as_balanced
 from ..rig.constant import Origin
 from ..rig.rig import shown_in
 from ..space import Param
@@ -239,13 +240,18 @@ class Card(_Part):
     balance: dict[str, Finite] = {}
     posterior: PosteriorCard | None = None
     force_delay_ms: Finite = 0.0
+    velocity: Literal["recorded"] | None = None
     data: list[DataCard]
     warnings: list[str] = []
     software: dict[str, str]
 
     def text(self) -> str:
         """The card as JSON, as it stands in a file."""
-        optional = {"posterior": self.posterior, "force_delay_ms": self.force_delay_ms or None}
+        optional = {
+            "posterior": self.posterior,
+            "force_delay_ms": self.force_delay_ms or None,
+            "velocity": self.velocity,
+        }
         absent = {name for name, value in optional.items() if value is None}
         data = self.model_dump(by_alias=True, exclude=absent)
         return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
@@ -270,6 +276,8 @@ class Card(_Part):
             name=self.rig,
             columns=self.columns or shipped.columns,
         )
+        if self.velocity is not None:
+            rig = as_balanced(rig).with_velocity(self.velocity)
         every = rig.parameters(law)
         needed = {rig.label(q.name) for q in every if q.fixed is None}
         labels = {rig.label(q.name) for q in every}
@@ -417,6 +425,7 @@ def card(fit: Fit) -> Card:
         balance=_balance(fit),
         posterior=_posterior(fit),
         force_delay_ms=1e3 * fit.delay,
+        velocity=_velocity(rig),
         data=[
             DataCard(
                 file=log.source.file,
@@ -429,6 +438,13 @@ def card(fit: Fit) -> Card:
         warnings=list(fit.warnings),
         software={"stribeck": __version__},
     )
+
+
+def _velocity(rig: Rig) -> Literal["recorded"] | None:
+    """Where a force balance has its velocity from, unless that is the position."""
+    if isinstance(rig, BalancedRig) and rig.filtering.velocity == "recorded":
+        return "recorded"
+    return None
 
 
 def _speeds(fit: Fit) -> SpeedsCard:

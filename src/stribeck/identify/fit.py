@@ -24,6 +24,7 @@ from .uncertainty.posterior import posterior, sampler
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from ..data.recording import Recording
+    from .balance.velocity_source import VelocitySource
 
 
 def identify(
@@ -46,6 +47,7 @@ def identify(
     loss: Loss = "squares",
     restart: bool = False,
     delay: Delay = "auto",
+    velocity: VelocitySource = "auto",
     draws: int = 0,
     samples: int = 0,
     progress: Progress | None = None,
@@ -81,6 +83,8 @@ def identify(
         delay: Of the force after the motion in the logs, s, negative where it is ahead. On a
             rig with a measured force, `auto` looks for one and moves the force where it is
             certain, and `off` tells it alone; elsewhere a force is moved by a number.
+        velocity: `recorded`, of the `position`, or `auto`: of force balances, where a log has a
+            velocity, the one that leaves less of the force.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
         samples: Of the posterior, which then stands beside them; none by default, 20,000 are
@@ -112,8 +116,10 @@ def identify(
         _refuse(rig, [*search, *(["loss"] * (loss != "squares")), *(["restart"] * restart)])
         from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
 
-        fit = solve_balance(parameters, data, draws=draws, delay=delay)
+        fit = solve_balance(parameters, data, draws=draws, delay=delay, velocity=velocity)
     else:
+        if velocity != "auto":
+            raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")
         if not isinstance(checked_delay(delay), str):
             data = data.advanced(float(delay))
         fit = solve_output_error(

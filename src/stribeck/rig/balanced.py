@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numba import float64, types
@@ -54,6 +54,10 @@ class BalancedRig(Rig):
     loads: tuple[str, ...] = ("position", "temperature")
     filtering: Filtering = field(default_factory=Filtering)
     scale: str = "the measured force"
+
+    def with_velocity(self, source: Literal["position", "recorded"]) -> Self:
+        """The same rig with the velocity from the position, or as it was recorded."""
+        return replace(self, filtering=replace(self.filtering, velocity=source))
 
     def filter_reach(self, dt: float) -> int:
         """Samples to each side that the low-pass filter mixes with one, at an interval dt, s."""

@@ -3,5 +3,6 @@
 `force_balance` solves, judges and scores one and makes the fit; `balance` is the solution itself
 (`regression.System` of filtered `rows`, solved by `variable_projection`), and `force_residuals`
 its residuals over the box of the parameters. `training_rows` are the samples that count, and
-`synchronisation` brings force and motion of their logs to one time.
+`synchronisation` brings force and motion of their logs to one time, with a velocity of some
+`velocity_source`.
 """

@@ -141,6 +141,8 @@ def cutoffs(
     errors = solution.robust_errors.copy()
     rate = max(1.0 / log.dt for log in recordings)
     filtering = system.rig.filtering
+    if filtering.passes(rate):
+        return "", errors
     used = filtering.cutoff(rate)
     furthest = solution.values.copy()
     frequencies = []

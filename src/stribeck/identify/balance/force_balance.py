@@ -28,13 +28,19 @@ from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
 from .synchronisation import Synchronised, synchronised
 from .training_rows import counting
+from .velocity_source import VelocitySource
 
 #: What the misfit of a force balance is called.
 MISFIT = "the force error"
 
 
 def solve_balance(
-    parameters: Parameters, data: DataSplit, *, draws: int = 0, delay: Delay = "auto"
+    parameters: Parameters,
+    data: DataSplit,
+    *,
+    draws: int = 0,
+    delay: Delay = "auto",
+    velocity: VelocitySource = "auto",
 ) -> Fit:
     """Solve the force balance of one or several logs, profile and check it.
 
@@ -43,11 +49,13 @@ def solve_balance(
         data: What to train on and to hold out.
         draws: Data sets of a block bootstrap.
         delay: Of the force after the motion; see `synchronised`.
+        velocity: Where it comes from; see `with_velocity`.
 
     Raises:
         InputError: no measured force, a range without motion, or too few rows.
     """
-    synchrony = synchronised(parameters, data, delay)
+    synchrony = synchronised(parameters, data, delay, velocity)
+    parameters = synchrony.solved.system.parameters
     solved = synchrony.solved
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]

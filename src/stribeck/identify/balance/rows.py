@@ -13,12 +13,15 @@ from ...data.filtering import (
     Filtering,
     bridged,
     decimate,
+    difference,
     even,
     kept,
+    low_passed,
     smooth,
     unsure_of_direction,
+    velocity_error,
 )
-from ...data.resolution import noise, step
+from ...data.resolution import noise_of, step
 from ...errors import InputError
 from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
@@ -126,7 +129,14 @@ def _log(
             f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
             "the force balance needs a longer log"
         )
-    q, v, a = (x[inner] for x in smooth(log.position, log.rate, filtering))
+    q, v, a = smooth(log.position, log.rate, filtering)
+    source = recording.position
+    if filtering.velocity == "recorded":
+        if log.velocity is None or recording.velocity is None:
+            raise InputError(f"{recording.label}: no velocity was recorded: map a column to it")
+        v, source = low_passed(log.velocity, log.rate, filtering), recording.velocity
+        a = difference(v, log.rate)
+    q, v, a = q[inner], v[inner], a[inner]
     loads = rig.load_rows(law, recording, log.t[inner], q)
     chosen = np.zeros(len(recording), dtype=bool)
     chosen[slice(None) if rows is None else rows] = True
@@ -135,8 +145,8 @@ def _log(
     counts &= np.abs(v[thin]) >= filtering.slowest
     unsure = np.zeros(len(v), dtype=bool)
     if not filtering.reversals:
-        sensor = noise(recording), step(recording.position)
-        unsure = unsure_of_direction(v, log.rate, filtering, *sensor)
+        error = velocity_error(noise_of(source), step(source), log.rate, filtering)
+        unsure = unsure_of_direction(v, log.rate, filtering, error)
         counts &= ~unsure[thin]
     t = log.t[inner][thin][counts]
     force = decimate(bridged(log.force[inner], unsure), factor)[counts]

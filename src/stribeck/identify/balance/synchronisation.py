@@ -18,6 +18,7 @@ from .balance import Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
 from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
 from .training_rows import training_rows
+from .velocity_source import VelocitySource, with_velocity
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -55,6 +56,7 @@ class Synchronised:
         known: Whether that was said by the user.
         left: What delay is left.
         filtered: A filter on a channel that explains the logs beside the delay.
+        velocities: What is told of a recorded velocity.
     """
 
     data: DataSplit
@@ -64,9 +66,13 @@ class Synchronised:
     known: bool
     left: ChannelDelay
     filtered: ChannelFilter | None
+    velocities: tuple[Violation, ...]
 
     def violations(self) -> list[Violation]:
         """What holds of the delay, and which estimates it biases."""
+        return [*self.velocities, *self._delays()]
+
+    def _delays(self) -> list[Violation]:
         left = self.left
         if left.at_edge and certain(left):
             return [_fault(_edge(left))]
@@ -159,7 +165,9 @@ class Synchronised:
         return ", ".join(texts)
 
 
-def synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Synchronised:
+def synchronised(
+    parameters: Parameters, data: DataSplit, delay: Delay, velocity: VelocitySource = "auto"
+) -> Synchronised:
     """The logs with force and motion at one time, and their balance.
 
     Args:
@@ -167,11 +175,13 @@ def synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Synch
         data: The logs as they were recorded.
         delay: Of the force after the motion, s; `auto`: where it is certain it is allowed for;
             `off`: it is told alone.
+        velocity: Where it comes from; see `with_velocity`.
 
     Raises:
         InputError: as `balance`, or a delay that leaves nothing of a log.
     """
     delay = checked_delay(delay)
+    parameters, velocities = with_velocity(parameters, data, velocity)
     applied = 0.0 if isinstance(delay, str) else float(delay)
     filtered: ChannelFilter | None = None
     for _ in range(_PASSES):
@@ -185,7 +195,8 @@ def synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Synch
         if delay != "auto" or filtered.ratio < CLEARLY:
             break
         applied += left.seconds
-    return Synchronised(moved, recordings, rows, solved, not isinstance(delay, str), left, filtered)
+    known = not isinstance(delay, str)
+    return Synchronised(moved, recordings, rows, solved, known, left, filtered, velocities)
 
 
 def certain(delay: ChannelDelay) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...optimize import MemeticTabuSearch
+from ...rig.balanced import as_balanced
 from ...rig.simulated import as_simulated
 from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
@@ -55,7 +56,8 @@ def unidentified(trained: TrainedLaw) -> tuple[str, ...]:
 
 def _balance_fit(trained: TrainedLaw, data: DataSplit) -> Fit:
     """The fit of the force balance, with a better answer if a simpler law led there."""
-    fit = solve_balance(trained.parameters, data, delay="off")
+    source = as_balanced(trained.parameters.rig).filtering.velocity
+    fit = solve_balance(trained.parameters, data, delay="off", velocity=source)
     error = fit.score.value
     if error <= trained.error * (1 + SAME):
         return fit

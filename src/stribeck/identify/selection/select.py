@@ -206,7 +206,7 @@ def _synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Data
     delay = checked_delay(delay)
     if parameters.rig.approach == "output_error":
         return data if isinstance(delay, str) else data.advanced(float(delay))
-    return synchronised(parameters, data, delay).data
+    return synchronised(parameters, data, delay, velocity="position").data
 
 
 def _parameters(

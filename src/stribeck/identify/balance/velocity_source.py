@@ -1,0 +1,66 @@
+"""Where the velocity of a force balance comes from: differences of the position, or a channel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from ...errors import InputError
+from ...rig.balanced import as_balanced
+from ..conditions import Violation
+from .balance import balance
+from .training_rows import training_rows
+
+if TYPE_CHECKING:
+    from ..data_split import DataSplit
+    from ..parameters import Parameters
+
+#: The recorded channel, differences of the position, or whichever explains the force better.
+VelocitySource = Literal["auto", "recorded", "position"]
+
+#: A recorded velocity is used where it leaves less than this share of what the position's leaves.
+BETTER = 0.8
+
+
+def with_velocity(
+    parameters: Parameters, data: DataSplit, source: VelocitySource
+) -> tuple[Parameters, tuple[Violation, ...]]:
+    """Parameters on a rig that reads a velocity, and what is told of it.
+
+    A recorded velocity is an estimate of a drive, late and smooth as a rule, and the position's
+    differences are noise where it is coarse or slowly sampled. By `auto` the one is taken that
+    leaves less of the force: the recorded one only where it leaves clearly less.
+
+    Args:
+        parameters: Of a law on a rig with a measured force.
+        data: The logs.
+        source: Which velocity.
+
+    Raises:
+        InputError: an unknown source.
+    """
+    if source not in ("auto", "recorded", "position"):
+        raise InputError(f"velocity {source!r}: give auto, recorded or position")
+    read = as_balanced(parameters.rig).with_velocity
+    if source != "auto":
+        return replace(parameters, rig=read(source)), ()
+    if any(log.velocity is None for log in data.recordings):
+        return parameters, ()
+    recorded = replace(parameters, rig=read("recorded"))
+    by_channel, by_position = (_unexplained(p, data) for p in (recorded, parameters))
+    used = by_channel < BETTER * by_position
+    word, option = ("used", "position") if used else ("not used", "recorded")
+    text = (
+        f"the recorded velocity is {word}: the model leaves {by_channel:.3g} % of the force with "
+        f"it, {by_position:.3g} % with that of the position; --velocity {option} takes the other"
+    )
+    return (recorded if used else parameters), (Violation("data", text, caps=False),)
+
+
+def _unexplained(parameters: Parameters, data: DataSplit) -> float:
+    """Relative error of the force, percent; inf where no balance can be solved."""
+    recordings, rows = training_rows(data)
+    try:
+        return balance(recordings, parameters, rows=rows).relative_error
+    except InputError:
+        return float("inf")

@@ -1,0 +1,84 @@
+"""Which velocity a force balance reads: of coarse positions, or as it was recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.random import default_rng
+
+from foreign import driven, sensors
+from foreign.friction import coulomb_viscous
+from foreign.strokes import sines
+from stribeck import InputError, Recording, identify, read_card, validate
+from stribeck.identify.card import card
+
+CNC = Path(__file__).parents[2] / "shared" / "data" / "cnc" / "experiment_11.csv"
+
+
+def log(step: float, noise: float) -> Recording:
+    """10 kg with 20 N and 60 N s/m; positions in steps, a recorded velocity with noise, 100 Hz."""
+    t, command = sines(20.0, np.array([0.08, 0.05, 0.03]), np.array([0.25, 0.6, 0.85]))
+    curve = coulomb_viscous(20.0, 60.0)
+    loop = driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-5)
+    m = driven.simulate(10.0, curve, curve, loop, t, command, dt=1e-2)._asdict()
+    rng = default_rng(1)
+    m = sensors.noisy(sensors.noisy(m, "force", 0.5, rng), "velocity", noise, rng)
+    m = sensors.quantised(m, "position", step)
+    return Recording(m["t"], m["position"], velocity=m["velocity"], force=m["force"])
+
+
+def sentence(fit: Any) -> str:
+    (text,) = (w for w in fit.warnings if w.startswith("the recorded velocity"))
+    return str(text)
+
+
+def test_a_coarse_position_gives_way_to_the_velocity(tmp_path: Path) -> None:
+    coarse = log(2e-3, 1e-4)
+    fit = identify(coarse, rig="forced")
+    assert sentence(fit).startswith("the recorded velocity is used")
+    assert fit.values["F_C"] == pytest.approx(20.0, rel=0.03)
+    assert fit.values["F_V"] == pytest.approx(60.0, rel=0.05)
+    assert fit.values["M"] == pytest.approx(10.0, rel=0.03)
+    (tmp_path / "card.json").write_text(card(fit).text())
+    written = read_card(tmp_path / "card.json")
+    assert written.velocity == "recorded"
+    assert validate(written, coarse)[0][2].value == pytest.approx(fit.score.value)
+    by_position = identify(coarse, rig="forced", velocity="position")
+    assert fit.score.value < 0.8 * by_position.score.value
+
+
+def test_a_fine_position_is_kept() -> None:
+    fine = log(1e-7, 5e-3)
+    fit = identify(fine, rig="forced")
+    assert sentence(fit).startswith("the recorded velocity is not used")
+    assert card(fit).velocity is None
+    assert '"velocity":' not in card(fit).text()
+
+
+def test_refusals() -> None:
+    fine = log(1e-7, 1e-4)
+    with pytest.raises(InputError, match="give auto, recorded or position"):
+        identify(fine, rig="forced", velocity="both")  # type: ignore[arg-type]
+    without = Recording(fine.t, fine.position, force=fine.force)
+    with pytest.raises(InputError, match="no velocity was recorded"):
+        identify(without, rig="forced", velocity="recorded")
+    with pytest.raises(InputError, match="is simulated"):
+        identify(fine, rig="slide-bed", velocity="recorded")
+
+
+@pytest.mark.recordings("cnc")
+def test_a_mill_with_coarse_positions() -> None:
+    """Least squares on sign and size of the recorded velocity give 4.29 A."""
+    heads = CNC.read_text(encoding="utf-8").split("\n", 1)[0].split(",")
+    names = ("ActualPosition", "ActualVelocity", "CurrentFeedback")
+    columns = [heads.index(f"X1_{name}") for name in names]
+    x, v, i = np.loadtxt(CNC, delimiter=",", skiprows=1, usecols=columns).T
+    mill = Recording(np.arange(len(x)) / 10.0, 1e-3 * x, velocity=1e-3 * v, force=i)
+    fit = identify(mill, rig="forced")
+    assert sentence(fit).startswith("the recorded velocity is used")
+    level = next(e for e in fit.estimates if e.name == "F_C")
+    assert 4.1 < level.value < 4.5
+    assert level.low < 4.29 < level.high
