@@ -12,6 +12,7 @@ from foreign import servo
 from stribeck import RIGS
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
+from stribeck.identify.loss import Objective
 from stribeck.identify.multistart import multistart
 from stribeck.identify.nested_answers import contained, nested_answers
 from stribeck.identify.other_loss import other_loss_violations
@@ -19,6 +20,7 @@ from stribeck.identify.parameters import partition
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.refinement import Refined, turned
+from stribeck.identify.score import scores
 from stribeck.identify.search_settings import SearchSettings
 from stribeck.identify.segment import segments
 from stribeck.identify.uncertainty.estimates import Estimate, without_partners
@@ -164,3 +166,18 @@ def test_what_is_known_only_with_an_unknown_is_not_identified() -> None:
     after = without_partners(problem.parameters, known, correlation)
     assert [e.verdict for e in after].count("identified") == 4
     assert (after[2].verdict, after[2].reason) == ("weak", "rests on another")
+
+
+def test_progress_shows_what_the_result_reports() -> None:
+    log = log_of(PLAIN)
+    absolute = partition(RIG, law_named("coulomb-viscous"), objective=Objective("absolute"))
+    problem = MotionProblem(absolute, segments([log], as_simulated(RIG), None))
+    (search,) = SearchSettings().searches(problem, smooth=True, n=1)
+    for _ in range(3):
+        x = search.ask()
+        search.tell(problem(x), problem.residuals(x))
+    best = search.run().x
+    score = scores(absolute, absolute.full(best[None])[0], problem.train)
+    assert score.name == "position_mae"
+    assert search.shown == pytest.approx(score.value, rel=1e-9)
+    assert search.shown != pytest.approx(search.trace.cost, rel=0.01)

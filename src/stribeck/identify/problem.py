@@ -116,6 +116,14 @@ class MotionProblem:
         other._knee = np.inf if np.isfinite(self._knee) else self._bend  # noqa: SLF001 - of its own class
         return other
 
+    def reported(self, x: Array) -> float:
+        """What a fit reports as its misfit at a point (dim,): J, or the mean absolute error."""
+        if self.parameters.objective.loss == "squares":
+            return float(self(x[None])[0])
+        plain = copy(self)
+        plain._knee = np.inf  # noqa: SLF001 - of its own class
+        return float(np.mean(np.abs(plain.residuals(x[None]))))
+
     def finer(self) -> MotionProblem:
         """The same problem with a lower knee of the pseudo-Huber loss: nearly absolute errors."""
         finer = copy(self)

@@ -88,8 +88,10 @@ class SearchSettings:
         algorithm = self._algorithm(smooth=smooth)
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget
+        absolute = problem.parameters.objective.loss == "absolute"
+        measure = problem.reported if absolute else None
         return [
-            Search(problem.space, algorithm, budget=budget, seed=s, stops=stops)
+            Search(problem.space, algorithm, budget=budget, seed=s, stops=stops, measure=measure)
             for s in SeedSequence(self.seed).spawn(n)
         ]
 

@@ -68,6 +68,7 @@ class Search(AskTell[Any]):
         budget: Rows of cost that may be evaluated; kept exactly, the last batch is cut.
         seed: Seed of the search's own generator; nothing else is random.
         stops: Reasons to end earlier, asked after every step.
+        measure: What people are shown of a point, physical values, (dim,); its cost by default.
     """
 
     def __init__(
@@ -78,13 +79,26 @@ class Search(AskTell[Any]):
         budget: int,
         seed: int | SeedSequence,
         stops: Sequence[Stop] = (),
+        measure: Callable[[Array], float] | None = None,
     ) -> None:
         self.algorithm, self.stops = algorithm, stops
+        self._measure, self._shown = measure, (-1, np.inf)
         self.budget = _whole(budget)
         self.trace = Trace(space.dim)
         self._note: dict[str, Any] = {}
         moves = algorithm.moves(space, _generator(seed), self._noted)
         super().__init__(algorithm.name, space, moves)
+
+    @property
+    def shown(self) -> float:
+        """What people are shown of the best point; inf while there is none."""
+        best = self.trace.best
+        if self._measure is None or best < 0 or not np.isfinite(self.trace.cost):
+            return self.trace.cost
+        if self._shown[0] != best:
+            x = self.space.decode(self.trace.u[best : best + 1])[0]
+            self._shown = best, self._measure(x)
+        return self._shown[1]
 
     def run(self) -> Run:
         """The result so far."""

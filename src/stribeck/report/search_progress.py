@@ -58,7 +58,7 @@ class SearchProgress:
             raise KeyboardInterrupt
         done = sum(len(s.trace) for s in searches)
         total = sum(s.budget if s.ended is None else len(s.trace) for s in searches)
-        best = f"{number(min(s.trace.cost for s in searches), 4)} {self._unit}"
+        best = f"{number(min(s.shown for s in searches), 4)} {self._unit}"
         if sys.stderr.isatty():
             self._draw(done, total, best)
         elif time.monotonic() - self._last_line >= PACE:
@@ -122,7 +122,7 @@ class SelectionProgress(SearchProgress):
                 raise KeyboardInterrupt
         else:
             self._searching = False
-        best = min((s.trace.cost for s in searches), default=math.inf)
+        best = min((s.shown for s in searches), default=math.inf)
         done = sum(len(s.trace) for s in searches)
         text = f"{task}: {done:,} evaluations, best {number(best, 4)}" if searches else task
         if sys.stderr.isatty():
