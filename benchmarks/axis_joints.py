@@ -173,7 +173,7 @@ def test_errors(parameters: Parameters, p: Array, test: Half) -> dict[str, Any]:
     whole = scores(
         replace(parameters, objective=SQUARES), p, segments([test.log], parameters.rig, tested)
     )
-    legs = segments([test.log], parameters.rig, tested, restart=True)
+    legs = segments([test.log], parameters.rig, tested, Objective(restart=True))
     rested = scores(replace(parameters, objective=Objective(restart=True)), p, legs)
     return {
         "whole": whole.value,

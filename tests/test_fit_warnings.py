@@ -10,6 +10,7 @@ import pytest
 
 from stribeck.friction import LAWS
 from stribeck.identify.fit_warnings import misfit_violations, output_error_warnings
+from stribeck.identify.loss import Objective
 from stribeck.identify.parameters import partition
 from stribeck.identify.score import Score
 from stribeck.identify.segment import SegmentSplit, directions_of, segments
@@ -46,7 +47,7 @@ def test_ranges_are_to_be_widened_where_a_parameter_sits_at_their_end() -> None:
 def shared(name: Literal["up", "both"], *, restart: bool) -> bool:
     """Whether a fit to a log of a twin says that both directions share one parameter set."""
     log = TestBed().run(name, seed=3).recording
-    train = tuple(segments([log], SLIDE_BED, None, restart=restart))
+    train = tuple(segments([log], SLIDE_BED, None, Objective(restart=restart)))
     split = SegmentSplit(train, ())
     told = output_error_warnings(BED, NOISY, split, [log], 2, 2)
     return any("both directions share one parameter set" in text for text in told)
@@ -59,7 +60,7 @@ def test_directions_share_a_set_only_where_both_were_driven(restart: bool) -> No
 
 
 def test_a_rest_between_slips_is_no_direction() -> None:
-    pieces = segments([LOG], SLIDE_BED, None, restart=True)
+    pieces = segments([LOG], SLIDE_BED, None, Objective(restart=True))
     assert directions_of(pieces) == {1}
 
 

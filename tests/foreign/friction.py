@@ -36,6 +36,12 @@ def level(speed: float, curve: Curve) -> float:
 
 
 @compiled
+def scattered(curve: Curve, factor: float) -> Curve:
+    """The curve with another breakaway level."""
+    return Curve(factor * curve.F_S, curve.F_C, curve.F_V, curve.v_SS, curve.exponent)
+
+
+@compiled
 def next_velocity(v: float, drive: float, up: float, down: float, mass: float, h: float) -> float:
     """Velocity a step later under a drive.
 

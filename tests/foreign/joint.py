@@ -10,7 +10,7 @@ import numpy as np
 from . import compiled
 from .clock import Array, line, segment, steps_in
 from .driven import DrivenMotion
-from .friction import Curve, acting, as_floats, level, next_velocity
+from .friction import Curve, acting, as_floats, level, next_velocity, scattered
 
 
 class Joint(NamedTuple):
@@ -59,12 +59,6 @@ def simulate(
         np.ones(1) if scatter is None else np.asarray(scatter, float), steps_in(times[-1], h), h,
     )  # fmt: skip
     return DrivenMotion(times.copy(), rows[0], rows[1], command.copy(), rows[2], rows[3])
-
-
-@compiled
-def scattered(curve: Curve, factor: float) -> Curve:
-    """The curve with another breakaway level."""
-    return Curve(factor * curve.F_S, curve.F_C, curve.F_V, curve.v_SS, curve.exponent)
 
 
 @compiled

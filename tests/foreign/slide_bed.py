@@ -15,7 +15,7 @@ import numpy as np
 
 from . import compiled
 from .clock import Array, line, segment, steps_in
-from .friction import Curve, as_floats, level
+from .friction import Curve, as_floats, level, scattered
 
 
 class Bed(NamedTuple):
@@ -49,7 +49,7 @@ class BedMotion(NamedTuple):
 
 def simulate(
     bed: Bed, plus: Curve, minus: Curve, times: Array, command: Array, start: float,
-    dt: float = 0.01, h: float = 1e-5,
+    dt: float = 0.01, scatter: Array | None = None, h: float = 1e-5,
 ) -> BedMotion:  # fmt: skip
     """A motion from rest at `start` under a command, a straight line between its samples.
 
@@ -61,6 +61,7 @@ def simulate(
         command: its positions.
         start: where the slide rests at first.
         dt: from sample to sample.
+        scatter: factors on F_S, one from each coming to rest to the next, over and over.
         h: the step.
     """
     bed = Bed(*(float(constant) for constant in bed))
@@ -68,7 +69,7 @@ def simulate(
     samples = int(times[-1] / dt + 1e-9) + 1
     rows = _run(
         bed, as_floats(plus), as_floats(minus), times, command, float(start),
-        samples, every, h,
+        np.ones(1) if scatter is None else np.asarray(scatter, float), samples, every, h,
     )  # fmt: skip
     return BedMotion(dt * np.arange(samples), *rows)
 
@@ -86,11 +87,13 @@ def _acceleration(bed: Bed, force: float, v: float) -> float:
 
 
 @compiled
-def _run(
-    bed: Bed, plus: Curve, minus: Curve, times: Array, command: Array, x: float, samples: int,
-    every: int, h: float,
+def _run(  # noqa: C901 - one step of every state
+    bed: Bed, plus: Curve, minus: Curve, times: Array, command: Array, x: float, scatter: Array,
+    samples: int, every: int, h: float,
 ) -> Array:  # fmt: skip
     rows = np.empty((5, samples))
+    mean_plus, mean_minus, rest = plus, minus, 0
+    plus, minus = scattered(mean_plus, scatter[0]), scattered(mean_minus, scatter[0])
     v, w, k = 0.0, 0.0, 0  # w: the speed that the impulse within the band of rest amounts to
     for i in range((samples - 1) * every + 1):
         t = i * h
@@ -104,6 +107,7 @@ def _run(
             n = i // every
             rows[0, n], rows[1, n], rows[2, n] = x, v, goal
             rows[3, n], rows[4, n] = motor, drive
+        moved = v != 0.0
         if v > 0.0:
             v += h * _acceleration(bed, drive - level(v, plus), v)
             if v <= bed.dv:
@@ -121,4 +125,8 @@ def _run(
         if abs(w) > bed.dv:
             v, w = w, 0.0
         x += h * v
+        if moved and v == 0.0:
+            rest += 1
+            factor = scatter[rest % len(scatter)]
+            plus, minus = scattered(mean_plus, factor), scattered(mean_minus, factor)
     return rows

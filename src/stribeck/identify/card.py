@@ -122,6 +122,7 @@ class ObjectiveCard(_Part):
     baselines: dict[str, Finite] = {}
     samples: int
     restart: bool = False
+    breakaway: Literal["common", "scattered"] = "common"
     staircase: dict[Literal["measured", "modelled"], StaircaseCard] = {}
 
 
@@ -208,6 +209,19 @@ class CombinationCard(_Part):
         return verdict_text(self.verdict, self.reason)
 
 
+class BreakawayCard(_Part):
+    """How a breakaway level varies from slip to slip: its mean is the parameter of that name.
+
+    Standard deviation of the breakaway of single slips, with its 95 % interval, in the unit given.
+    """
+
+    unit: str
+    sd: Finite
+    low: Finite
+    high: Finite
+    slips: int
+
+
 class ConditionCard(_Part):
     """A condition of the estimates that does not hold, with the parameters it biases.
 
@@ -231,6 +245,7 @@ class Card(_Part):
     columns: dict[str, Any] = {}
     parameters: dict[str, ParameterCard]
     combinations: dict[str, CombinationCard] = {}
+    breakaway: dict[str, BreakawayCard] = {}
     conditions: list[ConditionCard] = []
     objective: ObjectiveCard
     train: list[str] = []
@@ -300,7 +315,9 @@ class Card(_Part):
         # searched for.
         last = every[-1].name
         absolute = self.objective.name == "position_mae"
-        objective = Objective("absolute" if absolute else "squares", self.objective.restart)
+        objective = Objective(
+            "absolute" if absolute else "squares", self.objective.restart, self.objective.breakaway
+        )
         fixed = {n: v for n, v in values.items() if n != last}
         parameters = partition(rig, law, fixed=fixed, objective=objective)
         return parameters, p
@@ -391,6 +408,7 @@ def card(fit: Fit) -> Card:
         columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
         parameters=_parameters(fit),
         combinations=_combinations(fit),
+        breakaway=_breakaway(fit),
         conditions=_conditions(fit),
         objective=ObjectiveCard(
             name=score.name,
@@ -399,6 +417,7 @@ def card(fit: Fit) -> Card:
             baselines=score.baselines(),
             samples=score.samples,
             restart=parameters.objective.restart,
+            breakaway="scattered" if parameters.objective.by_slip else "common",
             staircase=_staircase(score),
         ),
         train=[r.text for r in fit.train_ranges],
@@ -507,6 +526,19 @@ def _combinations(fit: Fit) -> dict[str, CombinationCard]:
         value, low, high = (float(shown_in(fit.rig, q, x)) for x in (c.value, c.low, c.high))
         entries[f"{fit.rig.label(q.name)} + {c.constant}"] = CombinationCard(
             value=value, unit=c.unit, low=low, high=high, verdict=c.verdict, reason=c.reason
+        )
+    return entries
+
+
+def _breakaway(fit: Fit) -> dict[str, BreakawayCard]:
+    """The spread of each breakaway level, in the unit people see."""
+    entries = {}
+    for b in fit.breakaway:
+        (q,) = [q for q in fit.parameters.every if q.name == b.parameter]
+        zero = float(shown_in(fit.rig, q, 0.0))
+        sd, low, high = (float(shown_in(fit.rig, q, x)) - zero for x in (b.sd, b.low, b.high))
+        entries[fit.rig.label(q.name)] = BreakawayCard(
+            unit=fit.rig.unit_of(q), sd=sd, low=low, high=high, slips=b.slips
         )
     return entries
 

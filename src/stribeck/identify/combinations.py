@@ -69,6 +69,8 @@ class SumProblem:
         params[self._i] = Param(
             f"{parameter} + {constant}", q.lower + c.lower, q.upper + c.upper, q.unit
         )
+        few = problem.dofs.get(parameter)
+        self.dofs = {} if few is None else {params[self._i].name: few}
         self.space, self.logs, self.priors = Space(tuple(params)), problem.logs, problem.priors
         self.orders = tuple(pair for pair in orders_of(problem) if self._i not in pair)
 

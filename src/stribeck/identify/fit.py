@@ -13,7 +13,7 @@ from ..friction import Law
 from ..rig import Rig
 from ..rig.lookup import rig_and_law
 from .data_split import data_split
-from .loss import Loss, Objective
+from .loss import Breakaway, Loss, Objective
 from .multistart import Progress
 from .output_error import solve_output_error
 from .parameters import partition
@@ -48,6 +48,7 @@ def identify(
     restart: bool = False,
     delay: Delay = "auto",
     velocity: VelocitySource = "auto",
+    breakaway: Breakaway = "auto",
     draws: int = 0,
     samples: int = 0,
     progress: Progress | None = None,
@@ -85,6 +86,8 @@ def identify(
             certain, and `off` tells it alone; elsewhere a force is moved by a number.
         velocity: `recorded`, of the `position`, or `auto`: of force balances, where a log has a
             velocity, the one that leaves less of the force.
+        breakaway: `common` to all slips, `scattered` from slip to slip, or `auto`, as the log
+            shows it; see `Objective`.
         draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
             those of the profiles; none by default, 200 are usual.
         samples: Of the posterior, which then stands beside them; none by default, 20,000 are
@@ -98,7 +101,7 @@ def identify(
     data = data_split(recordings, train, holdout, rig)
     if samples:
         sampler()  # says at once if it is not there
-    objective = Objective(loss, restart)
+    objective = Objective(loss, restart, breakaway)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
     if not isinstance(draws, Integral) or draws < 0:
         raise InputError(f"draws must be a whole number >= 0, got {draws!r}")
@@ -113,7 +116,15 @@ def identify(
     }
     search = {name: value for name, value in search.items() if value is not None}
     if rig.approach == "force_balance":
-        _refuse(rig, [*search, *(["loss"] * (loss != "squares")), *(["restart"] * restart)])
+        _refuse(
+            rig,
+            [
+                *search,
+                *(["loss"] * (loss != "squares")),
+                *(["restart"] * restart),
+                *(["breakaway"] * (breakaway != "auto")),
+            ],
+        )
         from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
 
         fit = solve_balance(parameters, data, draws=draws, delay=delay, velocity=velocity)

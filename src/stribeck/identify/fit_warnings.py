@@ -38,7 +38,7 @@ def _resting(score: Score, floor: float) -> list[str]:
 
 def explains_little(parameters: Parameters, score: Score) -> bool:
     """Whether a smooth motion, or none where each segment is a slip, does nearly as well."""
-    baseline = score.still if parameters.objective.restart else score.smooth
+    baseline = score.still if parameters.objective.by_leg else score.smooth
     return score.value >= LITTLE * baseline
 
 
@@ -69,16 +69,26 @@ def misfit_violations(
             *([f"widen {' and '.join(ends)}"] if ends else []),
             "check the rig's constants and the units of the log",
         ]
+        beside = (
+            f"an axis that never moves has {score.still:.3g} {score.unit}"
+            if parameters.objective.by_leg
+            else f"a smooth motion without stick-slip has {score.smooth:.3g} {score.unit}"
+        )
         sentence = (
-            f"the model explains little: J is {score.value:.3g} {score.unit}, a smooth motion "
-            f"without stick-slip has {score.smooth:.3g} {score.unit}: {', or '.join(causes)}"
+            f"the model explains little: J is {score.value:.3g} {score.unit}, {beside}: "
+            f"{', or '.join(causes)}"
         )
         return [Violation("model", sentence)]
     floor = _noise_floor(parameters.rig, recordings)
     if score.value > NOISY * floor:
+        rest = (
+            "how a slip goes on is not all in law and rig"
+            if parameters.objective.by_slip
+            else "the rig leaves something out"
+        )
         sentence = (
             f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
-            f"{score.unit}): {search or 'the repeats agree, so that '}the rig leaves something out"
+            f"{score.unit}): {search or 'the repeats agree, so that '}{rest}"
         )
         return [Violation("model", sentence, caps=False)]
     return []

@@ -8,7 +8,7 @@ its doing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +54,11 @@ class FreeConstantsProblem:
         self.space = Space((*problem.space.params, *map(_as_param, constants)))
         self.logs = problem.logs
         self.priors = len(self.constants)
+
+    @property
+    def dofs(self) -> Mapping[str, float]:
+        """Those of the motion problem."""
+        return self.problem.dofs if isinstance(self.problem, MotionProblem) else {}
 
     @property
     def nominal(self) -> Array:

@@ -115,5 +115,8 @@ def _measured_start(segment: Segment) -> tuple[float, float, float]:
 
 
 def free_starts(problem: MotionProblem) -> bool:
-    """Whether the starts of a problem are unknowns: its rig says so."""
-    return as_simulated(problem.parameters.rig).free_start
+    """Whether the starts of a problem are unknowns: its rig says so.
+
+    A slip by itself starts from the mean of a whole rest, and when it begins is seen.
+    """
+    return as_simulated(problem.parameters.rig).free_start and problem.weights is None

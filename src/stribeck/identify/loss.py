@@ -11,6 +11,8 @@ from ..errors import InputError
 from ..space import Array
 
 Loss = Literal["squares", "absolute"]
+#: Whether slips break away at one level or each at its own; `auto` where the log shows the latter.
+Breakaway = Literal["auto", "common", "scattered"]
 
 #: Errors below the knee count by their squares, those above by their size: a share of the widest
 #: range of the logs, and by what it is lowered once the search has ended.
@@ -27,14 +29,32 @@ class Objective:
         restart: Whether the simulation starts anew at every rest. Where slips do not come at the
             same force each time, a simulation of many slips is soon out of step, and says more
             of that than of the friction.
+        breakaway: `common` to all slips, or `scattered`: then the slips are simulated one by one,
+            each with a breakaway of its own, and F_S is their mean. `auto` is scattered where the
+            log shows that slips begin under forces that are not the same.
     """
 
     loss: Loss = "squares"
     restart: bool = False
+    breakaway: Breakaway = "common"
 
     def __post_init__(self) -> None:
-        if self.loss not in get_args(Loss):
-            raise InputError(f"loss {self.loss!r} is not one of {', '.join(get_args(Loss))}")
+        for name, value, choices in (
+            ("loss", self.loss, get_args(Loss)),
+            ("breakaway", self.breakaway, get_args(Breakaway)),
+        ):
+            if value not in choices:
+                raise InputError(f"{name} {value!r} is not one of {', '.join(choices)}")
+
+    @property
+    def by_slip(self) -> bool:
+        """Whether the slips are simulated one by one, each with a breakaway of its own."""
+        return self.breakaway == "scattered"
+
+    @property
+    def by_leg(self) -> bool:
+        """Whether more than one simulation passes through a range of a log."""
+        return self.restart or self.by_slip
 
 
 SQUARES = Objective()

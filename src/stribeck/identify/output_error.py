@@ -34,6 +34,7 @@ from .score import held_out, scores
 from .search_settings import SearchSettings, sticks_and_slips
 from .segment import SegmentSplit, recordings_of, split_segments
 from .sliding_check import mark_never_slid
+from .slip_by_slip import by_slip_where_needed, fitted_spreads, scatter_sentence, settled_slips
 from .uncertainty.assessment import Uncertainty, uncertainty
 from .uncertainty.estimates import (
     bound_warnings,
@@ -70,15 +71,31 @@ def solve_output_error(
     Raises:
         InputError: a range has no motion to simulate, or no parameter set could be simulated.
     """
-    rig, restart = as_simulated(parameters.rig), parameters.objective.restart
-    segments = split_segments(data, rig, restart=restart)
+    parameters, scattered = by_slip_where_needed(parameters, data)
+    segments = split_segments(data, as_simulated(parameters.rig), parameters.objective)
     optimum = multistart(MotionProblem(parameters, segments.train), settings, progress)
+    optimum, settling = _slips_settled(optimum)
     optimum, spent = _with_constants(optimum, settings)
+    spent += settling
     uncertain, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
     uncertain = replace(uncertain, rows=uncertain.rows + spent)
     if interrupted:
         optimum = _interrupted(optimum)
-    return output_error_fit(optimum, uncertain, data, segments)
+    fit = output_error_fit(optimum, uncertain, data, segments)
+    return replace(fit, warnings=(*scatter_sentence(parameters, scattered), *fit.warnings))
+
+
+def _slips_settled(optimum: Optimum) -> tuple[Optimum, int]:
+    """The optimum with its slips' breakaway weighed as it scatters there, and rows spent."""
+    problem = optimum.problem
+    if optimum.interrupted or not isinstance(problem, MotionProblem) or problem.weights is None:
+        return optimum, 0
+    try:
+        starts = [optimum.x, *(d.x for d in optimum.search.polished[1:])]
+        problem, x, spent = settled_slips(problem, starts)
+    except KeyboardInterrupt:
+        return _interrupted(optimum), 0
+    return replace(optimum, problem=problem, x=x), spent
 
 
 def _with_constants(optimum: Optimum, settings: SearchSettings) -> tuple[Optimum, int]:
@@ -227,4 +244,5 @@ def output_error_fit(
         effects=seen,
         delay=data.delay,
         combinations=sums,
+        breakaway=fitted_spreads(parameters, p, train, uncertain.profiles),
     )

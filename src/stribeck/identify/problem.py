@@ -19,8 +19,10 @@ from ..rig.lookup import rig_and_law
 from ..rig.simulated import as_simulated
 from ..space import Array, Space
 from ..units import unit
+from .breakaway_scatter import BreakawayWeights, first_weights, level_columns, uniform
 from .data_split import ranges_or_all, recording_list
-from .loss import FINER, KNEE, Loss, Objective, pseudo_huber
+from .loss import FINER, KNEE, Breakaway, Loss, Objective, pseudo_huber
+from .own_breakaway import onset_inputs, pulls, simulated_slip
 from .parameters import Parameters, partition
 from .segment import Segment, segments
 
@@ -40,7 +42,12 @@ class MotionProblem:
     squares grows as that of the errors' sizes, and J is the RMS of the result. Where the rig
     knows positions only up to a constant, each segment's residuals have mean zero.
 
-    `scale` is `unit` in SI, `logs` how many samples count in each segment, in order.
+    Where each slip has a breakaway of its own, a segment is a slip, and after the residuals of the
+    motions there is one for each slip: its breakaway less the mean, over the standard deviation
+    of that, times the noise (`weights`).
+
+    `scale` is `unit` in SI, `logs` how many residuals each segment has, in order; with slips, those
+    of all motions and those of their breakaway.
     """
 
     def __init__(self, parameters: Parameters, train: Sequence[Segment]) -> None:
@@ -56,6 +63,11 @@ class MotionProblem:
         self.space = Space(parameters.free)
         self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
         self.samples = sum(self.logs)
+        self.weights: BreakawayWeights | None = None
+        if parameters.objective.by_slip:
+            self.weights = first_weights(parameters, self.train)
+            self._onsets = onset_inputs(self._rig, self.train)
+            self.logs = (self.samples, len(self.train))
         self.unit = parameters.rig.shows.get("position", "m")
         self.scale = unit(self.unit).factor
         widest = max(float(np.ptp(s.recording.position)) for s in train)
@@ -65,7 +77,7 @@ class MotionProblem:
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
         x = np.atleast_2d(x)
-        if self._rig.floating or np.isfinite(self._knee):
+        if self._rig.floating or np.isfinite(self._knee) or self.weights is not None:
             return rms(self.residuals(x))
         p, physical = self._physical(x)
         law = self.parameters.law
@@ -78,17 +90,45 @@ class MotionProblem:
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n, samples) residuals, in `unit`; J is their RMS."""
         x = np.atleast_2d(x)
+        if self.weights is not None:
+            return self._slip_residuals(x, self.weights)
         return np.concatenate([self.segment_residuals(x, s) for s in self.train], axis=1)
+
+    def _slip_residuals(self, x: Array, weights: BreakawayWeights) -> Array:
+        """Of the motion of each slip under its own breakaway, and then of the breakaways."""
+        p, physical = self._physical(x)
+        result = np.full((len(p), sum(self.logs)), np.nan)
+        p = p[physical]
+        if not len(p):
+            return result
+        law = self.parameters.law
+        F, rise = pulls(self._rig, law, p, self.train, self._onsets)
+        slips = [
+            simulated_slip(self._rig, law, p, s, F[:, k], rise[:, k], rough=not weights.settled)
+            for k, s in enumerate(self.train)
+        ]
+        blocks = [self._misfit(x.position, s) for x, s in zip(slips, self.train, strict=True)]
+        columns = level_columns(self.parameters, self.train)
+        sd = np.array([weights.sd[self.parameters.names[k]] for k in columns])
+        off = np.stack([slip.breakaway for slip in slips], axis=1) - p[:, columns]
+        blocks.append(weights.noise * off / np.hypot(sd, uniform(rise)))
+        result[physical] = np.concatenate(blocks, axis=1)
+        return result
 
     def segment_residuals(self, x: Array, segment: Segment) -> Array:
         """The residuals of one segment, (n, its samples that count); nan where not physical."""
         p, physical = self._physical(x)
+        residuals = np.full((len(p), int(np.count_nonzero(segment.track.score))), np.nan)
+        if physical.any():
+            positions = self._rig.positions(self.parameters.law, p[physical], segment.track)
+            residuals[physical] = self._misfit(positions, segment)
+        return residuals
+
+    def _misfit(self, positions: Array, segment: Segment) -> Array:
+        """Measured less simulated positions of a segment, as the loss counts them."""
         track = segment.track
         counts = np.flatnonzero(track.score)
-        residuals = np.full((len(p), len(counts)), np.nan)
-        if physical.any():
-            positions = self._rig.positions(self.parameters.law, p[physical], track)
-            residuals[physical] = (track.measured - positions).take(counts, axis=1) / self.scale
+        residuals: Array = (track.measured - positions).take(counts, axis=1) / self.scale
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
         return pseudo_huber(residuals, self._knee) if np.isfinite(self._knee) else residuals
@@ -103,6 +143,23 @@ class MotionProblem:
             replace(s, track=simulated.with_constants(s.track, s.recording)) for s in self.train
         )
         return other
+
+    def weighed(self, weights: BreakawayWeights, train: Sequence[Segment]) -> MotionProblem:
+        """The same problem with other weights of its slips' breakaway, and other onsets."""
+        other = copy(self)
+        other.weights, other.train = weights, tuple(train)
+        other._onsets = onset_inputs(self._rig, train)  # noqa: SLF001 - of its own class
+        return other
+
+    def noise_of(self, x: Array) -> float:
+        """Root mean square of the residuals of the motions at a point (dim,), in `unit`."""
+        residuals = self.residuals(x[None])
+        return float(rms(residuals[:, : self.samples])[0])
+
+    @property
+    def dofs(self) -> Mapping[str, float]:
+        """Degrees of freedom of parameters that few slips determine, by name."""
+        return {} if self.weights is None else self.weights.dof
 
     def over(self, parameters: Parameters) -> MotionProblem:
         """The same problem over other search ranges."""
@@ -146,6 +203,7 @@ def problem(
     tied: Mapping[str, str] | None = None,
     loss: Loss = "squares",
     restart: bool = False,
+    breakaway: Breakaway = "common",
 ) -> MotionProblem:
     """The problem that `identify` searches on a rig whose law is identified by output error.
 
@@ -159,13 +217,14 @@ def problem(
         tied: See `partition`.
         loss: See `Objective`.
         restart: See `Objective`.
+        breakaway: `common` or `scattered`; see `Objective`.
     """
     rig, law = rig_and_law(rig, law)
     rig = as_simulated(rig)
-    objective = Objective(loss, restart)
+    objective = Objective(loss, restart, breakaway)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
     logs = recording_list(recordings)
     train_segments = [
-        s for r in ranges_or_all(train, rig) for s in segments(logs, rig, r, restart=restart)
+        s for r in ranges_or_all(train, rig) for s in segments(logs, rig, r, objective)
     ]
     return MotionProblem(parameters, train_segments)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from .adequacy.effects import Effects
     from .balance.balance import Balance
+    from .breakaway_scatter import Spread
     from .combinations import Combination
     from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
@@ -76,6 +77,7 @@ class Fit:
             cannot say.
         delay: By how much the force was behind the motion and has been moved back, s.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
+        breakaway: How breakaway varies from slip to slip, where each slip has one of its own.
     """
 
     parameters: Parameters
@@ -97,6 +99,7 @@ class Fit:
     effects: Effects | None = field(default=None, repr=False)
     delay: float = 0.0
     combinations: tuple[Combination, ...] = ()
+    breakaway: tuple[Spread, ...] = ()
 
     @property
     def rig(self) -> Rig:

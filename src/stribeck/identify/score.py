@@ -12,6 +12,7 @@ import numpy as np
 from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
+from .own_breakaway import slip_motion
 from .stick_slip_statistics import StickSlipStatistics, stick_slip_statistics
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def held_out(
 def simulated(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> list[Motion]:
     """The model's motion over each segment."""
     rig = as_simulated(parameters.rig)
-    return [rig.move(parameters.law, p[None], s.track) for s in segments]
+    return [slip_motion(rig, parameters.law, p[None], s) for s in segments]
 
 
 def scores(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> Score:
@@ -105,7 +106,7 @@ def scores(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> Sco
         for r in (np.concatenate(part) for part in (model, still, smooth))
     ]
     stairs = (
-        (None, None) if parameters.objective.restart else stick_slip_statistics(segments, motions)
+        (None, None) if parameters.objective.by_leg else stick_slip_statistics(segments, motions)
     )
     name: Literal["position_rmse", "position_mae"]
     name = "position_mae" if absolute else "position_rmse"

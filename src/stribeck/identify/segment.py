@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.departures import Departure, SlipOnset, departures
 from ..data.ranges import Range, Window, inner, start_of, windows
 from ..data.repeated_samples import is_new
 from ..data.segmentation import Segments, segment
 from ..errors import InputError
-from ..rig.motion.track import Track
+from ..rig.motion.track import Track, extremes
 from ..rig.simulated import SimulatedRig
+from .loss import SQUARES, Objective
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -25,6 +27,10 @@ if TYPE_CHECKING:
 _FEWEST = 4
 #: A way back below this share of the travel is none.
 _TRAVEL = 0.1
+#: A slip is simulated from so many samples before it is seen to begin.
+_LEAD = 6
+#: Share of its way over which a slip is at its beginning.
+_EARLY = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +44,7 @@ class Segment:
         track: Command, samples and measured positions from `begin` to the end of `rows`.
         still: Samples before `rows` at which the axis rests where it starts; none as a rule
             where a simulation starts in motion.
+        onset: When its one slip begins, where each has a breakaway of its own; else None.
     """
 
     recording: Recording
@@ -45,6 +52,7 @@ class Segment:
     begin: int
     track: Track
     still: slice
+    onset: SlipOnset | None = None
 
     @property
     def direction(self) -> int:
@@ -69,8 +77,7 @@ def segments(
     recordings: Sequence[Recording],
     rig: SimulatedRig,
     part: Range | None,
-    *,
-    restart: bool = False,
+    objective: Objective = SQUARES,
 ) -> list[Segment]:
     """The segments of a range in all recordings, each from the last rest before it.
 
@@ -78,7 +85,7 @@ def segments(
         recordings: The logs.
         rig: How its motions start: at rest, from the measured state, or with the log.
         part: The range; None for all.
-        restart: Whether a new segment starts at every rest.
+        objective: Whether a new segment starts at every rest, or each slip is one.
 
     Raises:
         InputError: no recording passes the range, or the axis never rests where it must.
@@ -87,7 +94,7 @@ def segments(
     missing: list[InputError] = []
     for recording in recordings:
         try:
-            result += _segments(recording, rig, part, restart)
+            result += _segments(recording, rig, part, objective)
         except InputError as error:
             missing.append(error)
     if not result:
@@ -108,20 +115,20 @@ class SegmentSplit:
     holdout: tuple[tuple[Range, tuple[Segment, ...]], ...]
 
 
-def split_segments(data: DataSplit, rig: SimulatedRig, *, restart: bool) -> SegmentSplit:
+def split_segments(data: DataSplit, rig: SimulatedRig, objective: Objective) -> SegmentSplit:
     """The segments of a rig's logs.
 
     Args:
         data: The logs and their ranges.
         rig: How its motions start.
-        restart: Whether a new segment starts at every rest.
+        objective: Whether a new segment starts at every rest, or each slip is one.
 
     Raises:
         InputError: a range has no segment, or a log has none in any range.
     """
     logs = data.recordings
-    train = [s for r in data.train or (None,) for s in segments(logs, rig, r, restart=restart)]
-    holdout = [(r, tuple(segments(logs, rig, r, restart=restart))) for r in data.holdout]
+    train = [s for r in data.train or (None,) for s in segments(logs, rig, r, objective)]
+    holdout = [(r, tuple(segments(logs, rig, r, objective))) for r in data.holdout]
     used = {
         id(s.recording) for part in (train, *(held_out for _, held_out in holdout)) for s in part
     }
@@ -138,7 +145,7 @@ def recordings_of(segments: Sequence[Segment]) -> list[Recording]:
 
 
 def _segments(
-    recording: Recording, rig: SimulatedRig, part: Range | None, restart: bool
+    recording: Recording, rig: SimulatedRig, part: Range | None, objective: Objective
 ) -> list[Segment]:
     if recording.rotary != rig.rotary:
         kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
@@ -150,7 +157,9 @@ def _segments(
     segmentation = segment(recording)
     result = []
     for window in windows(recording, part, segmentation):
-        if restart:
+        if objective.by_slip:
+            result += _slips(recording, rig, part, segmentation, window)
+        elif objective.restart:
             result += _from_rests(recording, rig, part, segmentation, window)
         elif rig.from_rest:
             result.append(_from_rest(recording, rig, part, segmentation, window))
@@ -197,6 +206,72 @@ def _from_rests(
             "there is no rest to start from"
         )
     return [_resting(recording, rig, rest, rows) for rest, rows in legs]
+
+
+def _slips(
+    recording: Recording,
+    rig: SimulatedRig,
+    part: Range | None,
+    segmentation: Segments,
+    window: Window,
+) -> list[Segment]:
+    """The motions of a window, each from the rest before it until it has come to rest again."""
+    rows, result = window.rows, []
+    motions = list(departures(recording, segmentation))
+    begins = [
+        max((m.rest.start + m.start) // 2, m.start - max(_LEAD, m.stop - m.leaving))
+        for m in motions
+    ]
+    ends = [*begins, rows.stop][1 : len(motions) + 1]
+    for m, begin, end in zip(motions, begins, ends, strict=True):
+        still = inner(slice(m.rest.start, m.start + 1))
+        samples = slice(begin, min(m.stop, end, rows.stop))
+        if not (rows.start <= begin and m.leaving < samples.stop and still.start < still.stop):
+            continue
+        x0 = float(recording.position[still].mean())
+        score = _counting(recording, rig)[samples].astype(float)
+        track = _short(rig.track(recording, samples, x0, score))._replace(v0=0.0)
+        onset = _onset(recording, rig, samples, m, x0)
+        result.append(Segment(recording, samples, begin, track, slice(begin, begin), onset))
+    if not result:
+        raise InputError(
+            f"{recording.label}: the axis never breaks away from a rest"
+            f"{f' in {part.text}' if part else ''}: there is no slip to simulate"
+        )
+    return result
+
+
+def _onset(
+    recording: Recording, rig: SimulatedRig, rows: slice, m: Departure, x0: float
+) -> SlipOnset:
+    """When a motion begins, by the samples over which it is simulated.
+
+    At the instant from which its first quarter goes with the square of time, as motion under a
+    force does that drops at breakaway; under a held force, at the sample nearest to it.
+    """
+    t, x, start, leaving = recording.t, recording.position, m.start, m.leaving
+    direction = 1 if x[leaving] > x0 else -1
+    way = direction * (x[leaving : rows.stop] - x0)
+    early = way[: max(int(np.argmax(way > _EARLY * way.max())), 1)]
+    since = t[leaving : leaving + len(early)]
+    span, instant = float(t[start + 1] - t[start]), 0.5 * float(t[start] + t[start + 1])
+    seconds = float(since[-1] - t[start])
+    if len(early) > 2:  # noqa: PLR2004 - a line takes three points to be better than its middle
+        slope, intercept = np.polyfit(since - since[0], np.sqrt(np.maximum(early, 0.0)), 1)
+        if slope > 0:
+            instant = float(np.clip(since[0] - intercept / slope, t[rows.start] + span, since[0]))
+    if rig.holds_force:
+        at = max(int(np.searchsorted(t, instant - 0.5 * span)), rows.start + 1)
+        return SlipOnset(float(t[at - 1]), float(t[at]), x0, direction, seconds)
+    return SlipOnset(instant - 0.5 * span, instant + 0.5 * span, x0, direction, seconds)
+
+
+def _short(track: Track) -> Track:
+    """A track without the command before and after its samples."""
+    first = max(int(np.searchsorted(track.knots_t, track.t[0], side="right")) - 1, 0)
+    last = int(np.searchsorted(track.knots_t, track.t[-1], side="left")) + 1
+    knots_t, knots_x = (np.ascontiguousarray(a[first:last]) for a in (track.knots_t, track.knots_x))
+    return track._replace(knots_t=knots_t, knots_x=knots_x, extremes=extremes(knots_x))
 
 
 def _in(rest: slice, rows: slice) -> bool:

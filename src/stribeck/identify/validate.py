@@ -94,8 +94,6 @@ def untrained_directions(
 
 def _score(parameters: Parameters, p: Array, log: Recording, part: Range | None) -> Score:
     if parameters.rig.approach == "output_error":
-        passed = segments(
-            [log], as_simulated(parameters.rig), part, restart=parameters.objective.restart
-        )
+        passed = segments([log], as_simulated(parameters.rig), part, parameters.objective)
         return scores(parameters, p, passed)
     return balance_scores(parameters, p, log, part)

@@ -64,6 +64,24 @@ def _sum(fit: Fit, c: Combination) -> list[str]:
     ]
 
 
+def _breakaways(fit: Fit) -> list[str]:
+    """Mean and spread of each breakaway level that varies from slip to slip, a sentence each."""
+    sentences = []
+    levels = {e.name: (q, e) for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
+    for b in fit.breakaway:
+        q, e = levels[fit.rig.label(b.parameter)]
+        mean, sd = (
+            [number(float(shown_in(fit.rig, q, x)), digits) for x in values]
+            for values, digits in (((b.mean, e.low, e.high), 4), ((b.sd, b.low, b.high), 2))
+        )
+        interval = "" if e.verdict == "fixed" else f" ({mean[1]} to {mean[2]})"
+        sentences.append(
+            f"{e.name} = {mean[0]}{interval} {e.unit}, from slip to slip "
+            f"sd {sd[0]} ({sd[1]} to {sd[2]}), {b.slips} slips"
+        )
+    return sentences
+
+
 def _end(value: float, ended: str | None) -> str:
     """An end of an interval, and what stopped it if it was not the data."""
     words = {"bound": "range", "flat": "range", "budget": "guessed", "unrunnable": "fails"}
@@ -80,6 +98,8 @@ def show_fit(fit: Fit) -> None:
             meaning = re.sub("^(Doubling|Halving)", lambda first: first[0].lower(), e.meaning)
             judged = verdict_text(e.verdict, e.reason, borderline=e.borderline)
             show_paragraph(f"{e.name} is {judged}: {meaning}", "  ")
+    for sentence in _breakaways(fit):
+        show_paragraph(sentence, "  ")
     for table in (_scores(fit), _staircases(fit), _logs(fit)):
         if table is not None:
             out.print()

@@ -12,12 +12,13 @@ from ..errors import InputError
 from ..space import Array, Param
 from .constant import constant
 from .equation import FIRST, SECOND, THIRD, Equation, Input
-from .motion.drives import JOINT, JointConstants
+from .motion.drives import JOINT, JointConstants, JointInputs
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
+    from .motion.track import Track
 
 #: Columns of a log that say the command's velocity and the feed-forward torque, if it has them.
 _RATE, _AHEAD = "qd_cmd_rad_s", "tau_ff_Nm"
@@ -74,6 +75,32 @@ class JointRig(SteppedRig):
             limit=values["limit"],
             hold=values["hold"],
         )
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the torque is held from sample to sample."""
+        return self["hold"] > 0
+
+    def resting(self, track: Track, instant: float, position: float) -> Array:
+        """Angle, command, its velocity and feed-forward at an instant; see `SimulatedRig`."""
+        if self.holds_force:
+            late = int(self["hold"]) - 1  # samples from which a torque is computed to its start
+            k = int(np.searchsorted(track.t, instant, side="right")) - 1 - late
+            inputs = track.inputs[:, max(k, 0)]
+        else:
+            inputs = np.array([np.interp(instant, track.t, values) for values in track.inputs])
+        wish = JointInputs(*inputs)
+        return np.array([position, wish.goal, wish.velocity, wish.torque])
+
+    def pull(self, law: Law, p: Array, resting: Array) -> Array:
+        """Torque of the drive less that of gravity, at angles q; see `SimulatedRig`."""
+        c = self.constants_of_drive(law, p[:, len(law.params) :], np.empty(0))
+        joint = JointConstants(*(column[:, None] for column in c.T[: len(JointConstants._fields)]))
+        q, goal, velocity, ahead = resting.T
+        torque = ahead + joint.k_p * (goal - q) + joint.k_d * velocity
+        gravity = joint.g_sin * np.sin(q) + joint.g_cos * np.cos(q) + joint.g_0
+        pull: Array = np.clip(torque, -joint.limit, joint.limit) - gravity
+        return pull
 
     def equation(self, law: Law) -> Equation:
         """The joint and its loop; F_f is friction."""

@@ -77,6 +77,38 @@ class SimulatedRig(Rig):
         del law, p, track
         raise InputError(f"rig {self.name} does not say how it moves")
 
+    @property
+    def holds_force(self) -> bool:
+        """Whether the force of the drive changes at samples alone."""
+        return False
+
+    def resting(self, track: Track, instant: float, position: float) -> Array | None:
+        """What pulls at an axis at rest, as `pull` reads it, (m,); None if the rig cannot say.
+
+        Args:
+            track: A prepared track that holds the instant.
+            instant: Time, s; where the drive holds its force, the force from then on.
+            position: Where the axis rests, m or rad.
+        """
+        del track, instant, position
+        return None
+
+    def pull(self, law: Law, p: Array, resting: Array) -> Array:
+        """The force on an axis at rest, friction apart, N or N m, (n, instants).
+
+        Args:
+            law: The law, for what else depends on it.
+            p: (n, k) complete parameter sets, SI.
+            resting: The axis at some instants, (instants, m), as `resting` has it.
+        """
+        del law, p, resting
+        raise InputError(f"rig {self.name} does not say what pulls at an axis at rest")
+
+    def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
+        """Positions and velocities of (n, k) parameter sets over a track, SI, (n, N) each."""
+        motion = self.move(law, p, track)
+        return motion.position, motion.velocity
+
     def positions(self, law: Law, p: Array, track: Track) -> Array:
         """The positions of that motion alone, m, (n, N)."""
         return self.move(law, p, track).position

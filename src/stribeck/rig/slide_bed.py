@@ -19,7 +19,15 @@ from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
 from .motion import reference
 from .motion.command import Drive
-from .motion.drives import K_SPRING_M, K_SPRING_P, SLIDE, SlideConstants
+from .motion.drives import (
+    F_FM,
+    K_HAT_M,
+    K_HAT_P,
+    K_SPRING_M,
+    K_SPRING_P,
+    SLIDE,
+    SlideConstants,
+)
 from .motion.event_driven import misfits, trajectories
 from .motion.track import Track
 from .rig import Motion
@@ -266,6 +274,25 @@ class SlideBed(SimulatedRig):
             raise InputError(f"scheme {scheme!r} is not one of fast, reference, paper")
         command = np.interp(track.t, track.knots_t, track.knots_x)
         return Motion(track.t, x, v, self.motor_force(command - x))
+
+    def resting(self, track: Track, instant: float, position: float) -> Array:
+        """The stretch e at an instant; see `SimulatedRig`."""
+        return np.array([float(np.interp(instant, track.knots_t, track.knots_x)) - position])
+
+    def pull(self, law: Law, p: Array, resting: Array) -> Array:
+        """Spring and motor, less its friction, at stretches e; see `SimulatedRig`."""
+        _, c = self.split(law, p)
+        e, c = resting[:, 0], c[:, :, None]
+        k_hat = np.where(e > 0, c[:, K_HAT_P], c[:, K_HAT_M])
+        k_spring = np.where(e > 0, c[:, K_SPRING_P], c[:, K_SPRING_M])
+        pull: Array = k_hat * e - np.clip(k_hat * e, -c[:, F_FM], c[:, F_FM]) + k_spring * e
+        return pull
+
+    def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
+        """Positions and velocities alone; see `SimulatedRig`."""
+        if not _jumps(law):
+            return super().states(law, p, track)
+        return trajectories(law, *self.split(law, p), track)
 
     def positions(self, law: Law, p: Array, track: Track) -> Array:
         """Positions alone, m, (n, N): a search needs no forces."""

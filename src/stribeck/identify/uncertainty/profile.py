@@ -27,7 +27,7 @@ from ...space import Array
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
 from .profile_walk import Ended, Ray, Walked, beyond, walk
-from .residuals import Residuals, logs_of
+from .residuals import Residuals, dofs_of, logs_of
 
 LEVEL = 0.95
 #: Rows that profiles may evaluate unless a caller says otherwise.
@@ -152,11 +152,12 @@ def profiles(
     best = linearised(counted, box, x)
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
     while True:
-        rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio)
+        few = dofs_of(problem)
+        rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
         if not keep:
             best = _refined(best, counted, box, FINEST * float(rough.min()))
         quick = quick_look(best.J, best.r, logs)
-        thresholds = _thresholds(best, quick, level, ratio)
+        thresholds = _thresholds(best, quick, level, ratio, few)
         rays = [
             Ray(problem, box, best, k, sign, thresholds[k], _reach(quick, thresholds[k], k))
             for k in chosen
@@ -202,9 +203,11 @@ def _refined(best: Iterate, counted: Counted, box: Box, gain: float) -> Iterate:
     return best if iterate is None else iterate[0]
 
 
-def _thresholds(best: Iterate, quick: QuickLook, level: float, ratio: Array | None) -> Array:
+def _thresholds(
+    best: Iterate, quick: QuickLook, level: float, ratio: Array | None, few: Array
+) -> Array:
     """By how much the sum of squares may rise, (dim,)."""
-    quantile = float(fdtri(1, quick.dof, level))
+    quantile = fdtri(1, np.minimum(few, quick.dof), level)
     ratios = quick.ratio if ratio is None else np.asarray(ratio, dtype=float)
     # A fit without misfit is known as well as finite differences are.
     least = (1e-8 * np.abs(best.J).max(initial=0.0)) ** 2 + np.finfo(float).tiny

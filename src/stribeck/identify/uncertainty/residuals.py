@@ -5,7 +5,7 @@ The same for every law, both roads and any search method.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Protocol
 
@@ -20,12 +20,13 @@ from ...space import Array, Space
 class Residuals(Protocol):
     """Measured less modelled, for many parameter sets at once.
 
-    Four attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
+    Five attributes are optional. `logs` is a tuple with the rows of each log or stretch, in
     order: nothing correlates across them (default: all rows are one log). `priors` is how many of
     the rows, the last ones, are no data: each is a parameter less what is known of it beforehand,
-    over the standard deviation of that, times the noise of the data (default: none). `orders` is a
-    tuple of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says, (n,), which of
-    the points (n, dim) mean something.
+    over the standard deviation of that, times the noise of the data (default: none). `dofs` has
+    the degrees of freedom of parameters that a few observations of their own determine, by name.
+    `orders` is a tuple of pairs (i, j) of free parameters with x_i >= x_j. `physical(x)` says,
+    (n,), which of the points (n, dim) mean something.
     """
 
     @property
@@ -54,6 +55,12 @@ def logs_of(problem: Residuals, rows: int) -> tuple[int, ...]:
 def priors_of(problem: Residuals) -> int:
     """How many of the rows, the last ones, are priors."""
     return int(getattr(problem, "priors", 0))
+
+
+def dofs_of(problem: Residuals) -> Array:
+    """The degrees of freedom of each parameter, (dim,); inf for those that all rows determine."""
+    by_name: Mapping[str, float] = getattr(problem, "dofs", {})
+    return np.array([by_name.get(name, np.inf) for name in problem.space.names])
 
 
 def parts(series: Array, logs: Sequence[int]) -> list[Array]:

@@ -78,7 +78,7 @@ def motion_traces(
     """
     rig = as_simulated(fit.rig)
     traces = [_traces(rig, s, m, fit) for s, m in zip(segments, motions, strict=True)]
-    if not fit.parameters.objective.restart:
+    if not fit.parameters.objective.by_leg:
         return traces
     legs: dict[int, list[MotionTraces]] = {}
     for leg in traces:
@@ -120,7 +120,7 @@ def _uncommanded(rig: SimulatedRig, log: Recording) -> bool:
 def _label(rig: SimulatedRig, fit: Fit, s: Segment) -> str:
     """What a segment is called: where a ramp went, else the log and its times if it is a part."""
     log = s.recording
-    if rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.objective.restart:
+    if rig.from_rest and len(fit.recordings) == 1 and not fit.parameters.objective.by_leg:
         length = fit.rig.unit_shown("position")
         x = log.position[s.rows] / unit(length).factor
         way = "rightward" if s.direction > 0 else "leftward"

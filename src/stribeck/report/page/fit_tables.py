@@ -52,6 +52,24 @@ def parameters(report: Report) -> Table:
     return Table.of_texts("Parameters", heads, rows, (0, 2, 5, last - 1, last), sentences=(5, last))
 
 
+def breakaway(report: Report) -> Table | None:
+    """Mean and spread of each breakaway level that varies from slip to slip."""
+    card = report.card
+    rows = []
+    for name, b in card.breakaway.items():
+        mean = card.parameters[name]
+        rows.append([
+            name, unit_label(b.unit), number(mean.value), _known(mean.low), _known(mean.high),
+            number(b.sd, 3), number(b.low, 3), number(b.high, 3), str(b.slips),
+        ])  # fmt: skip
+    heads = ["breakaway", "unit", "mean", "95 % from", "to", "sd of slips", "95 % from", "to"]
+    return (
+        Table.of_texts("Breakaway from slip to slip", [*heads, "slips"], rows, (0, 1))
+        if rows
+        else None
+    )
+
+
 def constants(report: Report) -> Table | None:
     """The constants of the rig that the fit rests on, as it has them, and who vouches for each."""
     cards = report.card.constants

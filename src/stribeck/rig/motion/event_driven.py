@@ -793,6 +793,7 @@ def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ..
         _rows, len(p),
         (addressed(law.slip), p, c, track.knots_t, track.knots_x, track.extremes, track.t, track.x0,
          track.measured, track.score, track.sums, *arguments),
+        max(row_pool.FEWEST, row_pool.FEWEST_SAMPLES // len(track.t)),
     )  # fmt: skip
 
 

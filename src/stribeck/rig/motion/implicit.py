@@ -629,7 +629,7 @@ def motions(
             general, law.states, kind, _ready(p), term_places(law), _ready(c), t,
             _ready(track.inputs), track.held.astype(np.int64), parts, start, tolerance, q, v, F,
         ),
-        FEWEST,
+        max(FEWEST, row_pool.FEWEST_SAMPLES // max(N, 1)),
     )  # fmt: skip
     return q, v, F
 

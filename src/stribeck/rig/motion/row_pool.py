@@ -23,8 +23,8 @@ from numba.extending import intrinsic
 
 from ...compile_cache import compiled
 
-#: Fewest rows for which another thread is woken.
-FEWEST = 4
+#: Fewest rows for which another thread is woken, and fewest samples of them all.
+FEWEST, FEWEST_SAMPLES = 4, 2_000
 #: Calls at a time whose beginning waiting threads see, and looks that they take before they sleep:
 #: some 0.1 ms.
 SLOTS, LOOKS = 8, 10_000

@@ -1,0 +1,216 @@
+"""Breakaway that differs from slip to slip: whether it does, its mean, and its spread.
+
+A random effect: the breakaway of slip i is F_S,i = F_S + e_i with e_i normal of standard deviation
+s (a mean is what F_S of a law can be, and normal and lognormal can hardly be told apart below a
+spread of 30 %). It is seen at the onset with an error sigma_i of the sampling. The spread is the s
+for which sum_i (F_S,i - F_S)^2 / (s^2 + sigma_i^2) is what it is on average, n - h, where h is how
+many parameters the onsets have determined (Paule and Mandel 1982, doi 10.6028/jres.087.022); its
+interval has those s for which the sum lies between the 2.5 and the 97.5 % point of chi-squared
+(Viechtbauer 2007, doi 10.1002/sim.2514), which is exact for few slips.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.optimize import brentq, lsq_linear
+from scipy.special import chdtri
+
+from ..errors import InputError
+from ..rig.simulated import as_simulated
+from ..space import Array
+from ..units import unit
+from .own_breakaway import column, onset_of, pulls
+
+if TYPE_CHECKING:
+    from .parameters import Parameters
+    from .segment import Segment
+
+#: Breakaway scatters if its standard deviation, as a share of the mean, certainly exceeds this: a
+#: hundredth displaces a slip by less than a tenth of the time between two, and no axis that rests
+#: on one level came above it.
+SCATTERED = 0.02
+#: Fewer slips tell no scatter.
+FEWEST = 6
+#: Noise of a motion as a share of its slips, and of a breakaway, before there is a fit.
+_ROUGH = 0.03
+#: Level of intervals, two-sided.
+_TAIL = 0.025
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How a breakaway level varies from slip to slip, SI.
+
+    Args:
+        parameter: Name of the level.
+        mean: Its mean.
+        sd: Standard deviation of the breakaway of single slips.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        slips: How many there were.
+        dof: Degrees of freedom of the standard deviation.
+    """
+
+    parameter: str
+    mean: float
+    sd: float
+    low: float
+    high: float
+    slips: int
+    dof: float
+
+
+@dataclass(frozen=True)
+class BreakawayWeights:
+    """What the onsets of slips weigh beside the residuals of their motion.
+
+    Args:
+        noise: Root mean square of the residuals of the motion, in their unit.
+        sd: Standard deviation of the breakaway by name of its parameter, SI.
+        dof: Degrees of freedom of that, by name.
+        settled: Whether these, and the onsets, are those of a good fit.
+    """
+
+    noise: float
+    sd: Mapping[str, float] = field(default_factory=dict)
+    dof: Mapping[str, float] = field(default_factory=dict)
+    settled: bool = False
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """The scatter of the forces under which slips begin, whatever the law.
+
+    Args:
+        share: Standard deviation over the mean.
+        least: Lower end of its 95 % interval.
+        sd: Standard deviation, N or N m.
+        slips: How many slips there are.
+    """
+
+    share: float
+    least: float
+    sd: float
+    slips: int
+
+    @property
+    def evident(self) -> bool:
+        """Whether breakaway certainly scatters by more than what does not matter."""
+        return self.least > SCATTERED
+
+
+def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
+    """How the pull at the onsets of slips scatters; None where that cannot be said.
+
+    What a rig's own free parameters (gravity, a spring) can explain of it is taken away, and each
+    direction has a mean of its own.
+    """
+    rig, law = as_simulated(parameters.rig), parameters.law
+    if len(slips) < FEWEST:
+        return None
+    k, s = len(law.params), np.array([onset_of(x).direction for x in slips])
+    own = [q for q in parameters.free if q.name in {w.name for w in parameters.every[k:]}]
+    middle = np.array([0.5 * (q.lower + q.upper) for q in parameters.free])
+    at = [parameters.free.index(q) for q in own]
+    probes = np.tile(middle, (1 + len(own), 1))
+    for row, i in enumerate(at, 1):
+        probes[row, i] = parameters.free[i].upper
+    p = parameters.full(probes)
+    try:
+        F, rise = (a.T for a in pulls(rig, law, p, slips))
+    except InputError:
+        return None
+    slopes = F[:, 1:] - F[:, :1]  # over half of a range
+    levels = np.column_stack([s > 0, s < 0]).astype(float)[:, [(s > 0).any(), (s < 0).any()]]
+    seen = np.ptp(slopes, axis=0) > 0
+    A = np.column_stack([levels, -slopes[:, seen]])
+    ends = np.full(A.shape[1], np.inf)
+    ends[levels.shape[1] :] = 1.0
+    solution = lsq_linear(A, F[:, 0], (-ends, ends))
+    off = F[:, 0] - A @ solution.x
+    dof = len(slips) - int(np.linalg.matrix_rank(A))
+    mean = abs(float(solution.x[: levels.shape[1]].mean()))
+    if dof < 1 or not mean > 0:
+        return None
+    noise = float(np.mean(np.square(uniform(rise[:, 0]))))
+    squares = float(off @ off)
+    sd, least = (
+        float(np.sqrt(max(squares / x - noise, 0.0))) for x in (dof, float(chdtri(dof, _TAIL)))
+    )
+    return Scatter(sd / mean, least / mean, sd, len(slips))
+
+
+def first_weights(parameters: Parameters, slips: Sequence[Segment]) -> BreakawayWeights:
+    """Weights to search with: the scatter as it is seen without a fit, and a rough noise."""
+    scattered = scatter(parameters, slips)
+    sizes = [float(np.ptp(s.track.measured)) for s in slips]
+    noise = (
+        _ROUGH * float(np.median(sizes)) / unit(parameters.rig.shows.get("position", "m")).factor
+    )
+    rig, law = as_simulated(parameters.rig), parameters.law
+    if scattered is None:
+        middle = np.array([[0.5 * (q.lower + q.upper) for q in parameters.free]])
+        F, _ = pulls(rig, law, parameters.full(middle), slips)
+        sd = _ROUGH * float(np.mean(np.abs(F)))
+    else:
+        sd = scattered.sd
+    columns = {column(law, s) for s in slips}
+    return BreakawayWeights(noise, {parameters.names[k]: sd for k in columns})
+
+
+def uniform(rise: Array) -> Array:
+    """The standard deviation of what lies somewhere between two ends so far apart."""
+    sd: Array = np.abs(rise) / np.sqrt(12.0)
+    return sd
+
+
+def level_columns(parameters: Parameters, slips: Sequence[Segment]) -> Array:
+    """The column of the breakaway level of each slip in a complete parameter set, (slips,)."""
+    return np.array([column(parameters.law, s) for s in slips])
+
+
+def spreads(
+    parameters: Parameters, p: Array, slips: Sequence[Segment], taken: Array
+) -> tuple[Spread, ...]:
+    """The spread of each breakaway level about its mean in a complete parameter set, (k,).
+
+    Args:
+        parameters: Rig and law.
+        p: The set.
+        slips: Its slips.
+        taken: Of how many degrees of freedom the fit has deprived each slip, (slips,).
+    """
+    F, rise = pulls(as_simulated(parameters.rig), parameters.law, p[None], slips)
+    error = uniform(rise)
+    columns, result = level_columns(parameters, slips), []
+    for k in dict.fromkeys(columns.tolist()):
+        mine = columns == k
+        dof = max(float(mine.sum() - taken[mine].sum()), 1.0)
+        mean = float(p[k])
+        ends = spread_of(F[0, mine] - mean, error[0, mine], dof)
+        result.append(Spread(parameters.names[k], mean, *ends, int(mine.sum()), dof))
+    return tuple(result)
+
+
+def spread_of(off: Array, error: Array, dof: float) -> tuple[float, float, float]:
+    """Standard deviation of what lies behind deviations with errors, and its interval."""
+    targets = (dof, float(chdtri(dof, _TAIL)), float(chdtri(dof, 1.0 - _TAIL)))
+    sd, low, high = (_solved(off, error, target) for target in targets)
+    return sd, low, high
+
+
+def _solved(off: Array, error: Array, target: float) -> float:
+    """The s at which sum off^2 / (s^2 + error^2) is the target; 0 if it nowhere is."""
+
+    def excess(s: float) -> float:
+        return float(np.sum(np.square(off) / (s * s + np.square(error)))) - target
+
+    most = float(np.sqrt(np.sum(np.square(off)) / target))
+    least = 1e-9 * most
+    if not most > 0 or excess(least) <= 0:
+        return 0.0
+    return float(brentq(excess, least, most, xtol=1e-9 * most))

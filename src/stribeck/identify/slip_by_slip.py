@@ -1,0 +1,167 @@
+"""Identification slip by slip: where a log calls for it, and what its slips' breakaway weighs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from ..optimize.lockstep import Counted
+from ..rig.simulated import as_simulated
+from ..space import Array
+from .breakaway_scatter import FEWEST, BreakawayWeights, Scatter, Spread, scatter, spreads
+from .own_breakaway import BREAKAWAY, breakaway_columns, moved_onsets
+from .polish import polish
+from .problem import MotionProblem
+from .segment import Segment, segments
+from .uncertainty.covariance import quick_look
+from .uncertainty.linearisation import box_of, linearised
+
+if TYPE_CHECKING:
+    from .data_split import DataSplit
+    from .parameters import Parameters
+    from .uncertainty.profile import Profiles
+
+#: How often weights and onsets are renewed at the best fit, and what its refit may cost for each
+#: parameter.
+_ROUNDS, _REFIT = 3, 60
+
+
+def by_slip_where_needed(
+    parameters: Parameters, data: DataSplit
+) -> tuple[Parameters, Scatter | None]:
+    """The parameters with breakaway common or scattered, and the scatter if the log shows one.
+
+    Raises:
+        InputError: scattered breakaway is asked for where there is none.
+    """
+    objective = parameters.objective
+    scattered = replace(objective, breakaway="scattered")
+    common = replace(objective, breakaway="common")
+    if objective.breakaway == "common":
+        return parameters, None
+    rig, law = as_simulated(parameters.rig), parameters.law
+    has_level = breakaway_columns(law) is not None
+    if objective.by_slip and not has_level:
+        raise InputError(
+            f"law {law.name} has no breakaway level {BREAKAWAY} of its own, that could differ "
+            "from slip to slip: leave out --breakaway scattered, or take a stribeck law"
+        )
+    slips: list[Segment] = []
+    with suppress(InputError):  # without slips there is nothing to ask
+        ranges = data.train or (None,)
+        slips = [s for r in ranges for s in segments(data.recordings, rig, r, scattered)]
+    seen = scatter(parameters, slips)
+    if objective.by_slip:
+        if seen is None:
+            raise InputError(_too_few(parameters, slips))
+        return parameters, seen
+    if seen is None or not seen.evident:
+        return replace(parameters, objective=common), None
+    return replace(parameters, objective=scattered if has_level else common), seen
+
+
+def _too_few(parameters: Parameters, slips: Sequence[Segment]) -> str:
+    if len(slips) < FEWEST:
+        return (
+            f"breakaway of each slip: there are {len(slips)} slips in what is trained on, "
+            f"{FEWEST} are needed"
+        )
+    return f"rig {parameters.rig.name} does not say what pulls at an axis at rest"
+
+
+def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:
+    """What a reader is told where slips begin under forces that are not the same."""
+    if seen is None or not seen.evident:
+        return []
+    fact = f"breakaway scatters by {seen.share:.0%} from slip to slip ({seen.slips} slips)"
+    if parameters.objective.by_slip:
+        sentence = (
+            f"{fact}: each slip has a breakaway of its own, F_S is their mean, and J is that of "
+            "single slips; --breakaway common has one for all"
+        )
+    else:
+        sentence = f"{fact}: law {parameters.law.name} has no level that could, stribeck has F_S"
+    return [sentence]
+
+
+def settled_slips(
+    problem: MotionProblem, starts: Sequence[Array]
+) -> tuple[MotionProblem, Array, int]:
+    """The problem with weights and onsets as they are at its best fit, that fit, and rows spent.
+
+    Where slips begin is part of a fit, so that the best one before may not be the best after.
+
+    Args:
+        problem: Of slips, with rough weights.
+        starts: Good fits, SI, (dim,) each.
+    """
+    ends = [_settled(problem, x) for x in starts]
+    settled_problem, x, _ = min(ends, key=lambda end: end[0].noise_of(end[1]))
+    return settled_problem, x, sum(end[2] for end in ends)
+
+
+def _settled(problem: MotionProblem, x: Array) -> tuple[MotionProblem, Array, int]:
+    spent, ends = 0, []
+    for _ in range(_ROUNDS):
+        problem, rows = renewed(problem, x)
+        cost = float(problem(x[None])[0])
+        refit = polish(problem, x, cost, _REFIT * problem.space.dim)
+        x, spent = refit.x, spent + rows + 2 + refit.evaluations
+        ends.append((problem.noise_of(x), problem, x))
+    _, problem, x = min(ends, key=lambda end: end[0])
+    return problem, x, spent
+
+
+def renewed(problem: MotionProblem, x: Array) -> tuple[MotionProblem, int]:
+    """The problem with its onsets, its noise and the spreads of its breakaway as a fit has them."""
+    parameters, rig = problem.parameters, as_simulated(problem.parameters.rig)
+    p = parameters.full(x[None])[0]
+    train = moved_onsets(rig, parameters.law, p, problem.train)
+    assert problem.weights is not None  # noqa: S101 - it has slips
+    moved = problem.weighed(problem.weights, train)
+    noise = moved.noise_of(x)
+    first = moved.weighed(replace(problem.weights, noise=noise), train)
+    counted = Counted(first, 3 * len(x) + 2)
+    at = linearised(counted, box_of(first), x)
+    look = quick_look(at.J, at.r, first.logs)
+    found = spreads(
+        parameters, p, train, _leverage(at.J, look.curvature, sum(first.logs), len(train))
+    )
+    weights = BreakawayWeights(
+        noise,
+        {s.parameter: s.sd for s in found},
+        {s.parameter: s.dof for s in found},
+        settled=True,
+    )
+    return moved.weighed(weights, train), counted.rows + 2
+
+
+def fitted_spreads(
+    parameters: Parameters, p: Array, slips: Sequence[Segment], profiles: Profiles
+) -> tuple[Spread, ...]:
+    """How breakaway varies from slip to slip at a fit; nothing if it is common to all.
+
+    Args:
+        parameters: Rig and law.
+        p: The fit, a complete parameter set, SI, (k,).
+        slips: Its slips.
+        profiles: Its profiles, by which each slip's share in it is known.
+    """
+    if not parameters.objective.by_slip:
+        return ()
+    data = sum(profiles.logs)
+    return spreads(
+        parameters, p, slips, _leverage(profiles.J, profiles.quick.curvature, data, len(slips))
+    )
+
+
+def _leverage(J: Array, curvature: Array, data: int, slips: int) -> Array:
+    """Leverage of the last `slips` of the first `data` rows, of slopes J (dim, N), (slips,)."""
+    rows = J[:, data - slips : data]
+    leverage: Array = np.clip(np.einsum("im,ij,jm->m", rows, curvature, rows), 0.0, 1.0)
+    return leverage

@@ -1,0 +1,203 @@
+"""Breakaway that differs from slip to slip, on foreign axes whose slips have one of their own."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from foreign import joint, sensors, slide_bed
+from foreign.clock import Array
+from foreign.friction import Curve
+from stribeck import RIGS, Fit, InputError, Recording, identify
+from stribeck.friction import law_named
+from stribeck.identify.breakaway_scatter import scatter, spread_of
+from stribeck.identify.card import card
+from stribeck.identify.loss import Objective
+from stribeck.identify.own_breakaway import moved_onsets, pulls
+from stribeck.identify.parameters import Parameters, partition
+from stribeck.identify.segment import Segment, segments
+from stribeck.identify.validate import validate
+from stribeck.report.fit_report import show_fit
+from stribeck.rig.simulated import SimulatedRig, as_simulated
+
+CURVE = Curve(144.5, 47.9, 958.3, 1.1e-3)
+K_SPRING = 967.98
+ARM = {"J": 0.06, "g_sin": 0.05, "g_0": -0.03}
+ARM_CURVE = Curve(0.6, 0.25, 0.7, 0.05, 2.0)
+BY_SLIP = Objective(breakaway="scattered")
+
+
+def factors(seed: int, share: float) -> Array:
+    drawn = 1.0 + share * np.random.default_rng(seed).standard_normal(100)
+    return np.maximum(drawn, 0.5)
+
+
+@cache
+def bed_log(share: float, seed: int = 1, sd: float = 5e-5) -> Recording:
+    """A stroke up and one down, 14 or 15 slips."""
+    times, command = np.array([0.0, 50.0, 52.0, 102.0]), np.array([0.05, 0.3, 0.3, 0.05])
+    bed = slide_bed.Bed(k_spring_down=K_SPRING)
+    m = slide_bed.simulate(
+        bed, CURVE, CURVE, times, command, 0.045, scatter=factors(seed, share), h=2e-5
+    )
+    table = sensors.noisy(m._asdict(), "position", sd, np.random.default_rng(seed))
+    return Recording(t=table["t"], position=table["position"], command=table["command"])
+
+
+@cache
+def joint_log(share: float, hold: float, seed: int = 1) -> Recording:
+    """Slow sines under coarse steps of the encoder, some 20 slips."""
+    t: Array = 0.02 * np.arange(3001.0)
+    command = 0.4 * np.sin(2.0 * np.pi * t / 60.0)
+    speed = np.gradient(command, t)
+    arm = joint.Joint(**ARM, kp=35.0, kd=2.2, gain=0.2, hold=hold)
+    m = joint.simulate(
+        arm, ARM_CURVE, ARM_CURVE, t, command, speed, scatter=factors(seed, share), h=1e-4
+    )
+    position = sensors.quantised(m._asdict(), "position", 3.8e-4)["position"]
+    extra = {"qd_cmd_rad_s": speed}
+    return Recording(t=t, position=position, command=command, extra=extra, rotary=True)
+
+
+def arm_rig(hold: float) -> SimulatedRig:
+    return as_simulated(RIGS["joint"].exact().set(kp=35.0, kd=2.2, gain=0.2, hold=hold))
+
+
+def slips(log: Recording, rig: SimulatedRig, law: str) -> tuple[Parameters, list[Segment]]:
+    parameters = partition(rig, law_named(law), objective=BY_SLIP)
+    return parameters, segments([log], rig, None, BY_SLIP)
+
+
+# --- whether it scatters --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.1, 0.25])
+def test_scatter_of_a_slide_bed(share: float) -> None:
+    for seed in (1, 2):
+        seen = scatter(*slips(bed_log(share, seed), as_simulated(RIGS["slide-bed"]), "stribeck"))
+        assert seen is not None
+        drawn = factors(seed, share)[: seen.slips]
+        assert seen.evident == (share > 0.0)
+        assert seen.share == pytest.approx(np.std(drawn, ddof=1) / np.mean(drawn), abs=0.03)
+
+
+@pytest.mark.parametrize("hold", [0.0, 1.0, 2.0])
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_scatter_of_a_joint_apart_from_gravity(share: float, hold: float) -> None:
+    seen = scatter(*slips(joint_log(share, hold), arm_rig(hold), "stribeck-gauss"))
+    assert seen is not None
+    assert seen.evident == (share > 0.0)
+
+
+# --- the breakaway of each slip -------------------------------------------------------------------
+
+
+def test_each_slip_tells_its_own_breakaway() -> None:
+    """To a thousandth, once the onsets are where the true motion has them."""
+    rig = as_simulated(RIGS["slide-bed"])
+    parameters, found = slips(bed_log(0.1), rig, "stribeck")
+    p = np.array([CURVE.F_S, CURVE.F_C, CURVE.F_V, CURVE.v_SS, 1.0, K_SPRING])
+    moved = moved_onsets(rig, parameters.law, p, found)
+    F, _ = pulls(rig, parameters.law, p[None], moved)
+    assert len(moved) > 12
+    np.testing.assert_allclose(F[0], CURVE.F_S * factors(1, 0.1)[: len(moved)], rtol=1e-3)
+
+
+@pytest.mark.parametrize("hold", [0.0, 1.0, 2.0])
+def test_a_joint_tells_the_breakaway_of_each_slip(hold: float) -> None:
+    rig = arm_rig(hold)
+    parameters, found = slips(joint_log(0.1, hold), rig, "stribeck-gauss")
+    values = {**ARM, **ARM_CURVE._asdict(), "g_cos": 0.0}
+    p = np.array([values[q.name] for q in parameters.every])
+    moved = moved_onsets(rig, parameters.law, p, found)
+    F, _ = pulls(rig, parameters.law, p[None], moved)
+    drawn = ARM_CURVE.F_S * factors(1, 0.1)
+    nearest = np.abs(F[0][:, None] - drawn[None, :30]).min(axis=1)
+    assert len(moved) > 10
+    assert np.median(nearest) < 5e-3
+
+
+def test_the_interval_of_a_spread_holds_it() -> None:
+    """Seven slips with an error of half the spread, 400 times: 95 %, give or take 2.2."""
+    rng = np.random.default_rng(5)
+    held = 0
+    for _ in range(400):
+        error = np.full(7, 0.5)
+        off = rng.standard_normal(7) + error * rng.standard_normal(7)
+        _, low, high = spread_of(off - off.mean(), error, 6.0)
+        held += low <= 1.0 <= high
+    assert stats.binomtest(held, 400, 0.95).pvalue > 0.01
+
+
+# --- the fit --------------------------------------------------------------------------------------
+
+
+@cache
+def fitted(**options: Any) -> Fit:
+    rig = RIGS["slide-bed"].exact()
+    return identify(bed_log(0.1), rig=rig, law="stribeck", repeats=1, **options)
+
+
+def test_scattered_breakaway_is_a_mean_and_a_spread(capsys: pytest.CaptureFixture[str]) -> None:
+    fit = fitted()
+    by_name = {e.name: e for e in fit.estimates}
+    assert by_name["F_S"].low < CURVE.F_S < by_name["F_S"].high
+    truth = {"F_C": CURVE.F_C, "F_V": CURVE.F_V, "k_spring": K_SPRING}
+    for name, value in truth.items():
+        assert by_name[name].value == pytest.approx(value, rel=0.02)
+        assert by_name[name].verdict == "identified"
+    (spread,) = fit.breakaway
+    drawn = CURVE.F_S * factors(1, 0.1)[: spread.slips]
+    assert by_name["F_S"].value == pytest.approx(drawn.mean(), rel=5e-3)
+    assert spread.sd == pytest.approx(drawn.std(ddof=1), rel=0.05)
+    assert spread.low < 0.1 * CURVE.F_S < spread.high
+    half = stats.t.ppf(0.975, spread.slips - 1) * drawn.std(ddof=1) / np.sqrt(spread.slips)
+    assert by_name["F_S"].high - by_name["F_S"].low == pytest.approx(2 * half, rel=0.1)
+    assert fit.score.value == pytest.approx(0.05, rel=0.1)  # mm, the noise
+    assert "breakaway scatters by 7 %" in fit.warnings[0].replace("7%", "7 %")
+    assert not any("raise" in w for w in fit.warnings)
+    show_fit(fit)
+    assert f", from slip to slip sd {spread.sd:.2g}" in capsys.readouterr().out
+
+
+def test_its_card_validates_slip_by_slip() -> None:
+    text = card(fitted())
+    assert text.breakaway["F_S"].slips == fitted().breakaway[0].slips
+    (row,) = validate(text, bed_log(0.1, seed=2))
+    assert row[2].value < 0.1  # mm, though each slip breaks away where it likes
+
+
+def test_a_hold_out_is_scored_slip_by_slip() -> None:
+    fit = fitted(holdout="52s:102s", train="0s:52s")
+    assert fit.holdout[0].score.value < 2.0 * fit.score.value
+
+
+# --- refusals -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"law": "coulomb-viscous"}, "no breakaway level F_S of its own"),
+        ({"law": "stribeck", "train": "0s:12s"}, "slips in what is trained on, 6 are needed"),
+    ],
+)
+def test_what_cannot_be_asked_slip_by_slip(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        identify(bed_log(0.1), rig="slide-bed", breakaway="scattered", **options)
+
+
+def test_a_law_without_a_breakaway_of_its_own_is_told_of_the_scatter() -> None:
+    rig = RIGS["slide-bed"].exact()
+    fit = identify(bed_log(0.1), rig=rig, law="coulomb-viscous", repeats=1, budget=200)
+    assert "law coulomb-viscous has no level that could" in fit.warnings[0]
+    assert not fit.breakaway
+
+
+def test_an_objective_is_refused_that_there_is_not() -> None:
+    with pytest.raises(InputError, match="breakaway 'some' is not one of auto, common, scattered"):
+        Objective(breakaway="some")  # type: ignore[arg-type]
