@@ -163,6 +163,7 @@ def _fitted(joint: int, half: Half, model: Model, *, restart: bool) -> Fit:
         fixed=fixed,
         bounds={n: BOUNDS[n.rstrip("+-")] for n in names if n.rstrip("+-") in BOUNDS},
         restart=restart,
+        breakaway="common",
     )
 
 
