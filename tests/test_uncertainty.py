@@ -16,6 +16,7 @@ from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.assessment import uncertainty
 from stribeck.identify.uncertainty.blind_directions import directions, percent
 from stribeck.identify.uncertainty.covariance import correlation_time
+from stribeck.identify.uncertainty.estimates import range_end
 from stribeck.identify.uncertainty.posterior import posterior
 from stribeck.identify.uncertainty.profile import IntervalEnd, Profile, profiles
 from stribeck.identify.uncertainty.profile_walk import Ended
@@ -77,12 +78,20 @@ DECADES = Param("p", 0.01, 100.0, log=True)
         (profile_of(0.02, 6.8), RANGE, "not identifiable", "wide"),
         (profile_of(0.3, 6.8), DECADES, "weak", "wide"),  # 1.4 of 4 decades
         (profile_of(0.02, 20.0), DECADES, "not identifiable", "wide"),  # 3 of 4
+        (profile_of(0.1, 12.0), DECADES, "not identifiable", "wide"),  # 2.1 decades: no idea
+        (profile_of(0.0, 0.0, value=0.0), RANGE, "not identifiable", "at a bound"),
         (profile_of(0.5, 2.0, "bound", "bound"), RANGE, "not identifiable", "at a bound"),
         (profile_of(-1.05, -0.95, value=-1.0), Param("p", -5.0, 5.0), "identified", ""),
     ],
 )
 def test_verdicts(profile: Profile, param: Param, expected: str, reason: str) -> None:
     assert verdict(profile, param) == (expected, reason)
+
+
+def test_the_end_of_a_range_is_one_of_its_scale() -> None:
+    stiffness = Param("sigma_0", 1.0, 1e7, log=True)
+    assert [range_end(x, stiffness) for x in (1.001, 3237.0, 9.9e6)] == ["lower", None, "upper"]
+    assert [range_end(x, RANGE) for x in (0.009, 0.02, 9.995)] == ["lower", None, "upper"]
 
 
 def test_correlation_alone_demotes_nobody() -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ...rig.rig import shown_in
-from ...space import Array, Param
+from ...space import Array, Param, Space
 from ..parameters import AT_END
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
@@ -121,7 +121,7 @@ def estimates(
         judged: tuple[Verdict, Reason] = ("not identifiable", "rests on another")
         if source not in resting:
             judged = verdict(profile, parameters.free[i])
-        at = _end(value, param.lower, param.upper) if ends is None else _named(ends, param.name)
+        at = range_end(value, param) if ends is None else _named(ends, param.name)
 
         def show(x: float, q: Param = param, written: str = written) -> str:
             return f"{float(shown_in(parameters.rig, q, x)):.4g} {written}".rstrip()
@@ -168,11 +168,12 @@ def _named(ends: Mapping[str, str], name: str) -> Literal["lower", "upper"] | No
     return None if at is None else ("lower" if at == "lower" else "upper")
 
 
-def _end(value: float, lower: float, upper: float) -> Literal["lower", "upper"] | None:
-    width = upper - lower
-    if value - lower < AT_END * width:
+def range_end(value: float, param: Param) -> Literal["lower", "upper"] | None:
+    """Which end of its search range a value sits at, in the scale in which it is searched."""
+    place = float(Space((param,)).encode(np.array([[value]]))[0, 0])
+    if place < AT_END:
         return "lower"
-    return "upper" if upper - value < AT_END * width else None
+    return "upper" if place > 1.0 - AT_END else None
 
 
 def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:

@@ -26,6 +26,9 @@ IDENTIFIED = 0.1
 #: Share of the search range, in the search scale, from which an interval says nothing: nine in ten
 #: estimates of other recordings would spread over 1.645 / 1.96 of it, which is most of the range.
 ALL_OVER = 2 / 3
+#: Upper over lower end of the interval of a parameter that is searched by its decades, from which
+#: not even its order of magnitude is known.
+DECADES = 100.0
 
 
 def verdict(profile: Profile, param: Param) -> tuple[Verdict, Reason]:
@@ -36,6 +39,8 @@ def verdict(profile: Profile, param: Param) -> tuple[Verdict, Reason]:
     guessed = "budget" in (profile.low.ended, profile.high.ended)  # too wide, as a rule
     if not guessed and (share_of_range(profile, param) >= ALL_OVER or not any(closed)):
         return "not identifiable", "wide" if any(closed) else "at a bound"
+    if down + up <= 0.0 or (param.log and profile.high.end > DECADES * profile.low.end):
+        return "not identifiable", "wide" if down + up > 0.0 else "at a bound"
     if max(down, up) > IDENTIFIED * size:
         return "weak", "wide"
     ended = {profile.low.ended, profile.high.ended}
