@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 #: A cut-off is lowered in steps of this factor, as long as it takes less than this share off the
 #: model's velocity, root mean square; and not below that share of the sampling rate.
-STEPS, LOST, LOWEST = 1.41, 0.08, 0.002
+STEPS, LOST, LOWEST = 1.41, 0.03, 0.002
 #: Step of a parameter for its slope, as a share of its value.
 STEP = 1e-3
 #: Rows in the time of a cut-off's period, and to each side of a reversal, that it mixes.
