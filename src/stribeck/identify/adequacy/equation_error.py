@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 #: A cut-off is lowered in steps of this factor, as long as it takes less than this share off the
 #: model's velocity, root mean square; and not below that share of the sampling rate.
 STEPS, LOST, LOWEST = 1.41, 0.03, 0.002
+#: The same share where the axis sticks and slips: at the ends of slips it sees noise alone.
+LOST_IN_SLIPS = 0.08
 #: Step of a parameter for its slope, as a share of its value.
 STEP = 1e-3
 #: Rows in the time of a cut-off's period, and to each side of a reversal, that it mixes.
@@ -108,7 +110,7 @@ def _segment_rows(
     if rig.floating:
         modelled = modelled + float(np.mean(measured - modelled))
     try:
-        filtering = _filtering(modelled, rate)
+        filtering = _filtering(modelled, rate, LOST_IN_SLIPS if rig.from_rest else LOST)
         own, seen = (smooth(x, rate, filtering) for x in (modelled, measured))
     except InputError:  # too short to filter
         return None
@@ -143,7 +145,7 @@ def _even(track: Track, t: Array) -> Track:
     return track._replace(t=grid, inputs=inputs)
 
 
-def _filtering(model: Array, rate: float) -> Filtering:
+def _filtering(model: Array, rate: float, share_lost: float) -> Filtering:
     """The lowest cut-off that leaves the model's velocity as it is, from a tenth of the rate on.
 
     The noise of an acceleration grows with the power 2.5 of the cut-off.
@@ -155,7 +157,7 @@ def _filtering(model: Array, rate: float) -> Filtering:
         share /= STEPS
         lower = Filtering(cutoff_hz=share * rate)
         lost = np.diff(smooth(model, rate, lower)[0]) - v
-        if float(lost @ lost) > LOST**2 * float(v @ v):
+        if float(lost @ lost) > share_lost**2 * float(v @ v):
             break
         best = lower
     longer = CUTOFF_SHARE * rate / best.cutoff_hz
