@@ -1,6 +1,6 @@
 """How often what a model leaves out is told, on foreign axes: power per fault, and false alarms.
 
-    PYTHONPATH=tests python benchmarks/adequacy.py [--out benchmarks/adequacy.json]
+    python benchmarks/adequacy.py [--out benchmarks/adequacy.json]
 
 Axes are drawn at random (mass, friction, speeds, gains), moved by the simulators of
 `tests/foreign`, which share nothing with stribeck, and logged with noise that may remember for 60
@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+import foreign_path  # noqa: F401 - before what it finds
 from foreign import driven, sensors, servo, slide_bed
 from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import ramp, sines, strokes
