@@ -164,6 +164,9 @@ ROD = [
 
 # --- simulated rigs -------------------------------------------------------------------------------
 
+#: Factors on the breakaway level from slip to slip, 15 % of scatter.
+SCATTERED = (1.0, 1.18, 0.84, 1.07, 0.93, 1.24, 0.79, 1.02, 1.12, 0.88)
+
 
 def _bed(**constants: float) -> dict[str, slide_bed.Bed]:
     return {"constants": slide_bed.Bed(**constants)}
@@ -200,6 +203,7 @@ BED = [
         exact=True),
     Row("bed", "outliers of 30 mm in 0.3 % of the positions", OUTLIER,
         fault("outlying", "position", share=3e-3, size=0.03), exact=True),
+    Row("bed", "breakaway scatters by 15 %", SCATTER, machine={"scatter": SCATTERED}, exact=True),
     Row("bed", "Gauss' exponent of 2 under 1", MODEL,
         machine={"curve": Curve(130.0, 60.0, 958.3, 5e-3, 2.0)}, exact=True),
     Row("bed", "a Stribeck drop under Coulomb", MODEL, machine={"law": "coulomb-viscous"},
@@ -237,9 +241,6 @@ def _arm(**constants: float) -> dict[str, joint.Joint]:
     arm = {"J": 0.2, "g_sin": 1.0, "g_cos": 2.0, "g_0": 0.3, "kp": 70.0, "kd": 4.4}
     return {"axis": joint.Joint(**arm | constants)}
 
-
-#: Factors on the breakaway level from slip to slip, 15 % of scatter.
-SCATTERED = (1.0, 1.18, 0.84, 1.07, 0.93, 1.24, 0.79, 1.02, 1.12, 0.88)
 
 ARM = [
     Row("arm", "", seeds=5),

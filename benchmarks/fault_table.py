@@ -22,6 +22,10 @@ OFF = 0.03
 FAULTS = {"data", "model", "arithmetic", "search"}
 #: Characters of a sentence in the table.
 SHORT = 90
+#: Sentences that name parameters of any fit: what they move with, not what is wrong with them.
+GENERAL = re.compile(
+    r"taken as exact|in proportion|together with|hardly (see|tell)|not of this axis|the data .* see"
+)
 #: A parameter's name in a sentence is no part of a longer one.
 NAME = r"(?<![\w]){}(?![\w])"
 
@@ -114,7 +118,7 @@ def _names(row: Row, sentence: str, parameters: Sequence[str], usual: set[str]) 
 
     One that is said of any axis counts where no log can show the fault.
     """
-    if _bare(sentence) in usual:
+    if _bare(sentence) in usual or GENERAL.search(sentence):
         return row.standing and _matches(row, sentence)
     if _matches(row, sentence):
         return True

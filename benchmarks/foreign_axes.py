@@ -207,6 +207,7 @@ def bed(
     constants: slide_bed.Bed = slide_bed.Bed(),  # noqa: B008
     curve: Curve = Curve(130.0, 60.0, 958.3, 2e-3),  # noqa: B008
     law: str = "stribeck",
+    scatter: Sequence[float] = (1.0,),
     right: bool = True,
     dt: float = 0.02,
     noise: float = 0.3e-3,
@@ -217,6 +218,7 @@ def bed(
         constants: of the bed.
         curve: friction, both ways.
         law: that it is identified with.
+        scatter: factors on F_S from rest to rest.
         right: whether the ramp goes to the right.
         dt: from sample to sample.
         noise: of the position.
@@ -224,10 +226,12 @@ def bed(
     side = 1.0 if right else -1.0
     times, way = ramp(60.0, 5e-3)
     motion = slide_bed.simulate(
-        constants, curve, curve, times, 0.2 + side * (way - 0.15), 0.2 - side * 0.156, dt
+        constants, curve, curve, times, 0.2 + side * (way - 0.15), 0.2 - side * 0.156, dt,
+        np.array(scatter),
     )  # fmt: skip
     truth = {
-        "F_S": curve.F_S, "F_C": curve.F_C, "F_V": curve.F_V, "v_SS": curve.v_SS,
+        "F_S": float(curve.F_S * np.mean(scatter)), "F_C": curve.F_C, "F_V": curve.F_V,
+        "v_SS": curve.v_SS,
         "k_spring": constants.k_spring_up if right else constants.k_spring_down,
     }  # fmt: skip
     return Axis(
@@ -297,7 +301,8 @@ def arm(
         neighbour * np.sin(2.0 * np.pi * 0.31 * t), scatter=np.array(scatter),
     )  # fmt: skip
     truth = {
-        "F_S": curve.F_S, "F_C": curve.F_C, "F_V": curve.F_V, "v_SS": curve.v_SS, "J": axis.J,
+        "F_S": float(curve.F_S * np.mean(scatter)), "F_C": curve.F_C, "F_V": curve.F_V,
+        "v_SS": curve.v_SS, "J": axis.J,
         "g_sin": axis.g_sin, "g_cos": axis.g_cos, "g_0": axis.g_0,
     }  # fmt: skip
     return Axis(
