@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -135,6 +136,21 @@ def test_a_log_is_cut_where_its_position_starts_anew(axis: str, tables: dict[str
         assert min(abs(kept.t[0] - at), abs(kept.t[-1] - at)) < 0.05
         assert f"at {at:.4g} s" in kept.notes[-1]
         assert not kinds(kept)
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.4, True), (0.1, False)])
+def test_beside_a_command_the_piece_counts_that_stands_to_it_as_before(
+    share: float, first: bool, tables: dict[str, Table]
+) -> None:
+    """Beyond a reset the error of the loop is off by it; a short beginning is not all there is."""
+    table = tables["driven"]
+    at = float(table["t"][0] + share * np.ptp(table["t"]))
+    start = float(np.interp(at, table["t"], table["position"])) + 0.4 * np.ptp(table["position"])
+    other = sensors.reset(table, "position", at, start)
+    whole = log(other, "driven")
+    kept = mended(replace(whole, command=table["command"]))
+    assert (kept.t[0] < at) == first
+    assert mended(replace(whole, command=None)).t[0] >= at
 
 
 @pytest.mark.parametrize("axis", MAKERS)

@@ -28,6 +28,9 @@ FAR = 4.0
 WILD = 0.02
 #: A log that leaps more often is not cut: nothing says which piece has the origin.
 PIECES = 5
+#: A piece that stands to the command as the log's beginning does is kept where it has at least this
+#: share of the longest's samples.
+ORIGIN = 0.2
 #: The longest piece of a cut log must hold so many samples.
 FEWEST = 20
 #: How many times as far as its recorded velocity a position goes, the greatest within so many
@@ -177,24 +180,37 @@ def without_wraps(recording: Recording) -> tuple[Recording, list[str]]:
 
 
 def without_breaks(recording: Recording) -> tuple[Recording, list[str]]:
-    """The longest piece of a log whose position breaks off, with its origin where it was."""
+    """The longest piece of a log whose position breaks off, with its origin where it was.
+
+    Beyond a reset or a jump the position no longer stands to the command as before: where there is
+    a command, a piece that does counts, unless it is short beside the longest.
+    """
     found = leaps(recording, recording.position)
     if not 0 < len(found.at) <= PIECES:
         return recording, []
-    first, pieces = 0, []
+    first, pieces, origins = 0, [], [True]
     for k, i in enumerate(found.at.tolist()):
-        stop = (
-            i + 1 - (_stood(recording.position, i) if _kind(recording, found, k) == "frozen" else 0)
-        )
+        kind = _kind(recording, found, k)
+        stop = i + 1 - (_stood(recording.position, i) if kind == "frozen" else 0)
         pieces.append((first, max(stop, first)))
+        origins.append(origins[-1] and kind in {"frozen", "missing rows"})
         first = i + 1
-    a, b = max([*pieces, (first, len(recording))], key=lambda piece: piece[1] - piece[0])
+    pieces.append((first, len(recording)))
+    a, b = max(pieces, key=_length)
+    if recording.command is not None:
+        right = [piece for piece, origin in zip(pieces, origins, strict=True) if origin]
+        c, d = max(right, key=_length)
+        a, b = (c, d) if d - c >= ORIGIN * (b - a) else (a, b)
     if b - a < FEWEST:
         return recording, []
     kept = recording.cut(slice(a, b))
     breaks = "; ".join(_break_told(recording, found, j) for j in range(len(found.at)))
     note = f"{breaks}: cut there, {kept.t[0]:.4g} to {kept.t[-1]:.4g} s kept"
     return kept, [note]
+
+
+def _length(piece: tuple[int, int]) -> int:
+    return piece[1] - piece[0]
 
 
 def broken(recording: Recording) -> list[Fault]:
