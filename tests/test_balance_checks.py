@@ -78,12 +78,16 @@ def test_emps_has_too_few_speeds_for_a_stribeck_curve() -> None:
     assert faults(identify(log, rig="emps", law="stribeck")) == {"few"}
 
 
-def test_spikes() -> None:
+@pytest.mark.parametrize(("count", "replaced"), [(300, True), (600, False)])
+def test_spikes(count: int, *, replaced: bool) -> None:
+    """Few of them are replaced when the log is looked at, many are left and told by the balance."""
     x, force = sound()
     rng = np.random.default_rng(1)
-    at = rng.choice(len(T), 300, replace=False)
-    force[at] += rng.choice([-1, 1], 300) * 400.0
-    assert "spikes" in faults(fitted(x, force))
+    at = rng.choice(len(T), count, replace=False)
+    force[at] += rng.choice([-1, 1], count) * 400.0
+    fit = fitted(x, force)
+    assert ("spikes" in faults(fit)) != replaced
+    assert any("off their neighbours" in w for w in fit.warnings) == replaced
 
 
 def test_white_noise_and_steps_are_no_spikes() -> None:

@@ -95,7 +95,9 @@ def misfit_violations(
 
 
 def _unconfirmed(repeats: int) -> str:
-    once = "a single search was made" if repeats == 1 else f"only 1 of {repeats} repeats reached it"
+    once = (
+        "a single search was made" if repeats == 1 else f"at most 1 of {repeats} repeats reached it"
+    )
     return f"{once} and may have missed the best fit (raise --repeats), or "
 
 

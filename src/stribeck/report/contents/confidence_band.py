@@ -83,15 +83,16 @@ def _drawn(fit: Fit, known: Uncertainty) -> Array:
     profiles = known.by_name()
     value = np.array([ends[q.name].value for q in free])
     half = np.array([0.5 * (ends[q.name].high - ends[q.name].low) for q in free]) / _SIGMAS
-    widths = [0.5 * (profiles[q.name][0].high.end - profiles[q.name][0].low.end) for q in free]
+    ranges = [profiles[q.name][0].high.end - profiles[q.name][0].low.end for q in free]
+    profiled = 0.5 * np.array(ranges) / _SIGMAS
     errors = known.errors[:n]
     closed = np.array([
         ends[q.name].low_ended == ends[q.name].high_ended == "threshold" for q in free
     ])  # fmt: skip
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = (half / errors)[closed & (errors > 0)]
+        ratios = (profiled / errors)[closed & (errors > 0)]
         # What was widened beyond its profile, for reasons that no covariance knows, stays wide.
-        wider = np.maximum(_SIGMAS * half / np.array(widths), 1.0)
+        wider = np.maximum(half / profiled, 1.0)
     scale = max(1.0, float(np.median(ratios))) if len(ratios) else 1.0
     spread = errors * scale * np.where(np.isfinite(wider), wider, 1.0)
     # What the data do not see at all may be anything in its interval.
