@@ -232,7 +232,7 @@ PENDULUM = [
         machine={"bam": servo.Bam(0.02, 0.008, 0.03, 0.5)}, exact=True),
     Row("pendulum", "friction that grows with load under Coulomb", MODEL,
         machine={"bam": servo.Bam(0.02, 0.008, 0.0, 1.0, 1.0, 0.15, 0.15)}, exact=True),
-    Row("pendulum", "masses 20 % above the logged ones", "mass|constant|proportion",
+    Row("pendulum", "masses 20 % above the logged ones", "mass|constant|proportion|logs state",
         fault("scaled", "mass", gain=0.8), exact=True, standing=True),
 ]  # fmt: skip
 
@@ -244,9 +244,9 @@ def _arm(**constants: float) -> dict[str, joint.Joint]:
 
 ARM = [
     Row("arm", "", seeds=5),
-    Row("arm", "kp and kd 15 % below those set", GAIN, constants={"kp": 80.5, "kd": 5.06},
+    Row("arm", "kp and kd 15 % below those set", GAIN + "|kp", constants={"kp": 80.5, "kd": 5.06},
         standing=True),
-    Row("arm", "kp 20 % above that set", GAIN + "|kp", constants={"kp": 56.0}),
+    Row("arm", "kp 20 % above that set", GAIN + "|kp", constants={"kp": 56.0}, standing=True),
     Row("arm", "kp and kd left at their defaults", CONSTANTS + "|kp",
         constants={"kp": None, "kd": None}, standing=True),
     Row("arm", "angle 20 ms late", LATE, fault("delayed", "position", seconds=0.02)),
