@@ -41,7 +41,10 @@ def test_directions_are_not_compared_on_a_log_that_goes_one_way() -> None:
         "positions only. Not fitted: coulomb-viscous-directional."
     )
     with pytest.raises(InputError, match="run to greater positions only"):
-        select(log, rig="forced", laws=["coulomb-viscous-directional"], train="1s:4s")
+        select(
+            log, rig="forced", laws=["coulomb-viscous-directional"], train="1s:4s",
+            holdout="4s:5.5s",
+        )  # fmt: skip
 
 
 def test_logs_of_both_directions_have_both() -> None:

@@ -28,8 +28,8 @@ from .record import Job, Record
 LEVEL = 0.95
 #: Resamples behind an interval, and behind each point of a band that is only drawn.
 RESAMPLES, BAND = 5000, 1000
-#: Logarithm of the longest time that is told.
-_LONGEST = 700.0
+#: Logarithm of a number of evaluations that no run ever spends: an end beyond it is none.
+_LONGEST = 70.0
 #: Precisions above the minimum, as in BBOB: 51 from 1e2 to 1e-8, even on the log axis.
 TARGETS: Array = np.logspace(2, -8, 51)
 TARGETS.flags.writeable = False
@@ -223,10 +223,9 @@ def studentised_ends(drawn: Array, spent: Array, hit: Array) -> tuple[float, flo
         t = np.nan_to_num((logs - centre) / error, nan=0.0)
     low, high = percentile_ends(drawn, spent, hit)
     least, most = np.quantile(t, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
-    return (
-        min(low, math.exp(centre - float(most) * own)),
-        max(high, math.exp(min(centre - float(least) * own, _LONGEST))),
-    )
+    longest = centre - float(least) * own
+    upper = math.exp(longest) if longest < _LONGEST else math.inf
+    return min(low, math.exp(centre - float(most) * own)), max(high, upper)
 
 
 def _log_error(drawn: Array, spent: Array, hit: Array) -> Array:

@@ -15,9 +15,10 @@ def warm() -> None:
     from ..friction import LAWS
     from ..identify.balance import variable_projection
     from ..rig import RIGS, balanced
+    from ..rig.motion import force_imbalance
 
     # Modules compile as they are imported, laws and rigs as they are taken.
-    del closed_loop, segmentation, variable_projection, balanced
+    del closed_loop, segmentation, variable_projection, balanced, force_imbalance
     list(LAWS.values()), list(RIGS.values())
     if not tally.compiled:
         typer.echo(f"all {tally.loaded} functions are compiled, in {tally.path}")

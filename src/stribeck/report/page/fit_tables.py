@@ -231,7 +231,13 @@ def effects(report: Report) -> Table | None:
          "under 1e-6" if e.probability < LEAST else f"{e.probability:.1g}", e.moves or DASH]
         for e in report.effects
     ]  # fmt: skip
-    heads = ["the residual", "of its variance", f"RMS / {report.units.force}", "chance", "would move"]
+    heads = [
+        "the residual",
+        "of its variance",
+        f"RMS / {report.units.force}",
+        "chance",
+        "would move",
+    ]
     return Table.of_texts(
         "Effects that chance does not explain", heads, rows, (0, 4), sentences=(0, 4)
     )
