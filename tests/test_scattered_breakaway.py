@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -16,6 +17,7 @@ from stribeck import RIGS, Fit, InputError, Recording, identify
 from stribeck.friction import law_named
 from stribeck.identify.breakaway_scatter import scatter, spread_of
 from stribeck.identify.card import card
+from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
 from stribeck.identify.own_breakaway import moved_onsets, pulls
 from stribeck.identify.parameters import Parameters, partition
@@ -174,6 +176,16 @@ def test_its_card_validates_slip_by_slip() -> None:
 def test_a_hold_out_is_scored_slip_by_slip() -> None:
     fit = fitted(holdout="52s:102s", train="0s:52s")
     assert fit.holdout[0].score.value < 2.0 * fit.score.value
+
+
+def test_slips_that_a_fit_does_not_follow_identify_nothing() -> None:
+    fit = fitted()
+    for times, caps in ((1.0, []), (3.0, [True])):
+        score = replace(fit.score, value=times * fit.score.value)
+        violations = misfit_violations(
+            fit.parameters, score, fit.recordings, fit.estimates, rivals=2, repeats=2
+        )
+        assert [v.caps for v in violations] == caps
 
 
 # --- refusals -------------------------------------------------------------------------------------

@@ -90,7 +90,8 @@ def misfit_violations(
             f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
             f"{score.unit}): {search or 'the repeats agree, so that '}{rest}"
         )
-        return [Violation("model", sentence, caps=False)]
+        # Single slips have no phase to lose: what the true model leaves of them is the noise.
+        return [Violation("model", sentence, caps=parameters.objective.by_slip)]
     return []
 
 
