@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS
+from stribeck.identify.data_split import data_split
 from stribeck.identify.fit_warnings import misfit_violations, output_error_warnings
-from stribeck.identify.loss import Objective
+from stribeck.identify.loss import SQUARES, Objective
 from stribeck.identify.parameters import partition
 from stribeck.identify.score import Score
-from stribeck.identify.segment import SegmentSplit, directions_of, segments
+from stribeck.identify.segment import SegmentSplit, directions_of, segments, split_segments
 from stribeck.identify.uncertainty.estimates import Estimate
 from stribeck.rig.experiments.offer import OperatingRange
 from stribeck.rig.experiments.ramps import ramps
@@ -62,6 +63,14 @@ def test_directions_share_a_set_only_where_both_were_driven(restart: bool) -> No
 def test_a_rest_between_slips_is_no_direction() -> None:
     pieces = segments([LOG], SLIDE_BED, None, Objective(restart=True))
     assert directions_of(pieces) == {1}
+
+
+def test_noise_about_a_single_slip_is_no_direction() -> None:
+    """It goes about 12 mm, and the noise about its rests has extremes that are 2 mm apart."""
+    both = TestBed().run("both", seed=0).recording
+    data = data_split(both, ["325:127"], ["352:325"], SLIDE_BED)
+    ((_, held_out),) = split_segments(data, SLIDE_BED, SQUARES).holdout
+    assert directions_of(held_out) == {-1}
 
 
 @pytest.mark.parametrize(("direction", "word"), [(1, "growing"), (-1, "falling")])

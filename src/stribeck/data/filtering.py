@@ -293,6 +293,10 @@ def difference(x: Array, rate: float) -> Array:
     return np.gradient(x, 1.0 / rate)
 
 
+#: Fewest samples that can be decimated: the filter mirrors all but one of them at the ends.
+DECIMABLE = 3 * _ORDER + 1
+
+
 def decimate(x: Array, factor: int) -> Array:
     """Columns (N, ...) low-passed without delay and thinned to (ceil(N / factor), ...).
 
@@ -303,7 +307,7 @@ def decimate(x: Array, factor: int) -> Array:
         return x
     from scipy.signal import sosfiltfilt  # noqa: PLC0415 - slow to import
 
-    smoothed = sosfiltfilt(_decimation(factor), x, axis=0, padlen=3 * _ORDER)
+    smoothed = sosfiltfilt(_decimation(factor), x, axis=0, padlen=DECIMABLE - 1)
     return np.asarray(smoothed[kept(len(x), factor)])
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..data.departures import Departure, SlipOnset, departures
 from ..data.ranges import Range, Window, inner, start_of, windows
 from ..data.repeated_samples import is_new
+from ..data.resolution import noise
 from ..data.segmentation import Segments, segment
 from ..errors import InputError
 from ..rig.motion.track import Track, extremes
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
 
 #: A segment of fewer samples says nothing of a motion.
 _FEWEST = 4
-#: A way back below this share of the travel is none.
-_TRAVEL = 0.1
+#: A way back below this share of the travel is none, and below so many standard deviations of the
+#: noise, of which thousands of samples have both ends.
+_TRAVEL, _NOISE = 0.1, 10.0
 #: A slip is simulated from so many samples before it is seen to begin.
 _LEAD = 6
 #: Share of its way over which a slip is at its beginning.
@@ -64,12 +66,13 @@ class Segment:
 def directions_of(passed: Sequence[Segment]) -> frozenset[int]:
     """The directions, +1 and -1, in which an axis goes over a tenth of its travel or more."""
     positions = [s.recording.position[s.rows] for s in passed]
-    least = _TRAVEL * max(float(np.ptp(x)) for x in positions)
+    share = _TRAVEL * max(float(np.ptp(x)) for x in positions)
+    least = [max(share, _NOISE * noise(s.recording)) for s in passed]
     return frozenset(
         direction
         for direction in (1, -1)
-        for x in positions
-        if float(np.max(direction * x - np.minimum.accumulate(direction * x))) > least
+        for x, way in zip(positions, least, strict=True)
+        if float(np.max(direction * x - np.minimum.accumulate(direction * x))) > way
     )
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...data.filtering import CUTOFF_SHARE, Filtering, decimate, kept, smooth
+from ...data.filtering import CUTOFF_SHARE, DECIMABLE, Filtering, decimate, kept, smooth
 from ...errors import InputError
 from ...rig.simulated import SimulatedRig, as_simulated
 from ...space import Array
@@ -118,7 +118,7 @@ def _segment_rows(
     inner, factor = slice(first, len(grid.t) - last), filtering.factor(rate)
     forces = rig.imbalance(law, moved[:1], grid, seen)
     artefact = rig.imbalance(law, moved, grid, own)
-    if forces is None or artefact is None or len(grid.t[inner]) < 3 * max(factor, 3):
+    if forces is None or artefact is None or len(grid.t[inner]) < max(3 * factor, DECIMABLE):
         return None
     # Slopes and bins are of the model's motion: that of the sensor has the noise of the residual.
     parts = np.concatenate([forces - artefact[:1], artefact[1:] - artefact[:1]])
