@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaincc, stdtr
 
 from ...space import Array
+from ..uncertainty.covariance import HALF_WIDTH
 
 #: Bins of a variable; so many see a bow, a drop and a wave, and each still has rows enough.
 BINS = 12
@@ -86,7 +87,7 @@ def binned(values: Array, residual: Array, blocks: NDArray[np.intp], flips: Arra
     return Binned(
         at,
         actual / count,
-        1.96 * np.sqrt(np.mean(by_chance**2, axis=0)) / count,
+        HALF_WIDTH * np.sqrt(np.mean(by_chance**2, axis=0)) / count,
         max(explained - float(chance.mean()), 0.0),
         probability(explained, chance),
     )

@@ -31,6 +31,9 @@ __all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
 
 #: Beyond this, some parameter's error is mostly another one's (Belsley, Kuh, Welsch 1980).
 COLLINEAR = 30.0
+#: A relative error above this, percent, explains nothing: no parameter counts as identified,
+#: however small its standard error, and no delay is certain.
+NOTHING = 50.0
 #: Rows per parameter below which standard errors are too small.
 _FEW = 10
 

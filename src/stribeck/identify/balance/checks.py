@@ -22,8 +22,10 @@ from ...space import Array
 from ...units import unit
 from ..conditions import Condition, Violation
 from ..data_check import data_violations
+from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
+from .balance import NOTHING
 from .clustered_errors import clustered_errors
 
 if TYPE_CHECKING:
@@ -51,8 +53,6 @@ _FEW = 10
 _MAD = 1.4826
 #: A relative error above this, percent, is told: the models of the EMPS report leave 3 to 6.
 UNEXPLAINED = 25.0
-#: Above this, no parameter counts as identified, however small its standard error.
-NOTHING = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class BalanceChecks:
         error, param = float(self.errors[i]), parameters.every[i]
         if not (np.isfinite(error) and error > solution.robust_errors[i]):
             return e
-        half = 1.96 * error
+        half = HALF_WIDTH * error
         low = max(min(e.low, e.value - half), param.lower)
         high = min(max(e.high, e.value + half), param.upper)
         if (low, high) == (e.low, e.high):
@@ -166,7 +166,7 @@ def cutoffs(
         furthest = np.where(off & further, resolved.values, furthest)
     moved = [i for i in system.free if furthest[i] != solution.values[i]]
     for i in moved:
-        errors[i] = max(errors[i], abs(furthest[i] - solution.values[i]) / 1.96)
+        errors[i] = max(errors[i], abs(furthest[i] - solution.values[i]) / HALF_WIDTH)
     if not moved:
         return "", errors
     names = ", ".join(_moved(system, solution, furthest, i) for i in moved)
@@ -179,7 +179,7 @@ def cutoffs(
 
 def _excess(solution: balance.Balance, resolved: balance.Balance) -> Array:
     """How far apart two balances of one log may be, 95 %: inf where one of them knows nothing."""
-    tolerance = 1.96 * np.hypot(solution.robust_errors, resolved.robust_errors)
+    tolerance = HALF_WIDTH * np.hypot(solution.robust_errors, resolved.robust_errors)
     return np.where(np.isfinite(tolerance), tolerance, np.inf)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import fdtrc, stdtrit
 
 from ...space import Array
+from ..uncertainty.covariance import HALF_WIDTH
 from . import variable_projection
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ CHANCE = 1e-3
 _SEEN, _WITHIN = 0.01, 0.9
 #: A parameter that the levels show only together with others counts if it makes this share of them.
 _TENTH = 0.1
-#: An interval is told as 1.96 standard errors.
-_NORMAL = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +103,7 @@ def _clustered(solution: Balance, blocks: Array, identified: Array) -> Array:
         return np.zeros(k)
     bread = variable_projection.covariance(W, 1.0)
     meat = sums.T @ sums * n / (n - 1) * (rows - 1) / (rows - k)
-    errors: Array = np.sqrt(np.diag(bread @ meat @ bread)) * stdtrit(n - k, 0.975) / _NORMAL
+    errors: Array = np.sqrt(np.diag(bread @ meat @ bread)) * stdtrit(n - k, 0.975) / HALF_WIDTH
     return errors
 
 
@@ -185,7 +184,7 @@ def _lack(solution: Balance, levels: Levels, half: int) -> tuple[float, int, flo
     share[~shown & (alone < _TENTH * s[0])] = 0.0
     errors = np.zeros(len(size))
     errors[at_home] = (
-        share * np.sqrt(residual @ residual / log_dof) * stdtrit(log_dof, 0.975) / _NORMAL
+        share * np.sqrt(residual @ residual / log_dof) * stdtrit(log_dof, 0.975) / HALF_WIDTH
     )
     chance = float(fdtrc(dof, levels.dof, statistic))
     return statistic, dof, chance, errors * size

@@ -11,12 +11,11 @@ from ...errors import InputError
 from ...rig.constant import Constant
 from ..exact_constants import STEP, Slopes, is_exact
 from ..parameters import Parameters
+from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.estimates import Estimate
 from ..uncertainty.verdict import IDENTIFIED
 from .balance import Balance
 
-#: Half-width of a 95 % interval in standard deviations.
-NORMAL = 1.96
 #: A parameter is said to be in proportion to a constant if its elasticity is so close to 1.
 PROPORTIONAL = 0.02
 
@@ -60,7 +59,7 @@ def with_tolerances(
         text = "".join(_clause(c, moves[c.name] * c.value / e.value if e.value else 0.0)
                        for c in constants)  # fmt: skip
         e = replace(e, meaning=f"{e.meaning}{text}".removeprefix("; "))  # noqa: PLW2901
-        result.append(_widened(e, NORMAL * float(sd), q.lower, q.upper))
+        result.append(_widened(e, HALF_WIDTH * float(sd), q.lower, q.upper))
     return tuple(result)
 
 

@@ -14,7 +14,8 @@ from ...space import Array
 from ...units import unit
 from ..conditions import Violation
 from ..data_split import DataSplit
-from .balance import Balance, balance
+from ..uncertainty.covariance import HALF_WIDTH
+from .balance import NOTHING, Balance, balance
 from .channel_delay import ChannelDelay, channel_delay
 from .channel_filter import CLEARLY, SURELY, ChannelFilter, channel_filter
 from .training_rows import training_rows
@@ -32,8 +33,6 @@ HELD = 1.25
 #: residual's sum of squares; and it is told beyond so many errors if it would move an estimate out
 #: of its interval.
 CERTAIN, MOSTLY, LIKELY = 5.0, 0.5, 2.0
-#: None is certain where even with it more than this share of the force is not explained.
-UNEXPLAINED = 0.5
 #: What a delay may be that the log does not show, as a standard deviation in samples: that of an
 #: output which is held for one.
 UNSEEN = 0.5
@@ -41,7 +40,6 @@ UNSEEN = 0.5
 _WIDER = 1.1
 #: Searches for what a move leaves.
 _PASSES = 3
-_NORMAL = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +123,7 @@ class Synchronised:
         f, system = self.filtered, self.solved.system
         if f is None or f.ratio > SURELY:
             return []
-        tolerance = _NORMAL * self.solved.robust_errors[system.linear]
+        tolerance = HALF_WIDTH * self.solved.robust_errors[system.linear]
         names = [
             self.solved.names[i]
             for i, move, within in zip(system.linear, f.moves, tolerance, strict=True)
@@ -144,12 +142,12 @@ class Synchronised:
     def _moved_by_likely(self) -> list[str]:
         """Names of what a delay that is likely moves out of its interval."""
         left, solved = self.left, self.solved
-        if left.unexplained > UNEXPLAINED:
+        if 100 * left.unexplained > NOTHING:
             return []
         if abs(left.seconds) < max(LIKELY * left.error, HELD * left.sample):
             return []
         free = solved.system.free
-        out = np.abs(left.slopes * left.seconds) > _NORMAL * solved.robust_errors[free]
+        out = np.abs(left.slopes * left.seconds) > HALF_WIDTH * solved.robust_errors[free]
         return [solved.names[i] for i, is_out in zip(free, out, strict=True) if is_out]
 
     def _moves(self, names: Sequence[str]) -> str:
@@ -202,13 +200,13 @@ def synchronised(
 def certain(delay: ChannelDelay) -> bool:
     """Whether a delay is longer than a held output makes, and beyond its errors."""
     sure = abs(delay.seconds) > CERTAIN * delay.error or delay.share < MOSTLY
-    explains = delay.unexplained < UNEXPLAINED
+    explains = 100 * delay.unexplained < NOTHING
     return sure and explains and abs(delay.seconds) > HELD * delay.sample
 
 
 def drifts(delay: ChannelDelay) -> bool:
     """Whether parts of the logs have delays that differ beyond their errors."""
-    return delay.unexplained < UNEXPLAINED and any(
+    return 100 * delay.unexplained < NOTHING and any(
         abs(a - b) > max(HELD * delay.sample, CERTAIN * float(np.hypot(e, f)))
         for (a, e), (b, f) in combinations(zip(delay.parts, delay.part_errors, strict=True), 2)
     )
@@ -226,8 +224,8 @@ def _fault(sentence: str) -> Violation:
 
 
 def _interval(delay: ChannelDelay) -> str:
-    low, high = sorted(abs(delay.seconds + s * _NORMAL * delay.error) for s in (-1, 1))
-    if abs(delay.seconds) < _NORMAL * delay.error:
+    low, high = sorted(abs(delay.seconds + s * HALF_WIDTH * delay.error) for s in (-1, 1))
+    if abs(delay.seconds) < HALF_WIDTH * delay.error:
         low = 0.0
     word = "behind" if delay.seconds > 0 else "ahead of"
     size = 1e3 * abs(delay.seconds)

@@ -16,6 +16,7 @@ import numpy as np
 from ...errors import InputError
 from ...space import Array
 from ..data_split import recording_list
+from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from .current_model import CurrentModel, current_model
 from .expected_information import TwinStudy, twin_study
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 DRAWS = 9
 #: Seconds that a candidate takes at most unless told otherwise.
 LONGEST = 120.0
-#: Half-width of a 95 % interval, in standard errors.
-NORMAL = 1.96
 #: Candidates whose promise is checked.
 CHECKED = 3
 #: A force gauge, by hand, is good to this share.
@@ -211,7 +210,7 @@ def _draws(current: CurrentModel, count: int, rng: np.random.Generator) -> tuple
         raise InputError("the model of the card cannot be simulated on these logs: check the card")
     C = covariance(at_fit, prior)
     widening = (
-        current.half / NORMAL / np.sqrt(np.diag(C))
+        current.half / HALF_WIDTH / np.sqrt(np.diag(C))
     )  # as wide as on the card, whatever slopes say
     at = draws(x, C * np.outer(widening, widening), count, box, rng)
     information = information_at(current.data, at, box) + prior

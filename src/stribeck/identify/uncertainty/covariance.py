@@ -27,6 +27,8 @@ BLIND = 1e-12
 #: b of the rows, divided by the normal's 1.96 (Kiefer and Vogelsang 2005, doi
 #: 10.1017/S0266466605050565, table 1, 97.5 %): the estimated variance is uncertain itself.
 FIXED_B = np.array([-0.5324, 0.4160, 2.9694, 1.9600]) / 1.9600
+#: Half-width of a 95 % interval of a normal distribution, in standard deviations.
+HALF_WIDTH = 1.96
 #: Greatest autoregression that is taken out.
 PERSISTENT = 0.97
 
