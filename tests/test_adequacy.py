@@ -29,20 +29,31 @@ FAULTS = {
 }  # fmt: skip
 
 
-def axis(seed: int, extras: driven.Extras, plus: Curve, minus: Curve) -> Recording:
-    """Strokes at six speeds, each twice, with force noise that remembers and a stepped encoder."""
+def axis(
+    seed: int,
+    extras: driven.Extras,
+    plus: Curve,
+    minus: Curve,
+    load: float = 0.0,
+    play: float = 0.0,
+) -> Recording:
+    """Strokes at six speeds, each twice, with force noise that remembers and a stepped encoder.
+
+    A load comes at half of the log; the encoder sits behind a play.
+    """
     rng = np.random.default_rng(seed)
     speeds = 0.4 * rng.permutation(np.repeat([0.1, 0.2, 0.35, 0.5, 0.75, 1.0], 2))
     t, x, _ = strokes(speeds, 0.2)
     motion = driven.simulate(10.0, plus, minus, LOOP, t, x, extras._replace(offset=2.0))
-    table = {name: motion._asdict()[name] for name in ("t", "position", "force")}
+    table = sensors.loaded(motion._asdict(), "force", load, 0.5 * t[-1])
+    table = sensors.played(table, "position", play)
     table = sensors.noisy(table, "force", 3.0, rng, memory=rng.choice([0.0, 5.0, 20.0]))
     table = sensors.quantised(table, "position", 1e-6)
     return Recording(table["t"], table["position"], force=table["force"])
 
 
 @cache
-def fitted(fault: str, seed: int = 0) -> Fit:
+def fitted(fault: str, seed: int = 0, load: float = 0.0, play: float = 0.0) -> Fit:
     curve = coulomb_viscous(TRUTH["F_C"], TRUTH["F_V"])
     plus, minus, extras = curve, curve, driven.Extras()
     if fault == "drop":
@@ -51,7 +62,8 @@ def fitted(fault: str, seed: int = 0) -> Fit:
         minus = coulomb_viscous(20.0, 90.0)
     elif fault != "clean":
         extras = FAULTS[fault][0]
-    return identify(axis(seed, extras, plus, minus), rig="forced", law="coulomb-viscous")
+    log = axis(seed, extras, plus, minus, load, play)
+    return identify(log, rig="forced", law="coulomb-viscous")
 
 
 def model_sentences(fit: Fit) -> list[str]:
@@ -94,6 +106,30 @@ def test_friction_that_grows_with_the_square_takes_identified_away() -> None:
     assert abs(viscous.value / TRUTH["F_V"] - 1) > 0.3
     assert (viscous.verdict, viscous.reason) == ("weak", "model")
     assert viscous.low <= TRUTH["F_V"] <= viscous.high
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_load_that_comes_within_a_log_takes_identified_from_the_mass(seed: int) -> None:
+    fit = fitted("clean", seed, load=3.0)
+    (sentence,) = model_sentences(fit)
+    assert "is that of an inertia that changes" in sentence
+    at = float(sentence.split(" s after its start")[0].split()[-1])
+    assert at == pytest.approx(0.5 * fit.recordings[0].t[-1], rel=0.2)  # between two strokes
+    assert "M may be 10" in sentence or "M may be 9.9" in sentence
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.verdict == "weak" or mass.value < 1.1 * TRUTH["M"]
+    assert mass.low < 1.005 * TRUTH["M"]
+    assert all(e.verdict == "identified" for e in fit.estimates if e.name in ("F_C", "F_V"))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_play_before_the_encoder_is_told_by_rows_behind_reversals(seed: int) -> None:
+    fit = fitted("clean", seed, play=1e-3)
+    sentence = next(s for s in model_sentences(fit) if "of reversals as backlash's" in s)
+    assert "M may be" in sentence
+    mass = next(e for e in fit.estimates if e.name == "M")
+    assert mass.verdict == "weak"
+    assert mass.low < TRUTH["M"] < 1.01 * mass.high
 
 
 def test_clean_logs_raise_no_alarm() -> None:

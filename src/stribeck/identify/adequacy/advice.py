@@ -46,6 +46,10 @@ _WORDS = {
     ("time", "force", ""): "changes over the log",
     ("time", "friction", "drift"): "is friction that drifts, as of an axis that warms up",
     ("time", "friction", ""): "is friction that changes over the log",
+    ("time", "inertia", "drift"): "is that of an inertia that drifts",
+    ("time", "inertia", "change"): "is that of an inertia that changes {scale}",
+    ("time", "inertia", ""): "is that of an inertia that changes over the log",
+    ("reversal", "force", "play"): "lies within {scale} of reversals as backlash's",
     ("acceleration", "force", "load"): "goes with the size of the acceleration",
     ("acceleration", "force", ""): "goes with the acceleration",
 }
@@ -105,6 +109,10 @@ def description(parameters: Parameters, effect: Effect) -> str:
     words = _WORDS[effect.variable, effect.kind, effect.pattern]
     if np.isnan(effect.scale):
         return words
+    if effect.variable == "time":
+        return words.format(scale=f"{effect.scale:.3g} s after its start")
+    if effect.variable == "reversal":
+        return words.format(scale=f"{1e3 * effect.scale:.3g} ms")
     shown = rig.unit_shown("velocity" if effect.variable == "speed" else "position")
     return words.format(scale=f"{float(unit(shown).from_si(effect.scale)):.3g} {shown}")
 
@@ -127,8 +135,12 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
         text = _of_speed(parameters.law.name, effect)
     elif effect.variable == "position":
         text = _of_position(parameters, effect)
+    elif effect.variable == "reversal":
+        text = "take the play out, or measure the position where the force acts"
     elif effect.variable == "acceleration":
         text = "a load, a delay between channels or play in the drive does that"
+    elif effect.kind == "inertia":
+        text = "a load comes or goes; train on one load (--train), or log each load apart"
     elif effect.kind == "force":
         text = "the zero of a channel or a load drifts; train on shorter parts (--train)"
     elif all(log.temperature is not None for log in recordings):

@@ -101,7 +101,9 @@ def probability(explained: float, chance: Array) -> float:
     return float(gammaincc(mean**2 / variance, explained * mean / variance))
 
 
-def t_probability(columns: Array, residual: Array, blocks: NDArray[np.intp]) -> Array:
+def t_probability(
+    columns: Array, residual: Array, blocks: NDArray[np.intp], *, uneven: bool = False
+) -> Array:
     """That a residual goes along each of some columns by chance, two-sided, (k,).
 
     Student's t with a variance by blocks (Liang and Zeger 1986, doi 10.1093/biomet/73.1.13).
@@ -110,6 +112,9 @@ def t_probability(columns: Array, residual: Array, blocks: NDArray[np.intp]) -> 
         columns: (rows, k).
         residual: (rows,).
         blocks: The block of each row, (rows,), rising.
+        uneven: Whether columns live in few blocks, as accelerations do, which then have no more
+            freedom than their effective number (Carter, Schnepel and Steigerwald 2017, doi
+            10.1162/REST_a_00639).
     """
     starts = np.flatnonzero(np.diff(blocks, prepend=-1))
     n = len(starts)
@@ -119,4 +124,9 @@ def t_probability(columns: Array, residual: Array, blocks: NDArray[np.intp]) -> 
         left = residual[:, None] - weights * columns
         sums = np.add.reduceat(columns * left, starts, axis=0)
         t = weights * lengths / np.sqrt(np.sum(sums**2, axis=0) * n / (n - SPENT))
-    return np.where(np.isfinite(t), 2 * stdtr(n - SPENT, -np.abs(t)), 1.0)
+        freedom = np.full(len(weights), n - SPENT, dtype=float)
+        if uneven:
+            energy = np.add.reduceat(columns**2, starts, axis=0)
+            freedom *= lengths**2 / np.sum(energy**2, axis=0) / n
+    freedom = np.where(freedom >= 1.0, freedom, 1.0)
+    return np.where(np.isfinite(t), 2 * stdtr(freedom, -np.abs(t)), 1.0)

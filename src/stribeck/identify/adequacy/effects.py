@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
-from .patterns import Kind, Pattern, Variable, patterns, wave_shares
+from .patterns import Kind, Pattern, Variable, carrier, patterns, wave_shares
 from .residual_rows import FEWEST, ROWS, ResidualRows, blocks
+from .reversals import CONCENTRATED, ROWS_BEHIND, behind_reversals, mark_of_reversals
 
 #: Greatest probability of chance, of bins and of a named pattern: the looks at a clean log and
 #: the patterns then raise a false alarm in one of a hundred, material or not.
@@ -35,7 +37,7 @@ MOST = 3
 #: What is looked at.
 LOOKS: tuple[tuple[Variable, Kind], ...] = (
     ("speed", "force"), ("position", "force"), ("position", "friction"), ("time", "force"),
-    ("time", "friction"), ("acceleration", "force"),
+    ("time", "friction"), ("time", "inertia"), ("acceleration", "force"),
 )  # fmt: skip
 
 
@@ -45,9 +47,10 @@ class Effect:
 
     Args:
         variable: What it goes with.
-        kind: Whether it is a force, or friction, whose sign is the velocity's.
-        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `load`; empty for another.
-        scale: A period or a speed that shapes it, SI; nan where none does.
+        kind: Whether it is a force, friction, whose sign is the velocity's, or an inertia's.
+        pattern: `square`, `side`, `drop`, `slope`, `wave`, `drift`, `change`, `load`, `play`;
+            empty for another.
+        scale: A period, a speed or a time that shapes it, SI; nan where none does.
         share: Of the residual's variance that it explains.
         probability: That chance explains as much.
         shifts: What the parameters change by if it is estimated with them, SI, by name: those
@@ -56,7 +59,7 @@ class Effect:
         size: Root mean square of the force that it makes, N (N m).
     """
 
-    variable: Variable
+    variable: Variable | Literal["reversal"]
     kind: Kind
     pattern: str
     scale: float
@@ -127,10 +130,16 @@ def effects(rows: ResidualRows) -> Effects:
     block = blocks(rows)
     if block.max() + 1 < FEWEST:
         return Effects((), (), float("nan"))
-    flips, k = signs(block), len(rows.names)
+    flips, k, noise = signs(block), len(rows.names), float(np.sqrt(np.mean(rows.residual**2)))
     remainder = Remainder(rows, np.empty((len(rows), 0)))
-    looks = _looks(remainder.rows, block, flips)
-    first, result, columns = looks, list[Effect](), np.empty((len(rows), 0))
+    looks = first = _looks(remainder.rows, block, flips)
+    result = _play(rows, remainder, block, flips)
+    if result:
+        away = behind_reversals(rows) == ROWS_BEHIND
+        rows, block = rows.rows(away), block[away]
+        remainder = Remainder(rows, np.empty((len(rows), 0)))
+        looks = _looks(remainder.rows, block, flips)
+    columns = np.empty((len(rows), 0))
     while len(result) < MOST:
         candidates = [c for look in looks if (c := _candidate(remainder, look, block, flips))]
         if not candidates:
@@ -144,7 +153,23 @@ def effects(rows: ResidualRows) -> Effects:
         shifts = _material(rows, [shifts, *effect.others])
         result.append(replace(effect, shifts=shifts, size=float(np.sqrt(np.mean(gone**2)))))
         looks = _looks(remainder.rows, block, flips)
-    return Effects(first, tuple(result), float(np.sqrt(np.mean(rows.residual**2))))
+    return Effects(first, tuple(result), noise)
+
+
+def _play(
+    rows: ResidualRows, remainder: Remainder, block: NDArray[np.intp], flips: Array
+) -> list[Effect]:
+    """The effect of rows right behind reversals, if there is one: what leaving them out changes."""
+    share, chance = mark_of_reversals(remainder.rows, block, flips)
+    if not (share > CONCENTRATED and chance <= CHANCE):
+        return []
+    behind = behind_reversals(rows) < ROWS_BEHIND
+    others = rows.rows(~behind)
+    x = Remainder(others, np.empty((len(others), 0))).x
+    shifts = _material(rows, [dict(zip(rows.names, x.tolist(), strict=True))])
+    size = float(np.sqrt(np.sum(rows.residual[behind] ** 2) / len(rows)))
+    reach = ROWS_BEHIND * float(np.median(np.diff(rows.t)))
+    return [Effect("reversal", "force", "play", reach, share, chance, shifts, size=size)]
 
 
 def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[BinnedResidual, ...]:
@@ -157,7 +182,7 @@ def _looks(rows: ResidualRows, block: NDArray[np.intp], flips: Array) -> tuple[B
 
 
 def _signed(rows: ResidualRows, kind: Kind) -> Array:
-    return rows.residual * rows.direction if kind == "friction" else rows.residual
+    return rows.residual * carrier(rows, kind)
 
 
 def _candidate(
@@ -166,7 +191,7 @@ def _candidate(
     """The effect that a look shows, and its columns, (rows, k); None if chance would show it."""
     rows, bins = remainder.rows, look.bins
     known = list(patterns(rows, look.variable, look.kind))
-    chances = _chances(remainder, known, block)
+    chances = _chances(remainder, known, block, look.kind)
     if look.variable == "position":
         periods, shares, trials = wave_shares(rows, look.kind, block, flips)
         if len(periods):
@@ -174,17 +199,20 @@ def _candidate(
             known.append(Pattern.wave(rows, look.kind, float(periods[best])))
             # a thousandth by bins is a ten-thousandth by name
             chances.append(CHANCE_NAMED / CHANCE * probability(float(shares[best]), trials))
-    gains = [_gain(remainder, p.columns) for p in known]
     seen = bins.probability <= CHANCE
     named = [i for i, p in enumerate(chances) if p <= CHANCE_NAMED]
     if not (seen or named):
         return None
+    gains = [_gain(remainder, p.columns) for p in known]
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:
         pattern, share, alike = Pattern("", _steps(rows, look)), bins.share, []
     else:
-        pattern, share = known[best], gains[best]
+        finer = known[best].finer(rows, look.kind)
+        share, pattern = max(
+            ((_gain(remainder, p.columns), p) for p in finer), key=lambda pair: pair[0]
+        )
         alike = [
             known[i]
             for i in among
@@ -217,11 +245,12 @@ def _material(rows: ResidualRows, shifts: Sequence[dict[str, float]]) -> dict[st
 
 
 def _chances(
-    remainder: Remainder, known: Sequence[Pattern], block: NDArray[np.intp]
+    remainder: Remainder, known: Sequence[Pattern], block: NDArray[np.intp], kind: Kind
 ) -> list[float]:
     """The probability that a residual goes along each pattern of one column by chance."""
     columns = remainder.without(np.column_stack([p.columns for p in known]))
-    chances: list[float] = t_probability(columns, remainder.rows.residual, block).tolist()
+    r, uneven = remainder.rows.residual, kind == "inertia"
+    chances: list[float] = t_probability(columns, r, block, uneven=uneven).tolist()
     return chances
 
 
@@ -239,7 +268,6 @@ def _gain(remainder: Remainder, columns: Array) -> float:
 def _steps(rows: ResidualRows, look: BinnedResidual) -> Array:
     """The bins' mean residual as one column: a pattern without a name."""
     which = bin_of(rows.variable(look.variable))
-    column = between(_signed(rows, look.kind), which)
-    if look.kind == "friction":
-        column = column * rows.direction
-    return column[:, None]
+    along = carrier(rows, look.kind)
+    size = np.maximum(between(along**2, which), np.finfo(float).tiny)
+    return (between(_signed(rows, look.kind), which) / size * along)[:, None]

@@ -13,11 +13,15 @@ from ...space import Array
 from .residual_rows import ResidualRows
 
 Variable = Literal["speed", "position", "time", "acceleration"]
-#: What is binned: a force as it is, or as friction, with the sign of the velocity taken out.
-Kind = Literal["force", "friction"]
+#: What is binned: a force as it is, as friction, with the sign of the velocity taken out, or as
+#: that of an inertia, in proportion to the acceleration.
+Kind = Literal["force", "friction", "inertia"]
 
 #: Speeds at which a drop has fallen to 1 / e, and times of warming, as shares of the greatest.
 DROPS, WARMINGS = (0.02, 0.05, 0.12, 0.3), (0.1, 0.3)
+#: What an inertia does is seen where it accelerates: it may change where so many shares of the
+#: squared accelerations lie before, from one share to another; and, closer, at so many times.
+CHANGES, EARLIEST, LATEST, FINER = 18, 0.15, 0.85, 24
 #: Waves over the travel: steps of this many, up to so many, of at least so many rows each.
 WAVE_STEP, MOST_WAVES, WAVE_ROWS = 0.5, 60.0, 4.0
 #: Rows of which waves are taken at most.
@@ -31,7 +35,7 @@ class Pattern:
     Args:
         name: What it is called.
         columns: Forces of size 1, (rows, k).
-        scale: A period or a speed that shapes it, SI; nan where none does.
+        scale: A period, a speed or a time that shapes it, SI; nan where none does.
     """
 
     name: str
@@ -43,7 +47,24 @@ class Pattern:
         """A wave over the position, its two phases."""
         turn = 2 * np.pi * rows.position / period
         columns = np.column_stack([np.cos(turn), np.sin(turn)])
-        return cls("wave", columns * _sign(rows, kind)[:, None], period)
+        return cls("wave", columns * carrier(rows, kind)[:, None], period)
+
+    @classmethod
+    def change(cls, rows: ResidualRows, kind: Kind, at: float) -> Pattern:
+        """A change for good some time after the start of a log."""
+        return cls("change", (carrier(rows, kind) * (rows.since >= at))[:, None], at)
+
+    def finer(self, rows: ResidualRows, kind: Kind) -> list[Pattern]:
+        """The same with the scales between its own and the next ones; itself if it has none."""
+        if self.name != "change":
+            return [self]
+        before = rows.since < self.scale
+        share = np.sum(rows.acceleration[before] ** 2) / np.sum(rows.acceleration**2)
+        reach = (LATEST - EARLIEST) / (CHANGES - 1)
+        ends = np.clip([share - reach, share + reach], EARLIEST, LATEST)
+        times = _times_of_shares(rows, ends)
+        nearby = np.linspace(times[0], times[-1], FINER)
+        return [self, *(Pattern.change(rows, kind, at) for at in nearby.tolist())]
 
 
 def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pattern]:
@@ -54,7 +75,7 @@ def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pat
         variable: Which.
         kind: As a force, or as friction.
     """
-    v, t, sign = rows.velocity, rows.since, _sign(rows, kind)
+    v, t, sign = rows.velocity, rows.since, carrier(rows, kind)
     if variable == "speed":
         top = float(np.abs(v).max())
         yield Pattern("square", (v * np.abs(v))[:, None])
@@ -69,12 +90,31 @@ def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pat
         yield Pattern("drift", (sign * t)[:, None])
         for share in WARMINGS:
             yield Pattern("drift", (sign * np.exp(-t / (share * t.max())))[:, None])
+        if kind == "inertia":
+            shares = np.linspace(EARLIEST, LATEST, CHANGES)
+            for at in _times_of_shares(rows, shares):
+                yield Pattern.change(rows, kind, at)
     else:
         yield Pattern("load", np.abs(rows.acceleration)[:, None])
 
 
-def _sign(rows: ResidualRows, kind: Kind) -> Array:
-    return rows.direction if kind == "friction" else np.ones(len(rows))
+def _times_of_shares(rows: ResidualRows, shares: Array) -> list[float]:
+    """Times since the start of a log before which shares of the squared accelerations lie."""
+    order = np.argsort(rows.since, kind="stable")
+    energy = np.cumsum(rows.acceleration[order] ** 2)
+    at = np.searchsorted(energy, shares * energy[-1])
+    times: list[float] = np.unique(rows.since[order][np.minimum(at, len(order) - 1)]).tolist()
+    return times
+
+
+def carrier(rows: ResidualRows, kind: Kind) -> Array:
+    """What a residual of a kind goes along, of the size 1, (rows,)."""
+    if kind == "friction":
+        return rows.direction
+    if kind == "force":
+        return np.ones(len(rows))
+    size = float(np.sqrt(np.mean(rows.acceleration**2)))
+    return rows.acceleration / (size or 1.0)
 
 
 def wave_shares(
@@ -85,7 +125,7 @@ def wave_shares(
     And what the strongest of them explains in trials of chance, (FLIPS,).
     """
     every = -(-len(rows) // WAVE_SAMPLES)
-    x, r = rows.position[::every], rows.residual[::every] * _sign(rows, kind)[::every]
+    x, r = rows.position[::every], rows.residual[::every] * carrier(rows, kind)[::every]
     travel, spacing = float(np.ptp(x)), float(np.median(np.abs(np.diff(x))))
     if not (travel > 0 and spacing > 0):
         return np.empty((0,)), np.empty(0), np.empty(0)

@@ -167,7 +167,7 @@ class BinsRecord(_StrictRecord):
     """Mean residual force in equal-count bins of a variable, and half the band of chance, SI."""
 
     variable: Text
-    kind: Literal["force", "friction"]
+    kind: Literal["force", "friction", "inertia"]
     unit: Text
     at: Series
     mean: Series

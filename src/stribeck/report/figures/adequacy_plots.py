@@ -10,7 +10,11 @@ from .motion_plots import finite
 from .plot import SMALL, Column, Group, Line, Panel, Plot, Rule, View
 
 #: What a residual is called by its kind.
-_KINDS = {"force": "Residual force", "friction": "Residual friction"}
+_KINDS = {
+    "force": "Residual force",
+    "friction": "Residual friction",
+    "inertia": "Residual force along the acceleration",
+}
 
 
 def adequacy_groups(report: Report) -> list[Group]:
