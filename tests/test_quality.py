@@ -253,3 +253,36 @@ def test_coarse_steps_of_a_long_travel_are_motion() -> None:
     assert not verdict_contains(q, "hardly any motion")
     assert verdict_contains(q, "position is coarse: 56 mm of travel are 56 times what the sensor")
     assert any("rows are missing" in fault for fault in q.faults)
+
+
+def test_jumps_where_rows_are_missing_are_no_moves() -> None:
+    """Bursts of ten rows at rest or at 2 mm/s, in any order: the position leaps between them."""
+    rng = np.random.default_rng(2)
+    bursts = [(0.1 * rng.random(), 2e-3 * rng.integers(0, 2)) for _ in range(200)]
+    x = np.concatenate([at + v * 0.1 * np.arange(10) for at, v in bursts])
+    v = np.repeat([v for _, v in bursts], 10)
+    t: Array = np.arange(2000, dtype=float) * 0.1
+    q = check(Recording(t, 1e-4 * np.round(x / 1e-4), velocity=v, force=v))
+    assert any("rows are missing there or out of order" in fault for fault in q.faults)
+    assert not q.slips
+    assert not verdict_contains(q, "moves from rest to rest")
+    assert not verdict_contains(q, "stick-slip present")
+
+
+def test_one_move_is_no_stick_slip() -> None:
+    x = 0.02 * np.clip(T - 30, 0, 0.4) + 0.004 * np.minimum(T, 20.0)
+    q = check(Recording(T, x, 0.004 * T))
+    assert len(q.slips) == 1
+    assert verdict_contains(q, "no stick-slip: one move of 8 mm from rest to rest, not repeated")
+
+
+def test_a_force_that_never_changes_is_no_measurement() -> None:
+    q = check(Recording(T, 0.1 * np.sin(T), force=0.0 * T))
+    assert verdict_contains(q, "force is 0 N in every sample, no measurement: the force-balance")
+
+
+def test_an_axis_that_stays_where_its_command_returns_moves_one_way() -> None:
+    command = 0.1 * np.minimum(T, 30.0) - 0.02 * np.maximum(T - 30.0, 0.0)
+    q = check(Recording(T, 0.04 * np.minimum(T, 30.0), command))
+    assert q.directions == (-1, 1)  # of the command
+    assert verdict_contains(q, "moves one way only (1 stroke up)")

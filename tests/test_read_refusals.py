@@ -341,3 +341,10 @@ def test_a_log_with_damaged_bytes(suffix: str, data: st.DataObject) -> None:
         content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
     cut = data.draw(st.integers(0, len(content)))
     outcome(bytes(content[cut:] if data.draw(st.booleans()) else content), suffix)
+
+
+def test_a_refusal_names_its_log_once(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text("t_s,x_mm\n" + "".join(f"{k},{10.0 ** (4 * k)}\n" for k in range(20)))
+    with pytest.raises(InputError, match=r"^log\.csv: position has values beyond"):
+        read(file)

@@ -210,3 +210,54 @@ def test_a_cylinder_at_constant_speed() -> None:
     assert not segmentation.slips
     assert segmentation.stuck < 0.03
     assert segmentation.step == pytest.approx(4.39e-6, rel=0.01)
+
+
+def test_a_swing_after_a_release_is_no_slip() -> None:
+    """A pendulum held at 0.6 rad falls, swings to the other side, and comes to rest below."""
+    t: Array = np.arange(1200, dtype=float) * DT / 2
+    s = np.maximum(t - 2.0, 0.0)
+    x = 0.6 * np.exp(-1.2 * s) * np.cos(8.0 * s)
+    x = 1.5e-3 * np.rint(x / 1.5e-3)
+    assert segment(Recording(t, x, rotary=True)).slips == ()
+
+
+def test_an_axis_does_not_rest_while_its_recorded_velocity_goes_on() -> None:
+    """Bursts of ten rows at rest or at 2 mm/s in any order: leaps between them make the pace."""
+    rng = np.random.default_rng(2)
+    at, v = 0.1 * rng.random(200), 2e-3 * rng.integers(0, 2, 200)
+    x = np.repeat(at, 10) + np.repeat(v, 10) * 0.1 * np.tile(np.arange(10), 200)
+    t: Array = np.arange(2000, dtype=float) * 0.1
+    x = 1e-3 * np.rint(x / 1e-3)
+    assert segment(Recording(t, x)).stuck > 0.8
+    stuck = segment(Recording(t, x, velocity=np.repeat(v, 10))).stuck
+    assert stuck == pytest.approx(np.mean(v == 0), abs=0.1)
+
+
+def test_an_offset_of_the_recorded_velocity_moves_no_axis() -> None:
+    s = staircase(1)
+    v = np.gradient(s.x, DT) + 1e-3
+    r = Recording(s.t, s.x, velocity=v)
+    assert segment(r).stuck == segment(Recording(s.t, s.x)).stuck
+
+
+def test_what_never_leaves_its_band_rests_throughout() -> None:
+    t: Array = np.arange(500, dtype=float) * DT
+    s = segment(Recording(t, 1e-4 * np.rint(2 * np.sin(t))))
+    assert (s.stuck, s.rests, s.slips) == (1.0, (slice(0, 500),), ())
+
+
+def test_moves_at_odd_times_are_no_noise_of_a_held_sensor() -> None:
+    rng = np.random.default_rng(3)
+    dwell = np.where(rng.random(300) < 0.4, 1, rng.integers(8, 25, 300))
+    x = np.repeat(rng.integers(-9, 10, 300) * 1e-3, dwell) + 0.03
+    x += 1e-4 * (rng.random(len(x)) < 0.02)  # flickers by a step now and then
+    t: Array = np.arange(len(x), dtype=float) * 0.1
+    assert noise(Recording(t, x)) == 0.0
+
+
+def test_the_step_of_values_rounded_to_digits_is_that_of_most() -> None:
+    rng = np.random.default_rng(5)
+    position = rng.uniform(0, 3000, 4000)
+    written = np.array([float(f"{value:.3g}") for value in position])
+    assert step(written) == pytest.approx(10.0)
+    assert step(np.rint(position)) == pytest.approx(1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .recording import Recording
 
 _GAP = 3.0  # median intervals
+#: Share of a slip that a recorded velocity makes at least where positions are known to jump.
+_SEEN = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +154,7 @@ class Quality:
 def check(recording: Recording) -> Quality:
     """Measure a log and judge it: what is certain is put right first. Nothing is random."""
     recording = mended(recording)
-    segments = segment(recording)
+    segments = _without_leaps(recording, segment(recording))
     dt = np.diff(recording.t)
     middle = float(np.median(dt))
     gaps = dt[dt > _GAP * middle]
@@ -183,6 +185,28 @@ def check(recording: Recording) -> Quality:
         faults=tuple(fault.sentence for fault in faults(recording)),
         verdict=tuple(verdicts(recording, segments, tests)),
     )
+
+
+def _without_leaps(recording: Recording, segments: Segments) -> Segments:
+    """The same without slips that are jumps of the position: rows are missing, no axis moved."""
+    jumps = [fault.rows for fault in faults(recording) if fault.kind == "jump"]
+    if not jumps:
+        return segments
+    slips = [
+        s
+        for s in segments.slips
+        if not any(rows[s.start : s.stop + 1].any() for rows in jumps) and _is_seen(recording, s)
+    ]
+    return replace(segments, slips=tuple(slips))
+
+
+def _is_seen(recording: Recording, slip: Slip) -> bool:
+    """Whether the recorded velocity makes a good part of a slip; True without one."""
+    if recording.velocity is None:
+        return True
+    rows = slice(max(slip.start - 1, 0), slip.stop + 2)
+    way = float(np.trapezoid(recording.velocity[rows], recording.t[rows]))
+    return bool(way * np.sign(slip.jump) >= _SEEN * abs(slip.jump))
 
 
 def _moving(recording: Recording, segments: Segments) -> Array:

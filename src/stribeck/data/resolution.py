@@ -21,6 +21,10 @@ _TURNING = 0.5
 #: Steps for each sample by which a held value is left; share of all changes that do so at least,
 #: and how many, to show a hold.
 _LEFT, _OFTEN, _FEWEST = 1.5, 0.3, 10
+#: How many times as coarse large values are that are rounded to digits, a tenth and some margin.
+_DIGIT = 5.0
+#: A sensor that holds its values keeps most of them for times within this ratio.
+_REGULAR = 3.0
 _QUIET, _QUIET_SD = 0.3, 0.3853  # 30 % of a normal distribution lie within 0.3853 sd
 _CUT, _CUT_VARIANCE = 3.0, 0.9733  # variance that a normal keeps within 3 sd
 
@@ -34,8 +38,19 @@ def step(values: Array) -> float:
     """The quantisation step of a channel: the increment whose multiples its values are, or 0.
 
     Values of a quantised channel lie on a comb, so most neighbours among the distinct values are
-    small multiples of one increment; those of a continuous one are not.
+    small multiples of one increment; those of a continuous one are not. Where values are rounded to
+    so many digits, the increment grows with them: it is that of the larger half.
     """
+    fine = _increment(values)
+    sizes = np.abs(values)
+    larger = values[sizes > np.median(sizes)]
+    if not fine or len(np.unique(larger)) < _FEWEST:
+        return fine
+    coarse = _increment(larger)
+    return coarse if coarse >= _DIGIT * fine else fine
+
+
+def _increment(values: Array) -> float:
     gaps = np.diff(np.unique(values))
     gaps = gaps[gaps > 1e-9 * max(float(np.ptp(values)), 1e-300)]
     if len(gaps) < 4:  # noqa: PLR2004 - fewer distinct values show no comb
@@ -90,4 +105,9 @@ def _hold(x: Array, q: float) -> int:
         if telling.sum() < _OFTEN * len(telling):
             return 1
         lengths = lengths[telling]
-    return int(min(np.quantile(lengths, 0.8), _LONGEST_HOLD)) if len(lengths) > _FEWEST else 1
+    if len(lengths) <= _FEWEST:
+        return 1
+    short, long = np.quantile(lengths, [0.2, 0.8])
+    if long > _REGULAR * short:
+        return 1  # an axis that rests now and then, no clock
+    return int(min(long, _LONGEST_HOLD))

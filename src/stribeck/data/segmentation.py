@@ -7,10 +7,13 @@ there is one. **An axis rests while it stays inside a band for as long as it wou
 at a fifth of its pace.** Where a sensor is so fine that noise sets no limit, the band is at least
 what a twentieth of the pace crosses in two sampling intervals, so that creep counts as rest. No
 threshold has a unit: scale time, position or both, and the same samples rest. The top of a smooth
-turn, where a pendulum swings back, is no rest, and neither is a value that a slow sensor repeats.
+turn, where a pendulum swings back, is no rest, and neither is a value that a slow sensor repeats or
+a coarse one keeps while the recorded velocity goes on. A log that never leaves its band rests
+throughout.
 
 A slip leads from one rest to the next, further than a band and on average at least 1.5 times as
-fast as the pace; a stroke that is followed smoothly between two reversals is therefore none.
+fast as the pace; a stroke that is followed smoothly between two reversals is therefore none, and
+neither is a swing, which passes the level at which it comes to rest by half its way and more.
 
 Limits: what is shorter than the band's crossing time is not seen, and where strokes have plateaus
 of very different speeds and there is no rest, a plateau under a fifth of its stroke's mean speed
@@ -42,6 +45,11 @@ _SLOW, _CREEP, _DASH = 0.2, 0.05, 1.5
 #: A rest lasts for so many values of a sensor that holds them; one that stalls, for fewer than so
 #: many.
 _RENEWALS, _STALL = 3.0, 20.0
+#: Samples of a recorded velocity that show that an axis goes on.
+_TELLING = 5
+#: A motion that leaves the way between two rests by this share of it swings; a slip sticks where it
+#: first stops.
+_SWING = 0.5
 #: A parabola explains a turn to so many times the sensor's own error and this share of its depth.
 _SMOOTH, _OFF, _FEWEST = 1.5, 0.1, 3
 #: A reversal counts once the axis has come back by this share of its range.
@@ -132,6 +140,8 @@ def segment(recording: Recording) -> Segments:
     band = max(_STEPS * q + _SIGMAS * sd, 1e-6 * float(np.ptp(x)))
     lead, width = (x, band) if recording.command is None else _led(recording.command)
     strokes = _strokes(t, lead, width) or _strokes(t, x, band)
+    if float(np.ptp(x)) <= 2 * band:
+        return Segments(sd, q, band, tuple(strokes), (slice(0, len(t)),), (), 1.0)
     pace = _pace(strokes, t, x)
     tolerance = np.maximum(band, 2 * _CREEP * pace * recording.dt)
     duration = tolerance / np.maximum(_SLOW * pace, np.finfo(float).tiny)
@@ -141,7 +151,7 @@ def segment(recording: Recording) -> Segments:
     stuck = [
         rest
         for rest in _rests(x, resting, band)
-        if not (_turns_in(t, x, rest, band, fuzz) or _stalls(recording, rest, band, period))
+        if not (_turns_in(t, x, rest, band, fuzz) or _goes_on(recording, rest, band, period))
     ]
     jumps = _slips(t, x, stuck, band, pace, sd, q)
     share = sum(t[r.stop - 1] - t[r.start] for r in stuck) / (t[-1] - t[0])
@@ -199,12 +209,24 @@ def _rests(x: Array, resting: NDArray[np.bool_], band: float) -> list[slice]:
     return rests
 
 
-def _stalls(recording: Recording, rest: slice, band: float, period: float) -> bool:
-    """Whether a sensor that repeats values does so while the recorded velocity goes on."""
+def _goes_on(recording: Recording, rest: slice, band: float, period: float) -> bool:
+    """Whether the recorded velocity goes on while a sensor repeats values or is too coarse to tell.
+
+    Over long stays it must go one way, faster than a rest may be, for more than half of the time,
+    the ends apart: its delay, flicker and offset move no axis.
+    """
     v, t = recording.velocity, recording.t
-    if v is None or not t[rest.stop - 1] - t[rest.start] < _STALL * period:
+    if v is None:
         return False
-    return abs(float(np.trapezoid(v[rest], t[rest]))) > band
+    if t[rest.stop - 1] - t[rest.start] < _STALL * period:
+        return abs(float(np.trapezoid(v[rest], t[rest]))) > band
+    edge = (rest.stop - rest.start) // 4
+    inner = slice(rest.start + edge, rest.stop - edge)
+    if inner.stop - inner.start < _TELLING:
+        return False
+    fast = np.abs(v[inner]) > _SLOW * float(np.sqrt(np.mean(v**2)))
+    mostly = abs(float(np.mean(np.sign(v[inner]) * fast))) > 1 / 2
+    return mostly and abs(float(np.trapezoid(v[inner], t[inner]))) > band / 4
 
 
 def _turns_in(t: Array, x: Array, rest: slice, band: float, fuzz: float) -> bool:
@@ -251,7 +273,8 @@ def _slips(
         jump = next_level - level
         start, stop = _edges(x, before, after, level, next_level, 2 * sd + q)
         span = float(t[stop] - t[start])
-        if abs(jump) > band and abs(jump) > _DASH * pace[start : stop + 1].max() * span:
+        fast = abs(jump) > band and abs(jump) > _DASH * pace[start : stop + 1].max() * span
+        if fast and not _swings(x[start : after.start], level, next_level):
             slips.append(
                 Slip(
                     start,
@@ -261,6 +284,13 @@ def _slips(
                 )
             )
     return slips
+
+
+def _swings(way: Array, level: float, next_level: float) -> bool:
+    """Whether a motion passes one of its ends by a good part of the way between them."""
+    low, high = min(level, next_level), max(level, next_level)
+    past = max(low - float(way.min()), float(way.max()) - high) if len(way) else 0.0
+    return past > _SWING * (high - low)
 
 
 def _edges(

@@ -72,7 +72,7 @@ def verdicts(recording: Recording, segments: Segments, tests: ForceTests) -> lis
         _on_force(recording, segments, tested, coarse, steady=bool(steady)),
         _on_pressure(recording),
         _on_command(recording),
-        _on_directions(recording, segments),
+        _on_directions(recording),
         _on_resolution(recording, segments),
         steady,
         _on_short_slips(segments) if sticky else "",
@@ -176,6 +176,10 @@ def _on_few_slips(recording: Recording, segments: Segments, stuck: str) -> str:
     if 2 * _steps(segments) < n:
         return (f"no stick-slip: {n} move{'s' * (n != 1)} from rest to rest, each about a whole "
                 "stroke: swings or single moves")  # fmt: skip
+    if n == 1:
+        size = shown(abs(segments.slips[0].jump), CHANNELS["position"][recording.rotary])
+        return (f"no stick-slip: one move of {size} from rest to rest, not repeated, {stuck}: "
+                "Stribeck parameters will be weak at best")  # fmt: skip
     return (f"hardly any stick-slip: {_slips(recording, segments)}, {stuck}: Stribeck parameters "
             "will be weak at best")  # fmt: skip
 
@@ -185,6 +189,9 @@ def _on_force(
 ) -> str:
     if recording.force is None:
         return _on_substitutes(recording)
+    if not np.ptp(recording.force) > 0:
+        value = shown(float(recording.force[0]), CHANNELS["force"][recording.rotary])
+        return f"force is {value} in every sample, no measurement: the force-balance road is closed"
     if tested or coarse:
         rig = f"rig presliding{'-rotary' * recording.rotary}"
         x = float(np.ptp(recording.position))
@@ -227,14 +234,14 @@ def _on_command(recording: Recording) -> str:
             "ramp), other controlled rigs need it")  # fmt: skip
 
 
-def _on_directions(recording: Recording, segments: Segments) -> str:
-    directions = {s.direction for s in segments.strokes}
-    if recording.command is not None and len(directions) == 1:
-        directions |= {s.direction for s in strokes(replace(recording, command=None))}
+def _on_directions(recording: Recording) -> str:
+    """A word on an axis that only ever goes one way, wherever its command goes."""
+    runs = strokes(replace(recording, command=None))
+    directions = {s.direction for s in runs}
     if len(directions) != 1:
         return ""
     way = "up" if directions == {1} else "down"
-    n = len(segments.strokes)
+    n = len(runs)
     return (f"moves one way only ({n} stroke{'s' * (n != 1)} {way}): nothing can be said about the "
             "other direction, and an offset looks like friction")  # fmt: skip
 

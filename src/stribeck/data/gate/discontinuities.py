@@ -253,8 +253,8 @@ def contradicted(recording: Recording) -> list[Fault]:
     sentence = (
         f"position goes further than its recorded velocity takes it in {len(far)} samples, by "
         f"{shown_as(recording, 'position', size)} at {t[k]:.4g} s, where that velocity makes at "
-        f"most {shown_as(recording, 'position', float(reach[k]))}: rows are missing there, so "
-        "differences of the position are no velocity"
+        f"most {shown_as(recording, 'position', float(reach[k]))}: rows are missing there or "
+        "out of order, so differences of the position are no velocity"
     )
     rows = mask(len(recording), np.append(new[far], new[far + 1]))
     return [Fault("jump", "position", rows, size, sentence)]

@@ -68,7 +68,8 @@ def read(
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
         return _recording(table, _present(table, mapped) if lenient else mapped, source)
     except InputError as error:
-        raise InputError(printable(f"{file.name}: {error}")) from error
+        sentence = str(error).removeprefix(f"{printable(file.name)}: ")
+        raise InputError(printable(f"{file.name}: {sentence}")) from error
 
 
 def _present(table: RawTable, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
