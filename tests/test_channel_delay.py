@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.random import default_rng
 
-from foreign import cylinder, driven, sensors
+from foreign import cascade, cylinder, driven, sensors
 from foreign.clock import Array
 from foreign.friction import coulomb_viscous
 from foreign.sensors import Table
@@ -111,6 +111,39 @@ def test_the_search_ends_at_a_stroke_and_says_so() -> None:
     assert "at least 1070 ms behind" in told(fit)[0]
     assert "identified" not in verdicts(fit).values()
     assert fit.delay == 0.0
+
+
+def test_rests_are_no_strokes() -> None:
+    """A cascade holds its axis still with noise of both signs: the search reaches over strokes."""
+    curve = coulomb_viscous(20.3935, 203.5034)
+    _, command, _ = strokes(np.tile([0.2, 0.4], 3), 0.2)
+    run = cascade.simulate(cascade.Cascade(delay=0.0), curve, curve, command)._asdict()
+    rng = default_rng(0)
+    run = sensors.noisy(sensors.noisy(run, "voltage", 0.05, rng), "position", 1e-6, rng)
+    late = sensors.delayed(run, "voltage", 0.02)
+    fit = identify(
+        Recording(late["t"], late["position"], command=late["command"], voltage=late["voltage"]),
+        rig="emps",
+    )
+    assert fit.delay == pytest.approx(0.0195, abs=2e-4)  # half a tick is the held output's
+    assert fit.values["M"] == pytest.approx(95.109, rel=0.005)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_coarse_position_has_no_delay_of_seconds(seed: int) -> None:
+    """Of 1 mm steps a twentieth of the rows know their direction: strokes are those of the motion.
+
+    Over lags of several strokes some lag always fits what few rows there are.
+    """
+    speeds = np.tile([0.05, 0.1, 0.15, 0.2, 0.3], 2)
+    t, command, _ = strokes(speeds, 0.08)
+    curve, loop = coulomb_viscous(20.0, 60.0), driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-4)
+    run = driven.simulate(10.0, curve, curve, loop, t, command, driven.Extras(offset=3.0))
+    coarse = sensors.noisy(run._asdict(), "force", 0.5, default_rng(seed))
+    fit = identified(sensors.quantised(coarse, "position", 1e-3))
+    assert fit.delay == 0.0
+    assert told(fit) == []
+    assert "identified" not in verdicts(fit).values()
 
 
 def test_a_clock_that_drifts_is_told_by_thirds() -> None:

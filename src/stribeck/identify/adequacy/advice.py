@@ -99,8 +99,12 @@ def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:
 
 def _widened(q: Param, e: Estimate, shift: float) -> Estimate:
     """An estimate whose interval holds the shifted value."""
-    elsewhere = min(max(e.value + shift, q.lower), q.upper)
+    elsewhere = _within(q, e.value + shift)
     return replace(e, low=min(e.low, elsewhere), high=max(e.high, elsewhere))
+
+
+def _within(q: Param, value: float) -> float:
+    return min(max(value, q.lower), q.upper)
 
 
 def description(parameters: Parameters, effect: Effect) -> str:
@@ -123,7 +127,8 @@ def _changes(parameters: Parameters, estimates: Sequence[Estimate], shifts: Sequ
     for q, e, shift in zip(parameters.every, estimates, shifts, strict=True):
         if shift:
             before, after = (
-                float(shown_in(parameters.rig, q, x)) for x in (e.value, e.value + shift)
+                float(shown_in(parameters.rig, q, x))
+                for x in (e.value, _within(q, e.value + shift))
             )
             moved.append(f"{e.name} may be {after:.3g}, not {before:.3g} {e.unit}".rstrip())
     return " and ".join(moved)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.filtering import bridged
+from ...friction.law import POSITION
 from ...space import Array
 from ..uncertainty.covariance import quick_look
 from . import variable_projection
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
 #: A log is searched to at most this share of its length, whatever its strokes.
 _SHARE = 0.25
+#: A stroke ends where the axis comes back by this share of the travel, which neither noise nor the
+#: steps of a sensor do; samples of a log of which strokes are taken at most.
+_BACK, _STROKE_SAMPLES = 0.05, 4000
 #: Parts of a log whose delays are compared, and logs from which on each is one part.
 _THIRDS, _LOGS = 3, 4
 #: Minima of the sum of squares that are held against the ranges of the parameters.
@@ -134,13 +138,27 @@ def _reach(system: System) -> float:
     """How long a stroke takes, s, the median of all; no longer than a quarter of the logs."""
     strokes, longest = [], 0.0
     for log in system.logs:
-        sure = ~log.unsure
-        turns = np.flatnonzero(np.diff(np.sign(log.v[sure])) != 0)
-        strokes.append(np.diff(log.clock[sure][turns]))
+        strokes.append(np.diff(_turns(log.clock, log.loads[:, POSITION])))
         longest = max(longest, float(log.clock[-1] - log.clock[0]))
     lengths = np.concatenate(strokes)
     stroke = float(np.median(lengths)) if len(lengths) else longest
     return min(stroke, _SHARE * longest)
+
+
+def _turns(t: Array, x: Array) -> Array:
+    """When a motion turns round and comes back by a share of its travel, s."""
+    every = -(-len(x) // _STROKE_SAMPLES)
+    t, x = t[::every], x[::every]
+    back = _BACK * float(np.ptp(x))
+    turns, at, way = list[int](), 0, 0
+    for i in range(len(x)):
+        ahead = x[i] - x[at]
+        if way * ahead > 0 or (way == 0 and abs(ahead) > back):
+            at, way = i, way or int(np.sign(ahead))
+        elif abs(ahead) > back:
+            turns.append(at)
+            at, way = i, -way
+    return t[turns]
 
 
 def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
