@@ -28,7 +28,7 @@ FAULTS = {
     "offset": "most of the force is the constant offset",
     "unexplained": "the log supports nothing better",
     "pressure": "the force holds that of the recorded pressure",
-    "logs": "of the logs does not follow one law",
+    "logs": "logs differ beyond their noise",
 }
 
 

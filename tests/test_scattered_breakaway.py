@@ -15,12 +15,13 @@ from foreign.clock import Array
 from foreign.friction import Curve
 from stribeck import RIGS, Fit, InputError, Recording, identify
 from stribeck.friction import law_named
-from stribeck.identify.breakaway_scatter import scatter, spread_of
+from stribeck.identify.breakaway_scatter import scatter
 from stribeck.identify.card import card
 from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
 from stribeck.identify.own_breakaway import moved_onsets, pulls
 from stribeck.identify.parameters import Parameters, partition
+from stribeck.identify.random_effects import spread_of
 from stribeck.identify.segment import Segment, segments
 from stribeck.identify.validate import validate
 from stribeck.report.fit_report import show_fit
@@ -130,7 +131,7 @@ def test_the_interval_of_a_spread_holds_it() -> None:
     for _ in range(400):
         error = np.full(7, 0.5)
         off = rng.standard_normal(7) + error * rng.standard_normal(7)
-        _, low, high = spread_of(off - off.mean(), error, 6.0)
+        _, low, high = spread_of(off, error, 6.0)
         held += low <= 1.0 <= high
     assert stats.binomtest(held, 400, 0.95).pvalue > 0.01
 

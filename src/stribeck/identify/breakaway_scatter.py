@@ -2,11 +2,8 @@
 
 A random effect: the breakaway of slip i is F_S,i = F_S + e_i with e_i normal of standard deviation
 s (a mean is what F_S of a law can be, and normal and lognormal can hardly be told apart below a
-spread of 30 %). It is seen at the onset with an error sigma_i of the sampling. The spread is the s
-for which sum_i (F_S,i - F_S)^2 / (s^2 + sigma_i^2) is what it is on average, n - h, where h is how
-many parameters the onsets have determined (Paule and Mandel 1982, doi 10.6028/jres.087.022); its
-interval has those s for which the sum lies between the 2.5 and the 97.5 % point of chi-squared
-(Viechtbauer 2007, doi 10.1002/sim.2514), which is exact for few slips.
+spread of 30 %). It is seen at the onset with an error sigma_i of the sampling, and h parameters are
+determined by the onsets: the spread is that of `random_effects` with n - h degrees of freedom.
 """
 
 from __future__ import annotations
@@ -16,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import brentq, lsq_linear
+from scipy.optimize import lsq_linear
 from scipy.special import chdtri
 
 from ..errors import InputError
@@ -24,6 +21,7 @@ from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
 from .own_breakaway import column, onset_of, pulls
+from .random_effects import TAIL, spread_of
 
 if TYPE_CHECKING:
     from .parameters import Parameters
@@ -37,8 +35,6 @@ SCATTERED = 0.02
 FEWEST = 6
 #: Noise of a motion as a share of its slips, and of a breakaway, before there is a fit.
 _ROUGH = 0.03
-#: Level of intervals, two-sided.
-_TAIL = 0.025
 
 
 @dataclass(frozen=True)
@@ -139,7 +135,7 @@ def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
     noise = float(np.mean(np.square(uniform(rise[:, 0]))))
     squares = float(off @ off)
     sd, least = (
-        float(np.sqrt(max(squares / x - noise, 0.0))) for x in (dof, float(chdtri(dof, _TAIL)))
+        float(np.sqrt(max(squares / x - noise, 0.0))) for x in (dof, float(chdtri(dof, TAIL)))
     )
     return Scatter(sd / mean, least / mean, sd, len(slips))
 
@@ -191,26 +187,6 @@ def spreads(
         mine = columns == k
         dof = max(float(mine.sum() - taken[mine].sum()), 1.0)
         mean = float(p[k])
-        ends = spread_of(F[0, mine] - mean, error[0, mine], dof)
+        ends = spread_of(F[0, mine], error[0, mine], dof, mean)
         result.append(Spread(parameters.names[k], mean, *ends, int(mine.sum()), dof))
     return tuple(result)
-
-
-def spread_of(off: Array, error: Array, dof: float) -> tuple[float, float, float]:
-    """Standard deviation of what lies behind deviations with errors, and its interval."""
-    targets = (dof, float(chdtri(dof, _TAIL)), float(chdtri(dof, 1.0 - _TAIL)))
-    sd, low, high = (_solved(off, error, target) for target in targets)
-    return sd, low, high
-
-
-def _solved(off: Array, error: Array, target: float) -> float:
-    """The s at which sum off^2 / (s^2 + error^2) is the target; 0 if it nowhere is."""
-
-    def excess(s: float) -> float:
-        return float(np.sum(np.square(off) / (s * s + np.square(error)))) - target
-
-    most = float(np.sqrt(np.sum(np.square(off)) / target))
-    least = 1e-9 * most
-    if not most > 0 or excess(least) <= 0:
-        return 0.0
-    return float(brentq(excess, least, most, xtol=1e-9 * most))

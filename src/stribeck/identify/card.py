@@ -50,6 +50,8 @@ _WORDS = {
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
+#: Of what the intervals of a fit of a single log are.
+ONE_LOG = "the intervals are of this log: what differs from log to log is not in them"
 #: A speed below this share of the greatest one is no motion in that direction.
 ONE_WAY = 0.02
 
@@ -222,6 +224,26 @@ class BreakawayCard(_Part):
     slips: int
 
 
+class LogSpreadCard(_Part):
+    """How a parameter differs from log to log, in the unit given, with 95 % intervals.
+
+    The mean over the logs that know it by themselves and the standard deviation from log to log,
+    what the noise makes of it taken out; `chance` is that of so great differences between logs that
+    do not differ, and `differs` says whether they certainly do, and by more than a hundredth.
+    """
+
+    unit: str
+    mean: Finite
+    low: Finite
+    high: Finite
+    sd: Finite
+    sd_low: Finite
+    sd_high: Finite
+    logs: int
+    chance: Finite
+    differs: bool
+
+
 class ConditionCard(_Part):
     """A condition of the estimates that does not hold, with the parameters it biases.
 
@@ -246,6 +268,8 @@ class Card(_Part):
     parameters: dict[str, ParameterCard]
     combinations: dict[str, CombinationCard] = {}
     breakaway: dict[str, BreakawayCard] = {}
+    between_logs: dict[str, LogSpreadCard] = {}
+    scope: str = ""
     conditions: list[ConditionCard] = []
     objective: ObjectiveCard
     train: list[str] = []
@@ -409,6 +433,8 @@ def card(fit: Fit) -> Card:
         parameters=_parameters(fit),
         combinations=_combinations(fit),
         breakaway=_breakaway(fit),
+        between_logs=_between_logs(fit),
+        scope=ONE_LOG if len(fit.recordings) == 1 else "",
         conditions=_conditions(fit),
         objective=ObjectiveCard(
             name=score.name,
@@ -540,6 +566,26 @@ def _breakaway(fit: Fit) -> dict[str, BreakawayCard]:
         entries[fit.rig.label(q.name)] = BreakawayCard(
             unit=fit.rig.unit_of(q), sd=sd, low=low, high=high, slips=b.slips
         )
+    return entries
+
+
+def _between_logs(fit: Fit) -> dict[str, LogSpreadCard]:
+    """How the free parameters differ from log to log, in the unit people see."""
+    entries = {}
+    for spread in fit.differing.spreads:
+        (q,) = [q for q in fit.parameters.every if q.name == spread.parameter]
+        effects, zero = spread.effects, float(shown_in(fit.rig, q, 0.0))
+        mean, low, high, sd, sd_low, sd_high = (
+            float(shown_in(fit.rig, q, x))
+            for x in (effects.mean, effects.low, effects.high,
+                      effects.sd, effects.sd_low, effects.sd_high)
+        )  # fmt: skip
+        entries[fit.rig.label(q.name)] = LogSpreadCard(
+            unit=fit.rig.unit_of(q),
+            mean=mean, low=low, high=high,
+            sd=sd - zero, sd_low=sd_low - zero, sd_high=sd_high - zero,
+            logs=effects.units, chance=effects.chance, differs=spread.material,
+        )  # fmt: skip
     return entries
 
 

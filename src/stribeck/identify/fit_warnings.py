@@ -79,7 +79,7 @@ def misfit_violations(
             f"{', or '.join(causes)}"
         )
         return [Violation("model", sentence)]
-    floor = _noise_floor(parameters.rig, recordings)
+    floor = noise_floor(parameters.rig, recordings)
     if score.value > NOISY * floor:
         rest = (
             "how a slip goes on is not all in law and rig"
@@ -102,7 +102,7 @@ def _unconfirmed(repeats: int) -> str:
     return f"{once} and may have missed the best fit (raise --repeats), or "
 
 
-def _noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
+def noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
     """What the sensors alone leave of J: noise and quantisation, in the unit of J.
 
     Third differences of the motion show it, and rests where they are flat; over logs it is a root
@@ -136,7 +136,7 @@ def output_error_warnings(
     """
     train, tests = segments.train, segments.holdout
     warnings = never_slid(parameters, recordings_of(train))
-    warnings += _resting(score, _noise_floor(parameters.rig, recordings))
+    warnings += _resting(score, noise_floor(parameters.rig, recordings))
     if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
         warnings.append(
             f"only {rivals} of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the "

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 from ..rig.simulated import as_simulated
+from ..space import Array
 from .adequacy.advice import with_effects
 from .adequacy.effects import effects
 from .adequacy.equation_error import equation_error
@@ -24,6 +27,7 @@ from .free_constants import (
     with_free_constants,
 )
 from .initial_state import FreeStartProblem, started_at_each
+from .log_spread import LogSpreads, log_spreads, spread_over_logs
 from .multistart import Optimum, Progress, multistart
 from .other_loss import other_loss_violations
 from .parameters import Parameters
@@ -33,6 +37,7 @@ from .result import Fit
 from .score import held_out, scores
 from .search_settings import SearchSettings, sticks_and_slips
 from .segment import SegmentSplit, recordings_of, split_segments
+from .single_logs import answers_alone, single_logs
 from .sliding_check import mark_never_slid
 from .slip_by_slip import by_slip_where_needed, fitted_spreads, scatter_sentence, settled_slips
 from .uncertainty.assessment import Uncertainty, uncertainty
@@ -75,13 +80,14 @@ def solve_output_error(
     segments = split_segments(data, as_simulated(parameters.rig), parameters.objective)
     optimum = multistart(MotionProblem(parameters, segments.train), settings, progress)
     optimum, settling = _slips_settled(optimum)
+    optimum, answers, alone = _searched_alone(optimum, settings)
     optimum, spent = _with_constants(optimum, settings)
-    spent += settling
+    spent += settling + alone
     uncertain, interrupted = _profiled(optimum, len(parameters.free), settings, draws)
     uncertain = replace(uncertain, rows=uncertain.rows + spent)
     if interrupted:
         optimum = _interrupted(optimum)
-    fit = output_error_fit(optimum, uncertain, data, segments)
+    fit = output_error_fit(optimum, uncertain, data, segments, answers)
     return replace(fit, warnings=(*scatter_sentence(parameters, scattered), *fit.warnings))
 
 
@@ -96,6 +102,18 @@ def _slips_settled(optimum: Optimum) -> tuple[Optimum, int]:
     except KeyboardInterrupt:
         return _interrupted(optimum), 0
     return replace(optimum, problem=problem, x=x), spent
+
+
+def _searched_alone(
+    optimum: Optimum, settings: SearchSettings
+) -> tuple[Optimum, dict[int, Array], int]:
+    """The answers of single logs where they may be elsewhere, and rows spent."""
+    if optimum.interrupted:
+        return optimum, {}, 0
+    try:
+        return optimum, *answers_alone(optimum, settings)
+    except KeyboardInterrupt:
+        return _interrupted(optimum), {}, 0
 
 
 def _with_constants(optimum: Optimum, settings: SearchSettings) -> tuple[Optimum, int]:
@@ -149,7 +167,11 @@ def _profiled(
 
 
 def output_error_fit(
-    optimum: Optimum, uncertain: Uncertainty, data: DataSplit, segments: SegmentSplit
+    optimum: Optimum,
+    uncertain: Uncertainty,
+    data: DataSplit,
+    segments: SegmentSplit,
+    answers: Mapping[int, Array] = MappingProxyType({}),
 ) -> Fit:
     """The fit of a least-misfit parameter set: scored, validated and judged.
 
@@ -158,6 +180,7 @@ def output_error_fit(
         uncertain: How well its parameters are known; its `x` is the solution.
         data: What was trained on and held out.
         segments: The same as segments.
+        answers: What a search has for single logs; see `answers_alone`.
     """
     problem, x = optimum.problem, uncertain.x
     ruled: list[Ruling] = []
@@ -184,11 +207,18 @@ def output_error_fit(
         optimum.spread,
         resting=resting(problem, x),
     )
+    optimum, differing = _log_by_log(optimum, problem, x, uncertain.errors[:dim], answers)
+    uncertain = replace(uncertain, rows=uncertain.rows + differing.rows)
+    judged, between = spread_over_logs(parameters, judged, differing)
     trained = trained_samples(data.recordings, segments.train)
     misfit = misfit_violations(
         parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
     )
-    violations = [*data_violations(parameters.rig, data.recordings, trained), *misfit]
+    violations = [
+        *data_violations(parameters.rig, data.recordings, trained),
+        *misfit,
+        *between,
+    ]
     if misfit and not optimum.interrupted:  # losses disagree where the model lacks something
         try:
             by_loss, spent = other_loss_violations(problem, x, judged)
@@ -245,4 +275,21 @@ def output_error_fit(
         delay=data.delay,
         combinations=sums,
         breakaway=fitted_spreads(parameters, p, train, uncertain.profiles),
+        differing=differing,
     )
+
+
+def _log_by_log(
+    optimum: Optimum,
+    problem: MotionProblem | FreeStartProblem,
+    x: Array,
+    errors: Array,
+    answers: Mapping[int, Array],
+) -> tuple[Optimum, LogSpreads]:
+    """What the logs give one by one at a fit; and the optimum, interrupted if that was."""
+    if optimum.interrupted:
+        return optimum, LogSpreads()
+    try:
+        return optimum, log_spreads(problem.parameters, single_logs(problem, x, answers), errors)
+    except KeyboardInterrupt:
+        return _interrupted(optimum), LogSpreads()

@@ -53,7 +53,7 @@ class MotionProblem:
     def __init__(self, parameters: Parameters, train: Sequence[Segment]) -> None:
         self._rig = as_simulated(parameters.rig)
         self.name = f"{parameters.rig.name}/{parameters.law.name}"
-        self.parameters, self.train = parameters, tuple(train)
+        self.parameters = parameters
         for segment in train:
             if "temperature" in parameters.law.terms and segment.recording.temperature is None:
                 raise InputError(
@@ -61,18 +61,23 @@ class MotionProblem:
                     "map a column to temperature"
                 )
         self.space = Space(parameters.free)
-        self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
-        self.samples = sum(self.logs)
         self.weights: BreakawayWeights | None = None
         if parameters.objective.by_slip:
-            self.weights = first_weights(parameters, self.train)
-            self._onsets = onset_inputs(self._rig, self.train)
-            self.logs = (self.samples, len(self.train))
+            self.weights = first_weights(parameters, tuple(train))
+        self._train_on(train)
         self.unit = parameters.rig.shows.get("position", "m")
         self.scale = unit(self.unit).factor
         widest = max(float(np.ptp(s.recording.position)) for s in train)
         self._bend = KNEE * widest / self.scale
         self._knee = self._bend if parameters.objective.loss == "absolute" else np.inf
+
+    def _train_on(self, train: Sequence[Segment]) -> None:
+        self.train = tuple(train)
+        self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
+        self.samples = sum(self.logs)
+        if self.weights is not None:
+            self._onsets = onset_inputs(self._rig, self.train)
+            self.logs = (self.samples, len(self.train))
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -147,8 +152,14 @@ class MotionProblem:
     def weighed(self, weights: BreakawayWeights, train: Sequence[Segment]) -> MotionProblem:
         """The same problem with other weights of its slips' breakaway, and other onsets."""
         other = copy(self)
-        other.weights, other.train = weights, tuple(train)
-        other._onsets = onset_inputs(self._rig, train)  # noqa: SLF001 - of its own class
+        other.weights = weights
+        other._train_on(train)  # noqa: SLF001 - of its own class
+        return other
+
+    def of_log(self, log: Recording) -> MotionProblem:
+        """The same problem on the segments of one of its logs."""
+        other = copy(self)
+        other._train_on([s for s in self.train if s.recording is log])  # noqa: SLF001 - of its own class
         return other
 
     def noise_of(self, x: Array) -> float:

@@ -10,6 +10,7 @@ from ..optimize import Run
 from ..rig import Rig
 from ..space import Array
 from .conditions import Violation
+from .log_spread import LogSpreads
 from .parameters import Parameters
 from .polish import Polished
 from .score import HeldOut, Score
@@ -78,6 +79,7 @@ class Fit:
         delay: By how much the force was behind the motion and has been moved back, s.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
         breakaway: How breakaway varies from slip to slip, where each slip has one of its own.
+        differing: What the logs give one by one, and how that differs; empty for a single log.
     """
 
     parameters: Parameters
@@ -100,6 +102,7 @@ class Fit:
     delay: float = 0.0
     combinations: tuple[Combination, ...] = ()
     breakaway: tuple[Spread, ...] = ()
+    differing: LogSpreads = field(default_factory=LogSpreads, repr=False)
 
     @property
     def rig(self) -> Rig:

@@ -30,6 +30,7 @@ from .clustered_errors import clustered_errors
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
+    from ..log_spread import LogSpreads
     from ..parameters import Parameters
     from ..uncertainty.estimates import Estimate
     from .regression import System
@@ -94,12 +95,17 @@ class BalanceChecks:
         return replace(e, low=low, high=high, meaning=meaning.removeprefix("; "))
 
 
-def check_balance(synchrony: Synchronised) -> BalanceChecks:
-    """Look for every fault in a solved balance, and in the timing of its channels."""
+def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChecks:
+    """Look for every fault in a solved balance, and in the timing of its channels.
+
+    Args:
+        synchrony: The balance with its logs.
+        differing: What its logs give one by one.
+    """
     recordings, solution = synchrony.recordings, synchrony.solved
     system = solution.system
     at_cutoffs, errors = cutoffs(recordings, system, solution, synchrony.rows)
-    of_logs, clustered = clustered_errors(solution)
+    of_logs, clustered = clustered_errors(solution, differing.known_alone)
     faults: list[tuple[Condition, str, bool]] = [
         *(("data", function_of_position(log), True) for log in recordings),
         *(("model", hidden_load(log, system), True) for log in recordings),

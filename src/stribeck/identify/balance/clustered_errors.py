@@ -41,11 +41,18 @@ class Strokes:
     jacobian: Array
 
 
-def clustered_errors(solution: Balance) -> tuple[str, Array]:
+def clustered_errors(
+    solution: Balance, known_alone: frozenset[str] = frozenset()
+) -> tuple[str, Array]:
     """What several logs say together, and standard errors that hold for them, (k,).
 
     The errors are scaled so that 1.96 of them make the 95 % interval of Student's distribution
     for as many strokes or logs as there are.
+
+    Args:
+        solution: The balance.
+        known_alone: Parameters that single logs know, so that these can be compared
+            (`log_spread`): the levels of the logs are asked about the others alone.
 
     Returns:
         A sentence if one law does not hold for all logs, else nothing; and the errors, never
@@ -70,9 +77,11 @@ def clustered_errors(solution: Balance) -> tuple[str, Array]:
         if lack is None or lack[2] >= CHANCE:
             continue
         statistic, dof, chance, lack_errors = lack
+        shown = [solution.names[i] for i, e in zip(free, lack_errors, strict=True) if e > 0]
+        if known_alone.issuperset(shown):
+            continue
         errors[free] = np.fmax(errors[free], lack_errors)
-        names = [solution.system.rig.label(solution.names[i])
-                 for i, e in zip(free, lack_errors, strict=True) if e > 0]  # fmt: skip
+        names = map(solution.system.rig.label, shown)
         sentences.append(
             f"the {quantity} of the logs does not follow one law (lack of fit F({dof}, "
             f"{levels.dof}) = {statistic:.3g}, chance {chance:.1g}): one value of "

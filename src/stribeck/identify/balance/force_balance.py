@@ -16,6 +16,7 @@ from ..adequacy.generalisation import held_out_violations, neighbour_violations
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
+from ..log_spread import LogPart, LogSpreads, log_spreads, spread_over_logs
 from ..parameters import Parameters
 from ..result import Fit, SearchRecord
 from ..score import HeldOut, Score
@@ -26,6 +27,7 @@ from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
+from .regression import System
 from .synchronisation import Synchronised, synchronised
 from .training_rows import counting
 from .velocity_source import VelocitySource
@@ -66,7 +68,20 @@ def solve_balance(
             synchrony.recordings, p, rows=synchrony.rows, start=solved.values
         ),
     )
-    return _balance_fit(synchrony, residuals, uncertain, check_balance(synchrony), slopes)
+    differing = log_spreads(
+        parameters, _log_parts(synchrony, x), solved.robust_errors[parameters.free_places]
+    )
+    checks = check_balance(synchrony, differing)
+    return _balance_fit(synchrony, residuals, uncertain, checks, slopes, differing)
+
+
+def _log_parts(synchrony: Synchronised, x: Array) -> list[LogPart]:
+    """The logs of a balance, each by itself, at its solution."""
+    system = synchrony.solved.system
+    return [
+        LogPart(recording, BalanceResiduals(System(system.parameters, [log])), x)
+        for recording, log in zip(synchrony.recordings, system.logs, strict=True)
+    ]
 
 
 def _balance_fit(
@@ -75,6 +90,7 @@ def _balance_fit(
     uncertain: Uncertainty,
     checks: BalanceChecks,
     slopes: Slopes,
+    differing: LogSpreads,
 ) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
     data, recordings, solved = synchrony.data, synchrony.recordings, synchrony.solved
@@ -90,13 +106,17 @@ def _balance_fit(
         resting=others,
         misfit=MISFIT,
     )
-    judged = with_tolerances(parameters, checks.widened(parameters, solved, unwidened), slopes)
+    judged, between = spread_over_logs(
+        parameters, checks.widened(parameters, solved, unwidened), differing
+    )
+    judged = with_tolerances(parameters, judged, slopes)
     seen = effects(balance_rows(solved, judged))
     judged, inadequate = with_effects(parameters, judged, seen, recordings)
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
     violations = (
         *checks.violations,
+        *between,
         *inadequate,
         *neighbour_violations(parameters, recordings),
         *held_out_violations(score, holdout),
@@ -136,6 +156,7 @@ def _balance_fit(
         violations=violations,
         effects=seen,
         delay=data.delay,
+        differing=differing,
     )
 
 

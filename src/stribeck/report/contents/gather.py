@@ -39,6 +39,7 @@ from .schema import (
     UnitsRecord,
 )
 from .search_records import draws_record, profile_records, run_records
+from .single_log_records import single_log_records
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -177,6 +178,7 @@ class Contents:
                 )
                 for log, n, errors in (self.errors if len(fit.recordings) > 1 else [])[:MANY]
             ],
+            single_logs=list(single_log_records(fit))[:MANY],
             bins=list(bins_records(fit)),
             effects=list(effect_records(fit)),
             draws=draws_record(fit),

@@ -163,6 +163,16 @@ class ErrorRecord(_StrictRecord):
     errors: Annotated[list[Number | None], Field(max_length=MANY)]
 
 
+class SingleLogRecord(_StrictRecord):
+    """What a log gives by itself: value and standard error of each parameter as shown.
+
+    Null where the log does not know the parameter.
+    """
+
+    log: Text
+    values: dict[Text, tuple[Number, Number] | None]
+
+
 class BinsRecord(_StrictRecord):
     """Mean residual force in equal-count bins of a variable, and half the band of chance, SI."""
 
@@ -226,6 +236,7 @@ class Report(_StrictRecord):
     profiles: Annotated[list[ProfileRecord], Field(max_length=MANY)]
     runs: Annotated[list[RunRecord], Field(max_length=MANY)]
     errors: Annotated[list[ErrorRecord], Field(max_length=MANY)] = []
+    single_logs: Annotated[list[SingleLogRecord], Field(max_length=MANY)] = []
     bins: Annotated[list[BinsRecord], Field(max_length=16)] = []
     effects: Annotated[list[EffectRecord], Field(max_length=16)] = []
     draws: DrawsRecord | None = None

@@ -70,6 +70,37 @@ def breakaway(report: Report) -> Table | None:
     )
 
 
+def between_logs(report: Report) -> Table | None:
+    """Mean and spread of the parameters over several logs."""
+    rows = []
+    for name, b in report.card.between_logs.items():
+        rows.append([
+            name, unit_label(b.unit), number(b.mean), number(b.low, 4), number(b.high, 4),
+            number(b.sd, 3), number(b.sd_low, 3), number(b.sd_high, 3), str(b.logs),
+            "under 1e-6" if b.chance < LEAST else f"{b.chance:.1g}",
+            "differs" if b.differs else DASH,
+        ])  # fmt: skip
+    heads = ["parameter", "unit", "mean of logs", "95 % from", "to", "sd of logs", "95 % from",
+             "to", "logs", "chance", "certainly"]  # fmt: skip
+    title = "From log to log"
+    return Table.of_texts(title, heads, rows, (0, 1, len(heads) - 1)) if rows else None
+
+
+def single_logs(report: Report) -> Table | None:
+    """The parameters of each log by itself; the first of very many."""
+    if not report.single_logs:
+        return None
+    names = list(report.single_logs[0].values)
+    units = {n: unit_label(b.unit) for n, b in report.card.between_logs.items()}
+    rows = [
+        [r.log, *(DASH if (v := r.values.get(n)) is None else f"{number(v[0], 4)} ± "
+                  f"{number(v[1], 2)}" for n in names)]
+        for r in report.single_logs[:LISTED]
+    ]  # fmt: skip
+    heads = ["log by itself", *(f"{n} / {units[n]}" if units.get(n) else n for n in names)]
+    return Table.of_texts("Each log by itself, with standard errors", heads, rows)
+
+
 def constants(report: Report) -> Table | None:
     """The constants of the rig that the fit rests on, as it has them, and who vouches for each."""
     cards = report.card.constants
