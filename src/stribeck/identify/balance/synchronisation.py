@@ -96,13 +96,15 @@ class Synchronised:
         return told
 
     def widened(self, errors: Array) -> Array:
-        """Standard errors of all parameters, (k,), with what a delay that is not seen does."""
+        """Standard errors of all parameters, (k,), with what a delay does that is left."""
         left = self.left
         if self.known and not certain(left):
             return errors
         spread = left.error
         if not self.data.delay:
             spread = 1.0 / float(np.hypot(1.0 / max(spread, 1e-12), 1.0 / (UNSEEN * left.sample)))
+            if abs(left.seconds) > LIKELY * left.error:  # it is seen, and left as it is
+                spread = float(np.hypot(spread, abs(left.seconds) / HALF_WIDTH))
         wide = errors.copy()
         free = self.solved.system.free
         wide[free] = np.hypot(errors[free], left.slopes * spread)
