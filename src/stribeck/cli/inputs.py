@@ -58,7 +58,7 @@ DelayText = Annotated[
     typer.Option(
         "--delay",
         metavar="auto|off|MS",
-        help="By how many ms the force was measured after the motion; auto looks for it.",
+        help="By how many ms the force (or command) is after the motion; auto looks for it.",
     ),
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]

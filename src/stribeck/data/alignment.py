@@ -1,7 +1,8 @@
-"""The channels of a log's force moved in time against those of its motion."""
+"""Channels of a log moved in time against the others."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -17,6 +18,8 @@ Delay = float | Literal["auto", "off"]
 
 #: Channels that are measured with the force, not with the motion.
 FORCE_CHANNELS = ("force", "current", "voltage", "pressure")
+#: Channels of the motion.
+MOTION_CHANNELS = ("position", "velocity", "acceleration")
 #: Fewest samples that are left of a log.
 _LEAST = 10
 
@@ -35,18 +38,20 @@ def checked_delay(delay: Delay) -> Delay:
     return delay
 
 
-def advanced(recording: Recording, seconds: float) -> Recording:
-    """A log whose force was measured so much later than its motion, with both at one time.
+def advanced(
+    recording: Recording, seconds: float, moved: Sequence[str] = FORCE_CHANNELS
+) -> Recording:
+    """A log of which some channels were measured so much later than the others, all at one time.
 
-    The channels of the force are read where they belong, on straight lines between samples, and
-    samples for which they were not recorded are left out.
+    They are read where they belong, on straight lines between samples, and samples for which they
+    were not recorded are left out.
 
     Raises:
         InputError: the log has no such channel, or is not longer than the delay.
     """
     if seconds == 0.0:
         return recording
-    channels = [name for name in FORCE_CHANNELS if getattr(recording, name) is not None]
+    channels = [name for name in moved if getattr(recording, name) is not None]
     if not channels:
         raise InputError(f"{recording.label}: it has no force that a delay could move")
     t = recording.t
@@ -57,5 +62,5 @@ def advanced(recording: Recording, seconds: float) -> Recording:
             f"{t[-1] - t[0]:.4g} s"
         )
     rows = slice(int(first), int(last))
-    moved = {name: np.interp(t[rows] + seconds, t, getattr(recording, name)) for name in channels}
-    return replace(recording.cut(rows), **moved)
+    values = {name: np.interp(t[rows] + seconds, t, getattr(recording, name)) for name in channels}
+    return replace(recording.cut(rows), **values)

@@ -297,7 +297,7 @@ class Card(_Part):
 
     @property
     def delay(self) -> float:
-        """By how much the force was behind the motion in its logs, s."""
+        """By how much the drive was behind the motion in its logs, s."""
         return 1e-3 * self.force_delay_ms
 
     def model(self) -> tuple[Parameters, np.ndarray]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ..data.alignment import advanced
 from ..data.gate import mended
 from ..data.ranges import Range
 from ..errors import InputError
@@ -24,7 +23,7 @@ class DataSplit:
         recordings: The logs.
         train: Ranges to train on; none means everything.
         holdout: Ranges to validate on.
-        delay: By how much the force of the recordings has been moved back already, s.
+        delay: By how much the drive of the recordings has been moved back already, s.
     """
 
     recordings: tuple[Recording, ...]
@@ -32,15 +31,15 @@ class DataSplit:
     holdout: tuple[Range, ...]
     delay: float = 0.0
 
-    def advanced(self, seconds: float) -> DataSplit:
-        """The same with the force moved back by so much more.
+    def advanced(self, rig: Rig, seconds: float) -> DataSplit:
+        """The same with the drive of a rig moved back by so much more.
 
         Raises:
             InputError: a log has no force, or nothing is left of it.
         """
         if not seconds:
             return self
-        logs = tuple(advanced(log, seconds) for log in self.recordings)
+        logs = tuple(rig.in_step(log, seconds) for log in self.recordings)
         return replace(self, recordings=logs, delay=self.delay + seconds)
 
     @property

@@ -81,9 +81,10 @@ def identify(
         settings: Settings of the search method.
         loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
         restart: Whether the simulation starts anew at every rest; see `Objective`.
-        delay: Of the force after the motion in the logs, s, negative where it is ahead. On a
-            rig with a measured force, `auto` looks for one and moves the force where it is
-            certain, and `off` tells it alone; elsewhere a force is moved by a number.
+        delay: Of the force (the command, where the motion is commanded) after the motion in the
+            logs, s, negative where it is ahead. On a rig with a measured force, `auto` looks for
+            one and moves the force where it is certain, and `off` tells it alone; elsewhere it is
+            told, and a number moves it.
         velocity: `recorded`, of the `position`, or `auto`: of force balances, where a log has a
             velocity, the one that leaves less of the force.
         breakaway: `common` to all slips, `scattered` from slip to slip, or `auto`, as the log
@@ -132,7 +133,7 @@ def identify(
         if velocity != "auto":
             raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")
         if not isinstance(checked_delay(delay), str):
-            data = data.advanced(float(delay))
+            data = data.advanced(rig, float(delay))
         fit = solve_output_error(
             parameters, data, SearchSettings(**search), draws=draws, progress=progress
         )

@@ -28,6 +28,7 @@ from .free_constants import (
 )
 from .initial_state import FreeStartProblem, started_at_each
 from .log_spread import LogSpreads, log_spreads, spread_over_logs
+from .motion_delay import delay_violations
 from .multistart import Optimum, Progress, multistart
 from .other_loss import other_loss_violations
 from .parameters import Parameters
@@ -221,9 +222,10 @@ def output_error_fit(
     ]
     if misfit and not optimum.interrupted:  # losses disagree where the model lacks something
         try:
-            by_loss, spent = other_loss_violations(problem, x, judged)
-            violations += by_loss
-            uncertain = replace(uncertain, rows=uncertain.rows + spent)
+            for look in (delay_violations, other_loss_violations):
+                told, spent = look(problem, x, judged)
+                violations += told
+                uncertain = replace(uncertain, rows=uncertain.rows + spent)
         except KeyboardInterrupt:
             optimum = _interrupted(optimum)
     judged = mark_never_slid(parameters, judged, recordings_of(train))

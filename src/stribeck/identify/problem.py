@@ -120,12 +120,21 @@ class MotionProblem:
         result[physical] = np.concatenate(blocks, axis=1)
         return result
 
-    def segment_residuals(self, x: Array, segment: Segment) -> Array:
-        """The residuals of one segment, (n, its samples that count); nan where not physical."""
+    def segment_residuals(self, x: Array, segment: Segment, late: float = 0.0) -> Array:
+        """The residuals of one segment, (n, its samples that count); nan where not physical.
+
+        Args:
+            x: (n, dim) free parameter sets.
+            segment: The segment.
+            late: By how much later than its drive the motion was measured, s.
+        """
         p, physical = self._physical(x)
         residuals = np.full((len(p), int(np.count_nonzero(segment.track.score))), np.nan)
         if physical.any():
             positions = self._rig.positions(self.parameters.law, p[physical], segment.track)
+            if late:
+                t = segment.track.t
+                positions = np.array([np.interp(t - late, t, row) for row in positions])
             residuals[physical] = self._misfit(positions, segment)
         return residuals
 

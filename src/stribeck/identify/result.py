@@ -76,7 +76,7 @@ class Fit:
         violations: Conditions of the estimates that do not hold.
         effects: What the residual forces show of what the model leaves out; None where the rig
             cannot say.
-        delay: By how much the force was behind the motion and has been moved back, s.
+        delay: By how much the drive was behind the motion and has been moved back, s.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
         breakaway: How breakaway varies from slip to slip, where each slip has one of its own.
         differing: What the logs give one by one, and how that differs; empty for a single log.

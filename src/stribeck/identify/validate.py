@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from ..data.alignment import Delay, advanced, checked_delay
+from ..data.alignment import Delay, checked_delay
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.force_balance import balance_scores
@@ -56,7 +56,7 @@ def validate(
     seconds = named[checked] if isinstance(checked, str) else float(checked)
     return [
         (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
-        for log in (advanced(log, seconds) for log in recording_list(recordings))
+        for log in (parameters.rig.in_step(log, seconds) for log in recording_list(recordings))
         for r in ranges_or_all(within, parameters.rig)
     ]
 

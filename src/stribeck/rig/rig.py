@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
+from ..data.alignment import MOTION_CHANNELS, advanced
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import Law
@@ -117,6 +118,18 @@ class Rig:
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def in_step(self, recording: Recording, seconds: float) -> Recording:
+        """A log whose drive was measured so much later than its motion, with both at one time.
+
+        A measured force is moved back; where a motion is commanded, the measured one the other way.
+
+        Raises:
+            InputError: as `advanced`.
+        """
+        if self.approach == "force_balance" or self.applied_force:
+            return advanced(recording, seconds)
+        return advanced(recording, -seconds, MOTION_CHANNELS)
 
     def __getitem__(self, name: str) -> float:
         """A constant's value, SI.

@@ -159,7 +159,12 @@ def effects(rows: ResidualRows) -> Effects:
 def _play(
     rows: ResidualRows, remainder: Remainder, block: NDArray[np.intp], flips: Array
 ) -> list[Effect]:
-    """The effect of rows right behind reversals, if there is one: what leaving them out changes."""
+    """The effect of rows right behind reversals, if there is one: what leaving them out changes.
+
+    In the equation error of a simulated motion it is not looked for: its filter is longer.
+    """
+    if rows.other is not None:
+        return []
     share, chance = mark_of_reversals(remainder.rows, block, flips)
     if not (share > CONCENTRATED and chance <= CHANCE):
         return []

@@ -185,7 +185,7 @@ def synchronised(
     applied = 0.0 if isinstance(delay, str) else float(delay)
     filtered: ChannelFilter | None = None
     for _ in range(_PASSES):
-        moved = data.advanced(applied)
+        moved = data.advanced(parameters.rig, applied)
         recordings, rows, solved = _solved(parameters, moved)
         left = channel_delay(solved)
         if not certain(left) or left.at_edge or drifts(left):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.alignment import advanced
 from ...errors import InputError
 from ...friction import LOADS
 from ...rig.balanced import BalancedRig, as_balanced
@@ -95,7 +94,9 @@ def current_model(card: Card, logs: Sequence[Recording]) -> CurrentModel:
     values = dict(zip((q.name for q in parameters.every), p, strict=True))
     x = np.array([values[q.name] for q in parameters.free])
     model_of = _balanced if parameters.rig.approach == "force_balance" else _moved
-    axis, data = model_of(card, parameters, x, [advanced(log, card.delay) for log in logs])
+    axis, data = model_of(
+        card, parameters, x, [parameters.rig.in_step(log, card.delay) for log in logs]
+    )
     labels = tuple(parameters.rig.label(q.name) for q in parameters.free)
     cards = [card.parameters[n] for n in labels]
     by_log = axis.box.log.tolist()

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...data.alignment import Delay, advanced, checked_delay
+from ...data.alignment import Delay, checked_delay
 from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
@@ -184,7 +184,7 @@ def select(
             f"{', '.join(idle)} does not apply"
         )
     data = _synchronised(parameter_sets[-1], data_split(logs, train, holdout, axis), delay)
-    logs, tests = list(data.recordings), [advanced(log, data.delay) for log in tests]
+    logs, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
@@ -205,7 +205,7 @@ def _synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> Data
     """The data with force and motion at one time."""
     delay = checked_delay(delay)
     if parameters.rig.approach == "output_error":
-        return data if isinstance(delay, str) else data.advanced(float(delay))
+        return data if isinstance(delay, str) else data.advanced(parameters.rig, float(delay))
     return synchronised(parameters, data, delay, velocity="position").data
 
 
