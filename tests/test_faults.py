@@ -139,6 +139,8 @@ def test_answers_go_on_where_they_were_cut_off(tmp_path: Path) -> None:
 
 
 SLICE = (
+    "backlash of 1 mm before the encoder",
+    "3 kg are loaded at 8 s",
     "force clipped at 60 N",
     "force 25 ms late",
     "encoder reset at 6 s",
@@ -156,3 +158,8 @@ def test_a_slice_of_the_table_has_no_lie_and_no_alarm() -> None:
     assert all(p["identified"] and p["held"] for p in clean["parameters"].values())
     assert len(faulty) == len(SLICE)
     assert all(r["told"] for r in faulty)
+
+
+def test_an_arm_with_a_coarse_angle_has_no_lie() -> None:
+    (row,) = (r for r in ROWS if r.axis == "arm" and r.perturbation == "angle in steps of 5 mrad")
+    assert fault_table.summary([faults.answer(row.key, 0)])["lies"] == 0

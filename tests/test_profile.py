@@ -1,6 +1,7 @@
 """Profile likelihood: against closed forms, at bounds and at ends of ranges."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,11 @@ from scipy.signal import lfilter
 
 from stribeck import InputError
 from stribeck.identify.uncertainty.covariance import quick_look
+from stribeck.identify.uncertainty.linearisation import box_of, linearised
 from stribeck.identify.uncertainty.profile import Profile, Profiles, profiles
+from stribeck.identify.uncertainty.profile_walk import Ray, rechecked
+from stribeck.optimize.lockstep import AskTell, Counted, lockstep
+from stribeck.optimize.trust_region import minimise
 from stribeck.space import Array, Param, Space, box
 
 
@@ -59,6 +64,27 @@ def test_a_linear_problem_has_the_t_interval() -> None:
     )
     assert all(end_reasons(p) == ("threshold", "threshold") for p in profiled.profiles)
     assert profiled.rows == model.rows  # every evaluation is counted
+
+
+def test_an_end_is_refitted_with_slopes_of_its_own() -> None:
+    """Where the slopes on the way out do not see how another parameter helps, the end is no end."""
+    model, _, best = line(0.1 * np.random.default_rng(0).standard_normal(40))
+    counted, frame = Counted(model, 1000), box_of(model)
+    fit = linearised(counted, frame, best)
+    ray = Ray(model, frame, fit, 0, 1, threshold=0.1, reach=0.01)
+    u = fit.u + np.array([0.01, 0.0, 0.0])
+    r = model.residuals(frame.x(u)[None])[0]
+    blind = replace(fit.moved(u, r), J=np.zeros_like(fit.J), age=1)
+    on_the_way = minimise(blind, frame, [1, 2], gain=1e-4, rest="corrected")
+    (stuck,) = lockstep(counted, [AskTell("walk", frame.space, on_the_way)])
+    assert stuck is not None
+    assert stuck[0].squares == blind.squares
+    (refit,) = lockstep(counted, [AskTell("check", frame.space, rechecked(ray, blind))])
+    assert refit is not None
+    others = fit.J[1:].T
+    left = r - others @ np.linalg.lstsq(others, r, rcond=None)[0]
+    assert refit.squares == pytest.approx(left @ left, rel=1e-3)
+    assert refit.u[0] == u[0]
 
 
 def test_an_exponential_has_the_interval_of_a_plain_profile() -> None:

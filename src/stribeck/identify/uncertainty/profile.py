@@ -26,7 +26,7 @@ from ...optimize.trust_region import Iterate, minimise
 from ...space import Array
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
-from .profile_walk import Ended, Ray, Walked, beyond, walk
+from .profile_walk import Ended, Ray, Walked, beyond, rechecked, walk
 from .residuals import Residuals, dofs_of, logs_of
 
 LEVEL = 0.95
@@ -39,6 +39,9 @@ FINEST, ROWS = 1e-6, 40
 BETTER, RESTARTS = 0.02, 8
 #: How often intervals are carried on from places that other walks have met.
 ROUNDS = 2
+#: A side shorter than this share of the other is refitted at its end, and carried on if that
+#: lowers it below this share of its height.
+SHORT, LOWER = 0.7, 0.9
 #: Memory for slopes, bytes: so many sides walk at once.
 MEMORY = 4e8
 
@@ -245,10 +248,42 @@ def _walked(
                 walked[i] = walked[i] if side is None else side
             if met():
                 return walked, min(counted.visited, key=lambda visited: visited[1])[0]
-        todo = _unfinished(rays, walked, counted)
+        todo = _unfinished(rays, walked, counted) or _doubtful(rays, walked, counted, at_once)
+        if met():
+            return walked, min(counted.visited, key=lambda visited: visited[1])[0]
         if not todo:
             break
     return walked, None
+
+
+def _doubtful(
+    rays: Sequence[Ray], walked: Sequence[Walked], counted: Counted, at_once: int
+) -> list[tuple[int, Iterate | None]]:
+    """Short sides that end at a place which fits better once refitted with slopes of its own.
+
+    On the way out slopes are corrected, not taken anew: where a misfit is rough they may be those
+    of another branch, in which the fit seems to suffer long before it does. Then one side of a
+    parameter is much shorter than the other, as a rule.
+    """
+    reaches = {(ray.k, ray.sign): side.t for ray, side in zip(rays, walked, strict=True)}
+    ends = [
+        (i, side.standing.place)
+        for i, (ray, side) in enumerate(zip(rays, walked, strict=True))
+        if side.ended == "threshold"
+        and side.standing is not None
+        and 0 < side.t < SHORT * reaches[ray.k, -ray.sign]
+    ]
+    todo: list[tuple[int, Iterate | None]] = []
+    for first in range(0, len(ends), at_once):
+        part = ends[first : first + at_once]
+        if counted.left <= 2 * len(part) * rays[0].box.dim:
+            break
+        tasks = [AskTell("check", counted.space, rechecked(rays[i], at)) for i, at in part]
+        for (i, at), iterate in zip(part, lockstep(counted, tasks), strict=True):
+            before = rays[i].height(at.squares)
+            if iterate is not None and rays[i].height(iterate.squares) < LOWER * before:
+                todo.append((i, iterate))
+    return todo
 
 
 def _unfinished(

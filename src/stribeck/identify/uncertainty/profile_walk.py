@@ -15,7 +15,7 @@ import numpy as np
 
 from ...optimize.box import Box
 from ...optimize.moves import Answer, Detailed, Moves, SpentError, counted
-from ...optimize.trust_region import Iterate, minimise
+from ...optimize.trust_region import Iterate, minimise, with_slopes
 from ...space import Array
 from .linearisation import others, predicted
 from .residuals import Residuals, physical
@@ -246,6 +246,15 @@ def _refitted(ray: Ray, at: Standing, goal: float) -> Moves[tuple[Iterate | None
     if ray.height(trial.squares) > STEEP and step > SHARP * goal:
         return None, step / 3, "threshold"
     return trial, at.stride, at.blocked
+
+
+def rechecked(ray: Ray, place: Iterate) -> Moves[Iterate]:
+    """The refit at a place, from slopes that are taken there."""
+    fresh = yield from with_slopes(place)
+    free, rows = others(ray.box.dim, ray.k), 4 * ray.box.dim + 12
+    gain = FINE * ray.threshold
+    refit, _ = yield from minimise(fresh, ray.box, free, gain=gain, rows=rows, rest="corrected")
+    return refit
 
 
 def _shown(answer: Answer) -> Array:
