@@ -319,7 +319,10 @@ def bristles(
     peak: float = 15.0,
     noise: float = 0.4e-6,
 ) -> Axis:
-    """A mass on bristles under cycles of force that grow until it slides.
+    """A mass on bristles under cycles of force that grow until it creeps, at 0.3 mm/s at most.
+
+    Dahl's law has one level. That of the log is the level at such speeds: of LuGre's it is F_S,
+    whose drop to F_C begins at v_s.
 
     Args:
         law: its friction.
@@ -336,7 +339,7 @@ def bristles(
     )
     motion = presliding.simulate(mass, law, t, force, offset=0.5, dt=2e-3)
     truth = {"M": mass, "offset": 0.5} | (
-        {"sigma_0": law.sigma_0, "F_C": law.F_C, "exponent": 1.0, "F_V": law.F_V}
+        {"sigma_0": law.sigma_0, "F_C": law.F_S, "exponent": 1.0, "F_V": law.F_V}
         if name == "dahl"
         else law._asdict()
     )

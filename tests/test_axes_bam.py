@@ -98,6 +98,13 @@ def test_plain_friction_is_identified_again(
     )
     error_again = np.mean([score.value for _, _, score in validate(fit, logs)])
     assert error_again == pytest.approx(results("identify/")["m1"]["mae"], rel=0.01)
+    # J is 64 times the noise, and squares have another answer, with another duty: it is told.
+    by_squares = {"k_t": 0.435, "R": 7.33, "F_C": 0.0388, "F_V": 0.00294}
+    estimates = {e.name: e for e in fit.estimates}
+    assert all(e.verdict != "identified" or e.low <= by_squares[n] <= e.high
+               for n, e in estimates.items() if n in by_squares)  # fmt: skip
+    (sentence,) = (w for w in fit.warnings if w.startswith("--loss squares puts"))
+    assert "k_t at 0.4" in sentence
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from foreign import servo
 from stribeck import RIGS
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
+from stribeck.identify.free_constants import FreeConstantsProblem, with_free_constants
 from stribeck.identify.loss import Objective
 from stribeck.identify.multistart import multistart
 from stribeck.identify.nested_answers import contained, nested_answers
@@ -154,6 +155,18 @@ def test_an_interval_that_another_loss_leaves_is_told(bam: servo.Bam, leaves: bo
         assert violation.parameters
         assert "--loss absolute puts" in violation.sentence
         assert not other_loss_violations(problem, x, judged(problem, x, 10.0))[0]
+
+
+def test_constants_that_were_estimated_are_so_by_the_other_loss() -> None:
+    """Then the answer is another than with the constants held."""
+    problem = problem_of("coulomb-viscous", log_of(servo.Bam(0.01, 0.008, 0.06, 0.5, 1.0)))
+    start = np.array([0.03, 0.008, 0.4, 4.0, 1e-3, 0.02])
+    whole, x, _ = with_free_constants(problem, start)
+    assert isinstance(whole, FreeConstantsProblem)
+    left, _ = other_loss_violations(whole, x, judged(problem, start, 1e-9))
+    held, _ = other_loss_violations(problem, start, judged(problem, start, 1e-9))
+    assert left
+    assert left[0].sentence != held[0].sentence
 
 
 def test_what_is_known_only_with_an_unknown_is_not_identified() -> None:

@@ -14,56 +14,94 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..rig.rig import shown_in
-from ..space import Array, Param
+from ..space import Array, Param, Space
 from .conditions import Violation
+from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, started_at_each
-from .polish import polish
+from .polish import elite, polish
 from .problem import MotionProblem
 
 if TYPE_CHECKING:
+    from ..optimize import Run
     from .parameters import Parameters
     from .uncertainty.estimates import Estimate
 
-#: Evaluations of the refit for each parameter.
-ROWS = 15
+#: Evaluations of a refit for each parameter, from how many places there is one, and how many
+#: places of each search are considered.
+ROWS, STARTS, PLACES = 15, 4, 8
 
 
 def other_loss_violations(
-    problem: MotionProblem | FreeStartProblem, x: Array, judged: Sequence[Estimate]
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
+    x: Array,
+    judged: Sequence[Estimate],
+    runs: Sequence[Run] = (),
 ) -> tuple[list[Violation], int]:
     """The intervals that a refit by the other loss leaves; and the rows evaluated.
 
     Args:
-        problem: The problem solved, its constants as they were estimated.
-        x: The fit, SI, (dim,); starts stay where they are.
+        problem: The problem solved, its uncertain constants among the unknowns.
+        x: The fit, SI, (dim,); starts of motions stay where they are.
         judged: Its estimates, as in `parameters.every`.
+        runs: The searches: what is a second best minimum of one loss may be the best of the other,
+            so that refits start from good places of these, too.
     """
-    parameters, dim = problem.parameters, len(problem.parameters.free)
-    if isinstance(problem, FreeStartProblem):
-        motion = copy(problem.problem)
-        motion.train = started_at_each(motion.train, x[dim:])
-    else:
-        motion = problem
-    other = motion.by_other_loss()
-    if parameters.objective.loss == "squares":
-        other = other.finer()  # as a fit by absolute errors ends
-    start = float(other(x[None, :dim])[0])
-    refit = polish(other, x[:dim], start, ROWS * dim)
-    values = parameters.full(refit.x[None])[0]
+    parameters = problem.parameters
+    dim = len(parameters.free)
+    other, start = _by_other_loss(problem, x)
+    visited = [_places(problem, run) for run in runs]
+    points = np.array([start, *(np.concatenate([x, start[dim:]]) for xs in visited for x in xs)])
+    costs = other(points)
+    order = [int(k) for k in np.argsort(costs, kind="stable")[:STARTS]]
+    refits = [polish(other, points[k], float(costs[k]), ROWS * len(start)) for k in order]
+    refit = min(refits, key=lambda r: r.cost)
+    spent = len(points) + sum(r.evaluations for r in refits)
+    values = parameters.full(refit.x[None, :dim])[0]
     left = {
         q.name: _told(parameters, q, e, v)
         for q, e, v in zip(parameters.every, judged, values.tolist(), strict=True)
         if e.verdict != "fixed" and not _within(e, v)
     }
     if not left:
-        return [], 1 + refit.evaluations
+        return [], spent
     loss = "squares" if parameters.objective.loss == "absolute" else "absolute"
     sentence = (
         f"--loss {loss} puts {', '.join(left.values())} outside the interval: the model leaves "
         "out something that the two losses weigh differently; trust neither value, or use a law "
         "that has it"
     )
-    return [Violation("model", sentence, frozenset(left))], 1 + refit.evaluations
+    return [Violation("model", sentence, frozenset(left))], spent
+
+
+def _places(problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, run: Run) -> Array:
+    """Good places of a search that lie apart from each other, SI, (n, free)."""
+    u, _ = elite(run.trace, PLACES)
+    places: Array = Space(problem.parameters.free).decode(u)
+    return places
+
+
+def _by_other_loss(
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array
+) -> tuple[MotionProblem | FreeConstantsProblem, Array]:
+    """The problem by the other loss, and the fit in it: parameters, and constants if any."""
+    free = problem.problem if isinstance(problem, FreeConstantsProblem) else problem
+    dim, k = len(problem.parameters.free), len(free.space.params)
+    motion = free
+    if isinstance(free, FreeStartProblem):
+        motion = copy(free.problem)
+        motion.train = started_at_each(motion.train, x[dim:k])
+    assert isinstance(motion, MotionProblem)  # noqa: S101 - with free starts it is inside
+    other = motion.by_other_loss()
+    if problem.parameters.objective.loss == "squares":
+        other = other.finer()  # as a fit by absolute errors ends
+    if not isinstance(problem, FreeConstantsProblem):
+        return other, x[:dim]
+    at, _ = FreeConstantsProblem(other, problem.constants, problem.noise).at(
+        np.concatenate([x[:dim], x[k:]])
+    )
+    noise = float(at(x[None, :dim])[0])
+    whole = FreeConstantsProblem(other, problem.constants, noise)
+    return whole, np.concatenate([x[:dim], x[k:]])
 
 
 def _told(parameters: Parameters, q: Param, e: Estimate, value: float) -> str:

@@ -222,10 +222,12 @@ def output_error_fit(
     ]
     if misfit and not optimum.interrupted:  # losses disagree where the model lacks something
         try:
-            for look in (delay_violations, other_loss_violations):
-                told, spent = look(problem, x, judged)
-                violations += told
-                uncertain = replace(uncertain, rows=uncertain.rows + spent)
+            late, spent = delay_violations(problem, x, judged)
+            by_loss, rows_spent = other_loss_violations(
+                optimum.problem, uncertain.x, judged, optimum.search.runs
+            )
+            violations += [*late, *by_loss]
+            uncertain = replace(uncertain, rows=uncertain.rows + spent + rows_spent)
         except KeyboardInterrupt:
             optimum = _interrupted(optimum)
     judged = mark_never_slid(parameters, judged, recordings_of(train))
