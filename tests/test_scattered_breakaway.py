@@ -15,17 +15,19 @@ from foreign.clock import Array
 from foreign.friction import Curve
 from stribeck import RIGS, Fit, InputError, Recording, identify
 from stribeck.friction import law_named
-from stribeck.identify.breakaway_scatter import scatter
+from stribeck.identify.breakaway_scatter import onset_levels, scatter
 from stribeck.identify.card import card
 from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
-from stribeck.identify.own_breakaway import moved_onsets, pulls
+from stribeck.identify.own_breakaway import moved_onsets, pulls, simulated_slip
 from stribeck.identify.parameters import Parameters, partition
 from stribeck.identify.random_effects import spread_of
 from stribeck.identify.segment import Segment, segments
+from stribeck.identify.slip_starts import drawn_starts
 from stribeck.identify.validate import validate
 from stribeck.report.fit_report import show_fit
 from stribeck.rig.simulated import SimulatedRig, as_simulated
+from stribeck.space import Space
 
 CURVE = Curve(144.5, 47.9, 958.3, 1.1e-3)
 K_SPRING = 967.98
@@ -214,3 +216,69 @@ def test_a_law_without_a_breakaway_of_its_own_is_told_of_the_scatter() -> None:
 def test_an_objective_is_refused_that_there_is_not() -> None:
     with pytest.raises(InputError, match="breakaway 'some' is not one of auto, common, scattered"):
         Objective(breakaway="some")  # type: ignore[arg-type]
+
+
+def test_a_slide_after_a_low_breakaway_counts_at_its_beginning_alone() -> None:
+    """72 N after 130 N: the axis slides for 49 s, and hardly tells when it began to."""
+    rig = as_simulated(RIGS["slide-bed"])
+    parameters, found = slips(bed_log(0.25, 2), rig, "stribeck")
+    p = np.array([CURVE.F_S, CURVE.F_C, CURVE.F_V, CURVE.v_SS, 1.0, K_SPRING])
+    F, _ = pulls(rig, parameters.law, p[None], moved_onsets(rig, parameters.law, p, found))
+    assert F[0].min() == pytest.approx(CURVE.F_S * factors(2, 0.25)[3], rel=5e-3)
+    lasting = [float(s.track.t[-1] - s.track.t[0]) for s in found]
+    assert max(lasting) < 4.0 * np.median(lasting)
+
+
+# --- the search, and how wide intervals are -------------------------------------------------------
+
+
+@pytest.mark.parametrize(("share", "seed"), [(0.15, 3), (0.25, 1), (0.25, 2)])
+def test_a_mean_is_known_as_well_as_a_mean_is(share: float, seed: int) -> None:
+    """Half-widths are sd/sqrt(n) times Student's t; repeats confirm each other at wide scatter."""
+    fit = identify(bed_log(share, seed), rig=RIGS["slide-bed"].exact(), law="stribeck")
+    assert fit.search.method == "descents"
+    assert fit.search.evaluations < 2000
+    (spread,) = fit.breakaway
+    level = next(e for e in fit.estimates if e.name == "F_S")
+    drawn = CURVE.F_S * factors(seed, share)[: spread.slips]
+    half = stats.t.ppf(0.975, spread.slips - 1) * drawn.std(ddof=1) / np.sqrt(spread.slips)
+    assert level.high - level.low == pytest.approx(2 * half, rel=0.1)
+    assert level.low < CURVE.F_S < level.high
+    assert not any("extrapolated" in w or "repeats came" in w for w in fit.warnings)
+
+
+def test_a_rest_between_two_steps_of_the_sensor_shifts_its_slip() -> None:
+    """The level of a rest under a coarse encoder is off by up to half a step, for all of a slip."""
+    rig = arm_rig(1.0)
+    parameters, found = slips(joint_log(0.1, 1.0), rig, "stribeck-gauss")
+    values = {**ARM, **ARM_CURVE._asdict(), "g_cos": 0.0}
+    p = np.array([[values[q.name] for q in parameters.every]])
+    moved = moved_onsets(rig, parameters.law, p[0], found)
+    F, rise = pulls(rig, parameters.law, p, moved)
+
+    def error(*, levelled: bool) -> float:
+        squares = []
+        for k, s in enumerate(moved):
+            slip = simulated_slip(rig, parameters.law, p, s, F[:, k], rise[:, k], levelled=levelled)
+            squares.append(np.mean(np.square(s.track.measured - slip.position[0])))
+        return float(np.sqrt(np.mean(squares)))
+
+    assert all(s.onset is not None and s.onset.uncertain <= 2.0e-4 for s in moved)
+    assert error(levelled=True) < 0.9 * error(levelled=False)
+
+
+def test_starts_lie_about_what_the_onsets_tell() -> None:
+    rig, law = arm_rig(1.0), law_named("stribeck-gauss")
+    parameters = partition(rig, law, fixed={"g_cos": 0.0}, objective=BY_SLIP)
+    found = segments([joint_log(0.1, 1.0)], rig, None, BY_SLIP)
+    known = onset_levels(parameters, found)
+    assert known is not None
+    assert known.values["F_S"][0] == pytest.approx(ARM_CURVE.F_S, rel=0.1)
+    assert known.values["g_0"][0] == pytest.approx(ARM["g_0"], abs=0.05)
+    u = drawn_starts(parameters, found, np.random.default_rng(0))
+    x = Space(parameters.free).decode(u)
+    for i, q in enumerate(parameters.free):
+        if q.name in {"F_C", "F_V", "v_SS", "J"}:  # on both sides of the truth, within decades
+            truth = {**ARM, **ARM_CURVE._asdict()}[q.name]
+            assert x[:, i].min() < truth < x[:, i].max()
+            assert x[:, i].max() < 50.0 * truth

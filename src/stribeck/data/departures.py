@@ -46,6 +46,8 @@ class SlipOnset:
         position: Where it rested, m or rad.
         direction: Of the slip, +1 or -1.
         seconds: How long the axis took for the first part of its way, s.
+        uncertain: How far from `position` it may have rested, by the steps and the noise of its
+            sensor, m or rad.
     """
 
     before: float
@@ -53,6 +55,7 @@ class SlipOnset:
     position: float
     direction: int
     seconds: float
+    uncertain: float = 0.0
 
 
 def departures(recording: Recording, segments: Segments) -> list[Departure]:

@@ -20,7 +20,7 @@ from ..errors import InputError
 from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
-from .own_breakaway import column, onset_of, pulls
+from .own_breakaway import breakaway_columns, column, onset_of, pulls
 from .random_effects import TAIL, spread_of
 
 if TYPE_CHECKING:
@@ -99,11 +99,46 @@ class Scatter:
         return self.least > SCATTERED
 
 
+@dataclass(frozen=True)
+class OnsetLevels:
+    """What a regression of the pull at the onsets of slips tells, whatever the law.
+
+    Args:
+        values: Breakaway levels and the rig's free parameters that pull at an axis at rest: value
+            and standard error by name, SI.
+        mean: Mean breakaway, N or N m.
+        squares: Sum of the squared deviations of single slips, N^2.
+        rounding: Mean square of their errors by sampling.
+        dof: Degrees of freedom.
+    """
+
+    values: Mapping[str, tuple[float, float]]
+    mean: float
+    squares: float
+    rounding: float
+    dof: int
+
+
 def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
     """How the pull at the onsets of slips scatters; None where that cannot be said.
 
     What a rig's own free parameters (gravity, a spring) can explain of it is taken away, and each
     direction has a mean of its own.
+    """
+    seen = onset_levels(parameters, slips)
+    if seen is None:
+        return None
+    sd, least = (
+        float(np.sqrt(max(seen.squares / x - seen.rounding, 0.0)))
+        for x in (seen.dof, float(chdtri(seen.dof, TAIL)))
+    )
+    return Scatter(sd / seen.mean, least / seen.mean, sd, len(slips))
+
+
+def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevels | None:
+    """The regression of the pull at onsets on levels and the rig's free parameters; None if none.
+
+    It takes six slips and more, and a rig that says what pulls at an axis at rest.
     """
     rig, law = as_simulated(parameters.rig), parameters.law
     if len(slips) < FEWEST:
@@ -121,23 +156,36 @@ def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
     except InputError:
         return None
     slopes = F[:, 1:] - F[:, :1]  # over half of a range
-    levels = np.column_stack([s > 0, s < 0]).astype(float)[:, [(s > 0).any(), (s < 0).any()]]
+    ways = [way for way in (-1, 1) if (s == way).any()]
     seen = np.ptp(slopes, axis=0) > 0
-    A = np.column_stack([levels, -slopes[:, seen]])
+    A = np.column_stack([*(s == way for way in ways), -slopes[:, seen]]).astype(float)
     ends = np.full(A.shape[1], np.inf)
-    ends[levels.shape[1] :] = 1.0
+    ends[len(ways) :] = 1.0
     solution = lsq_linear(A, F[:, 0], (-ends, ends))
     off = F[:, 0] - A @ solution.x
     dof = len(slips) - int(np.linalg.matrix_rank(A))
-    mean = abs(float(solution.x[: levels.shape[1]].mean()))
+    mean = abs(float(solution.x[: len(ways)].mean()))
     if dof < 1 or not mean > 0:
         return None
-    noise = float(np.mean(np.square(uniform(rise[:, 0]))))
     squares = float(off @ off)
-    sd, least = (
-        float(np.sqrt(max(squares / x - noise, 0.0))) for x in (dof, float(chdtri(dof, TAIL)))
-    )
-    return Scatter(sd / mean, least / mean, sd, len(slips))
+    errors = np.sqrt(squares / dof * np.clip(np.diag(np.linalg.pinv(A.T @ A)), 0.0, None))
+    values = {
+        q.name: (
+            middle[i] + solution.x[j] * (q.upper - middle[i]), errors[j] * (q.upper - middle[i])
+        )
+        for j, (q, i) in enumerate(
+            ((q, i) for q, i, known in zip(own, at, seen, strict=True) if known), len(ways)
+        )
+    }  # fmt: skip
+    columns = breakaway_columns(law)
+    names = [] if columns is None else [parameters.names[c] for c in columns]
+    for name in dict.fromkeys(names):
+        js = [j for j, way in enumerate(ways) if names[way > 0] == name]
+        if js:
+            level = float(np.mean(solution.x[js]))
+            values[name] = level, float(np.sqrt(np.mean(np.square(errors[js]))))
+    noise = float(np.mean(np.square(uniform(rise[:, 0]))))
+    return OnsetLevels(values, mean, squares, noise, dof)
 
 
 def first_weights(parameters: Parameters, slips: Sequence[Segment]) -> BreakawayWeights:

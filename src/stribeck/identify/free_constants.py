@@ -53,7 +53,8 @@ class FreeConstantsProblem:
         self.name = f"{problem.name}/constants"
         self.space = Space((*problem.space.params, *map(_as_param, constants)))
         self.logs = problem.logs
-        self.priors = len(self.constants)
+        own = problem.priors if isinstance(problem, MotionProblem) else 0
+        self.rows, self.priors = sum(problem.logs) + own, own + len(self.constants)
 
     @property
     def dofs(self) -> Mapping[str, float]:
@@ -74,11 +75,11 @@ class FreeConstantsProblem:
         x = np.atleast_2d(x)
         k = len(self.problem.space.params)
         sd = np.array([c.standard_deviation for c in self.constants])
-        residuals = np.full((len(x), sum(self.logs) + self.priors), np.nan)
-        residuals[:, sum(self.logs) :] = self.noise * (x[:, k:] - self.nominal) / sd
+        residuals = np.full((len(x), self.rows + len(self.constants)), np.nan)
+        residuals[:, self.rows :] = self.noise * (x[:, k:] - self.nominal) / sd
         for values in np.unique(x[:, k:], axis=0):
             rows = (x[:, k:] == values).all(axis=1)
-            residuals[rows, : sum(self.logs)] = self._at(values).residuals(x[rows, :k])
+            residuals[rows, : self.rows] = self._at(values).residuals(x[rows, :k])
         return residuals
 
     def at(self, x: Array) -> tuple[MotionProblem | FreeStartProblem, Array]:
@@ -190,7 +191,7 @@ def _partial(
 
     And the standard errors of the free parameters with the constants held, for white residuals.
     """
-    box, k, data = box_of(problem), len(problem.problem.space.params), sum(problem.logs)
+    box, k, data = box_of(problem), len(problem.problem.space.params), problem.rows
     scale, free = box.scale(box.u(x)), len(problem.parameters.free)
     Jx, Jc = J[:k, :data], J[k:, :data]
     C = np.linalg.pinv(np.einsum("im,jm->ij", Jx, Jx), hermitian=True)

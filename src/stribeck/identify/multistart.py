@@ -174,7 +174,7 @@ def multistart(
         whole,
         best,
         SearchRecord(
-            settings.method,
+            settings.method_on(problem),
             settings.seed,
             tuple(runs),
             tuple(polished),
@@ -192,12 +192,13 @@ def multistart(
 def _repeated(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
 ) -> tuple[list[Run], bool]:
-    """The repeats; where a smooth problem's confirm each other no more of them, else more."""
+    """The repeats; where those of a smooth problem, or of slips, confirm each other no more."""
     n = settings.repeats
-    if not (smooth and settings.memetic) or n < CONFIRM:
+    guided = smooth or problem.weights is not None
+    if not (guided and settings.memetic) or n < CONFIRM:
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
     most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
-    searches = settings.searches(problem, smooth=True, n=most)
+    searches = settings.searches(problem, smooth=smooth, n=most)
     active = CONFIRM
     while True:
         runs, interrupted = run_searches(problem, searches[:active], progress, confirmed)

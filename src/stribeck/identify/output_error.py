@@ -98,7 +98,8 @@ def _slips_settled(optimum: Optimum) -> tuple[Optimum, int]:
     if optimum.interrupted or not isinstance(problem, MotionProblem) or problem.weights is None:
         return optimum, 0
     try:
-        starts = [optimum.x, *(d.x for d in optimum.search.polished[1:])]
+        best = float(problem(optimum.x[None])[0])
+        starts = [(optimum.x, best), *((d.x, d.cost) for d in optimum.search.polished[1:])]
         problem, x, spent = settled_slips(problem, starts)
     except KeyboardInterrupt:
         return _interrupted(optimum), 0

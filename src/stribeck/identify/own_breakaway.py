@@ -3,8 +3,8 @@
 The force under which a resting axis begins to slip is seen without simulating it: it is what drive
 and surroundings pull with at the onset. So each slip tells its own breakaway F_S,i, given the
 rig's parameters; simulated with it, from the rest before, a slip begins when the measured one did.
-What its onset may be off by within a sample shifts all of the slip, and is taken out of its
-residuals.
+What its onset may be off by within a sample, and its rest within a step of the sensor, shifts all
+of the slip, and is taken out of its residuals.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def pulls(
 
 def simulated_slip(
     rig: SimulatedRig, law: Law, p: Array, segment: Segment, F: Array, rise: Array, *,
-    rough: bool = False,
+    rough: bool = False, levelled: bool = True,
 ) -> SimulatedSlip:  # fmt: skip
     """A slip that breaks away under what pulled at its measured onset.
 
@@ -128,17 +128,23 @@ def simulated_slip(
         rise: By how much that is open, (n,); see `pulls`.
         rough: Whether the onset may be so far off that the slip is simulated anew from where it
             fits best.
+        levelled: Whether it may lie as much higher or lower as its rest is uncertain.
     """
     onset = onset_of(segment)
+    if not levelled:
+        segment = replace(segment, onset=replace(onset, uncertain=0.0))
     rate = rise / (onset.after - onset.before)
     if rig.holds_force and not rough:  # it tells the sample
         rate = np.zeros_like(F)
     later = np.zeros_like(F)
     for _ in range(_PASSES if rough else 0):
         later = later + _timed(rig, law, p, segment, F + later * rate)[2]
-    x, v, late = _timed(rig, law, p, segment, F + later * rate)
+    x, v, late, shift = _timed(rig, law, p, segment, F + later * rate)
     return SimulatedSlip(
-        x - late[:, None] * v, v, later + late, F + (later + (not rig.holds_force) * late) * rate
+        x + shift[:, None] - late[:, None] * v,
+        v,
+        later + late,
+        F + (later + (not rig.holds_force) * late) * rate,
     )
 
 
@@ -161,17 +167,31 @@ class SimulatedSlip:
 
 def _timed(
     rig: SimulatedRig, law: Law, p: Array, segment: Segment, F: Array
-) -> tuple[Array, Array, Array]:
-    """Positions and velocities under a breakaway, and by how much later they would fit best."""
+) -> tuple[Array, Array, Array, Array]:
+    """Positions and velocities under a breakaway; how much later, and higher, they fit best.
+
+    Higher or lower by no more than the level at which the axis rested is uncertain.
+    """
     onset, counts = onset_of(segment), segment.track.score > 0
     x, v = rig.states(law, with_breakaway(law, p, segment, F), segment.track)
     off, speed = segment.track.measured - x, v
     if not counts.all():
         off, speed = off[:, counts], v[:, counts]
+    most, uncertain = max(_MOVED * (onset.after - onset.before), onset.seconds), onset.uncertain
+    shift = np.zeros(len(x))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        late = -np.einsum("nm,nm->n", off, speed) / np.einsum("nm,nm->n", speed, speed)
-    most = max(_MOVED * (onset.after - onset.before), onset.seconds)
-    return x, v, np.where(np.isfinite(late), np.minimum(np.maximum(late, -most), most), 0.0)
+        if uncertain > 0:
+            mean = off.mean(axis=1)
+            late = _later(off - mean[:, None], speed - speed.mean(axis=1, keepdims=True), most)
+            shift = np.clip(mean + late * speed.mean(axis=1), -uncertain, uncertain)
+            shift[~np.isfinite(shift)] = 0.0
+        return x, v, _later(off - shift[:, None], speed, most), shift
+
+
+def _later(off: Array, speed: Array, most: float) -> Array:
+    """By how much later motions would leave least of what they are off by, s, (n,)."""
+    late = -np.einsum("nm,nm->n", off, speed) / np.einsum("nm,nm->n", speed, speed)
+    return np.where(np.isfinite(late), np.minimum(np.maximum(late, -most), most), 0.0)
 
 
 def with_breakaway(law: Law, p: Array, segment: Segment, breakaway: Array) -> Array:

@@ -47,7 +47,8 @@ class MotionProblem:
     of that, times the noise (`weights`).
 
     `scale` is `unit` in SI, `logs` how many residuals each segment has, in order; with slips, those
-    of all motions and those of their breakaway.
+    of all motions. `priors` counts those of breakaway: a random effect is drawn anew for each slip,
+    whatever the errors of its motion are like.
     """
 
     def __init__(self, parameters: Parameters, train: Sequence[Segment]) -> None:
@@ -74,10 +75,10 @@ class MotionProblem:
     def _train_on(self, train: Sequence[Segment]) -> None:
         self.train = tuple(train)
         self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
-        self.samples = sum(self.logs)
+        self.samples, self.priors = sum(self.logs), 0
         if self.weights is not None:
             self._onsets = onset_inputs(self._rig, self.train)
-            self.logs = (self.samples, len(self.train))
+            self.logs, self.priors = (self.samples,), len(self.train)
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -102,14 +103,15 @@ class MotionProblem:
     def _slip_residuals(self, x: Array, weights: BreakawayWeights) -> Array:
         """Of the motion of each slip under its own breakaway, and then of the breakaways."""
         p, physical = self._physical(x)
-        result = np.full((len(p), sum(self.logs)), np.nan)
+        result = np.full((len(p), self.samples + self.priors), np.nan)
         p = p[physical]
         if not len(p):
             return result
         law = self.parameters.law
         F, rise = pulls(self._rig, law, p, self.train, self._onsets)
+        good = weights.settled
         slips = [
-            simulated_slip(self._rig, law, p, s, F[:, k], rise[:, k], rough=not weights.settled)
+            simulated_slip(self._rig, law, p, s, F[:, k], rise[:, k], rough=not good, levelled=good)
             for k, s in enumerate(self.train)
         ]
         blocks = [self._misfit(x.position, s) for x, s in zip(slips, self.train, strict=True)]

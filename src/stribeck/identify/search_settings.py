@@ -13,8 +13,10 @@ from numpy.random import SeedSequence
 from ..data.segmentation import segment
 from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
+from ..optimize.descents import Descents
 from .initial_state import free_starts
 from .problem import MotionProblem
+from .slip_starts import drawn_starts
 
 #: Evaluations a repeat may spend by default, and what polishing may take of them: a quarter at
 #: most.
@@ -26,7 +28,8 @@ SETTLE, SETTLE_SMOOTH = 200, 60
 #: Fewer slips a log are no stick-slip.
 SLIPS = 5
 #: Repeats of a smooth problem confirm an answer if two of them came to the same misfit, give or
-#: take this share, and neither got below that in so many evaluations a parameter since. (On the
+#: take this share, and each has settled there or not got below it in so many evaluations a
+#: parameter since. (On the
 #: servo logs minima beside each other differ by a hundredth.)
 AGREE, QUIET, CONFIRM = 0.01, 8, 2
 
@@ -40,8 +43,9 @@ class SearchSettings:
         settings: Its settings, where they are not the method's own.
         seed: Seed of all repeats.
         budget: Evaluations of the cost for each repeat, polishing included.
-        repeats: Independent searches. In smooth problems `mbts` begins with two, ends once they
-            confirm each other, and adds as many again as asked for while none do.
+        repeats: Independent searches. In smooth problems, and slip by slip, `mbts` begins with
+            two, ends once they confirm each other, and adds as many again as asked for while none
+            do.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.
@@ -85,7 +89,7 @@ class SearchSettings:
             smooth: Whether its motions are.
             n: How many.
         """
-        algorithm = self._algorithm(smooth=smooth)
+        algorithm = self._slip_by_slip(problem) or self._algorithm(smooth=smooth)
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget
         absolute = problem.parameters.objective.loss == "absolute"
@@ -94,6 +98,21 @@ class SearchSettings:
             Search(problem.space, algorithm, budget=budget, seed=s, stops=stops, measure=measure)
             for s in SeedSequence(self.seed).spawn(n)
         ]
+
+    def method_on(self, problem: MotionProblem) -> str:
+        """Name of the method by which a problem is searched."""
+        own = self._slip_by_slip(problem)
+        return self.method if own is None else own.name
+
+    def _slip_by_slip(self, problem: MotionProblem) -> Algorithm | None:
+        """Descents from what the onsets tell, where a problem is of slips; None elsewhere.
+
+        Slips that break away when they were measured to make a misfit of wide basins.
+        """
+        if problem.weights is None or not self.memetic or self.settings:
+            return None
+        parameters, train = problem.parameters, problem.train
+        return Descents(lambda rng: drawn_starts(parameters, train, rng))
 
     def _algorithm(self, *, smooth: bool) -> Algorithm:
         settle = SETTLE_SMOOTH if smooth else SETTLE
@@ -110,7 +129,9 @@ def confirmed(searches: Sequence[Search]) -> bool:
 
 def _stayed(search: Search, level: float) -> bool:
     reached = search.trace.reached(level) if search.trace.cost <= level else None
-    return reached is not None and len(search.trace) - reached >= QUIET * search.space.dim
+    if reached is None:
+        return False
+    return search.ended == "settled" or len(search.trace) - reached >= QUIET * search.space.dim
 
 
 def sticks_and_slips(problem: MotionProblem) -> bool:

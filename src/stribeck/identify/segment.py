@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -31,6 +31,9 @@ _FEWEST = 4
 _TRAVEL, _NOISE = 0.1, 10.0
 #: A slip is simulated from so many samples before it is seen to begin.
 _LEAD = 6
+#: So many times as long as slips are by their median, a motion is a slide: how it goes on after
+#: that tells little of its onset, and hides it.
+_LONGEST = 3.0
 #: Share of its way over which a slip is at its beginning.
 _EARLY = 0.25
 
@@ -226,15 +229,18 @@ def _slips(
         for m in motions
     ]
     ends = [*begins, rows.stop][1 : len(motions) + 1]
+    longest = _LONGEST * float(np.median([m.stop - m.start for m in motions] or [0]))
     for m, begin, end in zip(motions, begins, ends, strict=True):
         still = inner(slice(m.rest.start, m.start + 1))
-        samples = slice(begin, min(m.stop, end, rows.stop))
+        samples = slice(begin, min(m.stop, end, rows.stop, m.start + int(longest)))
         if not (rows.start <= begin and m.leaving < samples.stop and still.start < still.stop):
             continue
         x0 = float(recording.position[still].mean())
         score = _counting(recording, rig)[samples].astype(float)
         track = _short(rig.track(recording, samples, x0, score))._replace(v0=0.0)
-        onset = _onset(recording, rig, samples, m, x0)
+        resolved = 0.5 * segmentation.step
+        resolved += 2.0 * segmentation.noise / float(np.sqrt(still.stop - still.start))
+        onset = replace(_onset(recording, rig, samples, m, x0), uncertain=resolved)
         result.append(Segment(recording, samples, begin, track, slice(begin, begin), onset))
     if not result:
         raise InputError(

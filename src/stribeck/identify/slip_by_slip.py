@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 #: How often weights and onsets are renewed at the best fit, and what its refit may cost for each
 #: parameter.
 _ROUNDS, _REFIT = 3, 60
+#: Other minima are settled up to this many times the least misfit, and those within this share of
+#: each other are one; a round that brings less is the last.
+NEARLY, SAME = 2.0, 0.01
 
 
 def by_slip_where_needed(
@@ -90,17 +93,23 @@ def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:
 
 
 def settled_slips(
-    problem: MotionProblem, starts: Sequence[Array]
+    problem: MotionProblem, starts: Sequence[tuple[Array, float]]
 ) -> tuple[MotionProblem, Array, int]:
     """The problem with weights and onsets as they are at its best fit, that fit, and rows spent.
 
-    Where slips begin is part of a fit, so that the best one before may not be the best after.
+    Where slips begin is part of a fit, so that the best one before may not be the best after:
+    other minima that are nearly as good are settled, too.
 
     Args:
         problem: Of slips, with rough weights.
-        starts: Good fits, SI, (dim,) each.
+        starts: Good fits, SI, (dim,) each, and their costs, the best first.
     """
-    ends = [_settled(problem, x) for x in starts]
+    least, costs = starts[0][1], list[float]()
+    ends = []
+    for x, cost in starts:
+        if cost <= NEARLY * least and not any(abs(cost - c) <= SAME * c for c in costs):
+            costs.append(cost)
+            ends.append(_settled(problem, x))
     settled_problem, x, _ = min(ends, key=lambda end: end[0].noise_of(end[1]))
     return settled_problem, x, sum(end[2] for end in ends)
 
@@ -113,32 +122,44 @@ def _settled(problem: MotionProblem, x: Array) -> tuple[MotionProblem, Array, in
         refit = polish(problem, x, cost, _REFIT * problem.space.dim)
         x, spent = refit.x, spent + rows + 2 + refit.evaluations
         ends.append((problem.noise_of(x), problem, x))
+        if len(ends) > 1 and ends[-1][0] > (1.0 - SAME) * ends[-2][0]:
+            break
     _, problem, x = min(ends, key=lambda end: end[0])
-    return problem, x, spent
+    problem, rows = _weighed_at(problem, x)
+    return problem, x, spent + rows
 
 
 def renewed(problem: MotionProblem, x: Array) -> tuple[MotionProblem, int]:
     """The problem with its onsets, its noise and the spreads of its breakaway as a fit has them."""
-    parameters, rig = problem.parameters, as_simulated(problem.parameters.rig)
+    parameters = problem.parameters
     p = parameters.full(x[None])[0]
-    train = moved_onsets(rig, parameters.law, p, problem.train)
+    train = moved_onsets(as_simulated(parameters.rig), parameters.law, p, problem.train)
     assert problem.weights is not None  # noqa: S101 - it has slips
-    moved = problem.weighed(problem.weights, train)
-    noise = moved.noise_of(x)
-    first = moved.weighed(replace(problem.weights, noise=noise), train)
+    return _weighed_at(problem.weighed(problem.weights, train), x)
+
+
+def _weighed_at(problem: MotionProblem, x: Array) -> tuple[MotionProblem, int]:
+    """The problem with its noise and the spreads of its breakaway as a fit has them; rows."""
+    parameters, weights, train = problem.parameters, problem.weights, problem.train
+    assert weights is not None  # noqa: S101 - it has slips
+    noise = problem.noise_of(x)
+    first = problem.weighed(replace(weights, noise=noise), train)
     counted = Counted(first, 3 * len(x) + 2)
     at = linearised(counted, box_of(first), x)
     look = quick_look(at.J, at.r, first.logs)
-    found = spreads(
-        parameters, p, train, _leverage(at.J, look.curvature, sum(first.logs), len(train))
+    own = spreads(
+        parameters,
+        parameters.full(x[None])[0],
+        train,
+        _leverage(at.J, look.curvature, first.samples, len(train)),
     )
-    weights = BreakawayWeights(
+    weighed = BreakawayWeights(
         noise,
-        {s.parameter: s.sd for s in found},
-        {s.parameter: s.dof for s in found},
+        {s.parameter: s.sd for s in own},
+        {s.parameter: s.dof for s in own},
         settled=True,
     )
-    return moved.weighed(weights, train), counted.rows + 2
+    return problem.weighed(weighed, train), counted.rows + 1
 
 
 def fitted_spreads(
@@ -161,7 +182,7 @@ def fitted_spreads(
 
 
 def _leverage(J: Array, curvature: Array, data: int, slips: int) -> Array:
-    """Leverage of the last `slips` of the first `data` rows, of slopes J (dim, N), (slips,)."""
-    rows = J[:, data - slips : data]
+    """Leverage of the `slips` rows after the first `data` rows, of slopes J (dim, N), (slips,)."""
+    rows = J[:, data : data + slips]
     leverage: Array = np.clip(np.einsum("im,ij,jm->m", rows, curvature, rows), 0.0, 1.0)
     return leverage

@@ -159,6 +159,9 @@ def profiles(
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
         if not keep:
             best = _refined(best, counted, box, FINEST * float(rough.min()))
+            if np.isfinite(few).any() and counted.left > 2 * box.dim:
+                # Corrected slopes give rows to a parameter that only its few observations move.
+                best = linearised(counted, box, box.x(best.u))
         quick = quick_look(best.J, best.r, logs)
         thresholds = _thresholds(best, quick, level, ratio, few)
         rays = [
