@@ -200,7 +200,7 @@ STRIBECK = np.array([30.0, 18.0, 200.0, 5e-3, 1.0, 95.0, -3.0])
 @pytest.mark.parametrize(
     ("law", "p"), [("coulomb-viscous", PUBLISHED), ("stribeck", STRIBECK)], ids=["linear", "curved"]
 )
-def test_loop_has_converged_at_its_step_and_gains_by_second_order(
+def test_loop_has_converged_at_its_step(
     monkeypatch: pytest.MonkeyPatch, law: str, p: Array
 ) -> None:
     log, slow = made_up(), EMPS.set(T=8.0, delay=8.0, kp=20.0)  # a slow clock makes steps coarse
@@ -212,15 +212,11 @@ def test_loop_has_converged_at_its_step_and_gains_by_second_order(
         return np.asarray(rig.simulate(LAWS[law], p[None], log).velocity[0])
 
     fine = run(1024, 1e-15)
-    errors = np.array([np.abs(run(n, 1.0) - fine).max() for n in (8, 16, 32, 64, 128, 256)])
-    orders = np.log2(errors[:-1] / errors[1:])
-    # Steps of backward Euler, one of h and two of h/2, extrapolated: of second order, where a
-    # Runge-Kutta of four stages has the fourth but stalls on stiff laws. Where friction falls with
-    # speed the orders are uneven (1.7, 1.2, 1.9) until the fall is followed, and then 2.
-    assert (orders[-2:] > 1.9).all(), orders
-    if law == "coulomb-viscous":
-        assert (orders > 1.9).all(), orders
-    assert orders[:3].mean() > 1.6
+    errors = np.array([np.abs(run(n, 1.0) - fine).max() for n in (1, 2, 4, 8)])
+    assert errors[0] < 2e-3 * np.abs(fine).max()
+    assert errors[-1] < 1e-6
+    if law == "stribeck":  # on lines and exponentials nothing is left to gain
+        assert np.log2(errors[0] / errors[-1]) > 3 * 2, errors
     # At the real clock and the default step next to nothing is left to gain.
     default = run(default_steps, default_tolerance, EMPS)
     assert np.abs(default - run(64, 1e-16, EMPS)).max() < 4e-9

@@ -39,7 +39,7 @@ def joint(hold: float) -> SteppedRig:
     return stepped_rig.set(kp=KP, kd=KD, gain=GAIN, limit=LIMIT, hold=hold)
 
 
-def looped(late: int, steps: int = 1000) -> tuple[Array, Array]:
+def looped(late: int, steps: int = 2000) -> tuple[Array, Array]:
     """Positions and torques sample by sample; Coulomb friction by comparing forces."""
     q, v, before = float(log().position[0]), 0.0, 0.0
     out, torque = np.empty(len(T)), np.empty(len(T))

@@ -32,21 +32,12 @@ from ..friction.law import DRIVE, term_places, terms_factor
 from ..rig import RIGS
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
+from ..rig.motion.drive_force import commanded, driven, joint_constants, mixed
 from ..rig.motion.drives import JOINT
-from ..rig.motion.implicit import (
-    EACH,
-    FEWEST,
-    MOST_STEPS,
-    NO_RUB,
-    ROOM,
-    commanded,
-    driven,
-    joint_constants,
-    mixed,
-    passed,
-    started,
-)
+from ..rig.motion.implicit import EACH, FEWEST, MOST_STEPS, ROOM, started
+from ..rig.motion.passage import MEMORY, passed
 from ..rig.motion.row_pool import borrowed
+from ..rig.motion.velocity import NO_RUB
 from ..rig.rig import Motion, Rig
 from ..space import Array
 from .compensator import Compensator, compensator_output
@@ -256,8 +247,8 @@ def _loops(
     term, term_m, p_m = borrowed(term), borrowed(term_m), borrowed(p_m)
     states_owner = np.empty((6, max(states, states_m, 1)))
     u_owner, load_owner = np.empty(m), np.empty(5)
-    slopes_owner, ends_owner = np.empty(2), np.empty((m, 2))
-    u, load, slopes = borrowed(u_owner), borrowed(load_owner), borrowed(slopes_owner)
+    memory_owner, ends_owner = np.empty(MEMORY), np.empty((m, 2))
+    u, load, memory = borrowed(u_owner), borrowed(load_owner), borrowed(memory_owner)
     ends = borrowed(ends_owner)  # the inputs at this sample and at the end of it
     z, coarse, half, fine, z_m, new = (
         borrowed(states_owner[0]), borrowed(states_owner[1]), borrowed(states_owner[2]),
@@ -266,12 +257,12 @@ def _loops(
     while True:
         row = row_pool.next_row(counter)
         if row >= len(p):
-            states_owner[0, 0] = u_owner[0] = load_owner[0] = slopes_owner[0] = 0.0  # kept alive
+            states_owner[0, 0] = u_owner[0] = load_owner[0] = memory_owner[0] = 0.0  # kept alive
             ends_owner[0, 0] = 0.0
             return
         a, b, s = borrowed(p[row]), borrowed(c[row]), borrowed(settings[row])
         q, v = start[row, 0], start[row, 1]
-        slopes[:] = 0.0
+        memory[:] = 0.0
         z_m[:] = 0.0
         steps_left = ROOM + EACH * parts.sum()
         hold = joint_constants(b).hold if kind == JOINT else 0.0
@@ -312,6 +303,6 @@ def _loops(
                 break
             q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, ends, held, 0, parts[k],
-                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, slopes,
+                t[k + 1] - t[k], tolerance, q, v, z, coarse, half, fine, u, load, memory,
                 steps_left,
             )  # fmt: skip

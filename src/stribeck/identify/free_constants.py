@@ -15,6 +15,7 @@ import numpy as np
 
 from ..optimize import rms
 from ..optimize.lockstep import Counted
+from ..rig import Rig
 from ..rig.constant import Constant
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
@@ -55,6 +56,10 @@ class FreeConstantsProblem:
         self.logs = problem.logs
         own = problem.priors if isinstance(problem, MotionProblem) else 0
         self.rows, self.priors = sum(problem.logs) + own, own + len(self.constants)
+
+    def on(self, rig: Rig) -> FreeConstantsProblem:
+        """The same problem on a rig of the same kind with other constants."""
+        return FreeConstantsProblem(self.problem.on(rig), self.constants, self.noise)
 
     @property
     def dofs(self) -> Mapping[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -12,8 +12,9 @@ from .adequacy.advice import with_effects
 from .adequacy.effects import effects
 from .adequacy.equation_error import equation_error
 from .adequacy.generalisation import held_out_violations, neighbour_violations
+from .arithmetic import exact_enough
 from .combinations import Combination, combinations
-from .conditions import lowered, sentences
+from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings
 from .data_check import data_violations, trained_samples
 from .data_split import DataSplit
@@ -88,7 +89,13 @@ def solve_output_error(
     uncertain = replace(uncertain, rows=uncertain.rows + spent)
     if interrupted:
         optimum = _interrupted(optimum)
-    fit = output_error_fit(optimum, uncertain, data, segments, answers)
+    try:
+        optimum, uncertain, violations = exact_enough(
+            optimum, uncertain, lambda o: _profiled(o, len(parameters.free), settings, draws)[0]
+        )
+    except KeyboardInterrupt:
+        optimum, violations = _interrupted(optimum), []
+    fit = output_error_fit(optimum, uncertain, data, segments, violations, answers)
     return replace(fit, warnings=(*scatter_sentence(parameters, scattered), *fit.warnings))
 
 
@@ -173,6 +180,7 @@ def output_error_fit(
     uncertain: Uncertainty,
     data: DataSplit,
     segments: SegmentSplit,
+    arithmetic: Sequence[Violation],
     answers: Mapping[int, Array] = MappingProxyType({}),
 ) -> Fit:
     """The fit of a least-misfit parameter set: scored, validated and judged.
@@ -182,6 +190,7 @@ def output_error_fit(
         uncertain: How well its parameters are known; its `x` is the solution.
         data: What was trained on and held out.
         segments: The same as segments.
+        arithmetic: What is to be told of the arithmetic; see `exact_enough`.
         answers: What a search has for single logs; see `answers_alone`.
     """
     problem, x = optimum.problem, uncertain.x
@@ -217,6 +226,7 @@ def output_error_fit(
         parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
     )
     violations = [
+        *arithmetic,
         *data_violations(parameters.rig, data.recordings, trained),
         *misfit,
         *between,

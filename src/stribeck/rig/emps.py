@@ -34,7 +34,7 @@ _REPORT = (
 #: Steps of the implicit stepper between two samples of the controller, and way by which one may
 #: be off, m, where the loop is simulated as it is: finer ones move no velocity by more than
 #: 4e-9 m/s (tests/test_emps.py).
-STEPS, LOOP_TOLERANCE = 2, 1e-13
+STEPS, LOOP_TOLERANCE = 1, 1e-9
 #: The same way where a compensator is tried in the loop, many times over.
 TRIAL_TOLERANCE = 1e-9
 

@@ -149,8 +149,8 @@ JOINT_RIG = JointRig(
             "1: torque held from sample to sample, 2: and a sample late",
             "the controller",
         ),
-        constant("step", 6.0, "ms", "longest step of the simulation", "docs/rigs.md"),
-        constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
+        constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+        constant("tolerance", 0.001, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),
     params=(
         Param("J", 1e-4, 10.0, "kg m**2", "J", True, doc="moment of inertia about the axis"),

@@ -78,7 +78,7 @@ _LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")
 
 
 def _tolerance(written: str) -> Constant:
-    return constant("tolerance", 0.1, written, "way by which a step may be off", "docs/rigs.md")
+    return constant("tolerance", 0.001, written, "way by which a step may be off", "docs/rigs.md")
 
 
 _STEP = constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md")

@@ -121,8 +121,8 @@ SERVO_PENDULUM = ServoPendulum(
         constant("duty", 4096 / (2 * np.pi) / (256 * 885), "1/rad",
                  "share of the supply voltage for an error of 1 rad at kp = 1", _BAM, "the paper"),
         constant("g", 9.80665, "m/s**2", "gravity", "standard value", "standard"),
-        constant("step", 6.0, "ms", "longest step of the simulation", "docs/rigs.md"),
-        constant("tolerance", 0.05, "mrad", "way by which a step may be off", "docs/rigs.md"),
+        constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+        constant("tolerance", 0.001, "mrad", "way by which a step may be off", "docs/rigs.md"),
     ),
     params=(
         Param("k_t", 0.1, 1.0, "N m/A", "k_t", True, doc="torque constant"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -71,6 +71,16 @@ class SimulatedRig(Rig):
         """A track that a rig of this kind with other constants has prepared, with this rig's."""
         del recording
         return track
+
+    def finer(self, step: float, tolerance: float) -> Self:
+        """The same rig, simulated with steps and tolerances shorter by these factors."""
+        del step, tolerance
+        return self
+
+    @property
+    def fineness(self) -> str:
+        """How fine it is simulated, in words."""
+        return "those of its kind"
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
@@ -198,6 +208,17 @@ class SimulatedRig(Rig):
         x0 = float(recording.position[first].mean())
         n = len(recording)
         return self.move(law, p, self.track(recording, slice(0, n), x0, np.ones(n)))
+
+
+def finer_steps(rig: SimulatedRig, step: float, tolerance: float) -> dict[str, float]:
+    """The constants `step` and `tolerance` of a rig over two factors, SI."""
+    return {"step": rig["step"] / step, "tolerance": rig["tolerance"] / tolerance}
+
+
+def steps_text(rig: SimulatedRig) -> str:
+    """The step and the tolerance of a rig, as it shows them."""
+    shown = {c.name: f"{c.shown:.3g} {c.unit}" for c in rig.constants}
+    return ", ".join(f"{name} = {shown[name]}" for name in ("step", "tolerance"))
 
 
 def as_simulated(rig: Rig) -> SimulatedRig:

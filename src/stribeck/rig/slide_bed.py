@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -31,7 +31,7 @@ from .motion.drives import (
 from .motion.event_driven import misfits, trajectories
 from .motion.track import Track
 from .rig import Motion
-from .simulated import SimulatedRig
+from .simulated import SimulatedRig, finer_steps, steps_text
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -103,6 +103,7 @@ class SlideBed(SimulatedRig):
     overtravel: float = 1.0
     hand_gauge: bool = True
     known_scale: bool = True
+    slip_tolerance: float = 1.0  # of the usual error of a step of a slip
 
     def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.
@@ -114,6 +115,18 @@ class SlideBed(SimulatedRig):
     def estimated(self, values: Mapping[str, float]) -> Self:
         """As `Rig.estimated`; K_n, K_v and K_kt follow from others."""
         return super().estimated(values).derived(values)
+
+    def finer(self, step: float, tolerance: float) -> Self:
+        """The same rig with a shorter step and smaller tolerances, those of a slip as well."""
+        rig = self.estimated(finer_steps(self, step, tolerance))
+        return replace(rig, slip_tolerance=self.slip_tolerance / tolerance)
+
+    @property
+    def fineness(self) -> str:
+        """Its step and its tolerance, and the part of the usual tolerance of a slip."""
+        if self.slip_tolerance == 1.0:
+            return steps_text(self)
+        return f"{steps_text(self)}, {self.slip_tolerance:.2g} of the tolerance of slips"
 
     def derived(self, changed: Collection[str]) -> Self:
         """The same rig with what follows from constants that have changed."""
@@ -254,7 +267,7 @@ class SlideBed(SimulatedRig):
         """
         laws, c = self.split(law, p)
         if scheme == "fast" and _jumps(law):
-            x, v = trajectories(law, laws, c, track)
+            x, v = trajectories(law, laws, c, track, self.slip_tolerance)
         elif scheme == "fast":
             from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
@@ -298,13 +311,15 @@ class SlideBed(SimulatedRig):
         """Positions alone, m, (n, N): a search needs no forces."""
         if not _jumps(law):
             return super().positions(law, p, track)
-        x, _ = trajectories(law, *self.split(law, p), track)
+        x, _ = trajectories(law, *self.split(law, p), track, self.slip_tolerance)
         return x
 
     def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
         laws, c = self.split(law, p)
-        return misfits(law, laws, c, track) if _jumps(law) else super().misfits(law, p, track)
+        if not _jumps(law):
+            return super().misfits(law, p, track)
+        return misfits(law, laws, c, track, self.slip_tolerance)
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
         """Measured friction: what is left of the drive force at stretches e, speeds v, and a.

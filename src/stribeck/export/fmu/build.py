@@ -1,6 +1,6 @@
 """A co-simulation unit (FMI 2.0) of axis and friction, compiled for this platform, with sources.
 
-The axis is stepped in C as `rig.stepping` steps it here: implicitly, extrapolated, a step halved
+The axis is stepped in C as `rig.motion` steps it here: implicitly, extrapolated, a step halved
 where it is not good enough. FMI 2.0, since every tool that loads units loads those.
 """
 

@@ -9,6 +9,7 @@ import numpy as np
 from ...optimize import MemeticTabuSearch
 from ...rig.balanced import as_balanced
 from ...rig.simulated import as_simulated
+from ..arithmetic import exact_enough
 from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
 from ..data_split import DataSplit
@@ -17,7 +18,7 @@ from ..multistart import Optimum
 from ..output_error import output_error_fit
 from ..result import Fit, SearchRecord
 from ..segment import SegmentSplit, segments
-from ..uncertainty.assessment import uncertainty
+from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import resting
 from ..uncertainty.verdict import verdict
 from .trained_law import TrainedLaw
@@ -103,10 +104,11 @@ def _output_error_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
     )
     budget = PROFILES * problem.space.dim
     holdout = tuple((r, tuple(segments(data.recordings, rig, r))) for r in data.holdout)
-    uncertain = uncertainty(whole, x, among=free, budget=budget, keep=True)
-    return output_error_fit(
-        optimum,
-        replace(uncertain, rows=uncertain.rows + spent),
-        data,
-        SegmentSplit(trained.train, holdout),
-    )
+
+    def profile(optimum: Optimum) -> Uncertainty:
+        return uncertainty(optimum.problem, optimum.x, among=free, budget=budget, keep=True)
+
+    uncertain = profile(optimum)
+    uncertain = replace(uncertain, rows=uncertain.rows + spent)
+    optimum, uncertain, told = exact_enough(optimum, uncertain, profile)
+    return output_error_fit(optimum, uncertain, data, SegmentSplit(trained.train, holdout), told)

@@ -11,8 +11,9 @@ from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import DRIVE, term_places, terms_factor
 from ...space import Array
+from .drive_force import commanded, driven, joint_constants, mixed
 from .drives import JOINT
-from .implicit import NO_RUB, commanded, driven, joint_constants, mixed
+from .velocity import NO_RUB
 
 if TYPE_CHECKING:
     from ...friction import Law
@@ -69,7 +70,7 @@ def _imbalances(
             torque = commanded(c, u, q[k], v[k])
             load[DRIVE] = torque if hold == 1.0 else last
             last = torque
-        mass, force, damping = driven(kind, c, u, q[k], v[k], load)
+        mass, force, damping, _ = driven(kind, c, u, q[k], v[k], load)
         scale = terms_factor(term, p, load)
         level = rub(v[k], 0.0, none, load, p, none) if general else slip(v[k], p)
         out[k] = force - damping * v[k] - mass * a[k] - scale * level

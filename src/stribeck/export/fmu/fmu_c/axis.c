@@ -1,13 +1,15 @@
 /*
- * One step of h seconds is backward Euler in the velocity, friction and the drive's damping d
- * implicit, and explicit in the position:
+ * The velocity w at the share t of a step of h seconds solves
  *
- *     (m + h d) w + h F_f(w) = m v + h F,    q' = q + h w,
+ *     (m + t h d + (t h)^2 k) w + t h F_f(w) = m v + t h F,
  *
- * one scalar equation for the new velocity w. Where a law sticks, w = 0 solves it as long as the
- * right side lies between the two breakaway levels times h. Where a law has states, F_f(w) is its
- * force after h at constant w. One step of h and two of h/2 are extrapolated; where they disagree
- * by more than the tolerance, the step is halved, and halved again.
+ * d and k the damping and the stiffness of the drive; then v' = v + (w - v) / t, q' = q + h w.
+ * Where a law has states, F_f(w) is its force after t h at constant w. t = 1/2 is the implicit
+ * midpoint rule; one step and two of half its length are extrapolated to order 4. Where bristles
+ * swing by y rad in a step, t = 1/2 + 0.003 y^4, which keeps their swing from growing. t = 1 is
+ * backward Euler, for a velocity that decays within a step. Steps whose error by Simpson's rule
+ * exceeds the tolerance are halved. A law without states stops at the instant at which its
+ * velocity is zero and breaks away at that at which the force passes its level: both are located.
  */
 #include "axis.h"
 
@@ -15,8 +17,24 @@
 #include <string.h>
 
 /* A step is halved so often at most. */
-#define FINEST 14
-#define WHOLE (1 << FINEST)
+#define FINEST 16
+/* Backward Euler where a velocity decays at more than STIFF per step, or bristles swing by more
+   than the root of FAST in an unhalved one; how t grows with that angle. */
+#define STIFF 6.0
+#define FAST 3600.0
+#define SWING 0.003
+/* A step is doubled where its error is so far below the tolerance: of order 4 and of order 2. */
+#define GROW 64.0
+#define GROW_DAMPED 12.0
+/* Share of a velocity from which it is a straight line to the stop, looks for that instant, and
+   stops in one step after which an axis creeps along a jump of its friction. */
+#define CLOSE 1e-4
+#define LOOKS 8
+#define STOPS 6
+/* Breakaway is located to this share of a step, in so many looks, and what is left that is none. */
+#define INSTANT 1e-13
+#define INSTANTS 60
+#define NONE 1e-12
 /* So many halved steps may one call take, and so many more for each whole one. */
 #define ROOM 1048576
 #define EACH 64
@@ -59,8 +77,9 @@ static double rubs(axis *a, double v, double h, const double *z, double *out)
 #endif
 }
 
-/* Mass, force and damping of the drive under the inputs u; the law is told its loads. */
-static void driven(axis *a, const double *u, double q, double v, double *m, double *F, double *d)
+/* Mass, force, damping and stiffness of the drive under the inputs u; the law is told its loads. */
+static void driven(axis *a, const double *u, double q, double v, double *m, double *F, double *d,
+                   double *k)
 {
     const double *c = a->c;
     double *load = a->load;
@@ -71,16 +90,18 @@ static void driven(axis *a, const double *u, double q, double v, double *m, doub
     *d = 0.0;
 #if AXIS_DRIVE == AXIS_SERVO
     {
-        double volts = least(most(c[5] * (u[2] - q) + u[4], -c[6]), c[6]);
+        double asked = c[5] * (u[2] - q) + u[4], volts = least(most(asked, -c[6]), c[6]);
         double on = u[3] > 0.5 ? 1.0 : 0.0;
         load[1] = -c[3] * sin(q + c[4]);
         load[0] = on * (c[1] * volts - c[2] * v);
         *F = on * c[1] * volts + load[1];
         *d = on * c[2];
+        *k = c[3] * cos(q + c[4]) + (volts == asked ? on * c[1] * c[5] : 0.0);
     }
 #elif AXIS_DRIVE == AXIS_JOINT
     load[1] = -(c[3] * sin(q) + c[4] * cos(q) + c[5]);
     *F = load[0] + load[1];
+    *k = c[3] * cos(q) - c[4] * sin(q);
     if (!(c[7] > 0.0)) {
         double asked = u[4] + c[1] * (u[2] - q) + c[2] * u[3];
         load[0] = least(most(asked - c[2] * v, -c[6]), c[6]);
@@ -88,6 +109,7 @@ static void driven(axis *a, const double *u, double q, double v, double *m, doub
         if (fabs(asked - c[2] * v) < c[6]) {
             *F = asked + load[1];
             *d = c[2];
+            *k += c[1];
         }
     }
 #elif AXIS_DRIVE == AXIS_FORCE
@@ -95,14 +117,18 @@ static void driven(axis *a, const double *u, double q, double v, double *m, doub
     load[0] = u[2];
     load[1] = -(c[1] + c[2] * u[0] + c[3] * sin(q) + c[4] * cos(q));
     *F = load[0] + load[1];
+    *k = c[3] * cos(q) - c[4] * sin(q);
 #else
     {
-        double e = u[2] - q;
-        double spring = (e > 0.0 ? c[3] : c[4]) * e, motor = (e > 0.0 ? c[1] : c[2]) * e + u[3];
+        double e = u[2] - q, gain = e > 0.0 ? c[1] : c[2], motor = gain * e + u[3];
         (void)v;
-        load[0] = spring + most(motor - c[5], 0.0) + least(motor + c[5], 0.0);
+        *k = e > 0.0 ? c[3] : c[4];
+        load[0] = *k * e + most(motor - c[5], 0.0) + least(motor + c[5], 0.0);
         load[1] = 0.0;
         *F = load[0];
+        if (fabs(motor) > c[5]) {
+            *k += gain;
+        }
     }
 #endif
 #if AXIS_LOADED
@@ -284,26 +310,34 @@ static double solved(axis *a, double M, double P, double h, double v, const doub
 }
 #endif
 
-/* The velocity after h under the inputs u at its end; the law's new states into out. */
-static double step(axis *a, const double *u, double h, double q, double v, const double *z,
-                   double *out, int at)
+/* The velocity after a span, the share t of h, under the inputs u there; states after h. */
+static double step(axis *a, const double *u, double span, double h, double q, double v,
+                   double guess, const double *z, double *out, int at)
 {
-    double m, F, d, w;
-    driven(a, u, q, v, &m, &F, &d);
+    double m, F, d, k, M, w = guess;
+    int i;
+    for (i = 0; i < (AXIS_LOADED ? 2 : 1); i++) { /* loads are those at the velocity looked for */
+        double q_near = q + span * w;
+        driven(a, u, q_near, w, &m, &F, &d, &k);
+        k = most(k, -0.5 * m / (span * span));
+        F += k * (q_near - q);
+        M = m + span * d + span * span * k;
 #if AXIS_DRIVE == AXIS_SLIDE
-    if (a->c[6] > 0.0 || a->c[7] > 0.0) {
-        /* The motor's inertia and damping, clamped: implicit, and beyond the clamp a constant. */
-        double back;
-        w = solved(a, m + a->c[6] + h * a->c[7], (m + a->c[6]) * v + h * F, h, v, z, out, at);
-        back = a->c[6] * (w - v) / h + a->c[7] * w;
-        if (fabs(back) > a->c[8]) {
-            F -= back > 0.0 ? a->c[8] : -a->c[8];
-            w = solved(a, m, m * v + h * F, h, v, z, out, at);
-        }
-    } else
+        if (a->c[6] > 0.0 || a->c[7] > 0.0) {
+            /* The motor's inertia and damping, clamped: implicit, and beyond it a constant. */
+            double back;
+            w = solved(a, M + a->c[6] + span * a->c[7], (m + a->c[6]) * v + span * F, span, w, z,
+                       out, at);
+            back = a->c[6] * (w - v) / span + a->c[7] * w;
+            if (fabs(back) > a->c[8]) {
+                F -= back > 0.0 ? a->c[8] : -a->c[8];
+                w = solved(a, M, m * v + span * F, span, w, z, out, at);
+            }
+        } else
 #endif
-    {
-        w = solved(a, m + h * d, m * v + h * F, h, v, z, out, at);
+        {
+            w = solved(a, M, m * v + span * F, span, w, z, out, at);
+        }
     }
     if (AXIS_STATES > 0) {
         (void)rubs(a, w, h, z, out);
@@ -311,9 +345,25 @@ static double step(axis *a, const double *u, double h, double q, double v, const
     return w;
 }
 
+/* The acceleration in an instant; at rest the sign of a zero says which way it goes. */
+static double acceleration(axis *a, const double *u, double q, double v, const double *z,
+                           double *out)
+{
+    double m, F, d, k;
+    driven(a, u, q, v, &m, &F, &d, &k);
+    F -= d * v + rubs(a, v, 0.0, z, out);
+#if AXIS_DRIVE == AXIS_SLIDE
+    if (a->c[6] > 0.0 || a->c[7] > 0.0) {
+        double all = (F - a->c[7] * v) / (m + a->c[6]), back = a->c[6] * all + a->c[7] * v;
+        return fabs(back) > a->c[8] ? (F - (back > 0.0 ? a->c[8] : -a->c[8])) / m : all;
+    }
+#endif
+    return F / m;
+}
+
 static const int places[] = AXIS_PLACES, held[] = AXIS_HELD;
 
-/* The inputs at a share of a step of h: those that are held keep their value. */
+/* The inputs at a share of a span of h: those that are held keep their value. */
 static void inputs(const axis *a, double h, double share, double *u)
 {
     int i;
@@ -334,11 +384,11 @@ static void inputs(const axis *a, double h, double share, double *u)
    `to`: 0, or 1 or -1 where it starts to move that way in between. */
 static int started(axis *a, double h, double span, double from, double to)
 {
-    double u[AXIS_PLACES_OF_INPUTS], m, F, d, s, beyond, heavy, none[1] = {0.0}, gain = 0.0;
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, s, beyond, heavy, none[1] = {0.0}, gain = 0.0;
     int end;
     for (end = 0; end < 2; end++) {
         inputs(a, span, end ? to : from, u);
-        driven(a, u, a->q, 0.0, &m, &F, &d);
+        driven(a, u, a->q, 0.0, &m, &F, &d, &k);
         s = F > 0.0 ? 1.0 : -1.0;
         beyond = s * (F - rubs(a, s * 0.0, h, none, none));
         heavy = m + a->c[6];
@@ -360,19 +410,101 @@ static int started(axis *a, double h, double span, double from, double to)
 }
 #endif
 
+#if AXIS_STATES == 0
+/* How far the force on an axis at rest is beyond its breakaway level, and which way it goes. */
+static double beyond(axis *a, double span, double share, double *way)
+{
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, none[1] = {0.0};
+    inputs(a, span, share, u);
+    driven(a, u, a->q, 0.0, &m, &F, &d, &k);
+    *way = F > 0.0 ? 1.0 : -1.0;
+    return *way * (F - rubs(a, *way * 0.0, 0.0, none, none));
+}
+
+/* Share of a span up to which an axis rests from the share `low` on, and which way it goes then;
+   `high` where it rests all the time. By false position, Illinois. */
+static double breakaway(axis *a, double span, double low, double high, double *way)
+{
+    double g_low = beyond(a, span, low, way), middle = 0.5 * (low + high), g_high, share, g, to;
+    int i, side = 0;
+    if (g_low > 0.0) {
+        return low;
+    }
+    g_high = beyond(a, span, middle, way);
+    if (g_high > 0.0) {
+        high = middle;
+    } else {
+        low = middle;
+        g_low = g_high;
+        g_high = beyond(a, span, high, way);
+        if (!(g_high > 0.0)) {
+            return high;
+        }
+    }
+    for (i = 0; i < INSTANTS && high - low > INSTANT; i++) {
+        share = high - g_high * (high - low) / (g_high - g_low);
+        if (!(low < share && share < high) || i % 3 == 2) { /* halved at least that often */
+            share = 0.5 * (low + high);
+        }
+        g = beyond(a, span, share, &to);
+        if (g > 0.0) {
+            high = share;
+            g_high = g;
+            *way = to;
+            g_low *= side > 0 ? 0.5 : 1.0;
+            side = 1;
+        } else {
+            low = share;
+            g_low = g;
+            g_high *= side < 0 ? 0.5 : 1.0;
+            side = -1;
+        }
+    }
+    return high;
+}
+#endif
+
+/* Keep the rate at which friction lets a velocity decay and the square of that at which bristles
+   swing, as the slopes of a step that was tried show. */
+static void keep_rates(axis *a, double t, double h)
+{
+    double slope = a->slopes[0], coarse = a->slopes[1];
+    if (slope == 0.0 || coarse == 0.0) { /* unknown */
+        return;
+    }
+    if (AXIS_STATES > 0) {
+        a->spring = most((coarse - slope) / (0.5 * t * h * a->c[0]), 0.0);
+        slope -= coarse - slope;
+    }
+    a->decay = slope / a->c[0];
+}
+
+/* The level of steps of half a piece, or shorter. */
+static int halved(int level, double piece)
+{
+    level += 1;
+    while (level < FINEST && pow(0.5, level) > 0.51 * piece) {
+        level += 1;
+    }
+    return level;
+}
+
 int axis_step(axis *a, double span)
 {
     double u[AXIS_PLACES_OF_INPUTS];
     double coarse[AXIS_BRISTLES], half[AXIS_BRISTLES], fine[AXIS_BRISTLES];
-    double n = most(ceil(span / a->r[AXIS_STEP] - 1e-9), 1.0), base = span / n;
-    double h, v_half, q_half, v_fine, v_coarse, left, j;
-    int at, level, share, i;
+    double n = most(ceil(span / a->r[AXIS_STEP] - 1e-9), 1.0), base = span / n, tries, j;
+    double tolerance = a->r[AXIS_TOLERANCE], band = 0.0, m, F, d, k;
+    int i;
     if (span == 0.0) {
         return 0;
     }
     if (!(n <= 1e9)) {
         return 1;
     }
+#ifdef R_dv
+    band = most(a->r[R_dv], 0.0);
+#endif
 #if AXIS_DRIVE == AXIS_JOINT
     if (a->c[7] > 0.0) { /* the controller holds the torque that it computes now, or had before */
         double now;
@@ -383,68 +515,174 @@ int axis_step(axis *a, double span)
         a->before = now;
     }
 #endif
-    left = ROOM + EACH * n;
+    tries = ROOM + EACH * n;
     for (j = 0.0; j < n; j += 1.0) {
-        at = 0; /* how far the step has been passed, in its 2^-FINEST parts */
-        level = 0;
-        while (at < WHOLE) {
-            left -= 1.0;
-            if (left < 0.0) {
+        double at = 0.0, stop = 0.0, way = 0.0, a_0 = 0.0;
+        int level = 0, looks = 0, stops = 0, fresh = 1, damped;
+        inputs(a, span, j / n, u);
+        driven(a, u, a->q, a->v, &m, &F, &d, &k);
+        damped = (a->decay + d / m) * base > STIFF || a->spring * base * base > FAST;
+        while (at < 1.0) {
+            double piece, h, from, share, t, weight, w_c, w_1, w_2, v_c, v_h, v_f, q_f, v_1, q_1;
+            double left, error, a_1;
+            int shortest;
+            tries -= 1.0;
+            if (tries < 0.0) {
                 return 1;
             }
-            share = WHOLE >> level;
-            h = base * ((double)share / WHOLE);
 #ifdef R_dv
-            if (a->r[R_dv] > 0.0 && a->v == 0.0) {
-                double from = (j + (double)at / WHOLE) / n;
-                double to = (j + (double)(at + share) / WHOLE) / n;
-                int way = started(a, h, span, from, to);
-                if (way != 0 && level < FINEST) {
+            if (band > 0.0 && a->v == 0.0) {
+                piece = least(pow(0.5, level), 1.0 - at);
+                i = started(a, base * piece, span, (j + at) / n, (j + at + piece) / n);
+                if (i != 0 && level < FINEST) {
                     level += 1;
                     continue;
                 }
-                if (way != 0) {
-                    a->v = way * a->r[R_dv];
+                if (i != 0) {
+                    a->v = i * band;
                     a->push = 0.0;
-                }
-                at += share;
-                if (level > 0 && at % (2 * share) == 0) {
+                    fresh = 1;
+                } else if (level > 0) {
                     level -= 1;
                 }
+                at += piece;
+                at = at > 1.0 - NONE ? 1.0 : at;
                 continue;
             }
 #endif
-            inputs(a, span, (j + (at + 0.5 * share) / WHOLE) / n, u);
-            v_half = step(a, u, 0.5 * h, a->q, a->v, a->z, half, 0);
-            q_half = a->q + 0.5 * h * v_half;
-            inputs(a, span, (j + (double)(at + share) / WHOLE) / n, u);
-            v_fine = step(a, u, 0.5 * h, q_half, v_half, half, fine, 0);
-            v_coarse = step(a, u, h, a->q, a->v, a->z, coarse, 1);
-            if (h * fabs(v_fine - v_coarse) > a->r[AXIS_TOLERANCE] && level < FINEST) {
-                level += 1;
-                continue;
-            }
-#ifdef R_dv
-            if (fabs(v_fine) <= a->r[R_dv] && level < FINEST) { /* when does it come to rest? */
-                level += 1;
-                continue;
+#if AXIS_STATES == 0
+            way = a->v > 0.0 ? 1.0 : -1.0;
+            if (a->v == 0.0) {
+                at = breakaway(a, span, (j + at) / n, (j + 1.0) / n, &way) * n - j;
+                if (at >= 1.0 - NONE) {
+                    break;
+                }
+                a->v = way * 0.0;
             }
 #endif
-            a->q = 2.0 * (q_half + 0.5 * h * v_fine) - (a->q + h * v_coarse);
-            a->v = 2.0 * v_fine - v_coarse;
-            if (AXIS_STATES == 0 && a->v * v_fine <= 0.0) { /* extrapolated past the stop */
-                a->v = v_fine;
+            piece = least(pow(0.5, level), 1.0 - at);
+            if (0.0 < stop && stop < piece) {
+                piece = stop;
+            }
+            h = base * piece;
+            from = (j + at) / n;
+            share = piece / n;
+            shortest = piece <= pow(0.5, FINEST);
+            t = a->spring * h * h;
+            t = damped ? 1.0 : least(0.5 + SWING * t * t, 1.0);
+            if (fresh) {
+                inputs(a, span, from, u);
+                a_0 = acceleration(a, u, a->q, a->v, a->z, half);
+                fresh = 0;
+            }
+            inputs(a, span, from + t * share, u);
+            w_c = step(a, u, t * h, h, a->q, a->v, a->v + t * h * a_0, a->z, coarse, 1);
+            inputs(a, span, from + 0.5 * t * share, u);
+            w_1 = step(a, u, 0.5 * t * h, 0.5 * h, a->q, a->v, 0.5 * (a->v + w_c), a->z, half, 0);
+            v_h = a->v + (w_1 - a->v) / t;
+            inputs(a, span, from + 0.5 * (1.0 + t) * share, u);
+            w_2 = step(a, u, 0.5 * t * h, 0.5 * h, a->q + 0.5 * h * w_1, v_h,
+                       t < 1.0 ? 2.0 * w_c - w_1 : w_c, half, fine, 0);
+            keep_rates(a, t, h);
+            weight = (4.0 * t - 1.0) / 3.0;
+            v_c = a->v + (w_c - a->v) / t;
+            v_f = v_h + (w_2 - v_h) / t;
+            q_f = a->q + 0.5 * h * (w_1 + w_2);
+            v_1 = v_f + weight * (v_f - v_c);
+            q_1 = q_f + weight * (q_f - a->q - h * w_c);
+            left = h;
+            if (AXIS_STATES == 0 && t < 1.0) {
+                double over = v_1 - way * band; /* what is left to the speed at which it stops */
+                if (way * w_c <= 0.0 || way * w_1 <= 0.0 || way * w_2 <= 0.0) {
+                    /* It stops far within; or is held where a law jumps. */
+                    damped = shortest;
+                    level = damped ? 0 : halved(level, piece);
+                    stop = 0.0;
+                    continue;
+                }
+                if (way * over <= 0.0 || stop > 0.0) { /* how long it moves yet, on a parabola */
+                    left = h * over / (4.0 * v_h - a->v - 3.0 * v_1);
+                }
+                if (way * over <= 0.0 && fabs(over) > CLOSE * fabs(a->v)) {
+                    stop = piece + left / base;
+                    looks += 1;
+                    if (!(0.0 < stop && stop < piece)) {
+                        stop = piece * (a->v - way * band) / (a->v - v_1);
+                    }
+                    if (looks > LOOKS || !(0.0 < stop && stop < piece)) {
+                        level = halved(level, piece);
+                        stop = 0.0;
+                        looks = 0;
+                    }
+                    if (band > 0.0 && fabs(a->v) <= band) { /* it has hardly begun */
+                        a->v = 0.0;
+                        stop = 0.0;
+                    }
+                    continue;
+                }
+            } else if (AXIS_STATES == 0 && v_1 * v_f <= 0.0) { /* extrapolated past the stop */
+                v_1 = v_f;
             }
             for (i = 0; i < AXIS_STATES; i++) {
-                a->z[i] = 2.0 * fine[i] - coarse[i];
+                double difference = fine[i] - coarse[i];
+                fine[i] += weight * difference;
+                half[i] += 0.5 * weight * difference;
             }
-#ifdef R_dv
-            if (fabs(a->v) <= a->r[R_dv]) {
-                a->v = 0.0;
+            if (t < 1.0) {
+                double v_m, a_m, v_end = way == 0.0 || way * v_1 > 0.0 ? v_1 : way * 0.0;
+                inputs(a, span, from + share, u);
+                a_1 = acceleration(a, u, q_1, v_end, fine, coarse);
+                v_m = 0.5 * (a->v + v_1) + 0.125 * h * (a_0 - a_1);
+                inputs(a, span, from + 0.5 * share, u);
+                a_m = acceleration(a, u, 0.5 * (a->q + q_1) + 0.125 * h * (a->v - v_1), v_m, half,
+                                   coarse);
+                error = base * fabs(a->v + h * (a_0 + 4.0 * a_m + a_1) / 6.0 - v_1);
+                error += fabs(a->q + h * (a->v + h * (a_0 + 2.0 * a_m) / 6.0) - q_1);
+            } else {
+                v_h += 0.5 * (v_f - v_c);
+                error = h * fabs(v_f - v_c);
+                error += fabs(a->q + h * (a->v + 4.0 * v_h + v_1) / 6.0 - q_1);
+                a_1 = 0.0;
+                fresh = 1;
             }
-#endif
-            at += share;
-            if (level > 0 && at % (2 * share) == 0) {
+            if (!(error <= tolerance) && !(shortest && damped)) {
+                stop = 0.0;
+                looks = 0;
+                fresh = damped;
+                level = halved(level, piece);
+                if (!damped && (shortest || (a->decay + d / m) * h > STIFF)) {
+                    damped = 1;
+                    level = 0;
+                }
+                continue;
+            }
+            if (fabs(left) < h && fabs(v_1 - way * band) <= CLOSE * fabs(a->v)) {
+                q_1 += 0.5 * left * (v_1 - way * band); /* to the instant at which it stops */
+                piece = least(piece + left / base, 1.0 - at);
+                v_1 = 0.0;
+                stops += 1;
+                if (stops > STOPS) {
+                    damped = 1;
+                }
+            }
+            if (AXIS_STATES == 0 && fabs(v_1) <= band) {
+                v_1 = 0.0;
+            }
+            a->q = q_1;
+            a->v = v_1;
+            a_0 = a_1;
+            at += piece;
+            at = at > 1.0 - NONE ? 1.0 : at;
+            stop = 0.0;
+            looks = 0;
+            fresh = fresh || v_1 == 0.0;
+            for (i = 0; i < AXIS_STATES; i++) {
+                a->z[i] = fine[i];
+            }
+            if (!(fabs(a->q) < 1e12 && fabs(a->v) < 1e12)) {
+                return 1;
+            }
+            if (level > 0 && error * (t < 1.0 ? GROW : GROW_DAMPED) <= tolerance) {
                 level -= 1;
             }
         }
@@ -460,11 +698,11 @@ int axis_step(axis *a, double span)
 
 void axis_start(axis *a)
 {
-    double u[AXIS_PLACES_OF_INPUTS], m, F, d;
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k;
     int i;
     a->q = a->r[AXIS_POSITION_START];
     a->v = a->r[AXIS_VELOCITY_START];
-    a->slopes[0] = a->slopes[1] = a->before = a->push = a->load[0] = 0.0;
+    a->slopes[0] = a->slopes[1] = a->decay = a->spring = a->before = a->push = a->load[0] = 0.0;
     for (i = 0; i < AXIS_BRISTLES; i++) {
         a->z[i] = 0.0;
     }
@@ -476,7 +714,7 @@ void axis_start(axis *a)
         a->load[0] = a->before;
     }
 #endif
-    driven(a, u, a->q, a->v, &m, &F, &d);
+    driven(a, u, a->q, a->v, &m, &F, &d, &k);
     F -= d * a->v;
 #if AXIS_STATES > 0
     {
@@ -508,9 +746,9 @@ void axis_start(axis *a)
 
 void axis_tell(axis *a)
 {
-    double u[AXIS_PLACES_OF_INPUTS], m, F, d, rub, out[AXIS_BRISTLES];
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, rub, out[AXIS_BRISTLES];
     inputs(a, 0.0, 0.0, u);
-    driven(a, u, a->q, a->v, &m, &F, &d);
+    driven(a, u, a->q, a->v, &m, &F, &d, &k);
     if (AXIS_STATES > 0 || a->v != 0.0) {
         rub = rubs(a, a->v, 0.0, a->z, out);
     } else { /* what holds the axis is as large as what pulls at it */

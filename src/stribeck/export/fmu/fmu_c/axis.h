@@ -29,6 +29,7 @@ typedef struct {
     double before;                /* torque that a slow controller computed last */
     double push;                  /* speed that a slide at rest would have by now */
     double slopes[2];             /* how steeply friction rose when it was last asked */
+    double decay, spring;         /* the rates that follow from that, 1/s and 1/s^2 */
     friction_law law;
 } axis;
 

@@ -1,0 +1,94 @@
+"""Fits whose simulation is too coarse: noticed, refined, and told; on a foreign joint's log."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from foreign import joint as foreign
+from foreign.friction import coulomb_viscous
+from stribeck import RIGS, Recording, identify
+from stribeck.identify import arithmetic
+from stribeck.identify.result import Fit
+
+F_C, F_V, J, G_SIN = 0.6, 0.3, 0.2, 1.0
+NOISE = 1e-4
+
+
+@cache
+def log() -> Recording:
+    """A joint at its torque limit, its position with a sensor's noise."""
+    t = np.linspace(0.0, 6.0, 301)
+    command = 0.8 * np.sin(3.0 * t) + 0.6 * (t > 3.0)
+    speed = np.gradient(command, t)
+    arm = foreign.Joint(J, G_SIN, kp=40.0, kd=3.0, limit=4.0)
+    both = coulomb_viscous(F_C, F_V)
+    motion = foreign.simulate(arm, both, both, t, command, speed, h=1e-5)
+    noise = NOISE * np.random.default_rng(1).standard_normal(len(t))
+    return Recording(
+        t=t, position=motion.position + noise, velocity=motion.velocity, command=command,
+        rotary=True, extra={"qd_cmd_rad_s": speed},
+    )  # fmt: skip
+
+
+def fitted(tolerance: float) -> Fit:
+    """The fit with steps that may be off by so much, mrad."""
+    rig = RIGS["joint"].set(kp=40.0, kd=3.0, limit=4.0, tolerance=tolerance)
+    return identify(
+        log(), rig=rig, law="coulomb-viscous", fixed={"g_cos": 0.0, "g_0": 0.0},
+        bounds={"F_C": (0.3, 1.0), "F_V": (0.1, 0.6), "J": (0.1, 0.4), "g_sin": (0.5, 1.5)},
+        repeats=1, budget=400,
+    )  # fmt: skip
+
+
+def off(fit: Fit) -> float:
+    """By how much a parameter is farthest from exact arithmetic, as a share of its half-width."""
+    exact = {e.name: e for e in fitted(1e-5).estimates}
+    return max(
+        abs(e.value - exact[e.name].value) / (0.5 * (exact[e.name].high - exact[e.name].low))
+        for e in fit.estimates
+        if e.verdict != "fixed"
+    )
+
+
+def test_the_usual_steps_are_fine_enough() -> None:
+    fit = fitted(0.001)
+    assert not fit.violations
+    assert fit.score.value < 1.05e3 * NOISE  # mrad
+    assert off(fit) < 0.1
+
+
+def test_a_coarse_simulation_is_refined_and_the_fit_repeated() -> None:
+    fit = fitted(1.0)
+    (told,) = (v for v in fit.violations if v.condition == "arithmetic")
+    assert not told.caps
+    assert "finer steps of the simulation would have moved" in fit.warnings[0]
+    assert fit.parameters.rig["tolerance"] < 1e-4
+    assert off(fit) < arithmetic.SHARE + 0.1
+
+
+def test_what_refining_does_not_end_takes_identified_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(arithmetic, "ROUNDS", 0)
+    fit = fitted(1.0)
+    (told,) = (v for v in fit.violations if v.condition == "arithmetic")
+    assert told.caps
+    assert told.parameters
+    for e in fit.estimates:
+        if e.name in told.parameters:
+            assert e.verdict != "identified"
+    assert "still move" in fit.warnings[0]
+    assert off(fit) > 1.0
+
+
+def test_a_motion_that_finer_steps_cannot_simulate_is_off_by_anything() -> None:
+    fit = fitted(0.001)
+    answer = replace(
+        fit.uncertainty.profiles, residuals=fit.uncertainty.profiles.residuals * np.nan
+    )
+    broken = replace(fit.uncertainty, profiles=answer)
+    shifts = arithmetic.shifts(fit.residuals, broken)  # type: ignore[arg-type]
+    assert shifts
+    assert all(np.isinf(s) for s in shifts.values())
