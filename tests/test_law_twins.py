@@ -109,15 +109,15 @@ def _swung_log() -> Recording:
 
 
 MASS = {"M": 2.0, "offset": 0.0}
-PUSHED = Axis("presliding", MASS, _pushed_log, 2e-5, {"tolerance": 2.0})
-ROCKED = Axis("presliding", MASS, lambda: _rocked_log(13.0), 2e-7, {"tolerance": 0.02})
-SLID = Axis("presliding", MASS, lambda: _rocked_log(20.0), 1e-6, {"tolerance": 0.2})
+PUSHED = Axis("presliding", MASS, _pushed_log, 2e-5, {"tolerance": 5e-3})
+ROCKED = Axis("presliding", MASS, lambda: _rocked_log(13.0), 2e-7, {"tolerance": 5e-4})
+SLID = Axis("presliding", MASS, lambda: _rocked_log(20.0), 1e-6, {"tolerance": 5e-3})
 SERVO = Axis(
     "servo-pendulum",
     {"k_t": 0.35, "R": 3.5, "armature": 2e-3, "q_offset": 0.02},
     _swung_log,
     3e-4,
-    {"tolerance": 0.2},
+    {"tolerance": 0.01},
 )
 
 BOTH = [18.0, 12.0, 40.0, 0.02]

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 SHARE = 0.2
 #: The simulation that an answer is tried with has steps and tolerances shorter by these factors.
 FINER = (8.0, 100.0)
-#: The same where a simulation is refined, and how often it is at most.
-REFINED, ROUNDS = (2.0, 30.0), 3
+#: The same from one refinement to the next one tried, how many are, and how often a fit is repeated
+#: at most.
+REFINED, TRIED, ROUNDS = (2.0, 30.0), 3, 2
 #: Rows of a refit for each parameter: it starts at an answer that is nearly right.
 ROWS = 30
 
@@ -88,13 +89,22 @@ def shifts(
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, uncertain: Uncertainty
 ) -> dict[str, float]:
     """By how much a finer simulation would move each parameter; see `_Answer`."""
+    rig = as_simulated(problem.parameters.rig)
+    finer = problem.on(rig.finer(*FINER)).residuals(uncertain.x[None])[0]
+    return _shifts_by(finer - uncertain.profiles.residuals, problem, uncertain)
+
+
+def _shifts_by(
+    change: Array,
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
+    uncertain: Uncertainty,
+) -> dict[str, float]:
+    """By how much a change (m,) of the residuals moves each parameter; see `_Answer`."""
     profiles = uncertain.profiles
-    finer = problem.on(as_simulated(problem.parameters.rig).finer(*FINER))
-    box, x = box_of(problem), uncertain.x
-    change = finer.residuals(x[None])[0] - profiles.residuals
     if not np.isfinite(change).all():
         return {p.name: np.inf for p in profiles.profiles}
-    u = box.u(x)
+    box = box_of(problem)
+    u = box.u(uncertain.x)
     inside = np.flatnonzero((u > 0.0) & (u < 1.0))
     J = profiles.J[inside]
     moved = u.copy()
@@ -111,9 +121,23 @@ def shifts(
     return result
 
 
+def _refined(answer: _Answer) -> SimulatedRig:
+    """The rig with the coarsest of the steps tried from which a finer simulation moves little."""
+    problem, rig = answer.optimum.problem, _rig(answer.optimum)
+    for _ in range(TRIED):
+        rig = rig.finer(*REFINED)
+        now, finer = (
+            problem.on(r).residuals(answer.uncertain.x[None])[0] for r in (rig, rig.finer(*FINER))
+        )
+        off = _shifts_by(finer - now, problem, answer.uncertain)
+        if max(off.values(), default=0.0) <= 0.5 * SHARE:  # the other half is for the new answer
+            break
+    return rig
+
+
 def _repeated(answer: _Answer, profile: Callable[[Optimum], Uncertainty]) -> _Answer:
     """The fit repeated from its answer with a finer simulation."""
-    problem = answer.optimum.problem.on(_rig(answer.optimum).finer(*REFINED))
+    problem = answer.optimum.problem.on(_refined(answer))
     x: Array = answer.uncertain.x
     start = float(problem(x[None])[0])
     polished = polish(problem, x, start, ROWS * (problem.space.dim + 1))
