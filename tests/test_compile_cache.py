@@ -60,12 +60,12 @@ def test_an_edit_of_the_physics_in_another_file_changes_the_closed_loop(tmp_path
     shutil.copytree(
         PACKAGE, tmp_path / "stribeck", ignore=shutil.ignore_patterns("__pycache__", "*.nb?")
     )
-    before, heavier = (python(_LOOP, factor, path=tmp_path) for factor in ("1", "25"))
+    before, heavier = (python(_LOOP, factor, path=tmp_path) for factor in ("1", "32"))
     assert before != heavier
-    stepper = tmp_path / "stribeck" / "rig" / "motion" / "implicit.py"
+    stepper = tmp_path / "stribeck" / "rig" / "motion" / "drive_force.py"
     text, count = re.subn(
-        r"joint\.g_sin \* np\.sin\(q\) \+ joint\.g_cos \* np\.cos\(q\)",
-        "25.0 * joint.g_sin * np.sin(q) + 25.0 * joint.g_cos * np.cos(q)",
+        r"s, o = np\.sin\(q\), np\.cos\(q\)",
+        "s, o = 32.0 * np.sin(q), 32.0 * np.cos(q)",
         stepper.read_text(encoding="utf-8"),
     )
     assert count == 1

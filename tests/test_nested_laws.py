@@ -85,8 +85,9 @@ def test_answers_of_contained_laws_cost_the_same_in_the_richer_one() -> None:
     assert len(costs) == 1  # the others start from there
     assert len(points) == 3
     assert spent > 1
-    assert rich(points[0][None])[0] == pytest.approx(costs[0], rel=1e-9)
-    assert (rich(np.array(points)) <= costs[0] * (1 + 1e-9)).all()
+    # A law that feels the load takes it from a second pass of each step: other rounding.
+    assert rich(points[0][None])[0] == pytest.approx(costs[0], rel=1e-6)
+    assert (rich(np.array(points)) <= costs[0] * (1 + 1e-6)).all()
 
 
 @pytest.mark.parametrize("seed", [0, 3])

@@ -41,7 +41,7 @@ ROWS = 30
 
 
 @dataclass(frozen=True)
-class _Answer:
+class _Solution:
     """An optimum with its uncertainty, and how far its arithmetic is off.
 
     Args:
@@ -74,7 +74,9 @@ def exact_enough(
     """
     if optimum.interrupted:
         return optimum, uncertain, []
-    first = answer = _Answer(optimum, uncertain, shifts(optimum.problem, uncertain))
+    moved = shifts(optimum.problem, uncertain)
+    uncertain = replace(uncertain, rows=uncertain.rows + 1)
+    first = answer = _Solution(optimum, uncertain, moved)
     best = first
     for _ in range(ROUNDS):
         if answer.worst <= SHARE:
@@ -88,7 +90,7 @@ def exact_enough(
 def shifts(
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, uncertain: Uncertainty
 ) -> dict[str, float]:
-    """By how much a finer simulation would move each parameter; see `_Answer`."""
+    """By how much a finer simulation would move each parameter; see `_Solution`."""
     rig = as_simulated(problem.parameters.rig)
     finer = problem.on(rig.finer(*FINER)).residuals(uncertain.x[None])[0]
     return _shifts_by(finer - uncertain.profiles.residuals, problem, uncertain)
@@ -99,7 +101,7 @@ def _shifts_by(
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
     uncertain: Uncertainty,
 ) -> dict[str, float]:
-    """By how much a change (m,) of the residuals moves each parameter; see `_Answer`."""
+    """By how much a change (m,) of the residuals moves each parameter; see `_Solution`."""
     profiles = uncertain.profiles
     if not np.isfinite(change).all():
         return {p.name: np.inf for p in profiles.profiles}
@@ -121,37 +123,42 @@ def _shifts_by(
     return result
 
 
-def _refined(answer: _Answer) -> SimulatedRig:
-    """The rig with the coarsest of the steps tried from which a finer simulation moves little."""
+def _refined(answer: _Solution) -> tuple[SimulatedRig, int]:
+    """The rig with the coarsest steps from which a finer simulation moves little; and the rows.
+
+    The finest ones that are tried, if none are.
+    """
     problem, rig = answer.optimum.problem, _rig(answer.optimum)
+    spent = 0
     for _ in range(TRIED):
-        rig = rig.finer(*REFINED)
+        rig, spent = rig.finer(*REFINED), spent + 2
         now, finer = (
             problem.on(r).residuals(answer.uncertain.x[None])[0] for r in (rig, rig.finer(*FINER))
         )
         off = _shifts_by(finer - now, problem, answer.uncertain)
         if max(off.values(), default=0.0) <= 0.5 * SHARE:  # the other half is for the new answer
             break
-    return rig
+    return rig, spent
 
 
-def _repeated(answer: _Answer, profile: Callable[[Optimum], Uncertainty]) -> _Answer:
+def _repeated(answer: _Solution, profile: Callable[[Optimum], Uncertainty]) -> _Solution:
     """The fit repeated from its answer with a finer simulation."""
-    problem = answer.optimum.problem.on(_refined(answer))
+    rig, tried = _refined(answer)
+    problem = answer.optimum.problem.on(rig)
     x: Array = answer.uncertain.x
     start = float(problem(x[None])[0])
     polished = polish(problem, x, start, ROWS * (problem.space.dim + 1))
     optimum = replace(answer.optimum, problem=problem, x=polished.x)
     uncertain = profile(optimum)
-    rows = answer.uncertain.rows + uncertain.rows + polished.evaluations
-    return _Answer(optimum, replace(uncertain, rows=rows), shifts(problem, uncertain))
+    rows = answer.uncertain.rows + uncertain.rows + polished.evaluations + tried + 2
+    return _Solution(optimum, replace(uncertain, rows=rows), shifts(problem, uncertain))
 
 
 def _rig(optimum: Optimum) -> SimulatedRig:
     return as_simulated(optimum.problem.parameters.rig)
 
 
-def _violations(first: _Answer, best: _Answer) -> list[Violation]:
+def _violations(first: _Solution, best: _Solution) -> list[Violation]:
     rig, told = _rig(best.optimum), []
     if best is not first:
         told.append(
@@ -174,7 +181,7 @@ def _violations(first: _Answer, best: _Answer) -> list[Violation]:
     return told
 
 
-def _largest(answer: _Answer) -> str:
+def _largest(answer: _Solution) -> str:
     """The parameter that moves most, and by how much."""
     rig, every = _rig(answer.optimum), answer.optimum.problem.parameters.every
     name = max(answer.shifts, key=answer.shifts.__getitem__)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 Scheme = Literal["fast", "reference", "paper"]
 
 _PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
+#: The way by which a step may be off, m.
+TOLERANCE = 1e-10
 
 
 def _constants() -> tuple[Constant, ...]:
@@ -77,7 +79,8 @@ def _constants() -> tuple[Constant, ...]:
                  "longest step where a law reads more than speed, or never sticks", "docs/rigs.md"),
         # So small that a slip starts when it should: under a friction that falls by more than
         # m/step, an implicit step does not feel that rest is not stable, and lingers.
-        constant("tolerance", 1e-7, "mm", "way by which such a step may be off", "docs/rigs.md"),
+        constant("tolerance", TOLERANCE * 1e3, "mm", "way by which such a step may be off",
+                 "docs/rigs.md"),
     )  # fmt: skip
 
 
@@ -103,7 +106,6 @@ class SlideBed(SimulatedRig):
     overtravel: float = 1.0
     hand_gauge: bool = True
     known_scale: bool = True
-    slip_tolerance: float = 1.0  # of the usual error of a step of a slip
 
     def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.
@@ -117,16 +119,22 @@ class SlideBed(SimulatedRig):
         return super().estimated(values).derived(values)
 
     def finer(self, step: float, tolerance: float) -> Self:
-        """The same rig with a shorter step and smaller tolerances, those of a slip as well."""
-        rig = self.estimated(finer_steps(self, step, tolerance))
-        return replace(rig, slip_tolerance=self.slip_tolerance / tolerance)
+        """The same rig with a shorter step and a smaller tolerance."""
+        return self.estimated(finer_steps(self, step, tolerance))
 
     @property
     def fineness(self) -> str:
-        """Its step and its tolerance, and the part of the usual tolerance of a slip."""
-        if self.slip_tolerance == 1.0:
-            return steps_text(self)
-        return f"{steps_text(self)}, {self.slip_tolerance:.2g} of the tolerance of slips"
+        """Its step and its tolerance."""
+        return steps_text(self)
+
+    @property
+    def slip_tolerance(self) -> float:
+        """The error allowed in a step of a slip, as a share of the usual one.
+
+        A smaller `tolerance` than the default one reduces it in proportion; a larger one does not
+        raise it, as slips are cheap.
+        """
+        return min(self["tolerance"] / TOLERANCE, 1.0)
 
     def derived(self, changed: Collection[str]) -> Self:
         """The same rig with what follows from constants that have changed."""

@@ -1,6 +1,7 @@
 """Simulated motion: the compiled integrators, and the tracks that they run over.
 
-`event_driven` is the slide bed's, `implicit` steps everything else under one of its `drives`, and
+`event_driven` is the slide bed's, `implicit` steps everything else under one of its `drives`:
+`passage` from one sample to the next, by the `drive_force` and the `velocity` that balances it.
 `reference` is plain steps to compare with; `force_imbalance` is what a measured motion leaves of
 the equation of motion. They run over a `track`, made of a log and its
 `command`, and deal their rows out over the `row_pool`.
