@@ -3,13 +3,15 @@
     python benchmarks/run.py --only axes
 
 Each result goes to axes.json at once: an interrupted run continues there, and a part is measured
-again after its keys have been taken out of that file. The recordings are not
-part of the repository: `../shared/data` beside it, see docs/axes.md.
+again after its keys have been taken out of that file. `python benchmarks/axes.py --errors` computes
+the errors of the servo's parameters on file anew, with the simulation as it is now. The recordings
+are not part of the repository: `../shared/data` beside it, see docs/axes.md.
 """
 
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -51,5 +53,15 @@ def tables(results: Mapping[str, Any]) -> list[str]:
     return texts or ["The logs are not beside the repository: nothing was measured.\n"]
 
 
+def errors_anew() -> None:
+    """The errors of the servo's parameters on file, with the simulation as it is now."""
+    results = json.loads(FILE.read_text(encoding="utf-8"))
+    axis_servo.errors_anew(results)
+    FILE.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+
+
 if __name__ == "__main__":
-    print("\n\n".join(tables(measure(quick=True))))
+    if "--errors" in sys.argv:
+        errors_anew()
+    else:
+        print("\n\n".join(tables(measure(quick=True))))

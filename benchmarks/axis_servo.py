@@ -107,6 +107,7 @@ def _identified(name: str, logs: Sequence[Recording]) -> dict[str, Any]:
 class _Model:
     parameters: Parameters
     p: Array
+    delay: float = 0.0
 
     def model(self) -> tuple[Parameters, Array]:
         """Parameters with absolute errors as the objective, and their values, for `validate`."""
@@ -151,6 +152,34 @@ def _last(law: TrainedLaw) -> tuple[Array, int]:
     finer = problem.finer()
     minimum = polish(finer, law.x, float(finer(law.x[None])[0]), _LAST * len(law.x))
     return parameters.full(minimum.x[None])[0], minimum.evaluations + 1
+
+
+# --- errors anew ----------------------------------------------------------------------------------
+
+
+def errors_anew(results: dict[str, Any]) -> None:
+    """Errors of the parameters on file, with the present simulation; the fits stay."""
+    logs = tuple(read(f, columns=dict(RIG.columns)) for f in sorted(LOGS.glob("*.json")))
+    for key, rows in results.items():
+        kind, _, part = key.removeprefix("servo/").partition("/")
+        if not key.startswith("servo/"):
+            continue
+        if kind == "identify":
+            rows["mae"] = _mae(
+                _on_file(part, {n: e[0] for n, e in rows["estimates"].items()}), logs
+            )
+            continue
+        excluded = [int(gain) for gain in part.split("+") if gain != "none"]
+        for name, row in rows.items():
+            model = _on_file(name, row["p"])
+            row["train"] = _mae(model, [log for log in logs if _gain(log) not in excluded])
+            if excluded:
+                row["test"] = _mae(model, [log for log in logs if _gain(log) == excluded[0]])
+
+
+def _on_file(name: str, values: Mapping[str, float]) -> _Model:
+    parameters = partition(RIG, law_named(LAWS[name]))
+    return _Model(parameters, np.array([values[q.name] for q in parameters.every]))
 
 
 # --- tables ---------------------------------------------------------------------------------------

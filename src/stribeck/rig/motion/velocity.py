@@ -16,6 +16,8 @@ _MOST = 80
 _FINE = 1e-13
 #: Secants that are tried first, how near two of them must come, relative, and rounding.
 _FEW, _NEAR, _NOISE = 6, 1e-7, 1e-15
+#: A first step as short as this, relative, is the last: a slope over it would be one of rounding.
+_SAME = 1e-12
 
 
 def _no_rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:  # noqa: ARG001
@@ -51,6 +53,8 @@ def _quick(
     g = M * w + h * s * rubs(slip, rub, general, scale, s * w, h, z, load, p, out) - P
     slope = M + h * slopes[at]
     other = w - g / slope
+    if other > least and abs(other - w) <= _SAME * abs(other) + _NOISE * abs(P) / slope:
+        return other  # type: ignore[no-any-return]
     for _ in range(_FEW):
         if not other > least or other == w:
             break

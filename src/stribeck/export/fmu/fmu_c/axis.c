@@ -44,6 +44,7 @@
 /* Secants that are tried first, how near two of them must come, relative, and rounding. */
 #define FEW 6
 #define NEAR 1e-7
+#define SAME 1e-12
 #define NOISE 1e-15
 /* Ways on which bristles are stretched at the start, m or rad, and spans that it may take, s. */
 #define SHORT 1e-12
@@ -143,6 +144,9 @@ static double quick(axis *a, double M, double P, double h, double s, double v, c
     double w = v, g = M * w + h * s * rubs(a, s * w, h, z, out) - P;
     double slope = M + h * a->slopes[at], other = w - g / slope, g_other;
     int i;
+    if (other > bottom && fabs(other - w) <= SAME * fabs(other) + NOISE * fabs(P) / slope) {
+        return other;
+    }
     for (i = 0; i < FEW; i++) {
         if (!(other > bottom) || other == w) {
             break;
