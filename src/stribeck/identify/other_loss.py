@@ -56,6 +56,7 @@ def other_loss_violations(
     refits = [polish(other, points[k], float(costs[k]), ROWS * len(start)) for k in order]
     refit = min(refits, key=lambda r: r.cost)
     spent = len(points) + sum(r.evaluations for r in refits)
+    spent += isinstance(problem, FreeConstantsProblem)  # the noise that its priors are weighed by
     values = parameters.full(refit.x[None, :dim])[0]
     left = {
         q.name: _told(parameters, q, e, v)
