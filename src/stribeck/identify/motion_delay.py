@@ -28,6 +28,7 @@ from .uncertainty.linearisation import box_of, linearised
 
 if TYPE_CHECKING:
     from ..optimize.trust_region import Iterate
+    from .parameters import Parameters
     from .polish import Polished
     from .segment import Segment
     from .uncertainty.estimates import Estimate
@@ -135,13 +136,7 @@ def _violation(
     problem: MotionProblem, judged: Sequence[Estimate], refit: Polished, start: float, reach: float
 ) -> Violation:
     parameters, seconds = problem.parameters, float(refit.x[-1])
-    values = parameters.full(refit.x[None, :-1])[0].tolist()
-    moved = {
-        q.name: f"{e.name} may be {float(shown_in(parameters.rig, q, v)):.3g}, not "
-        f"{float(shown_in(parameters.rig, q, e.value)):.3g} {e.unit}".rstrip()
-        for q, e, v in zip(parameters.every, judged, values, strict=True)
-        if e.verdict != "fixed" and not e.low <= v <= e.high
-    }
+    moved = moved_estimates(parameters, judged, refit.x[:-1])
     at_least = "at least " if abs(seconds) > EDGE * reach else ""
     side = "behind" if seconds > 0 else "ahead of"
     drive = "force" if parameters.rig.applied_force else "command"
@@ -152,3 +147,20 @@ def _violation(
         f"{-1e3 * seconds:.3g} moves it back"
     )
     return Violation("data", sentence, frozenset(moved), caps=bool(moved))
+
+
+def moved_estimates(parameters: Parameters, judged: Sequence[Estimate], x: Array) -> dict[str, str]:
+    """What is told of the estimates that a refit moves out of their intervals, by name.
+
+    Args:
+        parameters: Rig and law.
+        judged: The estimates, as in `parameters.every`.
+        x: The free parameters of the refit, SI.
+    """
+    values = parameters.full(x[None])[0].tolist()
+    return {
+        q.name: f"{e.name} may be {float(shown_in(parameters.rig, q, v)):.3g}, not "
+        f"{float(shown_in(parameters.rig, q, e.value)):.3g} {e.unit}".rstrip()
+        for q, e, v in zip(parameters.every, judged, values, strict=True)
+        if e.verdict != "fixed" and not e.low <= v <= e.high
+    }

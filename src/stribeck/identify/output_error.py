@@ -33,6 +33,7 @@ from .motion_delay import delay_violations
 from .multistart import Optimum, Progress, multistart
 from .other_loss import other_loss_violations
 from .parameters import Parameters
+from .position_drift import drift_violations
 from .problem import MotionProblem
 from .refinement import MANY, settled
 from .result import Fit
@@ -44,6 +45,7 @@ from .sliding_check import mark_never_slid
 from .slip_by_slip import by_slip_where_needed, fitted_spreads, scatter_sentence, settled_slips
 from .uncertainty.assessment import Uncertainty, uncertainty
 from .uncertainty.estimates import (
+    Estimate,
     bound_warnings,
     correlation_warnings,
     estimates,
@@ -175,6 +177,28 @@ def _profiled(
     return uncertainty(problem, x, among=free, budget=4 * len(x), keep=True), True
 
 
+def _refits(
+    optimum: Optimum, uncertain: Uncertainty, judged: Sequence[Estimate], *, rough: bool
+) -> tuple[list[Violation], int]:
+    """What refits with a drift, a delay or another loss tell of a fit; and the rows evaluated.
+
+    Args:
+        optimum: Where the search ended.
+        uncertain: Its `x` is the solution.
+        judged: The estimates.
+        rough: Whether the misfit is beyond the noise: only then a delay or a loss is tried.
+    """
+    problem, x = optimum.problem, uncertain.x
+    if isinstance(problem, FreeConstantsProblem):
+        problem, x = problem.at(x)
+    looks = [drift_violations(problem, x, judged)]
+    if rough:
+        looks.append(delay_violations(problem, x, judged))
+        runs = optimum.search.runs
+        looks.append(other_loss_violations(optimum.problem, uncertain.x, judged, runs))
+    return [v for told, _ in looks for v in told], sum(rows for _, rows in looks)
+
+
 def output_error_fit(
     optimum: Optimum,
     uncertain: Uncertainty,
@@ -231,14 +255,11 @@ def output_error_fit(
         *misfit,
         *between,
     ]
-    if misfit and not optimum.interrupted:  # losses disagree where the model lacks something
+    if not optimum.interrupted:
         try:
-            late, spent = delay_violations(problem, x, judged)
-            by_loss, rows_spent = other_loss_violations(
-                optimum.problem, uncertain.x, judged, optimum.search.runs
-            )
-            violations += [*late, *by_loss]
-            uncertain = replace(uncertain, rows=uncertain.rows + spent + rows_spent)
+            told, spent = _refits(optimum, uncertain, judged, rough=bool(misfit))
+            violations += told
+            uncertain = replace(uncertain, rows=uncertain.rows + spent)
         except KeyboardInterrupt:
             optimum = _interrupted(optimum)
     judged = mark_never_slid(parameters, judged, recordings_of(train))
