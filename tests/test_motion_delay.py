@@ -122,3 +122,9 @@ def test_the_motion_is_moved_where_no_force_was_measured() -> None:
     np.testing.assert_array_equal(RIGS["slide-bed"].in_step(log, -0.03).position, moved.position)
     with pytest.raises(InputError, match="no force that a delay could move"):
         RIGS["forced"].in_step(log, 0.03)
+
+
+def test_a_delay_within_what_passes_for_noise_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rests that creep make the floor of the noise too high to see a misfit of twice the noise."""
+    monkeypatch.setattr("stribeck.identify.fit_warnings.NOISY", 10.0)
+    assert told(arm(0.02))

@@ -186,14 +186,13 @@ def _refits(
         optimum: Where the search ended.
         uncertain: Its `x` is the solution.
         judged: The estimates.
-        rough: Whether the misfit is beyond the noise: only then a delay or a loss is tried.
+        rough: Whether the misfit is beyond the noise: only then the other loss is tried.
     """
     problem, x = optimum.problem, uncertain.x
     if isinstance(problem, FreeConstantsProblem):
         problem, x = problem.at(x)
-    looks = [drift_violations(problem, x, judged)]
+    looks = [drift_violations(problem, x, judged), delay_violations(problem, x, judged)]
     if rough:
-        looks.append(delay_violations(problem, x, judged))
         runs = optimum.search.runs
         looks.append(other_loss_violations(optimum.problem, uncertain.x, judged, runs))
     return [v for told, _ in looks for v in told], sum(rows for _, rows in looks)
