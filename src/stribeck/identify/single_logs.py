@@ -49,15 +49,15 @@ def answers_alone(optimum: Optimum, settings: SearchSettings) -> tuple[dict[int,
     if not isinstance(motion, MotionProblem) or motion.parameters.objective.by_slip:
         return {}, 0
     logs = recordings_of(motion.train)
-    near = motion.noise_of(optimum.x[: motion.space.dim]) <= NOISY * noise_floor(
-        motion.parameters.rig, logs
-    )
-    if len(logs) == 1 or near or not sticks_and_slips(motion):
+    if len(logs) == 1 or not sticks_and_slips(motion):
         return {}, 0
+    noise = motion.noise_of(optimum.x[: motion.space.dim])
+    if noise <= NOISY * noise_floor(motion.parameters.rig, logs):
+        return {}, 1
     alone = replace(settings, repeats=1)
     answers, evaluations = {}, 0
     for log in logs:
         own = multistart(motion.of_log(log), alone)
         answers[id(log)] = own.x
         evaluations += own.search.evaluations
-    return answers, evaluations // len(logs)
+    return answers, 1 + evaluations // len(logs)
