@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..optimize import Run, Search, steps
 from ..space import Array
+from .displaced_inertia import displaced_inertia
 from .fit_warnings import RIVAL
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, free_starts
@@ -131,7 +132,8 @@ def multistart(
     evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     answer = Refined(polished[0].x, polished[0].cost, 0, None)
     if smooth and settings.memetic and not interrupted:
-        answer, interrupted = _refined_answer(problem, answer, settings, progress)
+        allowance = settings.budget * settings.repeats - evaluations
+        answer, interrupted = _refined_answer(problem, answer, settings, progress, allowance)
     evaluations += answer.evaluations
     seconds = time.perf_counter() - start_time
     allowance = 0 if interrupted else settings.budget * settings.repeats - evaluations
@@ -208,8 +210,9 @@ def _repeated(
 
 
 def _refined_answer(
-    problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None
-) -> tuple[Refined, bool]:
+    problem: MotionProblem, answer: Refined, settings: SearchSettings, progress: Progress | None,
+    allowance: int,
+) -> tuple[Refined, bool]:  # fmt: skip
     """The answer of the repeats refined, or what contained laws lead to where that is better.
 
     And whether Ctrl-C ended that.
@@ -227,9 +230,9 @@ def _refined_answer(
             spent += nested.evaluations
             best = nested if nested.cost < best.cost else best
         best = replace(best, evaluations=spent)
-        allowance = settings.budget * settings.repeats - spent
+        best = displaced_inertia(problem, best, allowance - spent)
         if dim >= MANY:
-            best = restarted(problem, best, settings.seed, allowance)
+            best = restarted(problem, best, settings.seed, allowance - best.evaluations)
     except KeyboardInterrupt:
         return best, True
     return best, False

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...space import Array
 from ..conditions import Violation
+from ..displaced_inertia import INERTIA
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -29,8 +30,6 @@ _JOINT = re.compile(
 )
 #: A joint moves if it covers this share of the identified one's travel.
 _MOVES = 0.05
-#: Parameters that stand for inertia, on any rig.
-_INERTIA = frozenset({"M", "J", "armature"})
 
 
 def held_out_violations(score: Score, holdout: Sequence[HeldOut]) -> list[Violation]:
@@ -63,7 +62,7 @@ def neighbour_violations(
         parameters: Rig and law.
         recordings: The logs trained on.
     """
-    inertia = frozenset(q.name for q in parameters.free) & _INERTIA
+    inertia = frozenset(q.name for q in parameters.free) & INERTIA
     moving = {name for log in recordings for name in moving_joints(log)}
     if not inertia or not moving:
         return []
