@@ -305,11 +305,8 @@ def test_a_servo_follows_a_recorded_goal(opened: Callable[[Model], Unit], law: s
     of_the_run = dict(zip(("m", "l", "kp", "vin"), segment.given, strict=True))
     motion = moved(opened(model), model, segment, **of_the_run)
     assert np.ptp(expected.position) > 0.3
-    # Rounding decides whether a step is halved: parameters that are off in their last digit move
-    # the motion in Python alone by 1e-16 or by 1e-7, a part of the tolerance, nothing in between.
-    most = 1e-6 if law.startswith("bam-m6") else 1e-9
-    assert difference(motion[0], expected.position[0]) <= most
-    assert difference(motion[2], expected.force[0]) <= most
+    assert difference(motion[0], expected.position[0]) <= 1e-9
+    assert difference(motion[2], expected.force[0]) <= 1e-9
 
 
 #: A small servo with a pendulum, SI.
