@@ -96,18 +96,25 @@ class Synchronised:
         return told
 
     def widened(self, errors: Array) -> Array:
-        """Standard errors of all parameters, (k,), with what a delay does that is left."""
+        """Standard errors of all parameters, (k,), with what a delay does that is left.
+
+        A delay that the log shows and that is left where it is moves the estimates one way, so that
+        it adds to their errors; the rest of what it may be does so at random.
+        """
         left = self.left
         if self.known and not certain(left):
             return errors
-        spread = left.error
+        shift, spread = 0.0, left.error
         if not self.data.delay:
-            spread = 1.0 / float(np.hypot(1.0 / max(spread, 1e-12), 1.0 / (UNSEEN * left.sample)))
-            if abs(left.seconds) > LIKELY * left.error:  # it is seen, and left as it is
-                spread = float(np.hypot(spread, abs(left.seconds) / HALF_WIDTH))
-        wide = errors.copy()
-        free = self.solved.system.free
-        wide[free] = np.hypot(errors[free], left.slopes * spread)
+            unseen, seen = (UNSEEN * left.sample) ** 2, max(left.error, 1e-12) ** 2
+            shift = left.seconds * unseen / (unseen + seen)
+            spread = float(np.sqrt(unseen * seen / (unseen + seen)))
+        wide, free = errors.copy(), self.solved.system.free
+        wide[free] = np.fmax(
+            np.hypot(errors[free], left.slopes * spread),
+            np.hypot(self.solved.robust_errors[free], left.slopes * spread)
+            + np.abs(left.slopes * shift) / HALF_WIDTH,
+        )
         return np.where(wide > _WIDER * errors, wide, errors)
 
     def _applied(self) -> list[Violation]:
