@@ -94,8 +94,13 @@ def _joint(joint: int, keep: Keep, *, quick: bool) -> dict[str, Any]:
     results: dict[str, Any] = {
         "onsets": keep(f"joints/{joint}/onsets", partial(onsets, log)),
         "halves": {},
+        "by slip": {},
         "known": {},
     }
+    whole = Half(log, f"{log.t[0]:.2f}s:{log.t[-1]:.2f}s")
+    for part, (train, test) in {"all": (whole, None), "1": parts, "2": parts[::-1]}.items():
+        task = partial(slip_by_slip, joint, train, test)
+        results["by slip"][part] = keep(f"joints/{joint}/by slip/{part}", task)
     for name in (PLAIN_NAME, ONSETS) if quick else MODELS:
         for k in (0,) if quick else (0, 1):
             for road in ("rest to rest",) if quick else MODELS[name].roads:
@@ -147,6 +152,35 @@ def predicted(
         "seconds": fit.search.seconds,
         "estimates": {e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates},
         **test_errors(fit.parameters, fit.p, test),
+    }
+
+
+def slip_by_slip(joint: int, train: Half, test: Half | None) -> dict[str, Any]:
+    """A fit in which each slip has a breakaway of its own, beside the onsets of the same part.
+
+    The legs of the other half are predicted with their mean: it is not known where a slip to come
+    breaks away.
+    """
+    law = law_named(MODELS[GAUSS].law)
+    names = [q.name for q in rig(joint).parameters(law) if q.name not in FIXED]
+    fit = identify(
+        train.log,
+        rig=rig(joint),
+        law=law,
+        train=train.range,
+        fixed=FIXED,
+        bounds={n: BOUNDS[n] for n in names if n in BOUNDS},
+        breakaway="scattered",
+    )
+    (spread,) = fit.breakaway
+    return {
+        "onsets": onsets(train.log, train.range),
+        "train": fit.score.value,
+        "evaluations": fit.search.evaluations,
+        "seconds": fit.search.seconds,
+        "estimates": {e.name: [e.value, e.low, e.high, e.verdict] for e in fit.estimates},
+        "spread": [spread.sd, spread.low, spread.high, spread.slips],
+        **({} if test is None else test_errors(fit.parameters, fit.p, test)),
     }
 
 
@@ -302,7 +336,7 @@ def tables(results: Mapping[str, Any]) -> Iterator[str]:
     """Markdown: predictions, staircases, levels with intervals, the known axes."""
     if not results:
         return
-    for section in (_predictions, _staircases, _levels, _known_axes):
+    for section in (_predictions, _staircases, _levels, _known_axes, _slip_by_slip):
         lines = list(section(results))
         if len(lines) > _HEAD:
             yield "\n".join(lines)
@@ -416,4 +450,28 @@ def _known_axes(results: Mapping[str, Any]) -> Iterator[str]:
             yield (
                 f"| {joint} | {static_friction} | {seed} | {whole:.1f} | {a:.1f} "
                 f"| {a / whole:.2f} | {legs:.1f} | {b:.1f} | {b / legs:.2f} |"
+            )
+
+
+def _slip_by_slip(results: Mapping[str, Any]) -> Iterator[str]:
+    yield "**Arm joints slip by slip: breakaway / N m, and legs not seen, RMSE / mrad**\n"
+    yield (
+        "| joint | trained on | slips | F_S at the onsets | F_S | their scatter | scatter | "
+        "legs: Coulomb-viscous | slip by slip | ratio |"
+    )
+    yield "|---|---|---:|---|---|---:|---|---:|---:|---:|"
+    for joint, part in results.items():
+        for name, row in part.get("by slip", {}).items():
+            seen, (sd, low, high, slips) = row["onsets"], row["spread"]
+            plain = part["halves"].get(f"{name}/{PLAIN_NAME}/rest to rest")
+            legs = " | | "
+            if plain is not None and "rest to rest" in row:
+                a, b = plain["rest to rest"], row["rest to rest"]
+                legs = f"{a:.1f} | {b:.1f} | {b / a:.2f}"
+            first, last = seen["interval"]
+            rows = name if name == "all" else f"half {name}"
+            yield (
+                f"| {joint} | {rows} | {slips} | {seen['F_S']:.2f} ({first:.2f} to {last:.2f}) | "
+                f"{_level(row['estimates']['F_S'])} | "
+                f"{seen['scatter']:.2f} | {sd:.2f} ({low:.2f} to {high:.2f}) | {legs} |"
             )

@@ -83,3 +83,10 @@ def test_a_plan_names_the_direction_that_was_driven(direction: int, word: str) -
     assert words
     assert all(f"in the direction of {word} position" in text for text in words)
     assert axis.shown("position", 3e-5) == "0.03 mm"
+
+
+@pytest.mark.parametrize("score", [LITTLE, NOISY])
+def test_a_single_search_names_the_command_that_makes_more(score: Score) -> None:
+    (violation,) = misfit_violations(BED, score, [LOG], [F_S], 1, 1)
+    assert "identify with --repeats 3" in violation.sentence
+    assert "raise" not in violation.sentence

@@ -12,7 +12,7 @@ from numpy.random import default_rng
 from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines
-from stribeck import InputError, Recording, identify, read_card, validate
+from stribeck import InputError, Recording, identify, read_card, select, validate
 from stribeck.identify.card import card
 
 CNC = Path(__file__).parents[2] / "shared" / "data" / "cnc" / "experiment_11.csv"
@@ -82,3 +82,17 @@ def test_a_mill_with_coarse_positions() -> None:
     level = next(e for e in fit.estimates if e.name == "F_C")
     assert 4.1 < level.value < 4.5
     assert level.low < 4.29 < level.high
+
+
+def test_laws_are_compared_with_the_velocity_that_identify_reads() -> None:
+    coarse = log(2e-3, 1e-4)
+    laws = ["coulomb-viscous", "stribeck"]
+    kept: dict[str, Any] = {"train": "0s:12s", "holdout": "12s:20s"}
+    selection = select(coarse, rig="forced", laws=laws, **kept)
+    assert any(s.startswith("The recorded velocity is used") for s in selection.sentences)
+    assert selection["coulomb-viscous"].fit.values["F_C"] == pytest.approx(20.0, rel=0.03)
+    by_position = select(coarse, rig="forced", laws=laws, velocity="position", **kept)
+    held = [s["coulomb-viscous"].held for s in (selection, by_position)]
+    assert held[0] < 0.8 * held[1]
+    with pytest.raises(InputError, match="is simulated: it reads no velocity"):
+        select(coarse, rig="slide-bed", velocity="recorded")

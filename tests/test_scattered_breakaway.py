@@ -13,7 +13,7 @@ from scipy import stats
 from foreign import joint, sensors, slide_bed
 from foreign.clock import Array
 from foreign.friction import Curve
-from stribeck import RIGS, Fit, InputError, Recording, identify
+from stribeck import RIGS, Fit, InputError, Recording, identify, select
 from stribeck.friction import law_named
 from stribeck.identify.breakaway_scatter import onset_levels, scatter
 from stribeck.identify.card import card
@@ -282,3 +282,16 @@ def test_starts_lie_about_what_the_onsets_tell() -> None:
             truth = {**ARM, **ARM_CURVE._asdict()}[q.name]
             assert x[:, i].min() < truth < x[:, i].max()
             assert x[:, i].max() < 50.0 * truth
+
+
+def test_a_comparison_of_laws_says_that_it_has_one_breakaway_for_all() -> None:
+    selection = select(
+        bed_log(0.15, 3),
+        rig=RIGS["slide-bed"].exact(),
+        laws=["coulomb-viscous", "stribeck"],
+        train="0s:52s",
+        holdout="52s:102s",
+        budget=300,
+    )
+    (sentence,) = (s for s in selection.sentences if s.startswith("Breakaway scatters by"))
+    assert "here all laws have one for all, as by its --breakaway common" in sentence

@@ -220,6 +220,7 @@ def select(
     seed: Seed = None,
     budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
     delay: DelayText = "auto",
+    velocity: Annotated[str, typer.Option(metavar="auto|recorded|position", help="The velocity of a force balance.")] = "auto",
     folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
     loss: LossOption = "squares",
     columns: Columns = None,
@@ -261,6 +262,7 @@ def select(
             folds=folds,
             loss=cast("Any", loss),
             delay=late,
+            velocity=cast("Any", velocity),
             progress=progress.step,
         )
     _tell_selection(selection, out, json)

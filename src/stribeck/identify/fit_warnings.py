@@ -65,7 +65,7 @@ def misfit_violations(
     if explains_little(parameters, score):
         ends = [f"the range of {e.name} (--bounds)" for e in estimates if e.at_bound]
         causes = [
-            *(["raise --repeats"] if search else []),
+            *([_more(repeats)] if search else []),
             *([f"widen {' and '.join(ends)}"] if ends else []),
             "check the rig's constants and the units of the log",
         ]
@@ -99,7 +99,12 @@ def _unconfirmed(repeats: int) -> str:
     once = (
         "a single search was made" if repeats == 1 else f"at most 1 of {repeats} repeats reached it"
     )
-    return f"{once} and may have missed the best fit (raise --repeats), or "
+    return f"{once} and may have missed the best fit ({_more(repeats)}), or "
+
+
+def _more(repeats: int) -> str:
+    """What to do where repeats do not confirm each other; a comparison of laws makes one each."""
+    return "identify with --repeats 3" if repeats == 1 else "raise --repeats"
 
 
 def noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:

@@ -11,7 +11,7 @@ first, up to the first that passes: so many laws err no more often than one test
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from numbers import Integral
 from typing import TYPE_CHECKING
@@ -23,12 +23,16 @@ from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
 from ...rig import Rig
+from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
 from ..balance.synchronisation import synchronised
+from ..balance.velocity_source import VelocitySource, with_velocity
 from ..data_split import DataSplit, data_split, recording_list
 from ..loss import Loss, Objective
+from ..own_breakaway import breakaway_columns
 from ..parameters import Parameters, partition
 from ..result import Fit
+from ..slip_by_slip import by_slip_where_needed
 from .candidate import Candidate
 from .candidate_fit import candidate_fit, unidentified
 from .findings import Finding, findings, sentences
@@ -137,6 +141,7 @@ def select(
     folds: int | None = None,
     loss: Loss = "squares",
     delay: Delay = "auto",
+    velocity: VelocitySource = "auto",
     progress: Progress | None = None,
 ) -> Selection:
     """Fit several laws and recommend the simplest that the data support.
@@ -159,6 +164,7 @@ def select(
         folds: Rounds, where nothing is given to be held out; 5 by default.
         loss: `squares` of the position errors, or their `absolute` size; see `Objective`.
         delay: Of the force after the motion, as for `identify`; the richest law finds it.
+        velocity: Of a force balance, as for `identify`; the richest law chooses it.
         progress: Called with what is being done and the searches, after every step.
 
     Raises:
@@ -183,7 +189,10 @@ def select(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    data = _synchronised(parameter_sets[-1], data_split(logs, train, holdout, axis), delay)
+    data = data_split(logs, train, holdout, axis)
+    parameter_sets, told = _with_velocity(parameter_sets, data, velocity)
+    axis = parameter_sets[0].rig
+    data = _synchronised(parameter_sets[-1], data, delay, told.source)
     logs, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
@@ -198,15 +207,68 @@ def select(
                 raise
             break
     names = [p.law.name for p in parameter_sets]
-    return _compared(axis, training, names, excluded, simulated=simulated)
+    selection = _compared(axis, training, names, excluded, simulated=simulated)
+    conditions = (*told.sentences, *_one_breakaway(parameter_sets, data))
+    return replace(selection, sentences=(*selection.sentences, *conditions))
 
 
-def _synchronised(parameters: Parameters, data: DataSplit, delay: Delay) -> DataSplit:
+@dataclass(frozen=True)
+class _Velocity:
+    """Which velocity all laws read, and what is told of it."""
+
+    source: VelocitySource
+    sentences: tuple[str, ...] = ()
+
+
+def _with_velocity(
+    parameter_sets: list[Parameters], data: DataSplit, velocity: VelocitySource
+) -> tuple[list[Parameters], _Velocity]:
+    """The laws on a rig that reads the velocity which the richest of them chooses.
+
+    Raises:
+        InputError: an unknown velocity, or one is asked for on a rig that is simulated.
+    """
+    richest = parameter_sets[-1]
+    if richest.rig.approach == "output_error":
+        if velocity != "auto":
+            raise InputError(f"rig {richest.rig.name} is simulated: it reads no velocity of a log")
+        return parameter_sets, _Velocity("position")
+    chosen, violations = with_velocity(richest, data, velocity)
+    source = as_balanced(chosen.rig).filtering.velocity
+    on_rig = [replace(p, rig=as_balanced(p.rig).with_velocity(source)) for p in parameter_sets]
+    return on_rig, _Velocity(source, tuple(f"{_capital(v.sentence)}." for v in violations))
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
+
+
+def _one_breakaway(parameter_sets: Sequence[Parameters], data: DataSplit) -> tuple[str, ...]:
+    """A word on breakaway that scatters, where `identify` gives each slip its own."""
+    level = next((p for p in parameter_sets if breakaway_columns(p.law) is not None), None)
+    if level is None or level.rig.approach != "output_error":
+        return ()
+    auto = replace(level, objective=replace(level.objective, breakaway="auto"))
+    _, seen = by_slip_where_needed(auto, data)
+    if seen is None:
+        return ()
+    text = (
+        f"Breakaway scatters by {seen.share:.0%} from slip to slip ({seen.slips} slips): identify "
+        "gives each slip its own; here all laws have one for all, as by its --breakaway common, "
+        "since those without F_S can have no other. No law then tells when a slip comes, and a "
+        "drop may be missed."
+    )
+    return (text,)
+
+
+def _synchronised(
+    parameters: Parameters, data: DataSplit, delay: Delay, velocity: VelocitySource
+) -> DataSplit:
     """The data with force and motion at one time."""
     delay = checked_delay(delay)
     if parameters.rig.approach == "output_error":
         return data if isinstance(delay, str) else data.advanced(parameters.rig, float(delay))
-    return synchronised(parameters, data, delay, velocity="position").data
+    return synchronised(parameters, data, delay, velocity=velocity).data
 
 
 def _parameters(
