@@ -135,8 +135,11 @@ def _stayed(search: Search, level: float) -> bool:
 
 
 def sticks_and_slips(problem: MotionProblem) -> bool:
-    """Whether the axis sticks and slips in the training data, or elements of its law do."""
-    if free_starts(problem) or problem.parameters.law.states > 1:
+    """Whether the axis sticks and slips in the training data, or elements of its law do.
+
+    Where each slip has a breakaway of its own it does, however few there are.
+    """
+    if free_starts(problem) or problem.weights is not None or problem.parameters.law.states > 1:
         return True
     logs = {id(s.recording): s.recording for s in problem.train}
     slips = {key: segment(log).slips for key, log in logs.items()}
