@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import interval_axes
 from foreign import joint, sensors, slide_bed
 from foreign.clock import Array
 from foreign.friction import Curve
+from foreign_axes import noisy, recordings
 from stribeck import RIGS, Fit, InputError, Recording, identify, select
 from stribeck.friction import law_named
 from stribeck.identify.breakaway_scatter import onset_levels, scatter
@@ -96,6 +98,18 @@ def test_scatter_of_a_joint_apart_from_gravity(share: float, hold: float) -> Non
     seen = scatter(*slips(joint_log(share, hold), arm_rig(hold), "stribeck-gauss"))
     assert seen is not None
     assert seen.evident == (share > 0.0)
+
+
+def test_a_motion_that_begins_while_the_pull_falls_tells_no_scatter() -> None:
+    """A joint with one breakaway level; it reverses twice so slowly that it seems to rest."""
+    axis = interval_axes.robot(32)
+    log = recordings(axis, noisy(axis, np.random.default_rng(32), 0.0))[0]
+    rig = as_simulated(RIGS[axis.rig].set(**axis.given))
+    parameters, begun = slips(log, rig, axis.law)
+    middle = [0.5 * (q.lower + q.upper) for q in parameters.free]
+    _, rise = pulls(rig, parameters.law, parameters.full(np.array([middle])), begun)
+    assert (rise < 0.0).sum() >= 2
+    assert scatter(parameters, begun) is None  # five slips are left
 
 
 # --- the breakaway of each slip -------------------------------------------------------------------

@@ -138,7 +138,8 @@ def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
 def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevels | None:
     """The regression of the pull at onsets on levels and the rig's free parameters; None if none.
 
-    It takes six slips and more, and a rig that says what pulls at an axis at rest.
+    It takes six slips and more, and a rig that says what pulls at an axis at rest. A motion that
+    begins while the pull does not rise is none that breaks away: it counts for nothing here.
     """
     rig, law = as_simulated(parameters.rig), parameters.law
     if len(slips) < FEWEST:
@@ -155,6 +156,10 @@ def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevel
         F, rise = (a.T for a in pulls(rig, law, p, slips))
     except InputError:
         return None
+    rising = rise[:, 0] > 0.0
+    F, rise, s = F[rising], rise[rising], s[rising]
+    if len(s) < FEWEST:
+        return None
     slopes = F[:, 1:] - F[:, :1]  # over half of a range
     ways = [way for way in (-1, 1) if (s == way).any()]
     seen = np.ptp(slopes, axis=0) > 0
@@ -163,7 +168,7 @@ def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevel
     ends[len(ways) :] = 1.0
     solution = lsq_linear(A, F[:, 0], (-ends, ends))
     off = F[:, 0] - A @ solution.x
-    dof = len(slips) - int(np.linalg.matrix_rank(A))
+    dof = len(s) - int(np.linalg.matrix_rank(A))
     mean = abs(float(solution.x[: len(ways)].mean()))
     if dof < 1 or not mean > 0:
         return None
