@@ -167,6 +167,24 @@ def test_what_the_data_do_not_see_is_flat_on_both_sides() -> None:
     assert np.isinf(profiled.quick.errors[1])
 
 
+def test_what_is_known_is_what_is_known_wherever_the_unknown_is() -> None:
+    """A drop of friction below all speeds shows the level after it, one above them that before."""
+    v = np.linspace(1.0, 1.2, 60)
+    y = 12.0 + 0.05 * np.random.default_rng(5).standard_normal(len(v))
+    space = Space(
+        (
+            Param("F_S", 0.0, 40.0, "N"),
+            Param("F_C", 0.0, 40.0, "N"),
+            Param("v_s", 1e-3, 1e3, "m/s", log=True),
+        )
+    )
+    model = Model(space, y, lambda x: x[1] + (x[0] - x[1]) * np.exp(-v / x[2]))
+    profiled = profiles(model, np.array([12.0, float(y.mean()), 0.01]), keep=True)
+    F_C = profiled.profiles[1]
+    assert F_C.low.end < 1.0
+    assert F_C.high.end > 30.0
+
+
 def test_an_order_holds_and_is_named() -> None:
     """Two levels, upper >= lower; raising the lower one takes the upper one along."""
     t = np.linspace(0, 1, 40)

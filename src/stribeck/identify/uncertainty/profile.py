@@ -38,7 +38,10 @@ FINEST, ROWS = 1e-6, 40
 #: A fit better by this share of the least threshold is a new best; how often that may happen.
 BETTER, RESTARTS = 0.02, 8
 #: How often intervals are carried on from places that other walks have met.
-ROUNDS = 2
+ROUNDS = 3
+#: A side is walked from the end of a parameter that the data do not hold, too, if to first order it
+#: is longer from there by this factor.
+LONGER = 1.5
 #: A side shorter than this share of the other is refitted at its end, and carried on if that
 #: lowers it below this share of its height.
 SHORT, LOWER = 0.7, 0.9
@@ -251,7 +254,11 @@ def _walked(
                 walked[i] = walked[i] if side is None else side
             if met():
                 return walked, min(counted.visited, key=lambda visited: visited[1])[0]
-        todo = _unfinished(rays, walked, counted) or _doubtful(rays, walked, counted, at_once)
+        todo = (
+            _unfinished(rays, walked, counted)
+            or _doubtful(rays, walked, counted, at_once)
+            or _from_open_ends(rays, walked, counted)
+        )
         if met():
             return walked, min(counted.visited, key=lambda visited: visited[1])[0]
         if not todo:
@@ -287,6 +294,34 @@ def _doubtful(
             if iterate is not None and rays[i].height(iterate.squares) < LOWER * before:
                 todo.append((i, iterate))
     return todo
+
+
+def _from_open_ends(
+    rays: Sequence[Ray], walked: Sequence[Walked], counted: Counted
+) -> list[tuple[int, Iterate | None]]:
+    """Sides that are longer, to first order, from where another parameter meets its range.
+
+    What the data do not hold may be anywhere in its range, and what is known of the others is what
+    is known wherever it is: a drop of friction below all speeds of a log shows the level after it,
+    one above them all the level before.
+    """
+    todo: dict[int, tuple[float, Iterate]] = {}
+    for open_ray, side in zip(rays, walked, strict=True):
+        if side.ended not in ("bound", "flat") or side.standing is None or not side.t > 0:
+            continue
+        if counted.left <= 4 * open_ray.box.dim:
+            break
+        place = linearised(counted, open_ray.box, open_ray.box.x(side.standing.place.u))
+        quick = quick_look(place.J, place.r, logs_of(open_ray.problem, len(place.r)))
+        for i, ray in enumerate(rays):
+            height = ray.height(place.squares)
+            if ray.k == open_ray.k or walked[i].ended != "threshold" or height >= 1.0:
+                continue
+            way = _reach(quick, ray.threshold, ray.k) * float(np.sqrt(1.0 - height**2))
+            way = min(ray.distance(float(place.u[ray.k])) + way, ray.limit[0])
+            if way > max(LONGER * walked[i].t, todo[i][0] if i in todo else 0.0):
+                todo[i] = way, place
+    return [(i, place) for i, (_, place) in todo.items()]
 
 
 def _unfinished(
