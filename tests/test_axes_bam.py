@@ -104,7 +104,7 @@ def test_plain_friction_is_identified_again(
     assert all(e.verdict != "identified" or e.low <= by_squares[n] <= e.high
                for n, e in estimates.items() if n in by_squares)  # fmt: skip
     (sentence,) = (w for w in fit.warnings if w.startswith("--loss squares puts"))
-    assert "k_t at 0.4" in sentence
+    assert "R at 7." in sentence
 
 
 @pytest.mark.parametrize(

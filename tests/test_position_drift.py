@@ -14,7 +14,7 @@ from foreign.clock import Array
 from foreign.strokes import even
 from stribeck import Recording, identify
 
-TRUTH = {"sigma_0": 1.2e6, "F_C": 14.0, "offset": 0.5}
+TRUTH = {"sigma_0": 1.2e6, "F_C": 14.0, "M": 15.0, "offset": 0.5}
 T = even(4.0, 2e-3)
 
 

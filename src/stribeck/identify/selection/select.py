@@ -254,8 +254,8 @@ def _one_breakaway(parameter_sets: Sequence[Parameters], data: DataSplit) -> tup
         return ()
     text = (
         f"Breakaway scatters by {seen.share:.0%} from slip to slip ({seen.slips} slips): identify "
-        "gives each slip its own; here all laws have one for all, as by its --breakaway common, "
-        "since those without F_S can have no other. No law then tells when a slip comes, and a "
+        "gives each slip its own; here all laws have one for all, since those without F_S can "
+        "have no other. No law then tells when a slip comes, and a "
         "drop may be missed."
     )
     return (text,)
