@@ -194,11 +194,17 @@ def _bias(name: str, p: dict[str, Any]) -> str:
 def _counts(results: dict[str, Any]) -> str:
     low, high = results["share"] or (math.nan, math.nan)
     faulty = [r for r in results["rows"] if not r["clean"]]
+    clean = [r for r in results["rows"] if r["clean"]]
+    silent = sum(bool(r["lies"]) for r in faulty)
+    known = sum(p["identified"] for r in clean for p in r["parameters"].values())
+    off = sum(sum(r["lies"].values()) for r in clean)
     return (
-        f"{len(faulty)} perturbations, {results['lies']} with a silent lie: an identified value "
+        f"{len(faulty)} perturbations, {silent} with a silent lie: an identified value "
         f"more than {100 * OFF:g} % off, its interval without the truth, and no sentence that "
         f"names the fault or the parameter. False alarms: {results['alarms']} of "
-        f"{results['clean']} logs without a fault ({100 * low:.1f} to {100 * high:.1f} %)."
+        f"{results['clean']} logs without a fault ({100 * low:.1f} to {100 * high:.1f} %). Of the "
+        f"{known} identified values of these logs {off} lie as far outside their interval, where "
+        "one in twenty may lie outside."
     )
 
 

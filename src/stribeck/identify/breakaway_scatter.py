@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 SCATTERED = 0.02
 #: Fewer slips tell no scatter.
 FEWEST = 6
+#: Nor do those whose pull rises by this share of itself from one sample to the next.
+OPEN = 0.5
 #: Noise of a motion as a share of its slips, and of a breakaway, before there is a fit.
 _ROUGH = 0.03
 
@@ -139,7 +141,8 @@ def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevel
     """The regression of the pull at onsets on levels and the rig's free parameters; None if none.
 
     It takes six slips and more, and a rig that says what pulls at an axis at rest. A motion that
-    begins while the pull does not rise is none that breaks away: it counts for nothing here.
+    begins while the pull does not rise is none that breaks away, and under a step of the pull it
+    may have broken away anywhere: these count for nothing here.
     """
     rig, law = as_simulated(parameters.rig), parameters.law
     if len(slips) < FEWEST:
@@ -156,7 +159,7 @@ def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevel
         F, rise = (a.T for a in pulls(rig, law, p, slips))
     except InputError:
         return None
-    rising = rise[:, 0] > 0.0
+    rising = (rise[:, 0] > 0.0) & (rise[:, 0] < OPEN * np.abs(F[:, 0]))
     F, rise, s = F[rising], rise[rising], s[rising]
     if len(s) < FEWEST:
         return None
