@@ -17,12 +17,14 @@ from foreign.friction import Curve
 from foreign_axes import noisy, recordings
 from stribeck import RIGS, Fit, InputError, Recording, identify, select
 from stribeck.friction import law_named
+from stribeck.identify import arithmetic
 from stribeck.identify.breakaway_scatter import onset_levels, scatter
 from stribeck.identify.card import card
 from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
 from stribeck.identify.own_breakaway import moved_onsets, pulls, simulated_slip
 from stribeck.identify.parameters import Parameters, partition
+from stribeck.identify.problem import MotionProblem
 from stribeck.identify.random_effects import spread_of
 from stribeck.identify.segment import Segment, segments
 from stribeck.identify.slip_starts import drawn_starts
@@ -181,6 +183,18 @@ def test_scattered_breakaway_is_a_mean_and_a_spread(capsys: pytest.CaptureFixtur
     assert not any("raise" in w for w in fit.warnings)
     show_fit(fit)
     assert f", from slip to slip sd {spread.sd:.2g}" in capsys.readouterr().out
+
+
+def test_finer_steps_of_the_simulation_reach_the_residuals_of_slips() -> None:
+    """What a finer simulation moves is seen, and hardly matters."""
+    fit = fitted()
+    problem, answer = fit.residuals, fit.uncertainty.profiles
+    assert isinstance(problem, MotionProblem)
+    rig = as_simulated(problem.parameters.rig)
+    finer = problem.on(rig.finer(*arithmetic.FINER)).residuals(answer.x[None])[0]
+    assert 0.0 < np.abs(finer - answer.residuals).max() < 0.01 * fit.score.value
+    shifts = arithmetic.shifts(problem, fit.uncertainty)
+    assert 0.0 < max(shifts.values()) < arithmetic.SHARE
 
 
 def test_its_card_validates_slip_by_slip() -> None:

@@ -66,6 +66,11 @@ def test_positions_alone_are_those_of_the_motion(law: str) -> None:
     motion = SLIDE_BED.move(friction, p, on)
     assert np.ptp(motion.position) > 0
     assert np.array_equal(SLIDE_BED.positions(friction, p, on), motion.position)
+    finer = SLIDE_BED.finer(8.0, 100.0)
+    motion = finer.move(friction, p, on)
+    x, v = finer.states(friction, p, on)
+    assert np.array_equal(x, motion.position)
+    assert np.array_equal(v, motion.velocity)
 
 
 @pytest.mark.parametrize(("direction", "share"), [("right", 0.883), ("left", 0.906)])

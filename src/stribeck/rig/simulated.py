@@ -121,7 +121,7 @@ class SimulatedRig(Rig):
 
     def positions(self, law: Law, p: Array, track: Track) -> Array:
         """The positions of that motion alone, m, (n, N)."""
-        return self.move(law, p, track).position
+        return self.states(law, p, track)[0]
 
     def drive(self, recording: Recording) -> Drive:
         """What a recording's command asks of the axis."""

@@ -310,17 +310,10 @@ class SlideBed(SimulatedRig):
         return pull
 
     def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
-        """Positions and velocities alone; see `SimulatedRig`."""
+        """Positions and velocities alone: a search needs no forces; see `SimulatedRig`."""
         if not _jumps(law):
             return super().states(law, p, track)
-        return trajectories(law, *self.split(law, p), track)
-
-    def positions(self, law: Law, p: Array, track: Track) -> Array:
-        """Positions alone, m, (n, N): a search needs no forces."""
-        if not _jumps(law):
-            return super().positions(law, p, track)
-        x, _ = trajectories(law, *self.split(law, p), track, self.slip_tolerance)
-        return x
+        return trajectories(law, *self.split(law, p), track, self.slip_tolerance)
 
     def misfits(self, law: Law, p: Array, track: Track) -> Array:
         """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
