@@ -9,7 +9,6 @@ data as of the model: a rest before the range counts as samples of its start.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -59,6 +58,15 @@ class FreeStartProblem:
         other.parameters = other.problem.parameters
         return other
 
+    def at(self, x: Array) -> tuple[MotionProblem, Array]:
+        """The motion problem from the starts of a point (dim,), and the rest of the point."""
+        k = len(self.problem.space.params)
+        motion = copy(self.problem)
+        motion.train = tuple(
+            started_at(s, float(x0)) for s, x0 in zip(motion.train, x[k:], strict=True)
+        )
+        return motion, x[:k]
+
     @property
     def nominal(self) -> Array:
         """The starts as they were seen, (segments,)."""
@@ -93,11 +101,6 @@ def started_at(segment: Segment, x0: float) -> Segment:
     sums, score = segment.track.sums.copy(), segment.track.score
     np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
     return replace(segment, track=segment.track._replace(x0=x0, sums=sums))
-
-
-def started_at_each(segments: Sequence[Segment], starts: Array) -> tuple[Segment, ...]:
-    """Each segment from its own start."""
-    return tuple(started_at(s, float(x0)) for s, x0 in zip(segments, starts, strict=True))
 
 
 def _measured_start(segment: Segment) -> tuple[float, float, float]:

@@ -9,7 +9,6 @@ misfit, fit and delay are refined together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +20,7 @@ from ..rig.rig import shown_in
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .conditions import Violation
-from .initial_state import FreeStartProblem, started_at, started_at_each
+from .initial_state import FreeStartProblem, started_at
 from .polish import polish
 from .problem import MotionProblem
 from .uncertainty.linearisation import box_of, linearised
@@ -102,16 +101,13 @@ def delay_violations(
         x: The fit, SI, (dim,); starts stay where they are.
         judged: Its estimates, as in `parameters.every`.
     """
-    dim = len(problem.parameters.free)
-    motion = problem.problem if isinstance(problem, FreeStartProblem) else problem
-    if motion.weights is not None:  # slips, each with a start of its own
-        return [], 0
     if isinstance(problem, FreeStartProblem):
-        motion = copy(motion)
-        motion.train = started_at_each(motion.train, x[dim:])
-    reach = REACH * min(float(np.ptp(s.recording.t)) for s in motion.train)
-    delayed, at = DelayedProblem(motion, reach), np.append(x[:dim], 0.0)
-    counted = Counted(delayed, 3 * (dim + 1) + 1)
+        problem, x = problem.at(x)
+    if problem.weights is not None:  # slips, each with a start of its own
+        return [], 0
+    reach = REACH * min(float(np.ptp(s.recording.t)) for s in problem.train)
+    delayed, at = DelayedProblem(problem, reach), np.append(x, 0.0)
+    counted = Counted(delayed, 3 * len(at) + 1)
     try:
         fit = linearised(counted, box_of(delayed), at)
     except InputError:
@@ -119,11 +115,11 @@ def delay_violations(
     if _promised(fit) > PROMISED:
         return [], counted.rows
     start = float(delayed(at[None])[0])
-    refit = polish(delayed, at, start, ROWS * (dim + 1))
+    refit = polish(delayed, at, start, ROWS * len(at))
     rows = counted.rows + 1 + refit.evaluations
     if refit.cost**2 > LEAVES * start**2:
         return [], rows
-    return [_violation(motion, judged, refit, start, reach)], rows
+    return [_violation(problem, judged, refit, start, reach)], rows
 
 
 def _promised(fit: Iterate) -> float:

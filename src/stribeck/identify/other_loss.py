@@ -8,7 +8,6 @@ other loss leaves says nothing of what the model lacks.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..rig.rig import shown_in
 from ..space import Array, Param, Space
 from .conditions import Violation
 from .free_constants import FreeConstantsProblem
-from .initial_state import FreeStartProblem, started_at_each
+from .initial_state import FreeStartProblem
 from .polish import elite, polish
 from .problem import MotionProblem
 
@@ -87,11 +86,7 @@ def _by_other_loss(
     """The problem by the other loss, and the fit in it: parameters, and constants if any."""
     free = problem.problem if isinstance(problem, FreeConstantsProblem) else problem
     dim, k = len(problem.parameters.free), len(free.space.params)
-    motion = free
-    if isinstance(free, FreeStartProblem):
-        motion = copy(free.problem)
-        motion.train = started_at_each(motion.train, x[dim:k])
-    assert isinstance(motion, MotionProblem)  # noqa: S101 - with free starts it is inside
+    motion = free.at(x[:k])[0] if isinstance(free, FreeStartProblem) else free
     other = motion.by_other_loss()
     if problem.parameters.objective.loss == "squares":
         other = other.finer()  # as a fit by absolute errors ends

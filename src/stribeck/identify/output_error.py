@@ -27,7 +27,7 @@ from .free_constants import (
     stated_by_logs,
     with_free_constants,
 )
-from .initial_state import FreeStartProblem, started_at_each
+from .initial_state import FreeStartProblem
 from .log_spread import LogSpreads, log_spreads, spread_over_logs
 from .motion_delay import delay_violations
 from .multistart import Optimum, Progress, multistart
@@ -229,10 +229,8 @@ def output_error_fit(
         problem, x = problem.at(x)
     parameters, dim = problem.parameters, len(problem.parameters.free)
     p = parameters.full(x[None, :dim])[0]
-    if isinstance(problem, FreeStartProblem):
-        train = started_at_each(problem.problem.train, x[dim:])
-    else:
-        train = problem.train
+    motion = problem.at(x)[0] if isinstance(problem, FreeStartProblem) else problem
+    train = motion.train
     score = scores(parameters, p, train)
     judged = estimates(
         parameters,

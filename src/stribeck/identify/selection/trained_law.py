@@ -16,7 +16,7 @@ from ...optimize import MemeticTabuSearch, Run, Search, configure
 from ...rig.simulated import as_simulated
 from ...space import Array
 from ..balance import balance
-from ..initial_state import FreeStartProblem, free_starts, started_at_each
+from ..initial_state import FreeStartProblem, free_starts
 from ..loss import SQUARES
 from ..multistart import Progress, run_searches, with_free_starts
 from ..parameters import Parameters
@@ -96,7 +96,7 @@ class TrainedLaw:
     def train(self) -> tuple[Segment, ...]:
         """The segments trained on, from the starts estimated; none for a force balance."""
         if isinstance(self.problem, FreeStartProblem):
-            return started_at_each(self.problem.problem.train, self.x[len(self.parameters.free) :])
+            return self.problem.at(self.x)[0].train
         return () if self.problem is None else self.problem.train
 
 
