@@ -203,8 +203,8 @@ def _counts(results: dict[str, Any]) -> str:
         f"more than {100 * OFF:g} % off, its interval without the truth, and no sentence that "
         f"names the fault or the parameter. False alarms: {results['alarms']} of "
         f"{results['clean']} logs without a fault ({100 * low:.1f} to {100 * high:.1f} %). Of the "
-        f"{known} identified values of these logs {off} lie as far outside their interval, where "
-        "one in twenty may lie outside."
+        f"{known} identified values of these logs, too, {off} lie more than {100 * OFF:g} % off, "
+        "outside an interval that one in twenty may miss: the last column of their rows."
     )
 
 

@@ -47,6 +47,13 @@ def test_rigs_fit_the_terminal(name: str, capsys: pytest.CaptureFixture[str]) ->
         assert f"\n{c.name} " in output
 
 
+def test_the_list_of_rigs_says_how_each_is_fitted(capsys: pytest.CaptureFixture[str]) -> None:
+    show_rigs(None)
+    output = " ".join(capsys.readouterr().out.split())
+    assert "emps force balance a ball-screw" in output
+    assert "joint simulation a robot" in output
+
+
 def test_a_rig_shows_the_parameters_of_a_law_of_elements(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

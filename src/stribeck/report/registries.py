@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: How people see the two approaches: in the list of rigs, and beside a rig.
 _APPROACHES = {
     "output_error": ("simulation", "simulation of its motion"),
-    "force_balance": ("inverse", "force balance, without a search"),
+    "force_balance": ("force balance", "force balance, without a search"),
 }
 
 
@@ -116,7 +116,7 @@ def show_rigs(rig: Rig | None) -> None:
     out = console()
     if rig is None:
         rows = [[n, _APPROACHES[r.approach][0], r.doc] for n, r in RIGS.items()]
-        show_table(Table.of_texts("", ["rig", "road", "what it is"], rows, labels=range(3)))
+        show_table(Table.of_texts("", ["rig", "fitted by", "what it is"], rows, labels=range(3)))
         return
     out.print(f"{rig.name}: {rig.doc}")
     for line in (f"identified by {_APPROACHES[rig.approach][1]}", rig.cite):
