@@ -18,11 +18,12 @@ from foreign_axes import noisy, recordings
 from stribeck import RIGS, Fit, InputError, Recording, identify, select
 from stribeck.friction import law_named
 from stribeck.identify import arithmetic
-from stribeck.identify.breakaway_scatter import onset_levels, scatter
+from stribeck.identify.breakaway_scatter import scatter
 from stribeck.identify.card import card
 from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
-from stribeck.identify.own_breakaway import moved_onsets, pulls, simulated_slip
+from stribeck.identify.onset_levels import onset_levels
+from stribeck.identify.own_breakaway import moved_onsets, onset_of, pulls, simulated_slip
 from stribeck.identify.parameters import Parameters, partition
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.random_effects import spread_of
@@ -88,7 +89,6 @@ def slips(log: Recording, rig: SimulatedRig, law: str) -> tuple[Parameters, list
 def test_scatter_of_a_slide_bed(share: float) -> None:
     for seed in (1, 2):
         seen = scatter(*slips(bed_log(share, seed), as_simulated(RIGS["slide-bed"]), "stribeck"))
-        assert seen is not None
         drawn = factors(seed, share)[: seen.slips]
         assert seen.evident == (share > 0.0)
         assert seen.share == pytest.approx(np.std(drawn, ddof=1) / np.mean(drawn), abs=0.03)
@@ -98,7 +98,6 @@ def test_scatter_of_a_slide_bed(share: float) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.1])
 def test_scatter_of_a_joint_apart_from_gravity(share: float, hold: float) -> None:
     seen = scatter(*slips(joint_log(share, hold), arm_rig(hold), "stribeck-gauss"))
-    assert seen is not None
     assert seen.evident == (share > 0.0)
 
 
@@ -111,7 +110,27 @@ def test_a_motion_that_begins_while_the_pull_falls_tells_no_scatter() -> None:
     middle = [0.5 * (q.lower + q.upper) for q in parameters.free]
     _, rise = pulls(rig, parameters.law, parameters.full(np.array([middle])), begun)
     assert (rise < 0.0).sum() >= 2
-    assert scatter(parameters, begun) is None  # five slips are left
+    refusal = f"3 of the {len(begun)} slips in what is trained on begin while the pull rises"
+    with pytest.raises(InputError, match=refusal):
+        scatter(parameters, begun)
+    with pytest.raises(InputError, match=refusal):
+        identify(log, rig=rig, law=axis.law, breakaway="scattered")
+
+
+def test_a_scatter_counts_the_slips_that_tell_it() -> None:
+    """Two of all slips begin as if the pull fell."""
+    parameters, begun = slips(bed_log(0.1), as_simulated(RIGS["slide-bed"]), "stribeck")
+    for k in (1, 4):
+        onset = onset_of(begun[k])
+        begun[k] = replace(begun[k], onset=replace(onset, direction=-onset.direction))
+    assert scatter(parameters, begun).slips == len(begun) - 2
+
+
+def test_a_scatter_takes_a_rig_that_says_what_pulls() -> None:
+    parameters, begun = slips(bed_log(0.1), as_simulated(RIGS["slide-bed"]), "stribeck")
+    silent = as_simulated(RIGS["servo-pendulum"])
+    with pytest.raises(InputError, match="servo-pendulum does not say what pulls at an axis"):
+        scatter(replace(parameters, rig=silent), begun)
 
 
 # --- the breakaway of each slip -------------------------------------------------------------------
@@ -300,7 +319,6 @@ def test_starts_lie_about_what_the_onsets_tell() -> None:
     parameters = partition(rig, law, fixed={"g_cos": 0.0}, objective=BY_SLIP)
     found = segments([joint_log(0.1, 1.0)], rig, None, BY_SLIP)
     known = onset_levels(parameters, found)
-    assert known is not None
     assert known.values["F_S"][0] == pytest.approx(ARM_CURVE.F_S, rel=0.1)
     assert known.values["g_0"][0] == pytest.approx(ARM["g_0"], abs=0.05)
     u = drawn_starts(parameters, found, np.random.default_rng(0))

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import lsq_linear
 from scipy.special import chdtri
 
 from ..errors import InputError
 from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
-from .own_breakaway import breakaway_columns, column, onset_of, pulls
+from .onset_levels import onset_levels
+from .own_breakaway import column, pulls, uniform
 from .random_effects import TAIL, spread_of
 
 if TYPE_CHECKING:
@@ -31,10 +31,6 @@ if TYPE_CHECKING:
 #: hundredth displaces a slip by less than a tenth of the time between two, and no axis that rests
 #: on one level came above it.
 SCATTERED = 0.02
-#: Fewer slips tell no scatter.
-FEWEST = 6
-#: Nor do those whose pull rises by this share of itself from one sample to the next.
-OPEN = 0.5
 #: Noise of a motion as a share of its slips, and of a breakaway, before there is a fit.
 _ROUGH = 0.03
 
@@ -87,7 +83,7 @@ class Scatter:
         share: Standard deviation over the mean.
         least: Lower end of its 95 % interval.
         sd: Standard deviation, N or N m.
-        slips: How many slips there are.
+        slips: How many slips tell it.
     """
 
     share: float
@@ -101,123 +97,37 @@ class Scatter:
         return self.least > SCATTERED
 
 
-@dataclass(frozen=True)
-class OnsetLevels:
-    """What a regression of the pull at the onsets of slips tells, whatever the law.
-
-    Args:
-        values: Breakaway levels and the rig's free parameters that pull at an axis at rest: value
-            and standard error by name, SI.
-        mean: Mean breakaway, N or N m.
-        squares: Sum of the squared deviations of single slips, N^2.
-        rounding: Mean square of their errors by sampling.
-        dof: Degrees of freedom.
-    """
-
-    values: Mapping[str, tuple[float, float]]
-    mean: float
-    squares: float
-    rounding: float
-    dof: int
-
-
-def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter | None:
-    """How the pull at the onsets of slips scatters; None where that cannot be said.
+def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter:
+    """How the pull at the onsets of slips scatters.
 
     What a rig's own free parameters (gravity, a spring) can explain of it is taken away, and each
     direction has a mean of its own.
+
+    Raises:
+        InputError: that cannot be said; see `onset_levels`.
     """
-    seen = onset_levels(parameters, slips)
-    if seen is None:
-        return None
+    levels = onset_levels(parameters, slips)
     sd, least = (
-        float(np.sqrt(max(seen.squares / x - seen.rounding, 0.0)))
-        for x in (seen.dof, float(chdtri(seen.dof, TAIL)))
+        float(np.sqrt(max(levels.squares / x - levels.rounding, 0.0)))
+        for x in (levels.dof, float(chdtri(levels.dof, TAIL)))
     )
-    return Scatter(sd / seen.mean, least / seen.mean, sd, len(slips))
-
-
-def onset_levels(parameters: Parameters, slips: Sequence[Segment]) -> OnsetLevels | None:
-    """The regression of the pull at onsets on levels and the rig's free parameters; None if none.
-
-    It takes six slips and more, and a rig that says what pulls at an axis at rest. A motion that
-    begins while the pull does not rise is none that breaks away, and under a step of the pull it
-    may have broken away anywhere: these count for nothing here.
-    """
-    rig, law = as_simulated(parameters.rig), parameters.law
-    if len(slips) < FEWEST:
-        return None
-    k, s = len(law.params), np.array([onset_of(x).direction for x in slips])
-    own = [q for q in parameters.free if q.name in {w.name for w in parameters.every[k:]}]
-    middle = np.array([0.5 * (q.lower + q.upper) for q in parameters.free])
-    at = [parameters.free.index(q) for q in own]
-    probes = np.tile(middle, (1 + len(own), 1))
-    for row, i in enumerate(at, 1):
-        probes[row, i] = parameters.free[i].upper
-    p = parameters.full(probes)
-    try:
-        F, rise = (a.T for a in pulls(rig, law, p, slips))
-    except InputError:
-        return None
-    rising = (rise[:, 0] > 0.0) & (rise[:, 0] < OPEN * np.abs(F[:, 0]))
-    F, rise, s = F[rising], rise[rising], s[rising]
-    if len(s) < FEWEST:
-        return None
-    slopes = F[:, 1:] - F[:, :1]  # over half of a range
-    ways = [way for way in (-1, 1) if (s == way).any()]
-    seen = np.ptp(slopes, axis=0) > 0
-    A = np.column_stack([*(s == way for way in ways), -slopes[:, seen]]).astype(float)
-    ends = np.full(A.shape[1], np.inf)
-    ends[len(ways) :] = 1.0
-    solution = lsq_linear(A, F[:, 0], (-ends, ends))
-    off = F[:, 0] - A @ solution.x
-    dof = len(s) - int(np.linalg.matrix_rank(A))
-    mean = abs(float(solution.x[: len(ways)].mean()))
-    if dof < 1 or not mean > 0:
-        return None
-    squares = float(off @ off)
-    errors = np.sqrt(squares / dof * np.clip(np.diag(np.linalg.pinv(A.T @ A)), 0.0, None))
-    values = {
-        q.name: (
-            middle[i] + solution.x[j] * (q.upper - middle[i]), errors[j] * (q.upper - middle[i])
-        )
-        for j, (q, i) in enumerate(
-            ((q, i) for q, i, known in zip(own, at, seen, strict=True) if known), len(ways)
-        )
-    }  # fmt: skip
-    columns = breakaway_columns(law)
-    names = [] if columns is None else [parameters.names[c] for c in columns]
-    for name in dict.fromkeys(names):
-        js = [j for j, way in enumerate(ways) if names[way > 0] == name]
-        if js:
-            level = float(np.mean(solution.x[js]))
-            values[name] = level, float(np.sqrt(np.mean(np.square(errors[js]))))
-    noise = float(np.mean(np.square(uniform(rise[:, 0]))))
-    return OnsetLevels(values, mean, squares, noise, dof)
+    return Scatter(sd / levels.mean, least / levels.mean, sd, levels.slips)
 
 
 def first_weights(parameters: Parameters, slips: Sequence[Segment]) -> BreakawayWeights:
     """Weights to search with: the scatter as it is seen without a fit, and a rough noise."""
-    scattered = scatter(parameters, slips)
     sizes = [float(np.ptp(s.track.measured)) for s in slips]
     noise = (
         _ROUGH * float(np.median(sizes)) / unit(parameters.rig.shows.get("position", "m")).factor
     )
     rig, law = as_simulated(parameters.rig), parameters.law
-    if scattered is None:
-        middle = np.array([[0.5 * (q.lower + q.upper) for q in parameters.free]])
-        F, _ = pulls(rig, law, parameters.full(middle), slips)
+    try:
+        sd = scatter(parameters, slips).sd
+    except InputError:
+        F, _ = pulls(rig, law, parameters.full(parameters.middle[None]), slips)
         sd = _ROUGH * float(np.mean(np.abs(F)))
-    else:
-        sd = scattered.sd
     columns = {column(law, s) for s in slips}
     return BreakawayWeights(noise, {parameters.names[k]: sd for k in columns})
-
-
-def uniform(rise: Array) -> Array:
-    """The standard deviation of what lies somewhere between two ends so far apart."""
-    sd: Array = np.abs(rise) / np.sqrt(12.0)
-    return sd
 
 
 def level_columns(parameters: Parameters, slips: Sequence[Segment]) -> Array:

@@ -113,6 +113,12 @@ def pulls(
     return 0.5 * directions * (before + after), directions * (after - before)
 
 
+def uniform(rise: Array) -> Array:
+    """The standard deviation of what lies somewhere between two ends so far apart."""
+    sd: Array = np.abs(rise) / np.sqrt(12.0)
+    return sd
+
+
 def simulated_slip(
     rig: SimulatedRig, law: Law, p: Array, segment: Segment, F: Array, rise: Array, *,
     rough: bool = False, levelled: bool = True,

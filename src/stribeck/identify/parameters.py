@@ -85,6 +85,11 @@ class Parameters:
         names = self.names
         return [names.index(q.name) for q in self.free]
 
+    @property
+    def middle(self) -> Array:
+        """The middle of each search range, SI, (dim,)."""
+        return np.array([0.5 * (q.lower + q.upper) for q in self.free])
+
     def full(self, x: Array) -> Array:
         """(n, dim) free values to (n, k) complete parameter sets, SI."""
         x = np.asarray(x, dtype=float)

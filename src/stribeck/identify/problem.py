@@ -19,10 +19,10 @@ from ..rig.lookup import rig_and_law
 from ..rig.simulated import as_simulated
 from ..space import Array, Space
 from ..units import unit
-from .breakaway_scatter import BreakawayWeights, first_weights, level_columns, uniform
+from .breakaway_scatter import BreakawayWeights, first_weights, level_columns
 from .data_split import ranges_or_all, recording_list
 from .loss import FINER, KNEE, Breakaway, Loss, Objective, pseudo_huber
-from .own_breakaway import onset_inputs, pulls, simulated_slip
+from .own_breakaway import onset_inputs, pulls, simulated_slip, uniform
 from .parameters import Parameters, partition
 from .segment import Segment, segments
 

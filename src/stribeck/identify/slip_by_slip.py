@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..optimize.lockstep import Counted
 from ..rig.simulated import as_simulated
 from ..space import Array
-from .breakaway_scatter import FEWEST, BreakawayWeights, Scatter, Spread, scatter, spreads
+from .breakaway_scatter import BreakawayWeights, Scatter, Spread, scatter, spreads
 from .own_breakaway import BREAKAWAY, breakaway_columns, moved_onsets
 from .polish import polish
 from .problem import MotionProblem
@@ -40,7 +40,7 @@ def by_slip_where_needed(
     """The parameters with breakaway common or scattered, and the scatter if the log shows one.
 
     Raises:
-        InputError: scattered breakaway is asked for where there is none.
+        InputError: scattered breakaway is asked for where the slips do not tell it.
     """
     objective = parameters.objective
     scattered = replace(objective, breakaway="scattered")
@@ -58,23 +58,17 @@ def by_slip_where_needed(
     with suppress(InputError):  # without slips there is nothing to ask
         ranges = data.train or (None,)
         slips = [s for r in ranges for s in segments(data.recordings, rig, r, scattered)]
-    seen = scatter(parameters, slips)
-    if objective.by_slip:
-        if seen is None:
-            raise InputError(_too_few(parameters, slips))
-        return parameters, seen
-    if seen is None or not seen.evident:
+    try:
+        observed = scatter(parameters, slips)
+    except InputError:
+        if objective.by_slip:
+            raise
         return replace(parameters, objective=common), None
-    return replace(parameters, objective=scattered if has_level else common), seen
-
-
-def _too_few(parameters: Parameters, slips: Sequence[Segment]) -> str:
-    if len(slips) < FEWEST:
-        return (
-            f"breakaway of each slip: there are {len(slips)} slips in what is trained on, "
-            f"{FEWEST} are needed"
-        )
-    return f"rig {parameters.rig.name} does not say what pulls at an axis at rest"
+    if objective.by_slip:
+        return parameters, observed
+    if not observed.evident:
+        return replace(parameters, objective=common), None
+    return replace(parameters, objective=scattered if has_level else common), observed
 
 
 def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:

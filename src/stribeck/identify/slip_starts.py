@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import InputError
 from ..space import Array, Param, Rng, Space
-from .breakaway_scatter import onset_levels
+from .onset_levels import onset_levels
 from .own_breakaway import onset_of
 
 if TYPE_CHECKING:
@@ -57,8 +58,9 @@ def drawn_starts(parameters: Parameters, slips: Sequence[Segment], rng: Rng) -> 
     Breakaway and what else pulls at an axis at rest as a regression over the onsets has them; the
     others over the natural scale of the slips, within their search ranges.
     """
-    known = onset_levels(parameters, slips)
-    if known is None:
+    try:
+        known = onset_levels(parameters, slips)
+    except InputError:
         return rng.random((STARTS, len(parameters.free)))
     scale = slip_scale(known.mean, slips)
     columns = []
