@@ -15,10 +15,13 @@ from stribeck import RIGS, Recording, identify
 from stribeck.identify.result import Fit
 from stribeck.report.contents.gather import Contents
 from stribeck.report.contents.schema import Report
+from stribeck.report.figures.adequacy_plots import adequacy_groups
 from stribeck.report.page.html_page import render
 
 LOOP = driven.Loop(kp=4e4, kd=2e3, ki=1e5, mass_ff=9.0)
 TRUTH = {"M": 10.0, "F_C": 20.0, "F_V": 60.0, "offset": 2.0}
+#: Characters that the axis of a small plot holds.
+LABEL = 26
 #: What acts besides, words of its sentence, and of its advice.
 FAULTS = {
     "square": (driven.Extras(square=150.0), "square of the speed", "narrower range of speeds"),
@@ -164,6 +167,24 @@ def test_the_page_shows_bins_and_effects() -> None:
     assert (speed.variable, len(speed.at)) == ("speed", 12)
     outside = [abs(m) > c for m, c in zip(speed.mean, speed.chance, strict=True)]  # type: ignore[arg-type, operator]
     assert sum(outside) >= 6
+    assert report.bins[-1].unit == "mm s⁻²"
+    labels = [panel.label for g in adequacy_groups(report) for panel in g.plots[0].panels]
+    assert len(labels) == len(report.bins)
+    assert max(map(len, labels)) <= LABEL
     clean = Contents(fitted("clean")).report()
     assert not clean.effects
     assert "No pattern was seen" in render(clean)
+
+
+def test_friction_is_not_drawn_again_where_the_axis_ran_one_way() -> None:
+    report = Contents(fitted("clean")).report()
+    forces = {b.variable: b for b in report.bins if b.kind == "force"}
+    same = [
+        forces[b.variable].model_copy(update={"kind": b.kind}) if b.kind == "friction" else b
+        for b in report.bins
+    ]
+    kinds = [b.kind for b in same]
+    drawn = adequacy_groups(report.model_copy(update={"bins": same}))
+    assert kinds.count("friction") == 2
+    assert len(drawn) == len(kinds) - 2
+    assert not any("friction" in g.title for g in drawn)

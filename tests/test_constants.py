@@ -179,6 +179,13 @@ def test_a_parameter_says_what_rules_it(other_motor: Fit) -> None:
     assert "for each N of F_fm" in meanings["F_C"]
 
 
+def test_a_constant_of_another_unit_rules_by_a_share(other_motor: Fit) -> None:
+    """A slope per kg m**2 of a rotor of 4e-6 kg m**2 is a figure that nobody reads."""
+    clauses = [c for e in other_motor.estimates for c in (e.meaning or "").split("; it ")[1:]]
+    assert any(re.search(r"(rises|falls) [\d.]+ \S.* for 10 % of \w+ \(", c) for c in clauses)
+    assert not any("e+0" in c or "kg m**2 of" in c for c in clauses)
+
+
 def test_one_warning_names_the_constants_of_the_source(other_motor: Fit) -> None:
     (warning,) = [w for w in other_motor.warnings if "not of this axis" in w]
     for name in ("F_fm = 23.5 ± 12 N", "k_hat+ = 3.5 ± 0.35 N/mm", "m = 10.9 ± 1.1 kg"):

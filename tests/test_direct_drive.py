@@ -63,7 +63,7 @@ def test_no_log_is_called_stick_slip_or_good_for_a_force_balance(file: str) -> N
     quality = check(read(DATA / file))
     assert not any("stick-slip present" in line for line in quality.verdict)
     assert not any("hardly any stick-slip" in line for line in quality.verdict)
-    assert any("force-balance road is closed" in line for line in quality.verdict)
+    assert any("no force balance is possible" in line for line in quality.verdict)
     assert not any("road is open" in line for line in quality.verdict)
     assert bool(quality.breakaways) == file.startswith("est")
     assert (quality.presliding is not None) == file.startswith("sig0")

@@ -24,7 +24,7 @@ from stribeck.report.figures.drawing import draw_views
 from stribeck.report.figures.fit_figures import DRAWN, draw_fit, fit_figures
 from stribeck.report.figures.printed_motions import MOST, many_plot, slips_plot
 from stribeck.report.figures.style import STYLE
-from stribeck.report.format import abbreviated
+from stribeck.report.format import abbreviated, with_error
 from stribeck.rig.twin import TestBed
 
 
@@ -250,3 +250,19 @@ def test_a_thinned_line_keeps_its_peaks_its_gaps_and_its_ends() -> None:
 def test_a_long_name_loses_its_middle() -> None:
     assert abbreviated("short.csv", 20) == "short.csv"
     assert abbreviated("a-very-long-name-of-a-recording.csv", 15) == "a-very-…ing.csv"
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (10.0004, 0.0121, "10.000 ± 0.012"),
+        (59.83, 0.1996, "59.83 ± 0.20"),
+        (2.9999, 0.0996, "3.00 ± 0.10"),
+        (1234.5, 56.0, "1234 ± 56"),
+        (203456.0, 1146.0, "2.035e+05 ± 1.1e+03"),
+        (1.2345e-7, 3e-9, "1.235e-07 ± 3e-09"),
+        (5.0, 0.0, "5 ± 0"),
+    ],
+)
+def test_a_value_has_the_digits_of_its_error(value: float, error: float, text: str) -> None:
+    assert with_error(value, error) == text

@@ -46,7 +46,7 @@ def test_the_numbers_of_a_made_log() -> None:
 def test_stick_slip_opens_the_simulation_road() -> None:
     q = check(stick_slip_log())
     assert verdict_contains(q, "stick-slip present: 14 slips")
-    assert verdict_contains(q, "no measured force: the force-balance road is closed")
+    assert verdict_contains(q, "no measured force: no force balance is possible")
     assert verdict_contains(q, "one way only")
 
 
@@ -55,7 +55,7 @@ def test_steady_motion_closes_it() -> None:
     q = check(Recording(T, x, force=np.sign(np.gradient(x))))
     assert verdict_contains(q, "no stick-slip")
     assert verdict_contains(q, "one speed a direction")
-    assert verdict_contains(q, "force-balance road is open")
+    assert verdict_contains(q, "a force balance is possible")
     assert verdict_contains(q, "no command")
     assert q.directions == (-1, 1)
     assert q.speeds == pytest.approx((0.01, 0.01, 0.01), rel=1e-3)
@@ -137,14 +137,14 @@ def test_a_pendulum_that_swings_and_rests_does_not_stick_and_slip() -> None:
     assert len(q.slips) >= 3  # as moves from rest to rest they are found
     assert verdict_contains(q, "swings or single moves")
     assert not verdict_contains(q, "stick-slip present")
-    assert verdict_contains(q, "force-balance road is open")
+    assert verdict_contains(q, "a force balance is possible")
 
 
 def test_an_arm_that_is_led_by_hand_does_not_stick_and_slip() -> None:
     t, x = rests_and_moves([-1.6, -1.0, -1.5, 1.7, 1.2, 1.2])
     q = check(Recording(t, x, force=3.3 * np.sin(x), rotary=True))
     assert verdict_contains(q, "no stick-slip: the force is a function of the position")
-    assert verdict_contains(q, "a command and not a measurement: the force-balance road is closed")
+    assert verdict_contains(q, "a command and not a measurement: no force balance is possible")
     assert not verdict_contains(q, "stick-slip present")
 
 
@@ -157,7 +157,7 @@ def test_a_ramp_of_force_tells_its_breakaway_and_no_more() -> None:
     assert line.endswith("in a ramp of 0.5 N m/s to 15 N m")
     assert float(line.split()[1]) == pytest.approx(8.0, abs=0.15)
     assert verdict_contains(q, "a ramp of force to breakaway, without slips")
-    assert verdict_contains(q, "road is closed, rig presliding-rotary simulates it")
+    assert verdict_contains(q, "no force balance is possible, rig presliding-rotary simulates it")
     assert not verdict_contains(q, "hardly any stick-slip")
     lines = dict(check(Recording(t, 5e-5 * t, force=0.5 * t)).lines())
     assert lines["breakaway"].startswith("none below 15 N")
@@ -173,7 +173,7 @@ def test_cycles_below_breakaway_tell_a_stiffness_and_no_more() -> None:
     assert "N m/rad, the slope between the tips: ±6 N m over 0.3 mrad" in line
     assert "9 settled cycles" in line
     assert line.endswith("is half of that, 20000 N m/rad")
-    assert verdict_contains(q, "cycles of force below breakaway: the force-balance road is closed")
+    assert verdict_contains(q, "cycles of force below breakaway: no force balance is possible")
 
 
 def test_travel_of_a_few_steps_is_no_motion_to_differentiate() -> None:
@@ -182,7 +182,7 @@ def test_travel_of_a_few_steps_is_no_motion_to_differentiate() -> None:
     coarse = 6e-6 * np.round(5e-5 * force * (1 - np.exp(-np.maximum(t - 5, 0))) / 6e-6)
     q = check(Recording(t, coarse, force=force, rotary=True))
     assert verdict_contains(q, "hardly any motion: the whole travel of")
-    assert verdict_contains(q, "road is closed")
+    assert verdict_contains(q, "no force balance is possible")
     assert not q.faults  # a step that was held
 
 
@@ -208,7 +208,7 @@ def test_spikes_and_a_pressure_are_told() -> None:
         ("openarm/collect_joint_1.csv", "55 slips of 33.37 mrad, stuck 75% of the time"),
         ("openarm/compensate_joint_2.csv", "no stick-slip"),  # a limit cycle, its sensor stalls
         ("openarm/identification_joint_2.csv", "stick-slip present"),
-        ("openarm/collect_joint_3.csv", "force-balance road is open"),
+        ("openarm/collect_joint_3.csv", "a force balance is possible"),
     ],
 )
 def test_real_logs(file: str, words: str) -> None:
@@ -226,7 +226,7 @@ def test_emps_is_a_log_for_a_force_balance(name: str) -> None:
     sticking = "no stick-slip (no slip from rest to rest, stuck 2% of the time): breakaway and "
     assert q.verdict == (
         f"{sticking}Stribeck parameters cannot be identified",
-        "force measured: the force-balance road is open (mass, Coulomb, viscous)",
+        "force measured: a force balance is possible (mass, Coulomb, viscous)",
         "command recorded: motion can be simulated from it",
     )
 
@@ -278,7 +278,7 @@ def test_one_move_is_no_stick_slip() -> None:
 
 def test_a_force_that_never_changes_is_no_measurement() -> None:
     q = check(Recording(T, 0.1 * np.sin(T), force=0.0 * T))
-    assert verdict_contains(q, "force is 0 N in every sample, no measurement: the force-balance")
+    assert verdict_contains(q, "force is 0 N in every sample, no measurement: no force")
 
 
 def test_an_axis_that_stays_where_its_command_returns_moves_one_way() -> None:

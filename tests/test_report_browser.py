@@ -78,6 +78,14 @@ def test_every_plot_is_drawn_without_complaint_or_request(desk_page: Browser, pa
         assert plot["ticks"] >= 4, name
 
 
+def test_the_parameters_stand_in_full_on_a_desk(desk_page: Browser) -> None:
+    wide = desk_page.run(
+        """[...document.querySelectorAll('.scroll')]
+        .map(box => [box.ariaLabel, box.scrollWidth - box.clientWidth])"""
+    )
+    assert dict(wide)["Parameters"] == 0
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_nothing_is_wider_than_a_phone(window: Browser, page: Path, *, dark: bool) -> None:
     window.size(390, 844, dark=dark, phone=True)

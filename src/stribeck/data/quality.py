@@ -106,7 +106,7 @@ class Quality:
                 "speeds while moving",
                 " / ".join(shown(s, v) for s in self.speeds) + " (10/50/90 %)",
             ),
-            ("stuck", f"{self.stuck:.0%} of the time, {self.rests} rests"),
+            ("stuck", f"{self.stuck:.0%} of the time, {self.rests} rest{'s' * (self.rests != 1)}"),
             (
                 "slips",
                 f"{len(self.slips)}, median {shown(self.median_jump, x)}" if self.slips else "none",

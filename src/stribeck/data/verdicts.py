@@ -191,17 +191,17 @@ def _on_force(
         return _on_substitutes(recording)
     if not np.ptp(recording.force) > 0:
         value = shown(float(recording.force[0]), CHANNELS["force"][recording.rotary])
-        return f"force is {value} in every sample, no measurement: the force-balance road is closed"
+        return f"force is {value} in every sample, no measurement: no force balance is possible"
     if tested or coarse:
         rig = f"rig presliding{'-rotary' * recording.rotary}"
         x = float(np.ptp(recording.position))
         enough = tested or x > _NOTHING * _resolution(recording, segments)
         reason = f"as {tested}" if tested else coarse
         simulated = f", {rig} simulates it" if enough else ""
-        return f"force measured, but {reason}: the force-balance road is closed{simulated}"
+        return f"force measured, but {reason}: no force balance is possible{simulated}"
     if _by_position(recording):
         return ("force is an exact function of the position, a command and not a measurement: "
-                "the force-balance road is closed")  # fmt: skip
+                "no force balance is possible")  # fmt: skip
     known = "mass, Coulomb" if steady else "mass, Coulomb, viscous"
     doubts = []
     if spiky := spikes([recording.force]):
@@ -209,14 +209,14 @@ def _on_force(
     if segments.stuck > _RESTS:
         doubts.append(f"the axis rests {segments.stuck:.0%} of the time, where it says nothing")
     but = f", but {' and '.join(doubts)}" if doubts else ""
-    return f"force measured: the force-balance road is open ({known}){but}"
+    return f"force measured: a force balance is possible ({known}){but}"
 
 
 def _on_substitutes(recording: Recording) -> str:
     if substitutes := [n for n in ("current", "voltage") if getattr(recording, n) is not None]:
-        return (f"no measured force: the force-balance road is closed unless {substitutes[0]} is "
+        return (f"no measured force: no force balance is possible unless {substitutes[0]} is "
                 "mapped to force by its factor")  # fmt: skip
-    return "no measured force: the force-balance road is closed"
+    return "no measured force: no force balance is possible"
 
 
 def _on_pressure(recording: Recording) -> str:

@@ -16,6 +16,9 @@ from .uncertainty.residuals import Residuals
 
 #: A constant is said to rule a parameter where it makes this share of its variance.
 RULES = 0.1
+#: A parameter in the unit of a constant changes by so much a unit; any other, by so much for this
+#: share of the constant.
+STEP = 0.1
 #: The reason why its interval is wide, where constants make this share of it.
 MOST = 0.5
 
@@ -40,12 +43,13 @@ def _clause(parameters: Parameters, r: Ruling, written: str) -> str:
     rig = parameters.rig
     (param,) = [q for q in parameters.every if q.name == r.parameter]
     (c,) = [c for c in rig.constants if c.name == r.constant]
-    step = unit(c.unit).factor
+    alike = c.unit == written or c.value == 0.0
+    step = unit(c.unit).factor if alike else STEP * abs(c.value)
     change = float(shown_in(rig, param, r.slope * step))
     verb = "rises" if change > 0 else "falls"
     amount = f"{abs(change):.2g} {written}".rstrip()
-    each = f"{c.unit or '1'} of {r.constant}"
-    return f"{verb} {amount} for each {each} ({percent(r.share)} of its variance)"
+    each = f"each {c.unit or '1'}" if alike else f"{100 * STEP:g} %"
+    return f"{verb} {amount} for {each} of {r.constant} ({percent(r.share)} of its variance)"
 
 
 def borrowed(problem: Residuals) -> list[str]:

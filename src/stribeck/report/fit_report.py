@@ -12,8 +12,8 @@ import numpy as np
 from ..identify.uncertainty.verdict import verdict_text
 from ..rig.rig import shown_in
 from ..units import unit
-from .format import DASH, number
-from .misfit import SEVERAL, log_errors, misfit_head, score_texts
+from .format import DASH, force_unit, number
+from .misfit import SEVERAL, balance_figures, log_errors, misfit_head, score_texts
 from .table import Table
 from .terminal import console, show_paragraph, show_table, show_warnings
 
@@ -105,7 +105,7 @@ def show_fit(fit: Fit) -> None:
             out.print()
             show_table(table)
     if fit.balance is not None:
-        rows = [[n.replace("_", " "), number(v)] for n, v in fit.balance.figures().items()]
+        rows = balance_figures(fit.balance.figures(), force_unit(rotary=fit.rig.rotary))
         out.print()
         show_table(Table.of_texts("", ["force balance", ""], rows))
     else:

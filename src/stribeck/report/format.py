@@ -13,11 +13,23 @@ from typing import Any
 DASH = "–"
 #: Powers of ten for which a grouped number is written out, and not as 1.2e-9.
 _WRITTEN_OUT = range(-3, 6)
+#: Decimals of a value written out beside its error.
+_DECIMALS = 5
 
 
 def number(value: float | None, digits: int = 5) -> str:
     """A number with so many significant digits: "0.0123", "1.2e-09"; a dash where there is none."""
     return DASH if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def with_error(value: float, error: float) -> str:
+    """A value and its standard error, to the error's second digit: "10.007 ± 0.012"."""
+    if not (math.isfinite(value) and math.isfinite(error) and error > 0):
+        return f"{number(value, 4)} ± {number(error, 2)}"
+    digits = 1 - int(f"{error:.1e}".partition("e")[2])
+    if not 0 <= digits <= _DECIMALS:
+        return f"{number(value, 4)} ± {number(error, 2)}"
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
 def grouped(value: float | None, digits: int = 4) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +31,23 @@ def misfit_name(name: str, other: str = "") -> str:
 def misfit_head(score: Score) -> str:
     """The head of a column of misfits."""
     return f"{misfit_name(score.name)} / {score.unit}"
+
+
+#: What a figure of a force balance is called, where its name does not say its unit.
+_FIGURES = {"relative_error_percent": "relative error / %", "residual_sd": "residual sd / {force}"}
+
+
+def balance_figures(figures: Mapping[str, float], force: str) -> list[list[str]]:
+    """Names and values of the figures of a force balance.
+
+    Args:
+        figures: By name, as the card has them.
+        force: The unit of the force.
+    """
+    return [
+        [_FIGURES.get(name, name.replace("_", " ")).format(force=force), number(value)]
+        for name, value in figures.items()
+    ]
 
 
 def score_texts(score: Score) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from ..contents.schema import BinsRecord, Report
@@ -15,12 +17,24 @@ _KINDS = {
     "friction": "Residual friction",
     "inertia": "Residual force along the acceleration",
 }
+#: The same where the axis of a small plot has to hold it.
+_SHORT = {**_KINDS, "inertia": "Along acceleration"}
 
 
 def adequacy_groups(report: Report) -> list[Group]:
     """One small plot for each variable."""
     force = report.units.force
-    return [_binned(k, b, force) for k, b in enumerate(report.bins, 1) if len(b.at) > 1]
+    return [_binned(k, b, force) for k, b in enumerate(_different(report.bins), 1)]
+
+
+def _different(bins: Sequence[BinsRecord]) -> Iterator[BinsRecord]:
+    """Those with something to draw: on an axis that ran one way friction is the force again."""
+    drawn = set()
+    for b in bins:
+        shape = (b.variable, tuple(b.at), tuple(np.abs(finite(b.mean))))
+        if len(b.at) > 1 and shape not in drawn:
+            drawn.add(shape)
+            yield b
 
 
 def _binned(k: int, b: BinsRecord, force: str) -> Group:
@@ -36,11 +50,11 @@ def _binned(k: int, b: BinsRecord, force: str) -> Group:
     name = f"{_KINDS[b.kind]} over {b.variable}"
     outside = int(np.count_nonzero(np.abs(mean) > chance))
     alt = (
-        f"{name}: the bins explain {100 * b.share:.2g} % of its variance beyond chance; {outside} "
-        f"of {len(at)} are outside the band, the farthest at {number(float(np.abs(mean).max()), 3)}"
-        f" {force}."
+        f"{name}: the bins explain {100 * b.share:.2g} % of its variance beyond chance; outside "
+        f"the band: {outside} of {len(at)}; the farthest from zero: "
+        f"{number(float(np.abs(mean).max()), 3)} {force}."
     )
     view = View(name, alt, columns, lines, levels=[Rule(0.0)])
     axis = f"{b.variable.capitalize()} / {b.unit}"
-    plot = Plot(f"adequacy-{k}", name, axis, [Panel(f"{_KINDS[b.kind]} / {force}")], [view], SMALL)
+    plot = Plot(f"adequacy-{k}", name, axis, [Panel(f"{_SHORT[b.kind]} / {force}")], [view], SMALL)
     return Group(f"adequacy-group-{k}", name, [plot])

@@ -11,8 +11,8 @@ from ...identify.uncertainty.sensitivity import ENDS
 from ...units import unit
 from ..contents.schema import LogRecord, Report
 from ..figures.motion_plots import APART, part_name
-from ..format import DASH, number, unit_label
-from ..misfit import misfit_name
+from ..format import DASH, number, unit_label, with_error
+from ..misfit import balance_figures, misfit_name
 from ..table import Table
 
 #: Slips listed of a log, and logs listed by their errors.
@@ -31,7 +31,7 @@ def parameters(report: Report) -> Table:
     errors = any(p.standard_error is not None for p in card.parameters.values())
     errors = errors and report.road == "inverse"
     heads = ["parameter", "value", "unit", "95 % from", "to", "ended by"]
-    heads += ["std. error"] * errors + ["verdict", "meaning"]
+    heads += ["std. error"] * errors + ["verdict", "what the data say"]
     rows = []
     for name, p in card.parameters.items():
         free = p.verdict != "fixed"
@@ -93,8 +93,7 @@ def single_logs(report: Report) -> Table | None:
     names = list(report.single_logs[0].values)
     units = {n: unit_label(b.unit) for n, b in report.card.between_logs.items()}
     rows = [
-        [r.log, *(DASH if (v := r.values.get(n)) is None else f"{number(v[0], 4)} ± "
-                  f"{number(v[1], 2)}" for n in names)]
+        [r.log, *(DASH if (v := r.values.get(n)) is None else with_error(*v) for n in names)]
         for r in report.single_logs[:LISTED]
     ]  # fmt: skip
     heads = ["log by itself", *(f"{n} / {units[n]}" if units.get(n) else n for n in names)]
@@ -205,9 +204,8 @@ def baselines(report: Report) -> Table:
         [name, number(s.value, 4), *(_known(s.baselines.get(k)) for k in present), f"{s.samples:,}"]
         for name, s in scores
     ]
-    return Table.of_texts(
-        "Misfit of the model and of none", [*heads, *present.values(), "samples"], rows
-    )
+    title = "Misfit of the model and of none" if present else "Misfit of the model"
+    return Table.of_texts(title, [*heads, *present.values(), "samples"], rows)
 
 
 def staircases(report: Report) -> Table | None:
@@ -229,7 +227,7 @@ def staircases(report: Report) -> Table | None:
 def balance(report: Report) -> Table | None:
     """The figures of a force balance."""
     figures = report.card.balance
-    rows = [[n.replace("_", " "), number(v)] for n, v in figures.items()]
+    rows = balance_figures(figures, report.units.force)
     return Table.of_texts("Force balance", ["figure", "value"], rows) if rows else None
 
 
