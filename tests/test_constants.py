@@ -193,18 +193,6 @@ def test_one_warning_names_the_constants_of_the_source(other_motor: Fit) -> None
     assert "k_hat-" not in warning  # the ramp never pulls that way
 
 
-@pytest.mark.parametrize("stage", ["with_free_constants", "combinations"])
-def test_ctrl_c_keeps_the_answer(stage: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(f"stribeck.identify.output_error.{stage}", interrupted)
-    fit = identify(log(15.0), rig="slide-bed", law="stribeck", repeats=1, budget=300)
-    assert fit.search.ended == "interrupted"
-    assert fit.score.value < 1.0
-    assert any(w.startswith("interrupted") for w in fit.warnings)
-
-
 def test_the_right_constants_narrow_the_intervals() -> None:
     fit = identify(log(15.0), rig=SLIDE_BED.set(F_fm=15.0).exact(), law="stribeck", repeats=1)
     F_C = next(e for e in fit.estimates if e.name == "F_C")

@@ -228,6 +228,19 @@ def test_a_hold_out_is_scored_slip_by_slip() -> None:
     assert fit.holdout[0].score.value < 2.0 * fit.score.value
 
 
+def test_ctrl_c_while_its_slips_are_settled_keeps_the_answer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stribeck.identify.output_error.settled_slips", interrupted)
+    fit = identify(bed_log(0.1), rig=RIGS["slide-bed"].exact(), law="stribeck", repeats=1)
+    assert fit.search.ended == "interrupted"
+    assert any(w.startswith("interrupted") for w in fit.warnings)
+    assert fit.score.value < 1.0
+
+
 def test_slips_that_a_fit_does_not_follow_identify_nothing() -> None:
     fit = fitted()
     for times, caps in ((1.0, []), (3.0, [True])):

@@ -8,9 +8,9 @@ answer, which is near.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,18 @@ REFINED, TRIED, ROUNDS = (2.0, 30.0), 3, 2
 ROWS = 30
 
 
+#: How well the parameters of an optimum are known, and how many rows that took.
+Profiling = Callable[["Optimum"], tuple["Uncertainty", int]]
+
+
+class Checked(NamedTuple):
+    """An optimum, how well its parameters are known, and what is to be told of its arithmetic."""
+
+    optimum: Optimum
+    uncertain: Uncertainty
+    violations: Sequence[Violation] = ()
+
+
 @dataclass(frozen=True)
 class _Solution:
     """An optimum with its uncertainty, and how far its arithmetic is off.
@@ -61,30 +73,27 @@ class _Solution:
 
 
 def exact_enough(
-    optimum: Optimum, uncertain: Uncertainty, profile: Callable[[Optimum], Uncertainty]
-) -> tuple[Optimum, Uncertainty, list[Violation]]:
-    """A fit whose arithmetic is exact enough, refined and repeated if it has to be.
+    optimum: Optimum, uncertain: Uncertainty, profile: Profiling
+) -> tuple[Checked, int]:
+    """A fit whose arithmetic is exact enough, refined and repeated if it has to be; and the rows.
 
-    And what is to be told of it: that it was refined, or that this did not help.
+    With what is to be told of it: that it was refined, or that this did not help.
 
     Args:
         optimum: Where the fit ended.
         uncertain: How well its parameters are known.
         profile: The same for another optimum.
     """
-    if optimum.interrupted:
-        return optimum, uncertain, []
-    moved = shifts(optimum.problem, uncertain)
-    uncertain = replace(uncertain, rows=uncertain.rows + 1)
-    first = answer = _Solution(optimum, uncertain, moved)
-    best = first
+    first = answer = best = _Solution(optimum, uncertain, shifts(optimum.problem, uncertain))
+    spent = 1
     for _ in range(ROUNDS):
         if answer.worst <= SHARE:
             break
-        answer = _repeated(answer, profile)
+        answer, rows = _repeated(answer, profile)
+        spent += rows
         if answer.worst <= best.worst:
             best = answer
-    return best.optimum, best.uncertain, _violations(first, best)
+    return Checked(best.optimum, best.uncertain, _violations(first, best)), spent
 
 
 def shifts(
@@ -141,17 +150,17 @@ def _refined(answer: _Solution) -> tuple[SimulatedRig, int]:
     return rig, spent
 
 
-def _repeated(answer: _Solution, profile: Callable[[Optimum], Uncertainty]) -> _Solution:
-    """The fit repeated from its answer with a finer simulation."""
+def _repeated(answer: _Solution, profile: Profiling) -> tuple[_Solution, int]:
+    """The fit repeated from its answer with a finer simulation; and the rows."""
     rig, tried = _refined(answer)
     problem = answer.optimum.problem.on(rig)
     x: Array = answer.uncertain.x
     start = float(problem(x[None])[0])
     polished = polish(problem, x, start, ROWS * (problem.space.dim + 1))
     optimum = replace(answer.optimum, problem=problem, x=polished.x)
-    uncertain = profile(optimum)
-    rows = answer.uncertain.rows + uncertain.rows + polished.evaluations + tried + 2
-    return _Solution(optimum, replace(uncertain, rows=rows), shifts(problem, uncertain))
+    uncertain, profiled = profile(optimum)
+    spent = tried + 1 + polished.evaluations + profiled + 1
+    return _Solution(optimum, uncertain, shifts(problem, uncertain)), spent
 
 
 def _rig(optimum: Optimum) -> SimulatedRig:
@@ -159,9 +168,9 @@ def _rig(optimum: Optimum) -> SimulatedRig:
 
 
 def _violations(first: _Solution, best: _Solution) -> list[Violation]:
-    rig, told = _rig(best.optimum), []
+    rig, violations = _rig(best.optimum), []
     if best is not first:
-        told.append(
+        violations.append(
             Violation(
                 "arithmetic",
                 f"finer steps of the simulation would have moved {_largest(first)}: it was refined "
@@ -170,7 +179,7 @@ def _violations(first: _Solution, best: _Solution) -> list[Violation]:
             )
         )
     if best.worst > SHARE:
-        told.append(
+        violations.append(
             Violation(
                 "arithmetic",
                 f"finer steps of the simulation than {rig.fineness} still move {_largest(best)}: "
@@ -178,7 +187,7 @@ def _violations(first: _Solution, best: _Solution) -> list[Violation]:
                 frozenset(name for name, shift in best.shifts.items() if shift > SHARE),
             )
         )
-    return told
+    return violations
 
 
 def _largest(answer: _Solution) -> str:

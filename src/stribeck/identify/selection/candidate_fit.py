@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ...optimize import MemeticTabuSearch
 from ...rig.balanced import as_balanced
 from ...rig.simulated import as_simulated
-from ..arithmetic import exact_enough
+from ..arithmetic import Checked, exact_enough
 from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
 from ..data_split import DataSplit
 from ..free_constants import with_free_constants
 from ..multistart import Optimum
-from ..output_error import output_error_fit
+from ..output_error_fit import output_error_fit
 from ..result import Fit, SearchRecord
 from ..segment import SegmentSplit, segments
 from ..uncertainty.assessment import Uncertainty, uncertainty
 from ..uncertainty.estimates import resting
 from ..uncertainty.verdict import verdict
+from ..work import Work
 from .trained_law import TrainedLaw
 
 #: Rows that profiles may evaluate for each parameter, starts included: enough for verdicts.
@@ -105,10 +107,13 @@ def _output_error_fit(trained: TrainedLaw, data: DataSplit, seed: int) -> Fit:
     budget = PROFILES * problem.space.dim
     holdout = tuple((r, tuple(segments(data.recordings, rig, r))) for r in data.holdout)
 
-    def profile(optimum: Optimum) -> Uncertainty:
-        return uncertainty(optimum.problem, optimum.x, among=free, budget=budget, keep=True)
+    def profile(optimum: Optimum) -> tuple[Uncertainty, int]:
+        known = uncertainty(optimum.problem, optimum.x, among=free, budget=budget, keep=True)
+        return known, known.rows
 
-    uncertain = profile(optimum)
-    uncertain = replace(uncertain, rows=uncertain.rows + spent)
-    optimum, uncertain, told = exact_enough(optimum, uncertain, profile)
-    return output_error_fit(optimum, uncertain, data, SegmentSplit(trained.train, holdout), told)
+    uncertain, rows = profile(optimum)
+    work = Work(rows=spent + rows)
+    checked = work.result(
+        partial(exact_enough, optimum, uncertain, profile), Checked(optimum, uncertain)
+    )
+    return output_error_fit(checked, data, SegmentSplit(trained.train, holdout), work)
