@@ -398,3 +398,18 @@ def test_a_stranger_among_the_logs_is_told(bed: Card) -> None:
     source = replace(RIGHT.source, file="other.csv", sha256="0" * 64)
     proposed = plan(bed, replace(RIGHT, source=source), count=2)
     assert any("other.csv is not a log" in text for text in proposed.said)
+
+
+def test_a_terminal_of_80_columns_breaks_no_word(
+    planned: Plan, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    show_plan(planned)
+    table, _, rest = capsys.readouterr().out.partition("\n\n")
+    (heads,) = [line.split() for line in table.splitlines() if line.startswith("rank")]
+    names = [g.name for g in planned.proposals[0].gains]
+    assert heads[:4] == ["rank", "experiment", "s", "score"]
+    assert sorted(heads[4:]) == sorted(names)
+    assert not [s for s in f"{table}\n{rest}".splitlines() if len(s.rstrip()) > 80]
+    verdicts = [f"{n} ({planned.cards[n].verdict})" for n in planned.doubtful]
+    assert ", ".join(verdicts) in " ".join(rest.split())

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from .format import DASH, json_text, number
 from .table import Table
-from .terminal import console, show_table
+from .terminal import console, show_paragraph, show_table
 
 if TYPE_CHECKING:
     from ..identify.design.plan import Gain, Plan, Proposal
@@ -20,7 +20,7 @@ def show_plan(plan: Plan) -> None:
     out = console()
     names = [g.name for g in plan.proposals[0].gains] if plan.proposals else []
     names = [*plan.doubtful, *(n for n in names if n not in plan.doubtful)]
-    heads = ["rank", "experiment", "s", "score", *(_head(plan, n) for n in names)]
+    heads = ["rank", "experiment", "s", "score", *names]
     rows = [
         [
             str(k),
@@ -35,19 +35,14 @@ def show_plan(plan: Plan) -> None:
     show_table(Table.of_texts(title, heads, rows, labels=(0, 1)))
     out.print()
     for k, p in enumerate(plan.proposals, 1):
-        out.print(f"{k}. {p.experiment.name}: {p.experiment.words}")
+        show_paragraph(f"{p.experiment.name}: {p.experiment.words}", f"{k}. ", style="")
     for text in _sentences(plan):
-        out.print(f"\n{text}")
+        out.print()
+        show_paragraph(text, "")
     if plan.left:
         out.print()
     for name, why in plan.left:
-        out.print(f"left out: {name}: {why}")
-
-
-def _head(plan: Plan, name: str) -> str:
-    verdict = plan.cards[name].verdict
-    mark = {"weak": " (weak)", "not identifiable": " (unknown)"}.get(verdict, "")
-    return f"{name}{mark}"
+        show_paragraph(f"{name}: {why}", "left out: ", style="")
 
 
 def _times(factor: float) -> str:
@@ -60,8 +55,9 @@ def _gain(proposal: Proposal, name: str) -> Gain:
 
 def _sentences(plan: Plan) -> list[str]:
     """What the table does not say."""
-    doubt = "the doubtful ones, " if any(_doubted(plan, n) for n in plan.doubtful) else ""
-    score = f"score: geometric mean of the factors of {doubt}{', '.join(plan.doubtful)}"
+    doubted = any(_doubted(plan, n) for n in plan.doubtful)
+    these = ", ".join(f"{n} ({plan.cards[n].verdict})" if doubted else n for n in plan.doubtful)
+    score = f"score: geometric mean of the factors of {'the doubtful ones, ' * doubted}{these}"
     medians = f"medians over {plan.draws} parameter sets that the data allow, seed {plan.seed}"
     sentences = [f"{score}; {medians}"]
     if plan.proposals:

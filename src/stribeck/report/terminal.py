@@ -46,12 +46,12 @@ def show_warnings(warnings: Sequence[str]) -> None:
         show_paragraph(warning, _HEAD)
 
 
-def show_paragraph(text: str, head: str) -> None:
+def show_paragraph(text: str, head: str, style: str = "yellow") -> None:
     """Print a paragraph that hangs beside its head."""
     out = console()
     lines = textwrap.wrap(text, max(40, out.width - len(head)), break_on_hyphens=False)
     for k, line in enumerate(lines or [""]):
-        out.print(Text.assemble((head, "yellow") if k == 0 else " " * len(head), line))
+        out.print(Text.assemble((head, style) if k == 0 else " " * len(head), line))
 
 
 def gathered(warnings: Sequence[str]) -> list[str]:
