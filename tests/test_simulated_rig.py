@@ -1,7 +1,7 @@
 """A user's rig: a class with `move` alone is simulated and identified as any other."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +73,23 @@ def test_its_misfit_follows_from_its_motion(log: Recording) -> None:
     np.testing.assert_allclose(
         objective(x), np.sqrt(np.mean(objective.residuals(x) ** 2, axis=1)), rtol=1e-12
     )
+
+
+def test_it_is_as_fine_as_its_constants_say() -> None:
+    assert SLEDGE.finer(8.0, 100.0).constants == SLEDGE.constants
+    stepped = replace(
+        SLEDGE,
+        constants=(
+            *SLEDGE.constants,
+            constant("tolerance", 2.0, "um", "way by which a step may be off", "this test"),
+            constant("step", 4.0, "ms", "longest step", "this test"),
+        ),
+    )
+    assert stepped.fineness == "step = 4 ms, tolerance = 2 um"
+    finer = stepped.finer(8.0, 100.0)
+    assert finer["step"] == pytest.approx(0.5e-3)
+    assert finer["tolerance"] == pytest.approx(2e-8)
+    assert finer["m"] == SLEDGE["m"]
 
 
 def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:

@@ -25,7 +25,8 @@ from .rig import Approach, Motion, Rig
 class SimulatedRig(Rig):
     """A rig whose laws are identified by output error: by simulating its motion.
 
-    A new one says how it `move`s. The rest follows from that, and may be done faster.
+    A new one says how it `move`s. The rest follows from that, and may be done faster. Constants
+    named `step` and `tolerance` are those of its simulation.
 
     Args:
         from_rest: Whether a simulation can only start where the axis rests. Else it starts from
@@ -73,14 +74,16 @@ class SimulatedRig(Rig):
         return track
 
     def finer(self, step: float, tolerance: float) -> Self:
-        """The same rig, simulated with steps and tolerances shorter by these factors."""
-        del step, tolerance
-        return self
+        """The same rig with a shorter `step` and a smaller `tolerance`, where it has these."""
+        factors = {"step": step, "tolerance": tolerance}
+        finer = {c.name: c.value / factors[c.name] for c in self.constants if c.name in factors}
+        return self.estimated(finer)
 
     @property
     def fineness(self) -> str:
-        """How fine it is simulated, in words."""
-        return "those of its kind"
+        """Its step and its tolerance, as it shows them."""
+        shown = {c.name: f"{c.name} = {c.shown:.3g} {c.unit}" for c in self.constants}
+        return ", ".join(shown[name] for name in ("step", "tolerance") if name in shown)
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         """The motion of (n, k) parameter sets over a prepared track, from rest at its start."""
@@ -208,17 +211,6 @@ class SimulatedRig(Rig):
         x0 = float(recording.position[first].mean())
         n = len(recording)
         return self.move(law, p, self.track(recording, slice(0, n), x0, np.ones(n)))
-
-
-def finer_steps(rig: SimulatedRig, step: float, tolerance: float) -> dict[str, float]:
-    """The constants `step` and `tolerance` of a rig over two factors, SI."""
-    return {"step": rig["step"] / step, "tolerance": rig["tolerance"] / tolerance}
-
-
-def steps_text(rig: SimulatedRig) -> str:
-    """The step and the tolerance of a rig, as it shows them."""
-    shown = {c.name: f"{c.shown:.3g} {c.unit}" for c in rig.constants}
-    return ", ".join(f"{name} = {shown[name]}" for name in ("step", "tolerance"))
 
 
 def as_simulated(rig: Rig) -> SimulatedRig:

@@ -31,7 +31,7 @@ from .motion.drives import (
 from .motion.event_driven import misfits, trajectories
 from .motion.track import Track
 from .rig import Motion
-from .simulated import SimulatedRig, finer_steps, steps_text
+from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -117,15 +117,6 @@ class SlideBed(SimulatedRig):
     def estimated(self, values: Mapping[str, float]) -> Self:
         """As `Rig.estimated`; K_n, K_v and K_kt follow from others."""
         return super().estimated(values).derived(values)
-
-    def finer(self, step: float, tolerance: float) -> Self:
-        """The same rig with a shorter step and a smaller tolerance."""
-        return self.estimated(finer_steps(self, step, tolerance))
-
-    @property
-    def fineness(self) -> str:
-        """Its step and its tolerance."""
-        return steps_text(self)
 
     @property
     def slip_tolerance(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from .motion.command import Drive
 from .motion.drives import rows
 from .motion.track import Track
 from .rig import Motion
-from .simulated import SimulatedRig, finer_steps, steps_text
+from .simulated import SimulatedRig
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -46,15 +46,6 @@ class SteppedRig(SimulatedRig):
     entry: ClassVar[int | None] = None
     #: Columns in which a log may state constants of its own run, and the constants' names.
     run_columns: ClassVar[Mapping[str, str]] = {}
-
-    def finer(self, step: float, tolerance: float) -> Self:
-        """The same rig with a shorter step and a smaller tolerance."""
-        return self.estimated(finer_steps(self, step, tolerance))
-
-    @property
-    def fineness(self) -> str:
-        """Its step and its tolerance."""
-        return steps_text(self)
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """What drives the axis, each (N,), in the order in which its kind reads it.
