@@ -18,7 +18,7 @@ from ..friction import law_named
 from ..rig import RIGS, Rig
 from ..rig.balanced import BalancedRig, as_balanced
 from ..rig.constant import Origin
-from ..rig.rig import shown_in
+from ..rig.rig import shown_difference, shown_in
 from ..space import Param
 from ..text_file import page
 from ..units import convertible, unit
@@ -561,8 +561,7 @@ def _breakaway(fit: Fit) -> dict[str, BreakawayCard]:
     entries = {}
     for b in fit.breakaway:
         (q,) = [q for q in fit.parameters.every if q.name == b.parameter]
-        zero = float(shown_in(fit.rig, q, 0.0))
-        sd, low, high = (float(shown_in(fit.rig, q, x)) - zero for x in (b.sd, b.low, b.high))
+        sd, low, high = (float(shown_difference(fit.rig, q, x)) for x in (b.sd, b.low, b.high))
         entries[fit.rig.label(q.name)] = BreakawayCard(
             unit=fit.rig.unit_of(q), sd=sd, low=low, high=high, slips=b.slips
         )
@@ -574,16 +573,18 @@ def _between_logs(fit: Fit) -> dict[str, LogSpreadCard]:
     entries = {}
     for spread in fit.differing.spreads:
         (q,) = [q for q in fit.parameters.every if q.name == spread.parameter]
-        effects, zero = spread.effects, float(shown_in(fit.rig, q, 0.0))
-        mean, low, high, sd, sd_low, sd_high = (
-            float(shown_in(fit.rig, q, x))
-            for x in (effects.mean, effects.low, effects.high,
-                      effects.sd, effects.sd_low, effects.sd_high)
-        )  # fmt: skip
+        effects = spread.effects
+        mean, low, high = (
+            float(shown_in(fit.rig, q, x)) for x in (effects.mean, effects.low, effects.high)
+        )
+        sd, sd_low, sd_high = (
+            float(shown_difference(fit.rig, q, x))
+            for x in (effects.sd, effects.sd_low, effects.sd_high)
+        )
         entries[fit.rig.label(q.name)] = LogSpreadCard(
             unit=fit.rig.unit_of(q),
             mean=mean, low=low, high=high,
-            sd=sd - zero, sd_low=sd_low - zero, sd_high=sd_high - zero,
+            sd=sd, sd_low=sd_low, sd_high=sd_high,
             logs=effects.units, chance=effects.chance, differs=spread.material,
         )  # fmt: skip
     return entries
@@ -621,12 +622,9 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
     for q, e in zip(parameters.every, fit.estimates, strict=True):
         if e.verdict == "fixed" and q.fixed == e.value:
             continue  # as the law holds it anyway
-        zero = float(shown_in(parameters.rig, q, 0.0))
 
-        def shown(value: float, *, width: bool = False, q: Any = q, zero: float = zero) -> Any:
-            if not math.isfinite(value):
-                return None
-            return float(shown_in(parameters.rig, q, value)) - (zero if width else 0.0)
+        def shown(value: float, convert: Any = shown_in, q: Any = q) -> Any:
+            return float(convert(parameters.rig, q, value)) if math.isfinite(value) else None
 
         free = e.verdict != "fixed"
         cards[e.name] = ParameterCard(
@@ -634,8 +632,8 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
             unit=e.unit,
             low=shown(e.low) if free else None,
             high=shown(e.high) if free else None,
-            standard_error=shown(e.standard_error, width=True),
-            spread=shown(e.spread, width=True),
+            standard_error=shown(e.standard_error, shown_difference),
+            spread=shown(e.spread, shown_difference),
             at_bound=e.at_bound,
             verdict=e.verdict,
             reason=e.reason,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..rig.constant import BORROWED
-from ..rig.rig import shown_in
+from ..rig.rig import shown_difference
 from ..units import unit
 from .free_constants import FreeConstantsProblem, Ruling
 from .parameters import Parameters
@@ -45,7 +45,7 @@ def _clause(parameters: Parameters, r: Ruling, written: str) -> str:
     (c,) = [c for c in rig.constants if c.name == r.constant]
     alike = c.unit == written or c.value == 0.0
     step = unit(c.unit).factor if alike else STEP * abs(c.value)
-    change = float(shown_in(rig, param, r.slope * step))
+    change = float(shown_difference(rig, param, r.slope * step))
     verb = "rises" if change > 0 else "falls"
     amount = f"{abs(change):.2g} {written}".rstrip()
     each = f"each {c.unit or '1'}" if alike else f"{100 * STEP:g} %"

@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import InputError
 from ..optimize.lockstep import AskTell, Counted, lockstep
 from ..optimize.trust_region import Iterate, minimise
-from ..rig.rig import shown_in
+from ..rig.rig import shown_difference
 from ..space import Array, Param
 from .conditions import Violation
 from .random_effects import RandomEffects, random_effects
@@ -268,9 +268,8 @@ def spread_over_logs(
 
 
 def _text(parameters: Parameters, q: Param, e: Estimate, effects: RandomEffects) -> str:
-    zero = float(shown_in(parameters.rig, q, 0.0))
     sd, low, high = (
-        float(shown_in(parameters.rig, q, x)) - zero
+        float(shown_difference(parameters.rig, q, x))
         for x in (effects.sd, effects.sd_low, effects.sd_high)
     )
     return f"{e.name} {sd:.2g} {e.unit}".rstrip() + f" ({low:.2g} to {high:.2g})"

@@ -16,18 +16,17 @@ import numpy as np
 from ..errors import InputError
 from ..optimize import rms
 from ..optimize.lockstep import Counted
-from ..rig.rig import shown_in
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .conditions import Violation
 from .initial_state import FreeStartProblem, started_at
+from .moved_estimates import refit_text
 from .polish import polish
 from .problem import MotionProblem
 from .uncertainty.linearisation import box_of, linearised
 
 if TYPE_CHECKING:
     from ..optimize.trust_region import Iterate
-    from .parameters import Parameters
     from .polish import Polished
     from .segment import Segment
     from .uncertainty.estimates import Estimate
@@ -132,32 +131,13 @@ def _promised(fit: Iterate) -> float:
 def _violation(
     problem: MotionProblem, judged: Sequence[Estimate], refit: Polished, start: float, reach: float
 ) -> Violation:
-    parameters, seconds = problem.parameters, float(refit.x[-1])
-    moved = moved_estimates(parameters, judged, refit.x[:-1])
+    seconds = float(refit.x[-1])
+    changes, moved = refit_text(problem, judged, refit, start)
     at_least = "at least " if abs(seconds) > EDGE * reach else ""
     side = "behind" if seconds > 0 else "ahead of"
-    drive = "force" if parameters.rig.applied_force else "command"
-    biased = f", and {' and '.join(moved.values())}" if moved else ""
+    drive = "force" if problem.parameters.rig.applied_force else "command"
     sentence = (
-        f"the motion was measured {at_least}{1e3 * abs(seconds):.3g} ms {side} its {drive}: with "
-        f"that J is {refit.cost:.3g}, not {start:.3g} {problem.unit}{biased}: --delay "
-        f"{-1e3 * seconds:.3g} moves it back"
+        f"the motion was measured {at_least}{1e3 * abs(seconds):.3g} ms {side} its {drive}: "
+        f"{changes}: --delay {-1e3 * seconds:.3g} moves it back"
     )
-    return Violation("data", sentence, caps=bool(moved))  # a refit close by moves less than a fit
-
-
-def moved_estimates(parameters: Parameters, judged: Sequence[Estimate], x: Array) -> dict[str, str]:
-    """What is told of the estimates that a refit moves out of their intervals, by name.
-
-    Args:
-        parameters: Rig and law.
-        judged: The estimates, as in `parameters.every`.
-        x: The free parameters of the refit, SI.
-    """
-    values = parameters.full(x[None])[0].tolist()
-    return {
-        q.name: f"{e.name} may be {float(shown_in(parameters.rig, q, v)):.3g}, not "
-        f"{float(shown_in(parameters.rig, q, e.value)):.3g} {e.unit}".rstrip()
-        for q, e, v in zip(parameters.every, judged, values, strict=True)
-        if e.verdict != "fixed" and not e.low <= v <= e.high
-    }
+    return Violation("data", sentence, caps=moved)  # a refit close by moves less than a fit

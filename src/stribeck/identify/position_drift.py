@@ -19,7 +19,7 @@ from ..space import Array, Param, Space
 from .adequacy.bins import t_probability
 from .conditions import Violation
 from .initial_state import FreeStartProblem
-from .motion_delay import moved_estimates
+from .moved_estimates import refit_text
 from .polish import polish
 from .problem import MotionProblem
 from .uncertainty.linearisation import box_of, linearised
@@ -92,12 +92,10 @@ def drift_violations(
     start = float(rms(fit.r[None])[0])
     refit = polish(drifting, np.append(x, 0.0), start, ROWS * (len(x) + 1))
     rows = counted.rows + refit.evaluations
-    moved = moved_estimates(problem.parameters, judged, refit.x[:-1])
-    biased = f", and {' and '.join(moved.values())}" if moved else ""
+    changes, _ = refit_text(problem, judged, refit, start)
     sentence = (
         f"the measured position drifts beside the model's ({100 * share:.2g} % of the variance): "
-        f"with that J is {refit.cost:.3g}, not {start:.3g} {problem.unit}{biased}: the axis creeps "
-        "or the sensor's zero moves; train on shorter parts (--train)"
+        f"{changes}: the axis creeps or the sensor's zero moves; train on shorter parts (--train)"
     )
     # The refit starts at the fit: one with the drift in it all along might end farther off.
     return [Violation("model", sentence)], rows

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..identify.uncertainty.verdict import verdict_text
-from ..rig.rig import shown_in
+from ..rig.rig import shown_difference, shown_in
 from ..units import unit
 from .format import DASH, force_unit, number
 from .misfit import SEVERAL, balance_figures, log_errors, misfit_head, score_texts
@@ -33,15 +33,15 @@ def _parameters(fit: Fit) -> Table:
         if e.verdict == "fixed" and q.fixed == e.value:
             continue
 
-        def shown(x: float, q: Any = q) -> float:
-            return float(shown_in(fit.rig, q, x))
+        def shown(x: float, convert: Any = shown_in, q: Any = q) -> float:
+            return float(convert(fit.rig, q, x))
 
         free = e.verdict != "fixed"
         rows.append([
             e.name, number(shown(e.value)), e.unit,
             _end(shown(e.low), e.low_ended) if free else DASH,
             _end(shown(e.high), e.high_ended) if free else DASH,
-            *([number(shown(e.standard_error) - shown(0.0), 3)] if fit.balance else []),
+            *([number(shown(e.standard_error, shown_difference), 3)] if fit.balance else []),
             verdict_text(e.verdict, e.reason, borderline=e.borderline),
         ])  # fmt: skip
     rows += [_sum(fit, c) for c in fit.combinations]
@@ -70,10 +70,8 @@ def _breakaways(fit: Fit) -> list[str]:
     levels = {e.name: (q, e) for q, e in zip(fit.parameters.every, fit.estimates, strict=True)}
     for b in fit.breakaway:
         q, e = levels[fit.rig.label(b.parameter)]
-        mean, sd = (
-            [number(float(shown_in(fit.rig, q, x)), digits) for x in values]
-            for values, digits in (((b.mean, e.low, e.high), 4), ((b.sd, b.low, b.high), 2))
-        )
+        mean = [number(float(shown_in(fit.rig, q, x)), 4) for x in (b.mean, e.low, e.high)]
+        sd = [number(float(shown_difference(fit.rig, q, x)), 2) for x in (b.sd, b.low, b.high)]
         interval = "" if e.verdict == "fixed" else f" ({mean[1]} to {mean[2]})"
         sentences.append(
             f"{e.name} = {mean[0]}{interval} {e.unit}, from slip to slip "

@@ -259,6 +259,11 @@ def shown_in(rig: Rig, param: Param, value: Any) -> Any:
     return unit(rig.unit_of(param)).from_si(value)
 
 
+def shown_difference(rig: Rig, param: Param, difference: Any) -> Any:
+    """A difference of two values of a parameter, SI, in the unit its rig shows."""
+    return shown_in(rig, param, difference) - shown_in(rig, param, 0.0)
+
+
 def in_si(rig: Rig, param: Param, value: float) -> float:
     """A value that a person wrote in the unit the rig shows, as SI."""
     if not convertible(rig.unit_of(param), param.unit):

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...friction import LAWS
 from ...friction.law import Term
-from ...rig.rig import shown_in
 from ...space import Param
 from ...units import unit
 from ..conditions import Violation
+from ..moved_estimates import may_be
 from ..uncertainty.verdict import IDENTIFIED
 
 if TYPE_CHECKING:
@@ -123,15 +123,11 @@ def description(parameters: Parameters, effect: Effect) -> str:
 
 def _changes(parameters: Parameters, estimates: Sequence[Estimate], shifts: Sequence[float]) -> str:
     """What the biased parameters would be with the effect in the model."""
-    moved = []
-    for q, e, shift in zip(parameters.every, estimates, shifts, strict=True):
-        if shift:
-            before, after = (
-                float(shown_in(parameters.rig, q, x))
-                for x in (e.value, _within(q, e.value + shift))
-            )
-            moved.append(f"{e.name} may be {after:.3g}, not {before:.3g} {e.unit}".rstrip())
-    return " and ".join(moved)
+    return " and ".join(
+        may_be(parameters.rig, q, e, _within(q, e.value + shift))
+        for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
+        if shift
+    )
 
 
 def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recording]) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...rig.rig import shown_in
+from ...rig.rig import shown_difference, shown_in
 from .schema import SingleLogRecord
 
 if TYPE_CHECKING:
@@ -21,8 +21,10 @@ def single_log_records(fit: Fit) -> Iterator[SingleLogRecord]:
         values: dict[str, tuple[float, float] | None] = {}
         for spread in fit.differing.spreads:
             q, value, error = by_name[spread.parameter], spread.values[k], spread.errors[k]
-            zero = float(shown_in(fit.rig, q, 0.0))
-            shown = float(shown_in(fit.rig, q, value)), float(shown_in(fit.rig, q, error)) - zero
+            shown = (
+                float(shown_in(fit.rig, q, value)),
+                float(shown_difference(fit.rig, q, error)),
+            )
             known = bool(np.isfinite(shown).all())
             values[fit.rig.label(q.name)] = shown if known else None
         yield SingleLogRecord(log=label, values=values)
