@@ -221,7 +221,7 @@ def test_the_card_of_a_csv_is_held_against_another_log(
 
     options = ("--rig", "cylinder", "--set", "bore=25", "--set", "F_V=60", "--out", "fit")
     assert run("identify", "one.csv", "two.csv", *options) == 0
-    assert "friction range N one.csv" in capsys.readouterr().out
+    assert "friction range / N, one.csv" in capsys.readouterr().out
     assert run("validate", "fit/card.json", "three.csv", "--max-error", "15") == 0
     assert run("validate", "fit/card.json", "three.csv", "--max-error", "0.1") == 1
     card = read_card(tmp_path / "fit" / "card.json")

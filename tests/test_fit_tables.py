@@ -13,7 +13,7 @@ from stribeck.identify.card import card
 from stribeck.identify.result import Fit
 from stribeck.identify.validate import validate
 from stribeck.report.fit_report import LISTED, show_fit
-from stribeck.report.misfit import log_errors
+from stribeck.report.misfit import balance_figures, log_errors
 from stribeck.report.terminal import gathered, show_warnings
 from stribeck.report.validation_report import show_validation
 from stribeck.rig.twin import TestBed
@@ -37,6 +37,13 @@ def test_the_errors_of_the_logs_make_up_that_of_all(fit: Fit) -> None:
         squares = [errors[part] ** 2 for _, _, errors in rows]
         pooled = np.sqrt(np.dot(squares, counts) / np.sum(counts))
         assert pooled == pytest.approx(score.value, rel=1e-9)
+
+
+def test_figures_of_a_balance_have_units() -> None:
+    figures = {"relative_error_percent": 4.0, "residual_sd": 2.0, "friction_range_N a_1": 9.0}
+    assert balance_figures(figures, "N m") == [
+        ["relative error / %", "4"], ["residual sd / N m", "2"], ["friction range / N, a_1", "9"],
+    ]  # fmt: skip
 
 
 def test_each_log_has_a_line(fit: Fit, capsys: pytest.CaptureFixture[str]) -> None:

@@ -263,7 +263,6 @@ def test_a_bound_holds_and_is_said() -> None:
     assert result["F_V"] == 150.0
     assert result.at_bound == {"F_V": "upper"}
     assert result.standard_error("F_V") == np.inf
-    assert any("F_V is stopped at the upper end" in note for note in result.notes)
 
 
 def test_friction_never_pushes() -> None:
@@ -272,6 +271,14 @@ def test_friction_never_pushes() -> None:
     result = balance(log(p=p), Parameters.declared(FORCED, COULOMB))
     assert result["F_V"] == 0.0
     assert result.at_bound == {"F_V": "lower"}
+
+
+def test_a_level_that_the_data_would_have_negative_is_told_once() -> None:
+    p = truth("coulomb-viscous")
+    p[1] = -50.0
+    told = [w for w in identify(log(p=p), rig=FORCED, law=COULOMB).warnings if w.startswith("F_V ")]
+    assert len(told) == 1
+    assert told[0].startswith("F_V ended at 0, the least that it may be")
 
 
 def test_static_friction_may_not_fall_below_coulomb_s() -> None:

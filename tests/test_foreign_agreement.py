@@ -8,6 +8,7 @@ do not simulate: they have to find what made a clean log.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import even, sines, strokes
 from stribeck import RIGS, Recording, identify
 from stribeck.friction import law_named
+from stribeck.rig.balanced import as_balanced
 from stribeck.rig.simulated import as_simulated
 
 
@@ -222,14 +224,31 @@ def test_forced_pendulum() -> None:
     assert answers == pytest.approx([0.5, 0.2, 0.3, 0.1, 2.0, 0.5], rel=0.01)
 
 
+def cylinder_logs(axis: cylinder.Cylinder) -> list[Recording]:
+    """Strokes at three speeds under three pressures."""
+    t, _, speed = strokes(np.array([0.05, 0.1, 0.2]), 0.05)
+    motions = [cylinder.simulate(axis, t, speed, np.full_like(t, p)) for p in (1e5, 3e5, 6e5)]
+    return [
+        Recording(t=m.t, position=m.position, force=m.force, pressure=m.pressure) for m in motions
+    ]
+
+
 def test_cylinder() -> None:
     """A rod heavy enough to be weighed by strokes such as these."""
     axis = cylinder.Cylinder(M=20.0, F_C=10.0, F_V=300.0, mu_p=5e-5, b=2e-5, offset=3.0)
-    t, _, speed = strokes(np.array([0.05, 0.1, 0.2]), 0.05)
-    motions = [cylinder.simulate(axis, t, speed, np.full_like(t, p)) for p in (1e5, 3e5, 6e5)]
-    logs = [
-        Recording(t=m.t, position=m.position, force=m.force, pressure=m.pressure) for m in motions
-    ]
-    fit = identify(logs, rig="cylinder")
+    fit = identify(cylinder_logs(axis), rig="cylinder")
     answers = values(fit, ("F_C", "F_V", "mu", "M", "offset", "b"))
     assert answers == pytest.approx([10.0, 300.0, 5e-5, 20.0, 3.0, 2e-5], rel=0.01)
+
+
+def test_rows_about_reversals_make_a_light_rod_too_heavy() -> None:
+    """Where the sign of the velocity is not known, a balance takes friction for inertia."""
+    logs = cylinder_logs(
+        cylinder.Cylinder(M=2.0, F_C=10.0, F_V=300.0, mu_p=5e-5, b=2e-5, offset=3.0)
+    )
+    rig = as_balanced(RIGS["cylinder"])
+    kept = replace(rig, filtering=replace(rig.filtering, reversals=True))
+    (without,) = values(identify(logs, rig=rig), ("M",))
+    (with_them,) = values(identify(logs, rig=kept), ("M",))
+    assert without == pytest.approx(2.0, rel=3e-3)
+    assert 1.06 < with_them / 2.0 < 1.12

@@ -33,21 +33,27 @@ def misfit_head(score: Score) -> str:
     return f"{misfit_name(score.name)} / {score.unit}"
 
 
-#: What a figure of a force balance is called, where its name does not say its unit.
-_FIGURES = {"relative_error_percent": "relative error / %", "residual_sd": "residual sd / {force}"}
+#: What the figures of a force balance that have a unit are called; some are of a log.
+_FIGURES = {
+    "relative_error_percent": "relative error / %",
+    "residual_sd": "residual sd / {force}",
+    "friction_range_N": "friction range / N",
+}
 
 
 def balance_figures(figures: Mapping[str, float], force: str) -> list[list[str]]:
     """Names and values of the figures of a force balance.
 
     Args:
-        figures: By name, as the card has them.
+        figures: By name, and the log it is of behind a space, as the card has them.
         force: The unit of the force.
     """
-    return [
-        [_FIGURES.get(name, name.replace("_", " ")).format(force=force), number(value)]
-        for name, value in figures.items()
-    ]
+    rows = []
+    for name, value in figures.items():
+        figure, _, log = name.partition(" ")
+        words = _FIGURES.get(figure, figure.replace("_", " ")).format(force=force)
+        rows.append([", ".join(filter(None, (words, log))), number(value)])
+    return rows
 
 
 def score_texts(score: Score) -> list[str]:

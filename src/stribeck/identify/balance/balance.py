@@ -267,9 +267,6 @@ def _warnings(
         for q, name, variance in zip(free, names, np.diag(covariance), strict=True)
         if not np.isfinite(variance) and q.name not in at_bound
     ]
-    for name, stop in at_bound.items():
-        stop_text = f"the {stop} end of its range" if stop in ("lower", "upper") else label(stop)
-        warnings.append(f"{label(name)} is stopped at {stop_text}")
     identified = [i for i in range(len(names)) if np.isfinite(covariance[i, i])]
     if identified and (degree := variable_projection.collinearity(W[:, identified])) > COLLINEAR:
         warnings.append(

@@ -179,7 +179,11 @@ def range_end(value: float, param: Param) -> Literal["lower", "upper"] | None:
 def bound_warnings(estimates: Sequence[Estimate]) -> list[str]:
     """A sentence for every parameter that ended at an end of its search range."""
     return [
-        f"{e.name} ended at the {e.at_bound} end of its range: widen the range or doubt the value"
+        f"{e.name} ended at 0, the least that it may be: the data would have it negative, so doubt "
+        "the value, or the law"
+        if e.at_bound == "lower" and e.value == 0.0
+        else f"{e.name} ended at the {e.at_bound} end of its range: widen the range or doubt the "
+        "value"
         for e in estimates
         if e.at_bound
     ]
