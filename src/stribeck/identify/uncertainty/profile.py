@@ -244,6 +244,7 @@ def _walked(
     walked = [ray.unwalked() for ray in rays]
     todo: list[tuple[int, Iterate | None]] = [(i, best) for i in range(len(rays))]
     at_once = max(int(MEMORY / (8 * best.J.size)), 1)
+    open_ends: dict[Iterate, Iterate] = {}
     for _ in range(1 + ROUNDS):
         for first in range(0, len(todo), at_once):
             part = todo[first : first + at_once]
@@ -257,7 +258,7 @@ def _walked(
         todo = (
             _unfinished(rays, walked, counted)
             or _doubtful(rays, walked, counted, at_once)
-            or _from_open_ends(rays, walked, counted)
+            or _from_open_ends(rays, walked, counted, open_ends)
         )
         if met():
             return walked, min(counted.visited, key=lambda visited: visited[1])[0]
@@ -297,13 +298,22 @@ def _doubtful(
 
 
 def _from_open_ends(
-    rays: Sequence[Ray], walked: Sequence[Walked], counted: Counted
+    rays: Sequence[Ray],
+    walked: Sequence[Walked],
+    counted: Counted,
+    known: dict[Iterate, Iterate],
 ) -> list[tuple[int, Iterate | None]]:
     """Sides that are longer, to first order, from where another parameter meets its range.
 
     What the data do not hold may be anywhere in its range, and what is known of the others is what
     is known wherever it is: a drop of friction below all speeds of a log shows the level after it,
     one above them all the level before.
+
+    Args:
+        rays: The sides.
+        walked: What is known of each.
+        counted: The problem.
+        known: Where sides stand, with slopes taken there; this adds to it.
     """
     todo: dict[int, tuple[float, Iterate]] = {}
     for open_ray, side in zip(rays, walked, strict=True):
@@ -311,7 +321,10 @@ def _from_open_ends(
             continue
         if counted.left <= 4 * open_ray.box.dim:
             break
-        place = linearised(counted, open_ray.box, open_ray.box.x(side.standing.place.u))
+        at = side.standing.place
+        if at not in known:
+            known[at] = linearised(counted, open_ray.box, open_ray.box.x(at.u))
+        place = known[at]
         quick = quick_look(place.J, place.r, logs_of(open_ray.problem, len(place.r)))
         for i, ray in enumerate(rays):
             height = ray.height(place.squares)
