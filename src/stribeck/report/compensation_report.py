@@ -264,7 +264,7 @@ def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]
         )  # fmt: skip
         axes.plot(
             c.scales[known], c.ratio[known, 0].max(axis=1), color=colour,
-            label=f"{c.mode}: as identified, all axes",
+            label=f"{c.mode}: as identified",
         )  # fmt: skip
         if c.onset is not None:
             axes.axvspan(
@@ -275,6 +275,7 @@ def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]
                 f"{c.mode}: {c.onset.sign}", (c.onset.scale, 0.97), xytext=(-4, 0),
                 xycoords=("data", "axes fraction"), textcoords="offset points", rotation=90,
                 ha="right", va="top", color=colour, fontsize=9,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
             )  # fmt: skip
         if c.best is not None and c is compensation.curve:
             axes.plot(c.scales[c.best], most[c.best], "o", color=colour)
@@ -291,7 +292,8 @@ def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]
         max(0.5 * float(finite.min()), 1e-4), min(1.3 * max(float(finite.max()), 1.0), 10)
     )
     axes.set(
-        title="Worst motion's error over that without; bands: every axis that the card allows",
+        title="Worst motion's error over that without; "
+        f"bands: {len(compensation.plants)} axes that the card allows",
         xlabel="scale: share of the model's friction that is compensated",
         ylabel="RMS ratio",
     )
