@@ -141,7 +141,7 @@ def test_clean_logs_raise_no_alarm() -> None:
 
 
 def test_a_joint_by_output_error_shows_the_square_of_the_speed() -> None:
-    def told(square: float) -> list[str]:
+    def fit_of(square: float) -> Fit:
         rng = np.random.default_rng(1)
         t, q = sines(8.0, np.array([0.5, 0.3, 0.2]), np.array([0.2, 0.4, 0.7]), dt=0.01)
         curve, loop = coulomb_viscous(1.2, 0.5), driven.Loop(kp=100.0, kd=4.0, tick=0.01)
@@ -150,11 +150,13 @@ def test_a_joint_by_output_error_shows_the_square_of_the_speed() -> None:
         table = sensors.noisy(motion._asdict(), "position", 1e-4, rng)
         log = Recording(t, table["position"], command=motion.command, rotary=True)
         rig = RIGS["joint"].set(kp=100.0, kd=4.0, hold=1, step=10.0).exact()
-        fit = identify(log, rig=rig, law="coulomb-viscous", budget=1500, repeats=1)
-        return model_sentences(fit)
+        return identify(log, rig=rig, law="coulomb-viscous", budget=1500, repeats=1)
 
-    assert not told(0.0)
-    assert any("square of the speed" in sentence for sentence in told(0.3))
+    clean = fit_of(0.0)
+    assert not model_sentences(clean)
+    assert any("square of the speed" in sentence for sentence in model_sentences(fit_of(0.3)))
+    inertia = next(e for e in clean.estimates if e.name == "J")
+    assert "raises the misfit J " in inertia.meaning  # and not J, which is the inertia
 
 
 def test_the_page_shows_bins_and_effects() -> None:

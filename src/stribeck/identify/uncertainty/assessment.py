@@ -15,7 +15,7 @@ from .covariance import quick_look
 from .linearisation import box_of, linearised
 from .profile import BUDGET, Profile, Profiles, profiles
 from .residuals import Residuals, logs_of
-from .sensitivity import Sensitivity, sensitivities
+from .sensitivity import Sensitivity, distinct, sensitivities
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
@@ -56,6 +56,7 @@ class Uncertainty:
     def notes(self, parameters: Parameters, misfit: str = "J") -> list[str]:
         """What a reader must know, a sentence each."""
         sentences = []
+        misfit = distinct(misfit, [parameters.rig.label(q.name) for q in parameters.every])
         squares, before = self.profiles.squares, self.profiles.before
         gain = 1 - np.sqrt(squares / before) if before > 0 else 0.0
         if self.profiles.improved and gain > NOTED:

@@ -14,7 +14,7 @@ from ...space import Array, Param, Space
 from ..parameters import AT_END
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
-from .sensitivity import sentence
+from .sensitivity import distinct, sentence
 from .verdict import IDENTIFIED, Reason, Verdict, verdict
 
 if TYPE_CHECKING:
@@ -107,6 +107,7 @@ def estimates(
     """
     free = {q.name: i for i, q in enumerate(parameters.free)}
     by_name = uncertain.by_name()
+    misfit = distinct(misfit, [parameters.rig.label(q.name) for q in parameters.every])
     drawn = uncertain.bootstrap
     result = []
     for param, value in zip(parameters.every, p.tolist(), strict=True):

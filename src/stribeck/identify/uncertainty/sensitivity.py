@@ -6,7 +6,7 @@ is set to twice its value, the others are refitted, and the misfit is said.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -127,6 +127,11 @@ def _elsewhere(best: Iterate, box: Box, k: int, move: float) -> Moves[Iterate]:
 
 def _change(squares: float, best: float) -> float:
     return float(np.sqrt(max(squares / best, 1.0)) - 1.0) if best > 0 else float("nan")
+
+
+def distinct(misfit: str, names: Collection[str]) -> str:
+    """What the misfit is called where a parameter may have its letter, as an inertia has J."""
+    return f"the misfit {misfit}" if misfit in names else misfit
 
 
 def sentence(
