@@ -32,6 +32,7 @@ from stribeck.identify.segment import segments
 from stribeck.identify.stick_slip_statistics import StickSlipStatistics
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.space import Array
+from table_head import table_head
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "openarm"
 GAINS = {1: (115.0, 5.0), 3: (35.0, 2.2), 4: (40.0, 2.0)}
@@ -356,12 +357,11 @@ def _rows(part: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Mapp
 
 
 def _predictions(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**Arm joints: one half predicted from the other, RMSE of position / mrad**\n"
-    yield (
-        "| joint | trained on | model | whole by whole | ratio | whole by legs | ratio | "
-        "legs by legs | ratio |"
+    yield from table_head(
+        "Arm joints: one half predicted from the other, RMSE of position / mrad",
+        "joint | trained on | model | whole by whole: | ratio: | whole by legs: | ratio: | "
+        "legs by legs: | ratio:",
     )
-    yield "|---|---|---|---:|---:|---:|---:|---:|---:|"
     for joint, part in results.items():
         plain: dict[str, list[float]] = {}
         for half, name, by in _rows(part):
@@ -385,9 +385,10 @@ def _against(plain: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _staircases(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**Arm joints: the staircase of the half that was not seen**\n"
-    yield "| joint | trained on | model | slips | median jump / mrad | stuck |"
-    yield "|---|---|---|---:|---:|---:|"
+    yield from table_head(
+        "Arm joints: the staircase of the half that was not seen",
+        "joint | trained on | model | slips: | median jump / mrad: | stuck:",
+    )
     for joint, part in results.items():
         for half, name, by in _rows(part):
             start = f"| {joint} | half {half} |"
@@ -405,12 +406,11 @@ def _steps(staircase: Sequence[float] | None) -> str:
 
 
 def _levels(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**Arm joints: breakaway and sliding level / N m, 95 % intervals**\n"
-    yield (
-        "| joint | slips | F_S at the onsets | scatter | trained on | F_S by legs | F_C by legs | "
-        "F_C by legs, F_S at the onsets |"
+    yield from table_head(
+        "Arm joints: breakaway and sliding level / N m, 95 % intervals",
+        "joint | slips: | F_S at the onsets | scatter: | trained on | F_S by legs | F_C by "
+        "legs | F_C by legs, F_S at the onsets",
     )
-    yield "|---|---:|---|---:|---|---|---|---|"
     for joint, part in results.items():
         slips = part["onsets"]
         for half, name, by in _rows(part):
@@ -432,12 +432,11 @@ def _level(row: Sequence[Any]) -> str:
 
 
 def _known_axes(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**A known axis on the same command: second half, RMSE of position / mrad**\n"
-    yield (
-        "| joint | breakaway | seed | whole: Coulomb-viscous | truth | ratio | "
-        "legs: Coulomb-viscous | truth | ratio |"
+    yield from table_head(
+        "A known axis on the same command: second half, RMSE of position / mrad",
+        "joint | breakaway | seed: | whole: Coulomb-viscous: | truth: | ratio: | legs: "
+        "Coulomb-viscous: | truth: | ratio:",
     )
-    yield "|---|---|---:|---:|---:|---:|---:|---:|---:|"
     for joint, part in results.items():
         for key, row in part["known"].items():
             kind, seed = key.split("/")
@@ -454,12 +453,11 @@ def _known_axes(results: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _slip_by_slip(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**Arm joints slip by slip: breakaway / N m, and legs not seen, RMSE / mrad**\n"
-    yield (
-        "| joint | trained on | slips | F_S at the onsets | F_S | their scatter | scatter | "
-        "legs: Coulomb-viscous | slip by slip | ratio |"
+    yield from table_head(
+        "Arm joints slip by slip: breakaway / N m, and legs not seen, RMSE / mrad",
+        "joint | trained on | slips: | F_S at the onsets | F_S | their scatter: | scatter | "
+        "legs: Coulomb-viscous: | slip by slip: | ratio:",
     )
-    yield "|---|---|---:|---|---|---:|---|---:|---:|---:|"
     for joint, part in results.items():
         for name, row in part.get("by slip", {}).items():
             seen, (sd, low, high, slips) = row["onsets"], row["spread"]

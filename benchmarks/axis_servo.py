@@ -24,6 +24,7 @@ from stribeck.identify.problem import MotionProblem
 from stribeck.identify.selection.folds import LogRange
 from stribeck.identify.selection.trained_law import BUDGET, TrainedLaw, TrainingSettings, train_law
 from stribeck.space import Array
+from table_head import table_head
 
 LOGS = Path(__file__).parents[2] / "shared" / "data" / "bam_xl330" / "logs"
 RIG = RIGS["servo-pendulum"]
@@ -195,12 +196,11 @@ def tables(results: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _as_identified(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**XL330, 16 logs: mean absolute error of full roll-outs / mrad**\n"
-    yield (
-        "| law | published parameters | local simplex | `identify` | repeats within 1 % | "
-        "evaluations | processor / s |"
+    yield from table_head(
+        "XL330, 16 logs: mean absolute error of full roll-outs / mrad",
+        "law | published parameters: | local simplex: | `identify`: | repeats within 1 %: | "
+        "evaluations: | processor / s:",
     )
-    yield "|---|---:|---:|---:|---:|---:|---:|"
     for name, row in results.items():
         yield (
             f"| {name} {LAWS[name]} | {_number(PUBLISHED.get(name))} | "
@@ -210,10 +210,11 @@ def _as_identified(results: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _all_splits(results: Mapping[str, Any]) -> Iterator[str]:
-    yield "**XL330, a gain left out: mean absolute error on the gain that was not seen / mrad**\n"
     names = list(next(iter(results.values())))
-    yield f"| fitted by | left out | {' | '.join(names)} |"
-    yield f"|---|---|{'---:|' * len(names)}"
+    yield from table_head(
+        "XL330, a gain left out: mean absolute error on the gain that was not seen / mrad",
+        f"fitted by | left out | {' | '.join(f'{name}:' for name in names)}",
+    )
     for key, rows in results.items():
         loss, excluded = key.split("/")
         tested = "train" if excluded == "none" else "test"
@@ -250,9 +251,10 @@ def _choice(results: Mapping[str, Any]) -> Iterator[str]:
     chosen = choice(results)
     if not chosen:
         return
-    yield "**XL330, chosen without kp 800, and what that comes to on kp 800 / mrad**\n"
-    yield "| fitted by | law | kp 100, 200, 400, each from the other two | kp 800 | to m1 there |"
-    yield "|---|---|---:|---:|---:|"
+    yield from table_head(
+        "XL330, chosen without kp 800, and what that comes to on kp 800 / mrad",
+        "fitted by | law | kp 100, 200, 400, each from the other two: | kp 800: | to m1 there:",
+    )
     for by, errors in chosen["inner"].items():
         for name, error in errors.items():
             test, first = chosen["tests"][by][name], chosen["tests"][by]["m1"]

@@ -163,44 +163,58 @@ def _segments(
     segmentation = segment(recording)
     result = []
     for window in windows(recording, part, segmentation):
+        passage = _Passage(recording, rig, part, segmentation, window)
         if objective.by_slip:
-            result += _slips(recording, rig, part, segmentation, window)
+            result += _slips(passage)
         elif objective.restart:
-            result += _from_rests(recording, rig, part, segmentation, window)
+            result += _from_rests(passage)
         elif rig.from_rest:
-            result.append(_from_rest(recording, rig, part, segmentation, window))
+            result.append(_from_rest(passage))
         else:
             result.append(_from_state(recording, rig, window))
     return result
 
 
-def _from_rest(
-    recording: Recording,
-    rig: SimulatedRig,
-    part: Range | None,
-    segmentation: Segments,
-    window: Window,
-) -> Segment:
-    start = start_of(segmentation, window)
+@dataclass(frozen=True, eq=False)
+class _Passage:
+    """A log's way through a range.
+
+    Args:
+        recording: The log.
+        rig: How its motions start.
+        part: The range; None for all.
+        segmentation: Motions and rests of the log.
+        window: Where the log passes the range.
+    """
+
+    recording: Recording
+    rig: SimulatedRig
+    part: Range | None
+    segmentation: Segments
+    window: Window
+
+    @property
+    def within(self) -> str:
+        """The range, as a sentence goes on with it."""
+        return f" in {self.part.text}" if self.part else ""
+
+
+def _from_rest(passage: _Passage) -> Segment:
+    start = start_of(passage.segmentation, passage.window)
     if start is None:
+        before = " or before it" if passage.part else ""
         raise InputError(
-            f"{recording.label}: the axis never rests"
-            f"{f' in {part.text} or before it' if part else ''}, so there is no state to "
-            "simulate from: this rig is for logs with stick-slip"
+            f"{passage.recording.label}: the axis never rests{passage.within}{before}, so there is "
+            "no state to simulate from: this rig is for logs with stick-slip"
         )
-    return _resting(recording, rig, start.rest, start.rows)
+    return _resting(passage.recording, passage.rig, start.rest, start.rows)
 
 
-def _from_rests(
-    recording: Recording,
-    rig: SimulatedRig,
-    part: Range | None,
-    segmentation: Segments,
-    window: Window,
-) -> list[Segment]:
+def _from_rests(passage: _Passage) -> list[Segment]:
     """From each rest in a window to the next: where it landed counts, how it went on does not."""
-    rests = [r for r in map(inner, segmentation.rests) if _in(r, window.rows)]
-    ends = [*(r.start for r in rests), window.rows.stop]
+    rows = passage.window.rows
+    rests = [r for r in map(inner, passage.segmentation.rests) if _in(r, rows)]
+    ends = [*(r.start for r in rests), rows.stop]
     legs = [
         (rest, slice(a, b))
         for rest, (a, b) in zip(rests, pairwise(ends), strict=True)
@@ -208,21 +222,16 @@ def _from_rests(
     ]
     if not legs:
         raise InputError(
-            f"{recording.label}: the axis never rests{f' in {part.text}' if part else ''}, so "
-            "there is no rest to start from"
+            f"{passage.recording.label}: the axis never rests{passage.within}, so there is no rest "
+            "to start from"
         )
-    return [_resting(recording, rig, rest, rows) for rest, rows in legs]
+    return [_resting(passage.recording, passage.rig, rest, leg) for rest, leg in legs]
 
 
-def _slips(
-    recording: Recording,
-    rig: SimulatedRig,
-    part: Range | None,
-    segmentation: Segments,
-    window: Window,
-) -> list[Segment]:
+def _slips(passage: _Passage) -> list[Segment]:
     """The motions of a window, each from the rest before it until it has come to rest again."""
-    rows, result = window.rows, []
+    recording, rig, segmentation = passage.recording, passage.rig, passage.segmentation
+    rows, result = passage.window.rows, []
     motions = list(departures(recording, segmentation))
     begins = [
         max((m.rest.start + m.start) // 2, m.start - max(_LEAD, m.stop - m.leaving))
@@ -244,8 +253,8 @@ def _slips(
         result.append(Segment(recording, samples, begin, track, slice(begin, begin), onset))
     if not result:
         raise InputError(
-            f"{recording.label}: the axis never breaks away from a rest"
-            f"{f' in {part.text}' if part else ''}: there is no slip to simulate"
+            f"{recording.label}: the axis never breaks away from a rest{passage.within}: there is "
+            "no slip to simulate"
         )
     return result
 
