@@ -239,7 +239,7 @@ def spread_over_logs(
         estimates: As in `parameters.every`.
         differing: What the logs give one by one.
     """
-    told = {s.parameter for s in differing.material}
+    material = {s.parameter for s in differing.material}
     apart = differing.apart
     spreads = {s.parameter: s for s in differing.spreads if s.material or (apart and s.alone)}
     result = list(estimates)
@@ -249,7 +249,7 @@ def spread_over_logs(
         if s is None or e.verdict == "fixed":
             continue
         result[k] = _widened(e, s.effects, q.lower, q.upper)
-        if s.parameter in told:
+        if s.parameter in material:
             texts.append(_text(parameters, q, e, s.effects))
     if not spreads:
         return tuple(result), []

@@ -32,8 +32,8 @@ def mended(recording: Recording) -> Recording:
     result, notes = recording, []
     if len(recording) >= FEWEST:
         for step in (without_wraps, without_strays, without_wraps, without_breaks):
-            result, told = step(result)
-            notes += told
+            result, changes = step(result)
+            notes += changes
     if notes:
         result = replace(result, notes=(*result.notes, *notes))
     _MENDED[recording] = _MENDED[result] = result

@@ -79,13 +79,13 @@ class Synchronised:
         filtered = self.filtered
         if filtered is not None and filtered.ratio < CLEARLY:
             return [_fault(_filter(filtered))]
-        told = [*self._applied(), *self._ambiguous()]
+        violations = [*self._applied(), *self._ambiguous()]
         if certain(left):
             advice = "" if self.known else ": --delay auto moves it back"
             still = " still" if self.data.delay else ""
-            told.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
+            violations.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
         elif names := self._moved_by_likely():
-            told.append(
+            violations.append(
                 Violation(
                     "data",
                     f"the force may be {_interval(left)}, which would move {self._moves(names)}: "
@@ -93,7 +93,7 @@ class Synchronised:
                     frozenset(names),
                 )
             )
-        return told
+        return violations
 
     def widened(self, errors: Array) -> Array:
         """Standard errors of all parameters, (k,), with what a delay does that is left.

@@ -190,9 +190,9 @@ def select(
             f"{', '.join(idle)} does not apply"
         )
     data = data_split(logs, train, holdout, axis)
-    parameter_sets, told = _with_velocity(parameter_sets, data, velocity)
+    parameter_sets, velocity_read = _with_velocity(parameter_sets, data, velocity)
     axis = parameter_sets[0].rig
-    data = _synchronised(parameter_sets[-1], data, delay, told.source)
+    data = _synchronised(parameter_sets[-1], data, delay, velocity_read.source)
     logs, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
@@ -208,7 +208,7 @@ def select(
             break
     names = [p.law.name for p in parameter_sets]
     selection = _compared(axis, training, names, excluded, simulated=simulated)
-    conditions = (*told.sentences, *_one_breakaway(parameter_sets, data))
+    conditions = (*velocity_read.sentences, *_one_breakaway(parameter_sets, data))
     return replace(selection, sentences=(*selection.sentences, *conditions))
 
 
