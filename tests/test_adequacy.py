@@ -3,6 +3,7 @@ where there are none."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +14,7 @@ from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import RIGS, Recording, identify
 from stribeck.identify.result import Fit
+from stribeck.report.contents.adequacy_records import effect_records
 from stribeck.report.contents.gather import Contents
 from stribeck.report.contents.schema import Report
 from stribeck.report.figures.adequacy_plots import adequacy_groups
@@ -190,3 +192,14 @@ def test_friction_is_not_drawn_again_where_the_axis_ran_one_way() -> None:
     assert kinds.count("friction") == 2
     assert len(drawn) == len(kinds) - 2
     assert not any("friction" in g.title for g in drawn)
+
+
+def test_what_an_effect_moves_beyond_a_range_stops_at_its_end() -> None:
+    fit = fitted("square")
+    assert fit.effects is not None
+    (effect, *_) = fit.effects.effects
+    far = replace(fit.effects, effects=(replace(effect, shifts={"F_C": -100.0, "M": 0.5}),))
+    (record, *_) = effect_records(replace(fit, effects=far))
+    friction, mass = record.moves.split(", ")
+    assert friction == "F_C to 0 N (the end of its range)"
+    assert mass == f"M to {fit.values['M'] + 0.5:.3g} kg"

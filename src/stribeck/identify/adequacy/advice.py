@@ -99,11 +99,12 @@ def _shift(parameters: Parameters, q: Param, effect: Effect) -> float:
 
 def _widened(q: Param, e: Estimate, shift: float) -> Estimate:
     """An estimate whose interval holds the shifted value."""
-    elsewhere = _within(q, e.value + shift)
+    elsewhere = within(q, e.value + shift)
     return replace(e, low=min(e.low, elsewhere), high=max(e.high, elsewhere))
 
 
-def _within(q: Param, value: float) -> float:
+def within(q: Param, value: float) -> float:
+    """The value of a parameter within its range that is nearest to another, SI."""
     return min(max(value, q.lower), q.upper)
 
 
@@ -124,7 +125,7 @@ def description(parameters: Parameters, effect: Effect) -> str:
 def _changes(parameters: Parameters, estimates: Sequence[Estimate], shifts: Sequence[float]) -> str:
     """What the biased parameters would be with the effect in the model."""
     return " and ".join(
-        may_be(parameters.rig, q, e, _within(q, e.value + shift))
+        may_be(parameters.rig, q, e, within(q, e.value + shift))
         for q, e, shift in zip(parameters.every, estimates, shifts, strict=True)
         if shift
     )

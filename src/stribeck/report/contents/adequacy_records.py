@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...identify.adequacy.advice import description
+from ...identify.adequacy.advice import description, within
 from ...rig.rig import shown_in
 from ...units import unit
 from ..format import number, unit_label
@@ -71,8 +71,10 @@ def _moves(fit: Fit, effect: Effect) -> str:
     for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
         shift = effect.shifts.get(q.name)
         if shift is not None:
-            to = float(shown_in(fit.rig, q, e.value + shift))
-            moved.append(f"{e.name} to {number(to, 3)} {unit_label(e.unit)}".rstrip())
+            to = within(q, e.value + shift)
+            value = number(float(shown_in(fit.rig, q, to)), 3)
+            end = "" if to == e.value + shift else " (the end of its range)"
+            moved.append(f"{e.name} to {value} {unit_label(e.unit)}".rstrip() + end)
     return ", ".join(moved)
 
 
