@@ -121,7 +121,7 @@ def slips_plot(frame: Frame, motions: Sequence[MotionTraces]) -> Plot | None:
         start, stop = float(r.log.t[slip.start]), float(r.log.t[slip.stop])
         log = f"{abbreviated(r.log.label, 20)}, " if several else ""
         views.append(_slip_view(r, start, stop, f"{log}at {start:.4g} s"))
-    title = f"{len(chosen)} of {len(slips)} slips"
+    title = f"{len(chosen)} of {len(slips)} slips from rest to rest"
     x = "Time since the axis broke away / s"
     return Plot("", title, x, [Panel(position_label(frame))], views)
 
