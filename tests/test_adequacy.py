@@ -171,7 +171,7 @@ def test_the_page_shows_bins_and_effects() -> None:
     assert (speed.variable, len(speed.at)) == ("speed", 12)
     outside = [abs(m) > c for m, c in zip(speed.mean, speed.chance, strict=True)]  # type: ignore[arg-type, operator]
     assert sum(outside) >= 6
-    assert report.bins[-1].unit == "mm s⁻²"
+    assert report.bins[-1].unit == "mm/s²"
     labels = [panel.label for g in adequacy_groups(report) for panel in g.plots[0].panels]
     assert len(labels) == len(report.bins)
     assert max(map(len, labels)) <= LABEL

@@ -204,7 +204,7 @@ def test_a_slip_is_told_by_start_jump_duration_and_speed(fit: Fit, report: Repor
     assert slip.jump == pytest.approx(moved, abs=1.5)  # mm: levels, not single echoes
     assert slip_rows[0] == (
         f"slip 1: starts at {slip.start:.5g} s\njump {slip.jump:.4g} mm in "
-        f"{slip.stop - slip.start:.3g} s\ngreatest speed {slip.speed:.3g} mm s⁻¹"
+        f"{slip.stop - slip.start:.3g} s\ngreatest speed {slip.speed:.3g} mm/s"
     )
 
 

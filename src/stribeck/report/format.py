@@ -65,13 +65,8 @@ def duration(seconds: float) -> str:
 
 
 def unit_label(unit: str) -> str:
-    """A unit as labels have it: "mm s⁻¹", "µm"."""
-    return (
-        unit.replace("urad", "µrad")
-        .replace("um", "µm")
-        .replace("mm/s", "mm s⁻¹")
-        .replace("**2", "²")
-    )
+    """A unit as labels have it: "kg m²", "µm/s"."""
+    return unit.replace("urad", "µrad").replace("um", "µm").replace("**2", "²")
 
 
 def force_unit(*, rotary: bool) -> str:

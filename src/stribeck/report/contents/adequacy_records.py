@@ -57,12 +57,7 @@ def _unit_of(fit: Fit, look: BinnedResidual) -> tuple[float, str]:
     speed = unit(rig.unit_shown("velocity")).factor
     if look.variable == "speed":
         return speed, unit_label(rig.unit_shown("velocity"))
-    return speed, _per_second(unit_label(rig.unit_shown("velocity")))
-
-
-def _per_second(label: str) -> str:
-    """The unit of an acceleration, of that of a velocity: "mm s⁻²", "rad/s²"."""
-    return f"{label.removesuffix('s⁻¹')}s⁻²" if label.endswith("s⁻¹") else f"{label}²"
+    return speed, f"{unit_label(rig.unit_shown('velocity'))}²"
 
 
 def _moves(fit: Fit, effect: Effect) -> str:

@@ -31,7 +31,7 @@ def residual_group(report: Report) -> Group | None:
 
 def _plots(frame: Frame, m: MotionRecord) -> list[Plot]:
     unit, name = residual_unit(frame), f"{part_name(m)}: {m.label}"
-    density = Panel(f"Density / {unit if unit.isalpha() else f'({unit})'}² Hz⁻¹")
+    density = Panel(f"Density / {unit if unit.isalpha() else f'({unit})'}²/Hz")
     return [
         Plot("", "Residual in time", "Time / s", [Panel(f"Residual / {unit}")],
              [_in_time(m, name, unit)], LOW),
