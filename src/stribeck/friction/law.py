@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numba import float64, types
+from numba.extending import typeof_impl
 
 from ..compile_cache import compiled
 from ..errors import InputError
@@ -124,7 +125,7 @@ def rub_law(function: Callable[..., float]) -> Any:
 
 
 class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
-    """A compiled law as kernels are best given it: its address is looked up once.
+    """A compiled law as kernels are best given it: its address and its type are looked up once.
 
     Given the law itself, numba asks for the address in every call, in Python and under a lock of
     the compiler's: that takes as long as half a simulation, and a Ctrl-C that arrives inside may
@@ -133,6 +134,7 @@ class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
 
     def __init__(self, compiled: Any, signature: Any) -> None:
         self._compiled, self._signature = compiled, signature  # kept alive with its machine code
+        self.type = types.FunctionType(signature)
         result = compiled.get_compile_result(signature)
         self._address = result.library.get_pointer_to_function(
             result.fndesc.llvm_cfunc_wrapper_name
@@ -144,6 +146,13 @@ class Addressed(types.WrapperAddressProtocol):  # type: ignore[misc]
     def signature(self) -> Any:
         """Of the law, as numba asks for it."""
         return self._signature
+
+
+@typeof_impl.register(Addressed)
+def _type_of(law: Addressed, context: Any) -> Any:
+    """Its type; numba would make a new one in every call."""
+    del context
+    return law.type
 
 
 @cache

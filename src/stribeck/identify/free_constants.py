@@ -61,6 +61,14 @@ class FreeConstantsProblem:
         """The same problem on a rig of the same kind with other constants."""
         return FreeConstantsProblem(self.problem.on(rig), self.constants, self.noise)
 
+    def thinned(self) -> FreeConstantsProblem:
+        """The problem on fewer samples, for a search; itself where its rig or its law needs all."""
+        if not isinstance(self.problem, MotionProblem) or self.problem.thinned() is self.problem:
+            return self
+        fewer = self.problem.thinned()
+        noise = self.noise * float(np.sqrt(sum(fewer.logs) / sum(self.logs)))  # priors weigh alike
+        return FreeConstantsProblem(fewer, self.constants, noise)
+
     @property
     def dofs(self) -> Mapping[str, float]:
         """Those of the motion problem."""

@@ -18,6 +18,7 @@ from ..data.repeated_samples import is_new
 from ..data.resolution import noise, step
 from ..optimize import rms
 from ..rig import Rig
+from ..rig.motion.track import prefix_sums
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from .problem import MotionProblem
@@ -67,6 +68,10 @@ class FreeStartProblem:
         )
         return motion, x[:k]
 
+    def thinned(self) -> FreeStartProblem:
+        """The problem itself: motions that depend on their start so much need all samples."""
+        return self
+
     @property
     def nominal(self) -> Array:
         """The starts as they were seen, (segments,)."""
@@ -97,10 +102,9 @@ class FreeStartProblem:
 
 def started_at(segment: Segment, x0: float) -> Segment:
     """The same segment from another start."""
-    d = segment.track.measured - x0
-    sums, score = segment.track.sums.copy(), segment.track.score
-    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
-    return replace(segment, track=segment.track._replace(x0=x0, sums=sums))
+    track = segment.track
+    sums = prefix_sums(track.score, track.measured - x0)
+    return replace(segment, track=track._replace(x0=x0, sums=sums))
 
 
 def _measured_start(segment: Segment) -> tuple[float, float, float]:

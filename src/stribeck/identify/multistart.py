@@ -127,14 +127,18 @@ def multistart(
     """
     start_time = time.perf_counter()
     smooth = not sticks_and_slips(problem)
-    runs, interrupted = _repeated(problem, settings, progress, smooth=smooth)
-    runs, polished, interrupted = _polished(problem, runs, settings, interrupted)
+    fewer = problem.thinned() if smooth and settings.memetic else problem
+    runs, interrupted = _repeated(fewer, settings, progress, smooth=smooth)
+    runs, polished, interrupted = _polished(fewer, runs, settings, interrupted)
     evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     answer = Refined(polished[0].x, polished[0].cost, 0, None)
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
-        answer, interrupted = _refined_answer(problem, answer, settings, progress, allowance)
+        answer, interrupted = _refined_answer(fewer, answer, settings, progress, allowance)
     evaluations += answer.evaluations
+    level = RIVAL * answer.cost
+    answer, spent, interrupted = _on_all_samples(problem, fewer, answer, interrupted)
+    evaluations += spent
     seconds = time.perf_counter() - start_time
     allowance = 0 if interrupted else settings.budget * settings.repeats - evaluations
     if settings.polishing is False:
@@ -170,7 +174,7 @@ def multistart(
             whole, refined = free, refined + spent
     except KeyboardInterrupt:
         interrupted = True
-    rivals = [d.x for d in polished if d.cost <= RIVAL * answer.cost]
+    rivals = [d.x for d in polished if d.cost <= level]
     dim = problem.space.dim
     return Optimum(
         whole,
@@ -236,6 +240,25 @@ def _refined_answer(
     except KeyboardInterrupt:
         return best, True
     return best, False
+
+
+def _on_all_samples(
+    problem: MotionProblem, fewer: MotionProblem, answer: Refined, interrupted: bool
+) -> tuple[Refined, int, bool]:
+    """The answer of a search refitted if that had fewer samples; the rows; whether Ctrl-C came.
+
+    Absolute errors are refitted with a lower knee after this.
+    """
+    if fewer is problem or interrupted:
+        return answer, 0, interrupted
+    absolute = problem.parameters.objective.loss == "absolute"
+    try:
+        cost = float(problem(answer.x[None])[0])
+        allowance = 0 if absolute else REFINE * problem.space.dim
+        refit = polish(problem, answer.x, cost, allowance)
+    except KeyboardInterrupt:
+        return answer, 0, True
+    return replace(answer, x=refit.x, cost=refit.cost), 1 + refit.evaluations, False
 
 
 def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress | None) -> Refined:

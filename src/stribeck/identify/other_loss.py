@@ -50,11 +50,15 @@ def other_loss_violations(
     other, start = _by_other_loss(problem, x)
     visited = [_places(problem, run) for run in runs]
     points = np.array([start, *(np.concatenate([x, start[dim:]]) for xs in visited for x in xs)])
-    costs = other(points)
+    fewer, rows = other.thinned(), ROWS * len(start)
+    costs = fewer(points)
     order = [int(k) for k in np.argsort(costs, kind="stable")[:STARTS]]
-    refits = [polish(other, points[k], float(costs[k]), ROWS * len(start)) for k in order]
+    refits = [polish(fewer, points[k], float(costs[k]), rows) for k in order]
     refit = min(refits, key=lambda r: r.cost)
     spent = len(points) + sum(r.evaluations for r in refits)
+    if fewer is not other:
+        refit = polish(other, refit.x, float(other(refit.x[None])[0]), rows)
+        spent += 1 + refit.evaluations
     spent += isinstance(problem, FreeConstantsProblem)  # the noise that its priors are weighed by
     values = parameters.full(refit.x[None, :dim])[0]
     left = {

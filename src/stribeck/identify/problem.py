@@ -189,6 +189,18 @@ class MotionProblem:
         other.parameters, other.space = parameters, Space(parameters.free)
         return other
 
+    def thinned(self) -> MotionProblem:
+        """The problem on fewer samples, for a search; itself where its rig or its law needs all."""
+        tracks = None
+        if self.weights is None and not self.parameters.law.states:
+            tracks = self._rig.thinned([s.track for s in self.train])
+        if tracks is None:
+            return self
+        fewer = copy(self)
+        pairs = zip(self.train, tracks, strict=True)
+        fewer._train_on([replace(s, track=track) for s, track in pairs])  # noqa: SLF001 - of its own class
+        return fewer
+
     def by_other_loss(self) -> MotionProblem:
         """The same problem by squares where this one has absolute errors, and the other way."""
         other = copy(self)

@@ -17,6 +17,8 @@ from ..optimize.cma_es import cma_es
 from ..optimize.lockstep import AskTell, Counted, ShowsResiduals, lockstep
 from ..optimize.moves import silent
 from ..space import Array
+from .free_constants import FreeConstantsProblem
+from .initial_state import FreeStartProblem
 from .polish import Polished, polish
 from .problem import MotionProblem
 
@@ -116,7 +118,9 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
     return Refined(best.x, best.cost, spent, best.other)
 
 
-def settled(problem: ShowsResiduals, x: Array, seed: int) -> tuple[Array, int]:
+def settled(
+    problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, x: Array, seed: int
+) -> tuple[Array, int]:
     """A good fit, SI, (dim,), refitted where its problem has got further unknowns; and the rows.
 
     Args:
@@ -126,9 +130,9 @@ def settled(problem: ShowsResiduals, x: Array, seed: int) -> tuple[Array, int]:
     """
     dim = problem.space.dim
     child = SeedSequence(seed, spawn_key=(dim, 1))
-    around = _around(problem, x, 0.5 * RADIUS, child, ROUND * dim)
-    refit = polish(problem, around.x, around.cost, 40 * dim)
-    return refit.x, around.evaluations + refit.evaluations
+    around = _around(problem.thinned(), x, 0.5 * RADIUS, child, ROUND * dim)
+    refit = polish(problem, around.x, float(problem(around.x[None])[0]), 40 * dim)
+    return refit.x, around.evaluations + 1 + refit.evaluations
 
 
 def _around(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -72,6 +72,11 @@ class SimulatedRig(Rig):
         """A track that a rig of this kind with other constants has prepared, with this rig's."""
         del recording
         return track
+
+    def thinned(self, tracks: Sequence[Track]) -> list[Track] | None:
+        """Tracks of fewer samples, on which a search is quicker; None where there are none."""
+        del tracks
+        return None
 
     def finer(self, step: float, tolerance: float) -> Self:
         """The same rig with a shorter `step` and a smaller `tolerance`, where it has these."""

@@ -15,6 +15,7 @@ from ..space import Array
 from .controller import Controller, per_newton
 from .motion.command import Drive
 from .motion.drives import rows
+from .motion.thinning import thinned
 from .motion.track import Track
 from .rig import Motion
 from .simulated import SimulatedRig
@@ -46,6 +47,10 @@ class SteppedRig(SimulatedRig):
     entry: ClassVar[int | None] = None
     #: Columns in which a log may state constants of its own run, and the constants' names.
     run_columns: ClassVar[Mapping[str, str]] = {}
+
+    def thinned(self, tracks: Sequence[Track]) -> list[Track] | None:
+        """Tracks with samples no closer than its step; none where its controller is sampled."""
+        return None if self.holds_force else thinned(tracks, self["step"])
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """What drives the axis, each (N,), in the order in which its kind reads it.

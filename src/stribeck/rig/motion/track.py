@@ -74,10 +74,15 @@ def track(
             raise InputError(f"a track's {name} and its times must be finite numbers")
     if not np.isfinite(x0):
         raise InputError(f"a track starts at a finite position, got {x0}")
-    d = measured - x0
-    sums = np.zeros((3, len(t) + 1))
-    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
+    sums = prefix_sums(score, measured - x0)
     return Track(knots_t, x, t, float(x0), measured, score, sums, extremes(x))
+
+
+def prefix_sums(score: Array, d: Array) -> Array:
+    """Prefix sums of score * (1, d, d^2), (3, N + 1)."""
+    sums = np.zeros((3, len(d) + 1))
+    np.cumsum(np.stack([score, score * d, score * d * d]), axis=1, out=sums[:, 1:])
+    return sums
 
 
 def extremes(x: Array) -> Array:

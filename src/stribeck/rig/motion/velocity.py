@@ -75,9 +75,9 @@ def _quick(
 
 
 @compiled()
-def _sliding(  # noqa: C901 - two ways to a bracket
+def _sliding(
     slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, v: float,
-    z: Array, load: Array, p: Array, out: Array, slopes: Array, at: int,
+    z: Array, load: Array, p: Array, out: Array,
 ) -> float:  # fmt: skip
     """The velocity w of the same sign as P that solves M w + h F_f(w) = P, 0 if it sticks.
 
@@ -86,10 +86,6 @@ def _sliding(  # noqa: C901 - two ways to a bracket
     """
     s = 1.0 if P > 0.0 else -1.0
     P = s * P
-    if s * v > 0.0:
-        w = _quick(slip, rub, general, scale, M, P, h, s, s * v, z, load, p, out, slopes, at, 0.0)
-        if w > 0.0:
-            return s * w  # type: ignore[no-any-return]
     start = s * h * rubs(slip, rub, general, scale, s * 0.0, h, z, load, p, out) - P
     low, g_low, high, w = 0.0, start, P / M, s * v
     if not 0.0 < w < high:
@@ -201,4 +197,11 @@ def solved(
         return _bristled(slip, rub, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
     if P == 0.0:
         return 0.0
-    return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out, slopes, at)  # type: ignore[no-any-return]
+    s = 1.0 if P > 0.0 else -1.0
+    if s * v > 0.0:
+        w = _quick(
+            slip, rub, general, scale, M, s * P, h, s, s * v, z, load, p, out, slopes, at, 0.0
+        )
+        if w > 0.0:
+            return s * w  # type: ignore[no-any-return]
+    return _sliding(slip, rub, general, scale, M, P, h, v, z, load, p, out)  # type: ignore[no-any-return]
