@@ -306,7 +306,7 @@ def thread_results(turns: int) -> dict[str, Any]:
                     some = []
                     for _ in range(in_a_turn):
                         start_time = time.perf_counter()
-                        sse = SLIDE_BED.misfits(LAW, at, stroke)
+                        sse = SLIDE_BED.misfits(LAW, at, (stroke,))
                         some.append(time.perf_counter() - start_time)
                 medians.append(float(np.median(some)))
                 bits.add(sse.tobytes())

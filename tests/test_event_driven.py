@@ -173,7 +173,7 @@ def test_a_slide_that_never_breaks_loose_stays_and_scores_what_was_measured() ->
     x, v = motion(SLIDE_BED, STRIBECK, PUBLISHED["right"], command)
     assert (x == 0.1).all()
     assert not v.any()
-    (sse,) = SLIDE_BED.misfits(STRIBECK, PUBLISHED["right"][None], command)
+    (sse,) = SLIDE_BED.misfits(STRIBECK, PUBLISHED["right"][None], (command,))
     assert sse == pytest.approx(np.sum((measured - 0.1) ** 2), rel=1e-10)
 
 
@@ -448,12 +448,12 @@ def test_an_impossible_constant_gives_nan_and_no_hang(column: int, constant: flo
 def test_an_impossible_law_gives_nan_and_no_hang(name: str, value: float) -> None:
     p = np.array([PUBLISHED["right"]] * 3)
     p[1, STRIBECK.names.index(name)] = value
-    sse = SLIDE_BED.misfits(STRIBECK, p, ramp(1, 20))
+    sse = SLIDE_BED.misfits(STRIBECK, p, (ramp(1, 20),))
     assert np.isnan(sse).tolist() == [False, True, False]
 
 
 def test_no_candidates_no_costs() -> None:
-    assert SLIDE_BED.misfits(STRIBECK, np.empty((0, 6)), ramp(1, 20)).shape == (0,)
+    assert SLIDE_BED.misfits(STRIBECK, np.empty((0, 6)), (ramp(1, 20),)).shape == (0,)
 
 
 # --- against the reference ---

@@ -366,5 +366,5 @@ def test_on_the_slide_bed_they_move_as_another_integrator_has_it(name: str) -> N
     assert np.ptp(x) > 0.02
     np.testing.assert_allclose(x, solution, atol=2e-5)
     np.testing.assert_allclose(
-        SLIDE_BED.misfits(law, p, ramp), np.sum(np.square(ramp.measured - x)), rtol=1e-12
+        SLIDE_BED.misfits(law, p, (ramp,)), np.sum(np.square(ramp.measured - x)), rtol=1e-12
     )

@@ -206,13 +206,13 @@ def test_a_rig_that_cannot_move_is_refused_by_name(name: str, value: float) -> N
     ramp = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
     symbol = "K_kt" if name == "l" else name
     with pytest.raises(InputError, match=rf"{symbol.replace('+', '.')} = .* cannot be simulated"):
-        SLIDE_BED.set(**{name: value}).misfits(LAW, PUBLISHED["right"][None], ramp)
+        SLIDE_BED.set(**{name: value}).misfits(LAW, PUBLISHED["right"][None], (ramp,))
 
 
 def test_columns_that_miss_are_refused_by_name() -> None:
     ramp = track(Drive.line(0, 0, 1, 1), np.linspace(0, 1, 5), 0.0)
     with pytest.raises(InputError, match="F_S, F_C, F_V, v_SS, exponent, k_spring; got 5 columns"):
-        SLIDE_BED.misfits(LAW, PUBLISHED["right"][None, :5], ramp)
+        SLIDE_BED.misfits(LAW, PUBLISHED["right"][None, :5], (ramp,))
 
 
 @DIRECTIONS

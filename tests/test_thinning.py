@@ -13,6 +13,7 @@ from stribeck.friction import law_named
 from stribeck.identify.free_constants import FreeConstantsProblem
 from stribeck.identify.problem import MotionProblem, problem
 from stribeck.rig.simulated import as_simulated
+from stribeck.space import Array
 
 RIG = RIGS["servo-pendulum"]
 AXIS = servo.Servo(kp=300.0, q_offset=0.02)
@@ -91,8 +92,12 @@ def test_the_answer_is_that_of_all_samples() -> None:
     fit = identify(log, rig=RIG, law="coulomb-viscous")
     assert fit.score.samples == len(log)
     assert fit.residuals is not None
-    best = least_squares(
-        lambda x: problem_of(log).residuals(x[None])[0], fit.p, x_scale=np.abs(fit.p), xtol=1e-10
-    )
+    whole = problem_of(log)
+
+    def residuals(x: Array) -> Array:
+        row: Array = whole.residuals(x[None])[0]
+        return row
+
+    best = least_squares(residuals, fit.p, x_scale=np.abs(fit.p), xtol=1e-10)
     errors = np.array([e.standard_error for e in fit.estimates])
     assert (np.abs(best.x - fit.p) < 0.05 * errors).all()

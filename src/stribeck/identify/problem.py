@@ -89,7 +89,7 @@ class MotionProblem:
         law = self.parameters.law
         sse = np.full(len(p), np.nan)
         if physical.any():
-            sse[physical] = sum(self._rig.misfits(law, p[physical], s.track) for s in self.train)
+            sse[physical] = self._rig.misfits(law, p[physical], [s.track for s in self.train])
         cost: Array = np.sqrt(sse / self.samples) / self.scale
         return cost
 
@@ -98,7 +98,15 @@ class MotionProblem:
         x = np.atleast_2d(x)
         if self.weights is not None:
             return self._slip_residuals(x, self.weights)
-        return np.concatenate([self.segment_residuals(x, s) for s in self.train], axis=1)
+        p, physical = self._physical(x)
+        result = np.full((len(p), self.samples), np.nan)
+        if physical.any():
+            tracks = [s.track for s in self.train]
+            positions = self._rig.positions_over(self.parameters.law, p[physical], tracks)
+            ends = np.cumsum([len(track.t) for track in tracks])[:-1]
+            parts = zip(np.split(positions, ends, axis=1), self.train, strict=True)
+            result[physical] = np.concatenate([self._misfit(*part) for part in parts], axis=1)
+        return result
 
     def _slip_residuals(self, x: Array, weights: BreakawayWeights) -> Array:
         """Of the motion of each slip under its own breakaway, and then of the breakaways."""

@@ -131,6 +131,10 @@ class SimulatedRig(Rig):
         """The positions of that motion alone, m, (n, N)."""
         return self.states(law, p, track)[0]
 
+    def positions_over(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
+        """The positions over several tracks, one after the other, m, (n, their samples)."""
+        return np.concatenate([self.positions(law, p, track) for track in tracks], axis=1)
+
     def drive(self, recording: Recording) -> Drive:
         """What a recording's command asks of the axis."""
         return Drive.of(recording)
@@ -161,10 +165,14 @@ class SimulatedRig(Rig):
         """The force of the drive that a log shows, (N,); None where it shows none."""
         return recording.force
 
-    def misfits(self, law: Law, p: Array, track: Track) -> Array:
-        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
-        error = track.measured - self.positions(law, p, track)
-        total: Array = (track.score * error * error).sum(axis=1)
+    def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
+        """Sums of squared position misfits over tracks, m^2, (n,); nan where one cannot run."""
+        measured, score = (
+            np.concatenate([getattr(track, name) for track in tracks])
+            for name in ("measured", "score")
+        )
+        error = measured - self.positions_over(law, p, tracks)
+        total: Array = (score * error * error).sum(axis=1)
         return total
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
@@ -306,12 +306,14 @@ class SlideBed(SimulatedRig):
             return super().states(law, p, track)
         return trajectories(law, *self.split(law, p), track, self.slip_tolerance)
 
-    def misfits(self, law: Law, p: Array, track: Track) -> Array:
-        """Sums of squared position misfits over a track, m^2, (n,); nan where it cannot run."""
+    def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
+        """Sums of squared position misfits over tracks, m^2, (n,); nan where one cannot run."""
         laws, c = self.split(law, p)
         if not _jumps(law):
-            return super().misfits(law, p, track)
-        return misfits(law, laws, c, track, self.slip_tolerance)
+            return super().misfits(law, p, tracks)
+        each = (misfits(law, laws, c, track, self.slip_tolerance) for track in tracks)
+        total: Array = reduce(np.add, each)
+        return total
 
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
         """Measured friction: what is left of the drive force at stretches e, speeds v, and a.

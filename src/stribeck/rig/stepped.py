@@ -182,6 +182,14 @@ class SteppedRig(SimulatedRig):
         Raises:
             InputError: parameters that are not this law's and rig's, or a constant that cannot be.
         """
+        return Motion(track.t, *self._motions(law, p, (track,)))
+
+    def positions_over(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
+        """The positions over several tracks, simulated together; see `SimulatedRig`."""
+        return self._motions(law, p, tracks)[0]
+
+    def _motions(self, law: Law, p: Array, tracks: Sequence[Track]) -> tuple[Array, Array, Array]:
+        """Position, velocity and drive force over tracks; see `motions_over`."""
         p = np.atleast_2d(np.asarray(p, dtype=float))
         k = len(law.params)
         if p.shape[1] != k + len(self.own(law)):
@@ -193,11 +201,10 @@ class SteppedRig(SimulatedRig):
         if not (0 < step < np.inf and tolerance > 0):
             raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "
                              "both must be above zero")  # fmt: skip
-        c = self.constants_of_drive(law, p[:, k:], track.given)
-        from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
+        c = np.array([self.constants_of_drive(law, p[:, k:], track.given) for track in tracks])
+        from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
 
-        q, v, F = motions(law, self.kind, p[:, :k], c, track, step, tolerance)
-        return Motion(track.t, q, v, F)
+        return motions_over(law, self.kind, p[:, :k], c, tracks, step, tolerance)
 
     def imbalance(
         self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]

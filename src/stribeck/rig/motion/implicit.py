@@ -10,10 +10,12 @@ divide the interval between two samples evenly, and are halved where their error
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import boolean, float64, int64, types, void
+from numpy.typing import NDArray
 
 from ...compile_cache import compiled
 from ...errors import InputError
@@ -85,10 +87,10 @@ def begun(
 @compiled(forceinline=True)
 def started(
     rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
-    hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
+    k: int, hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
 ) -> float:  # fmt: skip
-    """The torque that a joint's controller computed at the first sample; states into `z`."""
-    mixed(inputs, held, 0, 0.0, u)
+    """The torque that a joint's controller computed at its first sample, k; states into `z`."""
+    mixed(inputs, held, k, 0.0, u)
     torque = commanded(c, u, q, v) if hold > 0.0 else 0.0
     load[DRIVE] = torque
     _, F, d, _ = driven(kind, c, u, q, v, load)
@@ -99,17 +101,21 @@ def started(
 
 @compiled(
     void(
-        SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _F2, _I1, _I1, _F2,
+        SLIP_TYPE, RUB_TYPE, boolean, int64, int64, _F2, _I1, _F2, _F1, _I1, _F2, _I1, _I1, _F2,
         float64, _W2, _W2, _W2, _I1,
     ),
     nogil=True,
 )  # fmt: skip
 def _rows(  # a loop over candidates and samples
     slip: Any, rub: Any, general: bool, states: int, kind: int, p: Array, term: Array, c: Array,
-    t: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
-    out_q: Array, out_v: Array, out_F: Array, counter: Array,
+    t: Array, first: Array, inputs: Array, held: Array, parts: Array, start: Array,
+    tolerance: float, out_q: Array, out_v: Array, out_F: Array, counter: Array,
 ) -> None:  # fmt: skip
-    """Simulate the rows that no thread has taken yet, one after the other, until none is left."""
+    """Simulate the motions that no thread has taken yet, one after the other, until none is left.
+
+    A motion is a candidate's over a track: all candidates over the first track, then over the
+    next; track i has the samples from `first[i]` to the next one's first.
+    """
     m = len(inputs)
     term, t, parts = borrowed(term), borrowed(t), borrowed(parts)
     inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
@@ -123,22 +129,24 @@ def _rows(  # a loop over candidates and samples
         borrowed(states_owner[3]),
     )  # fmt: skip
     while True:
-        row = row_pool.next_row(counter)
-        if row >= len(p):
+        job = row_pool.next_row(counter)
+        if job >= len(start):
             states_owner[0, 0] = u_owner[0] = load_owner[0] = memory_owner[0] = 0.0  # kept alive
             last_owner[0] = 0.0
             return
-        a, b = borrowed(p[row]), borrowed(c[row])
-        q, v = start[row, 0], start[row, 1]
+        i, row = job // len(p), job % len(p)
+        begin, end = first[i], first[i + 1]
+        a, b = borrowed(p[row]), borrowed(c[job])
+        q, v = start[job, 0], start[job, 1]
         memory[:] = 0.0
-        steps_left = ROOM + EACH * parts.sum()
+        steps_left = ROOM + EACH * parts[begin : end - 1].sum()
         hold = joint_constants(b).hold if kind == JOINT else 0.0
         last_torque = started(
-            rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
+            rub, states, kind, a, term, b, inputs, held, begin, hold, q, v, u, load, coarse, z
         )
         if kind == CASCADE:
             cascade_reset(b, q, v, last)
-        for k in range(len(t)):
+        for k in range(begin, end):
             mixed(inputs, held, k, 0.0, u)
             if hold > 0.0:
                 torque = commanded(b, u, q, v)
@@ -148,7 +156,7 @@ def _rows(  # a loop over candidates and samples
                 load[DRIVE] = cascade_force(b, u, q, last)
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
-            if k == len(t) - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
+            if k == end - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
                 break
             q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, inputs, held, k, parts[k],
@@ -160,16 +168,30 @@ def _rows(  # a loop over candidates and samples
 def motions(
     law: Law, kind: int, p: Array, c: Array, track: Track, step: float, tolerance: float
 ) -> tuple[Array, Array, Array]:
+    """The motions over one track; see `motions_over`. Its constants c are (n, WIDTH)."""
+    return motions_over(law, kind, p, c[None], (track,), step, tolerance)
+
+
+def motions_over(
+    law: Law,
+    kind: int,
+    p: Array,
+    c: Array,
+    tracks: Sequence[Track],
+    step: float,
+    tolerance: float,
+) -> tuple[Array, Array, Array]:
     """Position, velocity and drive force, (n, N) each; nan from where a motion runs away.
 
-    Nan stands, too, from where a motion takes too many steps.
+    Nan stands, too, from where a motion takes too many steps. N are the samples of all tracks, one
+    track after the other.
 
     Args:
         law: Any friction law.
         kind: The kind of drive.
         p: (n, k) parameters of the law.
-        c: (n, WIDTH) constants of the drive.
-        track: Sample times, inputs (m, N), which of them are held, and the start.
+        c: (tracks, n, WIDTH) constants of the drive.
+        tracks: Sample times, inputs (m, N), which of them are held, and the start.
         step: No step is longer, s.
         tolerance: Steps are halved until their error is less, m or rad, that of the velocity over
             an unhalved one.
@@ -177,31 +199,43 @@ def motions(
     Raises:
         InputError: so many steps that nobody would wait for them.
     """
-    n, N = len(p), len(track.t)
-    q, v, F = np.full((3, n, N), np.nan)
+    n = len(p)
+    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
+    q, v, F = np.full((3, n, first[-1]), np.nan)
     if not n:
         return q, v, F
-    t = np.ascontiguousarray(track.t - track.t[0])
-    with np.errstate(over="ignore"):
-        many = np.maximum(np.ceil(np.diff(t) / step - 1e-9), 1)
-    if not many.sum() <= MOST_STEPS:
-        raise InputError(
-            f"{t[-1]:.6g} s in steps of {step:.3g} s are {many.sum():.3g} steps, and "
-            f"{MOST_STEPS:,} is the most: set a longer step, or split the log at its gaps"
-        )
-    parts = many.astype(np.int64)
-    start = np.column_stack([np.full(n, track.x0), np.full(n, track.v0)])
+    parts = np.concatenate([_parts(track.t, step) for track in tracks])
+    start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
     general = law.rub is not None
     row_pool.pool().share(
-        _rows, n,
+        _rows, len(start),
         (
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
-            general, law.states, kind, _ready(p), term_places(law), _ready(c), t,
-            _ready(track.inputs), track.held.astype(np.int64), parts, start, tolerance, q, v, F,
+            general, law.states, kind, _ready(p), term_places(law), _ready(np.concatenate(c)),
+            np.concatenate([track.t - track.t[0] for track in tracks]), first,
+            _ready(np.concatenate([track.inputs for track in tracks], axis=1)),
+            tracks[0].held.astype(np.int64), parts, _ready(start), tolerance, q, v, F,
         ),
-        max(FEWEST, row_pool.FEWEST_SAMPLES // max(N, 1)),
+        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
     )  # fmt: skip
     return q, v, F
+
+
+def _parts(t: Array, step: float) -> NDArray[np.int64]:
+    """How many steps there are from each sample to the next, (N,); the last one counts for none.
+
+    Raises:
+        InputError: so many steps that nobody would wait for them.
+    """
+    with np.errstate(over="ignore"):
+        many = np.maximum(np.ceil(np.diff(t, append=t[-1]) / step - 1e-9), 1)
+    if not many.sum() <= MOST_STEPS:
+        seconds = float(t[-1] - t[0])
+        raise InputError(
+            f"{seconds:.6g} s in steps of {step:.3g} s are {many.sum():.3g} steps, and "
+            f"{MOST_STEPS:,} is the most: set a longer step, or split the log at its gaps"
+        )
+    return many.astype(np.int64)
 
 
 def _ready(a: Any) -> Array:
