@@ -1,8 +1,9 @@
 """Laws that contain each other on two servos: none may end above one that it contains.
 
-    python benchmarks/nested_laws.py [xl330|go1 ...] [--seeds 3] [--laws m1,m2,...]
+    python benchmarks/nested_laws.py [xl330|go1 ...] [--seeds 3] [--laws m1,m2,...] [--intervals]
 
-Each fit goes to nested_laws.json at once; an interrupted run continues there. The recordings are
+Each answer of a search, or with `--intervals` each whole identification, goes to nested_laws.json
+at once; an interrupted run continues there. The recordings are
 read from `../shared/data` (see docs/axes.md). go1 is a torque-controlled motor, taken as one of
 25.05 V whose constants are free: its m1 has the same equation.
 """
@@ -24,6 +25,9 @@ from stribeck import identify, read
 from stribeck.data.recording import Recording
 from stribeck.friction import law_named
 from stribeck.identify.loss import Loss
+from stribeck.identify.multistart import multistart
+from stribeck.identify.problem import MotionProblem, problem
+from stribeck.identify.search_settings import SearchSettings
 from stribeck.rig.rig import Rig
 
 FILE = Path(__file__).with_name("nested_laws.json")
@@ -75,13 +79,29 @@ def _go1(file: Path) -> Recording:
     )  # fmt: skip
 
 
+def searched(name: str, law: str, loss: Loss, seed: int) -> dict[str, Any]:
+    """One search as an identification begins with it: before constants are free, no intervals."""
+    rig, logs, ranges = axis(name)
+    whole = problem(logs, rig=rig, law=LAWS[law], loss=loss, bounds=_own(rig, law, ranges))
+    wall, used = time.perf_counter(), time.process_time()
+    optimum = multistart(whole, SearchSettings(seed=seed))
+    assert isinstance(optimum.problem, MotionProblem)  # noqa: S101 - servos start as measured
+    return {
+        "error": optimum.problem.reported(optimum.x),
+        "evaluations": optimum.search.evaluations,
+        "ended": optimum.search.ended,
+        "seconds": time.perf_counter() - wall,
+        "processor_seconds": time.process_time() - used,
+    }
+
+
 def fitted(name: str, law: str, loss: Loss, seed: int) -> dict[str, Any]:
     """One identification as a user calls it."""
     rig, logs, ranges = axis(name)
-    own = {q.name for q in rig.parameters(law_named(LAWS[law]))}
-    bounds = {n: ends for n, ends in ranges.items() if n in own}
     wall, used = time.perf_counter(), time.process_time()
-    fit = identify(logs, rig=rig, law=LAWS[law], bounds=bounds, loss=loss, seed=seed)
+    fit = identify(
+        logs, rig=rig, law=LAWS[law], bounds=_own(rig, law, ranges), loss=loss, seed=seed
+    )
     assert fit.uncertainty is not None  # noqa: S101 - an output-error fit has one
     ends = [end for e in fit.estimates for end in (e.low_ended, e.high_ended) if end]
     return {
@@ -97,29 +117,41 @@ def fitted(name: str, law: str, loss: Loss, seed: int) -> dict[str, Any]:
     }
 
 
-def measured(names: list[str], laws: list[str], seeds: int) -> dict[str, Any]:
-    """All fits, each kept as soon as it is made."""
-    results: dict[str, Any] = {}
-    if FILE.exists():
-        results = json.loads(FILE.read_text(encoding="utf-8"))
+def _own(
+    rig: Rig, law: str, ranges: dict[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    names = {q.name for q in rig.parameters(law_named(LAWS[law]))}
+    return {n: ends for n, ends in ranges.items() if n in names}
+
+
+def measured(
+    names: list[str], laws: list[str], losses: list[Loss], seeds: int, *, intervals: bool
+) -> dict[str, Any]:
+    """All answers, each kept as soon as it is there."""
+    results: dict[str, Any] = _kept()
     for law in laws:
         for seed in range(seeds):
             for name in names:
-                for loss in get_args(Loss):
-                    key = f"{name}/{loss}/{law}/{seed}"
+                for loss in losses:
+                    key = f"{name}/{loss}/{law}/{seed}" + ("/intervals" if intervals else "")
                     if key not in results:
-                        results[key] = fitted(name, law, loss, seed)
+                        row = (fitted if intervals else searched)(name, law, loss, seed)
+                        results = _kept() | {key: row}  # another process may have added some
                         FILE.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-                        print(key, f"{results[key]['error']:.2f}", flush=True)
+                        print(key, f"{row['error']:.2f}", flush=True)
     return results
+
+
+def _kept() -> dict[str, Any]:
+    return dict(json.loads(FILE.read_text(encoding="utf-8"))) if FILE.exists() else {}
 
 
 def broken(results: dict[str, Any]) -> Iterator[str]:
     """Laws that ended above one that they contain, from the same seed."""
     for key, row in results.items():
-        name, loss, law, seed = key.split("/")
+        name, loss, law, *rest = key.split("/")
         for simple in CONTAINS.get(law, ()):
-            other = results.get(f"{name}/{loss}/{simple}/{seed}")
+            other = results.get("/".join([name, loss, simple, *rest]))
             if other is not None and row["error"] > (1 + SAME) * other["error"]:
                 yield f"{key}: {row['error']:.2f} above {simple}'s {other['error']:.2f}"
 
@@ -130,11 +162,14 @@ def table(results: dict[str, Any]) -> str:
         "| fit | error / mrad | search | intervals | guessed ends | processor / s |",
         "|---|---:|---:|---:|---:|---:|",
     ]
-    lines += [
-        f"| {key} | {row['error']:.2f} | {row['evaluations']:,} | {row['rows']:,} | "
-        f"{row['guessed']} of {row['ends']} | {row['processor_seconds']:.0f} |"
-        for key, row in sorted(results.items())
-    ]
+    for key, row in sorted(results.items()):
+        intervals = (
+            f"{row['rows']:,} | {row['guessed']} of {row['ends']}" if "rows" in row else " | "
+        )
+        lines.append(
+            f"| {key} | {row['error']:.2f} | {row['evaluations']:,} | {intervals} | "
+            f"{row['processor_seconds']:.0f} |"
+        )
     return "\n".join(lines)
 
 
@@ -143,7 +178,12 @@ if __name__ == "__main__":
     parser.add_argument("names", nargs="*", default=["xl330", "go1"])
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--laws", default=",".join(LAWS))
+    parser.add_argument("--losses", default=",".join(get_args(Loss)))
+    parser.add_argument("--intervals", action="store_true")
     chosen = parser.parse_args()
-    rows = measured(chosen.names, chosen.laws.split(","), chosen.seeds)
+    rows = measured(
+        chosen.names, chosen.laws.split(","), chosen.losses.split(","), chosen.seeds,
+        intervals=chosen.intervals,
+    )  # fmt: skip
     print(table(rows))
     print("\n".join(broken(rows)) or "No law ended above one that it contains.")

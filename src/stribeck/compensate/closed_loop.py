@@ -267,7 +267,7 @@ def _loops(
         steps_left = ROOM + EACH * parts.sum()
         hold = joint_constants(b).hold if kind == JOINT else 0.0
         last_torque = started(
-            rub, states, kind, a, term, b, inputs, held, hold, q, v, u, load, coarse, z
+            rub, states, kind, a, term, b, inputs, held, 0, hold, q, v, u, load, coarse, z
         )
         output, last = 0.0, 0.0
         for k in range(len(t)):

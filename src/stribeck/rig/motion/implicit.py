@@ -204,7 +204,8 @@ def motions_over(
     q, v, F = np.full((3, n, first[-1]), np.nan)
     if not n:
         return q, v, F
-    parts = np.concatenate([_parts(track.t, step) for track in tracks])
+    t = np.concatenate([track.t - track.t[0] for track in tracks])
+    parts = _parts(t, first, step)
     start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
     general = law.rub is not None
     row_pool.pool().share(
@@ -212,7 +213,7 @@ def motions_over(
         (
             addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE),
             general, law.states, kind, _ready(p), term_places(law), _ready(np.concatenate(c)),
-            np.concatenate([track.t - track.t[0] for track in tracks]), first,
+            t, first,
             _ready(np.concatenate([track.inputs for track in tracks], axis=1)),
             tracks[0].held.astype(np.int64), parts, _ready(start), tolerance, q, v, F,
         ),
@@ -221,19 +222,21 @@ def motions_over(
     return q, v, F
 
 
-def _parts(t: Array, step: float) -> NDArray[np.int64]:
-    """How many steps there are from each sample to the next, (N,); the last one counts for none.
+def _parts(t: Array, first: NDArray[np.int64], step: float) -> NDArray[np.int64]:
+    """How many steps there are from each sample to the next, (N,); one from the last of a track.
 
     Raises:
         InputError: so many steps that nobody would wait for them.
     """
     with np.errstate(over="ignore"):
         many = np.maximum(np.ceil(np.diff(t, append=t[-1]) / step - 1e-9), 1)
-    if not many.sum() <= MOST_STEPS:
-        seconds = float(t[-1] - t[0])
+    total = np.add.reduceat(many, first[:-1])
+    if not total.max() <= MOST_STEPS:
+        worst = int(np.argmax(total))
         raise InputError(
-            f"{seconds:.6g} s in steps of {step:.3g} s are {many.sum():.3g} steps, and "
-            f"{MOST_STEPS:,} is the most: set a longer step, or split the log at its gaps"
+            f"{t[first[worst + 1] - 1]:.6g} s in steps of {step:.3g} s are {total[worst]:.3g} "
+            f"steps, and {MOST_STEPS:,} is the most: set a longer step, or split the log at its "
+            "gaps"
         )
     return many.astype(np.int64)
 
