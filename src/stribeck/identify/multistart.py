@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..errors import InputError
 from ..optimize import Run, Search, steps
 from ..space import Array
 from .displaced_inertia import displaced_inertia
-from .fit_warnings import RIVAL
+from .fit_warnings import RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, free_starts
 from .nested_answers import descended, nested_answers
@@ -20,7 +21,15 @@ from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
 from .refinement import MANY, Refined, restarted, turned
 from .result import SearchRecord
-from .search_settings import CONFIRM, POLISH, SearchSettings, confirmed, sticks_and_slips
+from .search_settings import (
+    CONFIRM,
+    CONFIRM_ROUGH,
+    POLISH,
+    SearchSettings,
+    confirmed,
+    rough,
+    sticks_and_slips,
+)
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
@@ -205,11 +214,18 @@ def _repeated(
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
     most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
     searches = settings.searches(problem, smooth=smooth, n=most)
-    active = CONFIRM
+    logs = list({id(s.recording): s.recording for s in problem.train}.values())
+    noise = noise_floor(problem.parameters.rig, logs)
+    active = agreeing = CONFIRM
     while True:
-        runs, interrupted = run_searches(problem, searches[:active], progress, confirmed)
-        if interrupted or active == most or confirmed(searches[:active]):
+        enough = partial(confirmed, noise=noise, repeats=agreeing)
+        runs, interrupted = run_searches(problem, searches[:active], progress, enough)
+        if interrupted or active == most:
             return runs, interrupted
+        if enough(searches[:active]):
+            if agreeing == CONFIRM_ROUGH or not rough(searches[:active], noise):
+                return runs, interrupted
+            agreeing = CONFIRM_ROUGH
         active += 1
 
 

@@ -14,6 +14,7 @@ from ..data.segmentation import segment
 from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
 from ..optimize.descents import Descents
+from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
 from .slip_starts import drawn_starts
@@ -29,9 +30,12 @@ SETTLE, SETTLE_SMOOTH = 200, 60
 SLIPS = 5
 #: Repeats of a smooth problem confirm an answer if two of them came to the same misfit, give or
 #: take this share, and each has settled there or not got below it in so many evaluations a
-#: parameter since. (On the
-#: servo logs minima beside each other differ by a hundredth.)
+#: parameter since. (On the servo logs minima beside each other differ by a hundredth.)
 AGREE, QUIET, CONFIRM = 0.01, 8, 2
+#: The same where the misfit is beyond the noise, so that a better one may be elsewhere: a model
+#: that leaves something out has rough misfits, and two of the first repeats meet the same wrong
+#: minimum once in five times.
+QUIET_ROUGH, CONFIRM_ROUGH = 25, 3
 
 
 @dataclass(frozen=True)
@@ -120,18 +124,30 @@ class SearchSettings:
         return configure(self.method, **defaults | dict(self.settings))
 
 
-def confirmed(searches: Sequence[Search]) -> bool:
-    """Whether searches of a smooth problem have come to the same misfit, and stayed there."""
+def confirmed(searches: Sequence[Search], noise: float, repeats: int = CONFIRM) -> bool:
+    """Whether searches of a smooth problem have come to the same misfit, and stayed there.
+
+    Args:
+        searches: The repeats so far.
+        noise: What the sensors alone leave of J.
+        repeats: How many have to agree.
+    """
     best = min(s.trace.cost for s in searches)
     level = (1 + AGREE) * best
-    return bool(np.isfinite(best)) and sum(_stayed(s, level) for s in searches) >= CONFIRM
+    quiet = QUIET_ROUGH if rough(searches, noise) else QUIET
+    return bool(np.isfinite(best)) and sum(_stayed(s, level, quiet) for s in searches) >= repeats
 
 
-def _stayed(search: Search, level: float) -> bool:
+def rough(searches: Sequence[Search], noise: float) -> bool:
+    """Whether the least misfit of searches is beyond the noise."""
+    return bool(min(s.trace.cost for s in searches) > NOISY * noise)
+
+
+def _stayed(search: Search, level: float, quiet: int) -> bool:
     reached = search.trace.reached(level) if search.trace.cost <= level else None
     if reached is None:
         return False
-    return search.ended == "settled" or len(search.trace) - reached >= QUIET * search.space.dim
+    return search.ended == "settled" or len(search.trace) - reached >= quiet * search.space.dim
 
 
 def sticks_and_slips(problem: MotionProblem) -> bool:
