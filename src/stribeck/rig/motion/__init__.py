@@ -4,5 +4,6 @@
 `passage` from one sample to the next, by the `drive_force` and the `velocity` that balances it.
 `reference` is plain steps to compare with; `force_imbalance` is what a measured motion leaves of
 the equation of motion. They run over a `track`, made of a log and its
-`command`, and deal their rows out over the `row_pool`.
+`command`, or for a search over one of fewer samples (`thinning`), and deal their rows out over the
+`row_pool`.
 """
