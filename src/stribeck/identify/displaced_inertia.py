@@ -2,16 +2,20 @@
 
 A mass swings on its bristles. Its inertia sets the phase of every swing, so that J has a minimum
 wherever the swings of the model fall on those of the log again: along the inertia alone, and close
-to each other. A search in all parameters ends in one of them; here the others are visited.
+to each other. A search in all parameters ends in one of them; here the others are visited. Those
+that explain the data about as well belong to what is known of the parameters: profiles start there,
+too.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .polish import polish
+from .polish import Polished, polish
 from .refinement import Refined
 
 if TYPE_CHECKING:
@@ -20,13 +24,18 @@ if TYPE_CHECKING:
 
 #: Parameters that stand for inertia, on any rig.
 INERTIA = frozenset({"M", "J", "armature"})
-#: Factors from one inertia to the next: over the whole range, and then as far as one of these about
-#: the best; evaluations of each descent, a parameter.
-WIDE, CLOSE, ROWS = 2.5, 1.12, 12
+#: Factors from one inertia to the next, away from the best: over the whole range, then as far as
+#: one of these, and then the same again; evaluations of each descent, a parameter.
+FACTORS, ROWS = (2.5, 1.12, 1.03), 12
+#: A minimum is another one whose inertia differs by this share; it may explain the data as well if
+#: its misfit is greater by no more than this one; and so many are kept.
+APART, NEAR, MODES = 0.01, 0.005, 8
 
 
 def displaced_inertia(problem: MotionProblem, best: Refined, allowance: int) -> Refined:
     """The best of the descents from displaced inertias, and of where they begin.
+
+    Its `modes` are the others of about the same misfit.
 
     Args:
         problem: Its J is minimised.
@@ -40,27 +49,61 @@ def displaced_inertia(problem: MotionProblem, best: Refined, allowance: int) -> 
     for axis in axes:
         param = problem.space.params[axis]
         low, high = max(param.lower, 1e-9 * param.upper), param.upper
-        count = int(np.log(high / low) / np.log(WIDE))
-        best = _descended(problem, best, axis, np.geomspace(low, high, count), limit)
-        reach = np.arange(1.0, np.log(WIDE) / np.log(CLOSE))
-        near = best.x[axis] * CLOSE ** np.concatenate([-reach[::-1], reach])
-        best = _descended(problem, best, axis, near[(near > low) & (near < high)], limit)
+        first = Polished(best.x, best.cost, best.evaluations)
+        ends, reach = [first], high / low
+        for factor in FACTORS:
+            steps = np.arange(1.0, np.log(reach) / np.log(factor))
+            inertias = first.x[axis] * factor ** np.concatenate([-steps[::-1], steps])
+            inside = inertias[(inertias > low) & (inertias < high)]
+            spent = replace(first, evaluations=sum(end.evaluations for end in ends))
+            ends += _descended(problem, spent, axis, inside, limit)
+            first, reach = min(ends, key=_cost), factor
+        best = Refined(
+            first.x,
+            first.cost,
+            sum(end.evaluations for end in ends),
+            best.other,
+            (*best.modes, *_modes(ends, axis)),
+        )
     return best
 
 
+def _cost(end: Polished) -> float:
+    return end.cost
+
+
 def _descended(
-    problem: MotionProblem, best: Refined, axis: int, inertias: Array, limit: int
-) -> Refined:
-    """The best of descents from an answer with other values of one parameter, and of itself."""
-    spent, x, cost = best.evaluations, best.x, best.cost
+    problem: MotionProblem, best: Polished, axis: int, inertias: Array, limit: int
+) -> list[Polished]:
+    """Where descents from an answer with other values of one parameter end.
+
+    Args:
+        problem: Its J is minimised.
+        best: The answer, with the evaluations spent so far.
+        axis: Which parameter.
+        inertias: Its values, SI.
+        limit: Evaluations in all.
+    """
+    spent = best.evaluations
     starts = np.repeat(best.x[None], len(inertias), axis=0)
     starts[:, axis] = inertias
+    ends = []
     for start in starts:
         rows = min(ROWS * (problem.space.dim + 1), limit - spent - 1)
         if rows <= problem.space.dim + 1:
             break
         end = polish(problem, start, float(problem(start[None])[0]), rows)
-        spent += 1 + end.evaluations
-        if end.cost < cost:
-            x, cost = end.x, end.cost
-    return Refined(x, cost, spent, best.other)
+        ends.append(replace(end, evaluations=end.evaluations + 1))
+        spent += ends[-1].evaluations
+    return ends
+
+
+def _modes(ends: Sequence[Polished], axis: int) -> list[Array]:
+    """Minima beside the best that cost about as much, the best first, each inertia once."""
+    order = sorted(ends, key=_cost)
+    chosen = order[:1]
+    for end in order[1:]:
+        new = all(abs(end.x[axis] - c.x[axis]) > APART * c.x[axis] for c in chosen)
+        if new and end.cost <= (1 + NEAR) * order[0].cost and len(chosen) <= MODES:
+            chosen.append(end)
+    return [end.x for end in chosen[1:]]

@@ -56,6 +56,7 @@ class Optimum:
         rivals: How many repeats those are.
         repeats: How many there were.
         interrupted: Whether Ctrl-C ended the search or the polishing.
+        modes: Other minima that may explain the data as well: free parameters, SI.
     """
 
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem
@@ -65,6 +66,7 @@ class Optimum:
     rivals: int
     repeats: int
     interrupted: bool
+    modes: tuple[Array, ...] = ()
 
 
 def run_searches(
@@ -201,6 +203,7 @@ def multistart(
         len(rivals),
         len(runs),
         interrupted,
+        answer.modes,
     )
 
 

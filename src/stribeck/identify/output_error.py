@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .arithmetic import Checked, exact_enough
@@ -114,6 +116,7 @@ def _profiled(
         keep=settings.polishing is False,
         draws=draws,
         seed=settings.seed,
+        modes=[np.concatenate([mode, optimum.x[len(mode) :]]) for mode in optimum.modes],
     )
     return uncertain, uncertain.rows
 

@@ -39,12 +39,14 @@ class Refined:
         cost: J there.
         evaluations: Of the residuals, each row counted.
         other: The minimum of the other loss that was met first, SI; None where none was.
+        modes: Other minima that may explain the data as well, SI.
     """
 
     x: Array
     cost: float
     evaluations: int
     other: Array | None
+    modes: tuple[Array, ...] = ()
 
 
 def refined_in_turn(problem: MotionProblem, x: Array, cost: float, allowance: int) -> Refined:
@@ -98,7 +100,7 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
         seed: Of the draws.
         allowance: Evaluations in all.
     """
-    dim = problem.space.dim
+    dim, modes = problem.space.dim, best.modes
     spent = best.evaluations
     limit = spent + allowance
     for k, child in enumerate(SeedSequence(seed, spawn_key=(dim,)).spawn(ROUNDS)):
@@ -115,7 +117,7 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
             spent += best.evaluations
         if not best.cost < (1 - WORTH) * before:
             break
-    return Refined(best.x, best.cost, spent, best.other)
+    return Refined(best.x, best.cost, spent, best.other, modes)
 
 
 def settled(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -83,6 +84,7 @@ def uncertainty(
     draws: int = 0,
     seed: int = 0,
     keep: bool = False,
+    modes: Sequence[Array] = (),
 ) -> Uncertainty:
     """Everything about how well a fit is known.
 
@@ -95,13 +97,14 @@ def uncertainty(
         draws: Data sets of a bootstrap; none by default.
         seed: Of the bootstrap.
         keep: Whether the fit stays as it is, whatever better one is met.
+        modes: Near other minima that may explain the data as well, SI, (dim,) each.
 
     Raises:
         InputError: the fit cannot be run, or has no more rows than parameters.
     """
     box = box_of(problem)
     names = box.space.names[:among]
-    profiled = profiles(problem, x, budget=budget, chosen_names=names, keep=keep)
+    profiled = profiles(problem, x, budget=budget, chosen_names=names, keep=keep, modes=modes)
     drawn = bootstrap(problem, profiled.x, n=draws, seed=seed) if draws else None
     scale = box.scale(box.u(profiled.x))
     effects, spent = sensitivities(problem, profiled)

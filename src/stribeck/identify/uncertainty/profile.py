@@ -24,6 +24,7 @@ from ...optimize.box import Box
 from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.trust_region import Iterate, minimise
 from ...space import Array
+from ..polish import polish
 from .covariance import QuickLook, quick_look
 from .linearisation import box_of, linearised
 from .profile_walk import Ended, Ray, Walked, beyond, rechecked, walk
@@ -45,6 +46,8 @@ LONGER = 1.5
 #: A side shorter than this share of the other is refitted at its end, and carried on if that
 #: lowers it below this share of its height.
 SHORT, LOWER = 0.7, 0.9
+#: Evaluations of the descent to another minimum, for each parameter and one.
+MODE = 15
 #: Memory for slopes, bytes: so many sides walk at once.
 MEMORY = 4e8
 
@@ -137,6 +140,7 @@ def profiles(
     budget: int = BUDGET,
     chosen_names: Sequence[str] | None = None,
     keep: bool = False,
+    modes: Sequence[Array] = (),
 ) -> Profiles:
     """The profile likelihood of each parameter at a fit.
 
@@ -149,6 +153,7 @@ def profiles(
         budget: Rows that may be evaluated.
         chosen_names: Names of the parameters to profile; all by default.
         keep: Whether the fit stays as it is, whatever better one is met.
+        modes: Near other minima, SI, (dim,) each: what fits as well there is in the intervals, too.
 
     Raises:
         InputError: the fit cannot be run, has no more rows than parameters, or a name is unknown.
@@ -157,6 +162,9 @@ def profiles(
     chosen = _chosen(box, chosen_names)
     best = linearised(counted, box, x)
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
+    for mode in modes:  # what is met there is kept
+        if counted.left > 2 * MODE * (box.dim + 1):
+            polish(counted, mode, float(counted(mode[None])[0]), MODE * (box.dim + 1))
     while True:
         few = dofs_of(problem)
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
