@@ -253,7 +253,8 @@ def _refined_answer(
             spent += nested.evaluations
             best = nested if nested.cost < best.cost else best
         best = replace(best, evaluations=spent)
-        best = displaced_inertia(problem, best, allowance - spent)
+        # The starts of motions, if they are unknowns, are refitted with what is left.
+        best = displaced_inertia(problem, best, (allowance - spent) // 2)
         if dim >= MANY:
             best = restarted(problem, best, settings.seed, allowance - best.evaluations)
     except KeyboardInterrupt:
