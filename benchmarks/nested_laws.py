@@ -28,6 +28,7 @@ from stribeck.identify.loss import Loss
 from stribeck.identify.multistart import multistart
 from stribeck.identify.problem import MotionProblem, problem
 from stribeck.identify.search_settings import SearchSettings
+from stribeck.report.table import Table
 from stribeck.rig.rig import Rig
 
 FILE = Path(__file__).with_name("nested_laws.json")
@@ -157,20 +158,37 @@ def broken(results: dict[str, Any]) -> Iterator[str]:
 
 
 def table(results: dict[str, Any]) -> str:
-    """Markdown: a row a fit."""
-    lines = [
-        "| fit | error / mrad | search | intervals | guessed ends | processor / s |",
-        "|---|---:|---:|---:|---:|---:|",
-    ]
-    for key, row in sorted(results.items()):
-        intervals = (
-            f"{row['rows']:,} | {row['guessed']} of {row['ends']}" if "rows" in row else " | "
-        )
-        lines.append(
-            f"| {key} | {row['error']:.2f} | {row['evaluations']:,} | {intervals} | "
-            f"{row['processor_seconds']:.0f} |"
-        )
-    return "\n".join(lines)
+    """A row for each law, loss and axis: errors by seed, and the medians of what they took."""
+    rows: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for key in sorted(results):
+        name, loss, law, _, *rest = key.split("/")
+        rows.setdefault((name, loss, law, *rest), []).append(results[key])
+    return Table.of_texts(
+        "Errors of answers by seed / mrad (RMS by squares, mean by absolute errors)",
+        ("axis", "loss", "law", "by seed", "search", "intervals", "guessed", "processor / s"),
+        (
+            (
+                name,
+                loss,
+                law,
+                ", ".join(f"{row['error']:.2f}" for row in some),
+                _median(some, "evaluations"),
+                _median(some, "rows") if rest else "",
+                f"{_total(some, 'guessed')} of {_total(some, 'ends')}" if rest else "",
+                _median(some, "processor_seconds"),
+            )
+            for (name, loss, law, *rest), some in rows.items()
+        ),
+        labels=range(4),
+    ).text()
+
+
+def _total(rows: list[dict[str, Any]], name: str) -> int:
+    return sum(row[name] for row in rows)
+
+
+def _median(rows: list[dict[str, Any]], name: str) -> str:
+    return f"{np.median([row[name] for row in rows]):,.0f}"
 
 
 if __name__ == "__main__":
@@ -180,10 +198,18 @@ if __name__ == "__main__":
     parser.add_argument("--laws", default=",".join(LAWS))
     parser.add_argument("--losses", default=",".join(get_args(Loss)))
     parser.add_argument("--intervals", action="store_true")
+    parser.add_argument("--show", action="store_true", help="what is kept, and nothing new")
     chosen = parser.parse_args()
-    rows = measured(
-        chosen.names, chosen.laws.split(","), chosen.losses.split(","), chosen.seeds,
-        intervals=chosen.intervals,
-    )  # fmt: skip
+    rows = (
+        _kept()
+        if chosen.show
+        else measured(
+            chosen.names,
+            chosen.laws.split(","),
+            chosen.losses.split(","),
+            chosen.seeds,
+            intervals=chosen.intervals,
+        )
+    )
     print(table(rows))
     print("\n".join(broken(rows)) or "No law ended above one that it contains.")
