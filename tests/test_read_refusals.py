@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 import pytest
 import scipy.io
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stribeck.data import Recording, read
@@ -311,6 +311,8 @@ _CELL = st.one_of(
 
 
 @settings(max_examples=200)
+@example([(0, 1, '\r"')], ",", "utf-8")
+@example([(1, 1, '"' + 200_000 * "1")], ";", "utf-8")  # beyond what a quoted field may have
 @given(
     st.lists(st.tuples(st.integers(0, N), st.integers(0, 1), _CELL), max_size=4),
     st.sampled_from([",", ";", "\t", " "]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -126,9 +127,11 @@ def _split(line: str, separator: str, *, heads: bool = False) -> list[str]:
     line = line.strip(" \r")
     if separator == " ":
         return _WORD_AND_UNIT.findall(line) if heads else line.split()
+    fields = line.split(separator)
     if '"' in line:
-        return [f.strip() for f in next(csv.reader([line], delimiter=separator), [])]
-    return [f.strip() for f in line.split(separator)]
+        with suppress(csv.Error):  # a damaged line: its quotes are characters like any other
+            fields = next(csv.reader([line], delimiter=separator), [])
+    return [f.strip() for f in fields]
 
 
 def _trimmed(fields: list[str]) -> list[str]:
