@@ -17,6 +17,7 @@ from ..optimize.descents import Descents
 from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
+from .segment import recordings_of
 from .slip_starts import drawn_starts
 
 #: Evaluations a repeat may spend by default, and what polishing may take of them: a quarter at
@@ -48,8 +49,8 @@ class SearchSettings:
         seed: Seed of all repeats.
         budget: Evaluations of the cost for each repeat, polishing included.
         repeats: Independent searches. In smooth problems, and slip by slip, `mbts` begins with
-            two, ends once they confirm each other, and adds as many again as asked for while none
-            do.
+            two, ends once they confirm each other (three where the misfit is beyond the noise),
+            and adds as many again as asked for while none do.
         target: J at which a search stops.
         polishing: Whether least squares polishes what a search ended with; None: unless the
             method does so itself.
@@ -157,11 +158,10 @@ def sticks_and_slips(problem: MotionProblem) -> bool:
     """
     if free_starts(problem) or problem.weights is not None or problem.parameters.law.states > 1:
         return True
-    logs = {id(s.recording): s.recording for s in problem.train}
-    slips = {key: segment(log).slips for key, log in logs.items()}
+    slips = {id(log): segment(log).slips for log in recordings_of(problem.train)}
     inside = (
         s.rows.start <= slip.start and slip.stop <= s.rows.stop
         for s in problem.train
         for slip in slips[id(s.recording)]
     )
-    return bool(sum(inside) >= SLIPS * len(logs))
+    return bool(sum(inside) >= SLIPS * len(slips))
