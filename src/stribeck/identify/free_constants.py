@@ -63,9 +63,9 @@ class FreeConstantsProblem:
 
     def thinned(self) -> FreeConstantsProblem:
         """The problem on fewer samples, for a search; itself where its rig or its law needs all."""
-        if not isinstance(self.problem, MotionProblem) or self.problem.thinned() is self.problem:
-            return self
         fewer = self.problem.thinned()
+        if fewer is self.problem:
+            return self
         noise = self.noise * float(np.sqrt(sum(fewer.logs) / sum(self.logs)))  # priors weigh alike
         return FreeConstantsProblem(fewer, self.constants, noise)
 

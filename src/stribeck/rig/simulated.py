@@ -167,10 +167,8 @@ class SimulatedRig(Rig):
 
     def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
         """Sums of squared position misfits over tracks, m^2, (n,); nan where one cannot run."""
-        measured, score = (
-            np.concatenate([getattr(track, name) for track in tracks])
-            for name in ("measured", "score")
-        )
+        measured = np.concatenate([track.measured for track in tracks])
+        score = np.concatenate([track.score for track in tracks])
         error = measured - self.positions_over(law, p, tracks)
         total: Array = (score * error * error).sum(axis=1)
         return total
