@@ -154,12 +154,10 @@ def _repeated(answer: _Solution, profile: Profiling) -> tuple[_Solution, int]:
     """The fit repeated from its answer with a finer simulation; and the rows."""
     rig, tried = _refined(answer)
     problem = answer.optimum.problem.on(rig)
-    x: Array = answer.uncertain.x
-    start = float(problem(x[None])[0])
-    polished = polish(problem, x, start, ROWS * (problem.space.dim + 1))
+    polished = polish(problem, answer.uncertain.x, None, ROWS * (problem.space.dim + 1))
     optimum = replace(answer.optimum, problem=problem, x=polished.x)
     uncertain, profiled = profile(optimum)
-    spent = tried + 1 + polished.evaluations + profiled + 1
+    spent = tried + polished.evaluations + profiled + 1
     return _Solution(optimum, uncertain, shifts(problem, uncertain)), spent
 
 

@@ -10,7 +10,7 @@ too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +31,8 @@ FACTORS, ROWS = (2.5, 1.12, 1.03), 12
 #: its misfit is greater by no more than this one; and so many are kept.
 APART, NEAR, MODES = 0.01, 0.005, 8
 
+_COST = attrgetter("cost")
+
 
 def displaced_inertia(problem: MotionProblem, best: Refined, allowance: int) -> Refined:
     """The best of the descents from displaced inertias, and of where they begin.
@@ -45,62 +47,53 @@ def displaced_inertia(problem: MotionProblem, best: Refined, allowance: int) -> 
     axes = [k for k, name in enumerate(problem.space.names) if name in INERTIA]
     if not problem.parameters.law.states or not axes:
         return best
-    limit = best.evaluations + allowance
     for axis in axes:
         param = problem.space.params[axis]
         low, high = max(param.lower, 1e-9 * param.upper), param.upper
-        first = Polished(best.x, best.cost, best.evaluations)
+        first = Polished(best.x, best.cost, 0)
         ends, reach = [first], high / low
         for factor in FACTORS:
             steps = np.arange(1.0, np.log(reach) / np.log(factor))
             inertias = first.x[axis] * factor ** np.concatenate([-steps[::-1], steps])
             inside = inertias[(inertias > low) & (inertias < high)]
-            spent = replace(first, evaluations=sum(end.evaluations for end in ends))
-            ends += _descended(problem, spent, axis, inside, limit)
-            first, reach = min(ends, key=_cost), factor
-        best = Refined(
-            first.x,
-            first.cost,
-            sum(end.evaluations for end in ends),
-            best.other,
-            (*best.modes, *_modes(ends, axis)),
-        )
+            ends += _descended(problem, first.x, axis, inside, allowance - _spent(ends))
+            first, reach = min(ends, key=_COST), factor
+        spent, allowance = _spent(ends), allowance - _spent(ends)
+        modes = (*best.modes, *_modes(ends, axis))
+        best = Refined(first.x, first.cost, best.evaluations + spent, best.other, modes)
     return best
 
 
-def _cost(end: Polished) -> float:
-    return end.cost
+def _spent(ends: Sequence[Polished]) -> int:
+    return sum(end.evaluations for end in ends)
 
 
 def _descended(
-    problem: MotionProblem, best: Polished, axis: int, inertias: Array, limit: int
+    problem: MotionProblem, x: Array, axis: int, inertias: Array, allowance: int
 ) -> list[Polished]:
     """Where descents from an answer with other values of one parameter end.
 
     Args:
         problem: Its J is minimised.
-        best: The answer, with the evaluations spent so far.
+        x: The answer, SI, (dim,).
         axis: Which parameter.
         inertias: Its values, SI.
-        limit: Evaluations in all.
+        allowance: Evaluations of all descents.
     """
-    spent = best.evaluations
-    starts = np.repeat(best.x[None], len(inertias), axis=0)
-    starts[:, axis] = inertias
-    ends = []
-    for start in starts:
-        rows = min(ROWS * (problem.space.dim + 1), limit - spent - 1)
+    ends: list[Polished] = []
+    for inertia in inertias:
+        rows = min(ROWS * (problem.space.dim + 1), allowance - _spent(ends))
         if rows <= problem.space.dim + 1:
             break
-        end = polish(problem, start, float(problem(start[None])[0]), rows)
-        ends.append(replace(end, evaluations=end.evaluations + 1))
-        spent += ends[-1].evaluations
+        start = x.copy()
+        start[axis] = inertia
+        ends.append(polish(problem, start, None, rows))
     return ends
 
 
 def _modes(ends: Sequence[Polished], axis: int) -> list[Array]:
     """Minima beside the best that cost about as much, the best first, each inertia once."""
-    order = sorted(ends, key=_cost)
+    order = sorted(ends, key=_COST)
     chosen = order[:1]
     for end in order[1:]:
         new = all(abs(end.x[axis] - c.x[axis]) > APART * c.x[axis] for c in chosen)

@@ -30,6 +30,7 @@ from .search_settings import (
     rough,
     sticks_and_slips,
 )
+from .segment import recordings_of
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
@@ -138,54 +139,48 @@ def multistart(
     """
     start_time = time.perf_counter()
     smooth = not sticks_and_slips(problem)
-    fewer = problem.thinned() if smooth and settings.memetic else problem
-    runs, interrupted = _repeated(fewer, settings, progress, smooth=smooth)
-    runs, polished, interrupted = _polished(fewer, runs, settings, interrupted)
+    searched = problem.thinned() if smooth and settings.memetic else problem
+    runs, interrupted = _repeated(searched, settings, progress, smooth=smooth)
+    runs, polished, interrupted = _polished(searched, runs, settings, interrupted)
     evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
     answer = Refined(polished[0].x, polished[0].cost, 0, None)
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
-        answer, interrupted = _refined_answer(fewer, answer, settings, progress, allowance)
+        answer, interrupted = _refined_answer(searched, answer, settings, progress, allowance)
     evaluations += answer.evaluations
-    level = RIVAL * answer.cost
-    answer, spent, interrupted = _on_all_samples(problem, fewer, answer, interrupted)
-    evaluations += spent
     seconds = time.perf_counter() - start_time
-    allowance = 0 if interrupted else settings.budget * settings.repeats - evaluations
-    if settings.polishing is False:
+    allowance = settings.budget * settings.repeats - evaluations
+    if interrupted or settings.polishing is False:
         allowance = 0
-    if bent := problem.parameters.objective.loss == "absolute" and not interrupted:
-        problem = problem.finer()
     best, refined = answer.x, 0
+    whole: MotionProblem | FreeStartProblem = problem
     try:
-        if allowance >= 1:
-            problem, wider = _widened(
-                problem, Polished(answer.x, answer.cost, 0), min(allowance, POLISH)
-            )
-            best, refined, allowance = wider.x, wider.evaluations, allowance - wider.evaluations
-            left = replace(settings, budget=max(allowance // settings.repeats, 1))
+        if problem.parameters.objective.loss == "absolute" and not interrupted:
+            whole = problem = problem.finer()
+        cost = answer.cost
+        if problem is not searched and allowance > 1:  # all samples, and a lower knee
+            refit = polish(problem, best, None, min(allowance, POLISH))
+            best, cost, refined = refit.x, refit.cost, refit.evaluations
+        if allowance > refined:
+            start = Polished(best, cost, 0)
+            problem, wider = _widened(problem, start, min(allowance - refined, POLISH))
+            whole, best, refined = problem, wider.x, refined + wider.evaluations
+            left = replace(settings, budget=max((allowance - refined) // settings.repeats, 1))
             if (
                 searches > 1
                 and left.budget >= FEWEST * problem.space.dim
-                and wider.cost < (1 - MATERIAL) * answer.cost
+                and wider.cost < (1 - MATERIAL) * cost
             ):
                 again = multistart(problem, left, progress, searches=searches - 1)
                 return _after(again, evaluations + refined, seconds)
-    except KeyboardInterrupt:
-        interrupted = True
-    whole: MotionProblem | FreeStartProblem = problem
-    try:
-        if bent and allowance > 1 and not interrupted:
-            best, spent = _refined(problem, best, min(allowance, POLISH))
-            refined, allowance = refined + spent, allowance - spent
         free = with_free_starts(problem)
-        if allowance >= 1 and not interrupted and isinstance(free, FreeStartProblem):
+        if isinstance(free, FreeStartProblem) and allowance > refined:
             x = np.concatenate([best, free.nominal])
-            best, spent = _refined(free, x, min(allowance, POLISH))
-            whole, refined = free, refined + spent
+            start = polish(free, x, None, min(allowance - refined, POLISH))
+            whole, best, refined = free, start.x, refined + start.evaluations
     except KeyboardInterrupt:
         interrupted = True
-    rivals = [d.x for d in polished if d.cost <= level]
+    rivals = [d.x for d in polished if d.cost <= RIVAL * answer.cost]
     dim = problem.space.dim
     return Optimum(
         whole,
@@ -217,8 +212,7 @@ def _repeated(
         return run_searches(problem, settings.searches(problem, smooth=smooth, n=n), progress)
     most = n if problem.space.dim >= MANY else 2 * n  # there restarts around the answer follow
     searches = settings.searches(problem, smooth=smooth, n=most)
-    logs = list({id(s.recording): s.recording for s in problem.train}.values())
-    noise = noise_floor(problem.parameters.rig, logs)
+    noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
     active = agreeing = CONFIRM
     while True:
         enough = partial(confirmed, noise=noise, repeats=agreeing)
@@ -253,32 +247,13 @@ def _refined_answer(
             spent += nested.evaluations
             best = nested if nested.cost < best.cost else best
         best = replace(best, evaluations=spent)
-        # The starts of motions, if they are unknowns, are refitted with what is left.
+        # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         if dim >= MANY:
             best = restarted(problem, best, settings.seed, allowance - best.evaluations)
     except KeyboardInterrupt:
         return best, True
     return best, False
-
-
-def _on_all_samples(
-    problem: MotionProblem, fewer: MotionProblem, answer: Refined, interrupted: bool
-) -> tuple[Refined, int, bool]:
-    """The answer of a search refitted if that had fewer samples; the rows; whether Ctrl-C came.
-
-    Absolute errors are refitted with a lower knee after this.
-    """
-    if fewer is problem or interrupted:
-        return answer, 0, interrupted
-    absolute = problem.parameters.objective.loss == "absolute"
-    try:
-        cost = float(problem(answer.x[None])[0])
-        allowance = 0 if absolute else REFINE * problem.space.dim
-        refit = polish(problem, answer.x, cost, allowance)
-    except KeyboardInterrupt:
-        return answer, 0, True
-    return replace(answer, x=refit.x, cost=refit.cost), 1 + refit.evaluations, False
 
 
 def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress | None) -> Refined:
@@ -336,12 +311,3 @@ def _polished(
         polished += (polish_run(problem, r, 0) for r in runs[len(polished) :])
     order = sorted(range(len(runs)), key=lambda k: polished[k].cost)
     return [runs[k] for k in order], [polished[k] for k in order], interrupted
-
-
-def _refined(
-    problem: MotionProblem | FreeStartProblem, x: Array, allowance: int
-) -> tuple[Array, int]:
-    """A point polished on another problem than it was found on, and the evaluations spent."""
-    cost = float(problem(x[None])[0])
-    refined = polish(problem, x, cost, allowance - 1)
-    return refined.x, refined.evaluations + 1

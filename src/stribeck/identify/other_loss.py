@@ -57,8 +57,8 @@ def other_loss_violations(
     refit = min(refits, key=lambda r: r.cost)
     spent = len(points) + sum(r.evaluations for r in refits)
     if fewer is not other:
-        refit = polish(other, refit.x, float(other(refit.x[None])[0]), rows)
-        spent += 1 + refit.evaluations
+        refit = polish(other, refit.x, None, rows)
+        spent += refit.evaluations
     spent += isinstance(problem, FreeConstantsProblem)  # the noise that its priors are weighed by
     values = parameters.full(refit.x[None, :dim])[0]
     left = {

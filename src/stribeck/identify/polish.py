@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..optimize import rms
 from ..optimize.box import Box
 from ..optimize.lockstep import AskTell, Counted, lockstep
 from ..optimize.trust_region import least_squares
@@ -65,20 +66,24 @@ def polish_run(problem: MotionProblem, run: Run, allowance: int) -> Polished:
     return Polished(best.x, best.cost, sum(d.evaluations for d in polished))
 
 
-def polish(problem: ShowsResiduals, x: Array, start: float, allowance: int) -> Polished:
+def polish(problem: ShowsResiduals, x: Array, start: float | None, allowance: int) -> Polished:
     """Improve a point by trust-region least squares inside the search box.
 
     Args:
         problem: Its residuals are minimised.
         x: Where to start, free parameters, SI.
-        start: J there.
+        start: J there; None where it is not known, as of a point of another problem.
         allowance: Rows of the cost that may be evaluated; with none the point stays.
     """
     space = problem.space
-    if allowance <= space.dim + 1 or not np.isfinite(start):
+    if start is None and allowance <= space.dim + 1:
+        return Polished(x, float(rms(problem.residuals(x[None]))[0]), 1)
+    if start is not None and (allowance <= space.dim + 1 or not np.isfinite(start)):
         return Polished(x, start, 0)
     counted = Counted(problem, allowance)
     descent = least_squares(space.encode(x[None])[0], Box(space))
     lockstep(counted, [AskTell("polishing", space, descent)])
     best, cost = counted.best()
-    return Polished(best, cost, counted.rows) if cost < start else Polished(x, start, counted.rows)
+    if start is not None and not cost < start:
+        return Polished(x, start, counted.rows)
+    return Polished(best, cost, counted.rows)

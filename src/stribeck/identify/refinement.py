@@ -77,12 +77,10 @@ def turned(
     other_problem = problem.by_other_loss()
     other: Array | None = None
     for _ in range(TURNS):
-        start = float(other_problem(x[None])[0])
-        there = polish(other_problem, x, start, allowance)
+        there = polish(other_problem, x, None, allowance)
         other = there.x if other is None else other
-        back_start = float(problem(there.x[None])[0])
-        back = polish(problem, there.x, back_start, allowance)
-        spent += 2 + there.evaluations + back.evaluations
+        back = polish(problem, there.x, None, allowance)
+        spent += there.evaluations + back.evaluations
         gain = 1 - back.cost / cost
         if gain > 0:
             x, cost = back.x, back.cost
@@ -133,8 +131,8 @@ def settled(
     dim = problem.space.dim
     child = SeedSequence(seed, spawn_key=(dim, 1))
     around = _around(problem.thinned(), x, 0.5 * RADIUS, child, ROUND * dim)
-    refit = polish(problem, around.x, float(problem(around.x[None])[0]), 40 * dim)
-    return refit.x, around.evaluations + 1 + refit.evaluations
+    refit = polish(problem, around.x, None, 40 * dim)
+    return refit.x, around.evaluations + refit.evaluations
 
 
 def _around(

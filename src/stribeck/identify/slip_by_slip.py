@@ -112,9 +112,8 @@ def _settled(problem: MotionProblem, x: Array) -> tuple[MotionProblem, Array, in
     spent, ends = 0, []
     for _ in range(_ROUNDS):
         problem, rows = renewed(problem, x)
-        cost = float(problem(x[None])[0])
-        refit = polish(problem, x, cost, _REFIT * problem.space.dim)
-        x, spent = refit.x, spent + rows + 2 + refit.evaluations
+        refit = polish(problem, x, None, _REFIT * problem.space.dim)
+        x, spent = refit.x, spent + rows + 1 + refit.evaluations
         ends.append((problem.noise_of(x), problem, x))
         if len(ends) > 1 and ends[-1][0] > (1.0 - SAME) * ends[-2][0]:
             break

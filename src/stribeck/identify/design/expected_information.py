@@ -137,6 +137,6 @@ class _Refit:
     def solved(self, start: Array) -> tuple[Array, float]:
         """The parameters of the best fit near a place, and its sum of squares."""
         x = np.concatenate([start, np.zeros(self.space.dim - self._dim)])
-        polished = polish(self, x, float(self(x[None])[0]), REFITS * (self.space.dim + 1))
+        polished = polish(self, x, None, REFITS * (self.space.dim + 1))
         samples = sum(len(y) for y in self._shown)
         return polished.x[: self._dim], polished.cost**2 * samples

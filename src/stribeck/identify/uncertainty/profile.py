@@ -164,7 +164,7 @@ def profiles(
     logs, before, improved = logs_of(problem, len(best.r)), best.squares, 0
     for mode in modes:  # what is met there is kept
         if counted.left > 2 * MODE * (box.dim + 1):
-            polish(counted, mode, float(counted(mode[None])[0]), MODE * (box.dim + 1))
+            polish(counted, mode, None, MODE * (box.dim + 1))
     while True:
         few = dofs_of(problem)
         rough = _thresholds(best, quick_look(best.J, best.r, logs), level, ratio, few)
