@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..contents.schema import ProfileRecord, Report, RunRecord
-from ..format import number
+from ..format import number, unit_label
 from .motion_plots import finite
 from .plot import MIDDLE, SMALL, Column, Group, Line, Panel, Plot, Rule, View
 
@@ -39,13 +39,13 @@ def _profile(k: int, p: ProfileRecord) -> Group:
         Line("at", "rise", "model", "refitted", "rings"),
     ]
     ends = [Rule(x, "accent", dash=True) for x in (p.low, p.high) if x is not None]
-    unit = f" {p.unit}".rstrip()
+    unit = f" {unit_label(p.unit)}".rstrip()
     low, high = number(p.low, 4), number(p.high, 4)
     alt = f"{p.name} = {number(p.value)}{unit}, 95 % from {low} to {high}{unit}."
     top = min(max(float(rises.max()) * 1.08, 1.3), _HIGH)
     view = View(p.name, alt, columns, lines, levels=[Rule(1.0, dash=True)],
                 verticals=[Rule(p.value), *ends], ranges={0: (-0.05 * top, top)})  # fmt: skip
-    axis = f"{p.name} / {p.unit}" if p.unit else p.name
+    axis = f"{p.name} / {unit_label(p.unit)}" if p.unit else p.name
     plot = Plot(f"profile-{k}", p.name, axis, [Panel("Rise / threshold")], [view], SMALL)
     return Group(f"profile-group-{k}", p.name, [plot])
 
@@ -61,6 +61,7 @@ def convergence_plot(
         smooth: The misfit of the best smooth motion, where there is one.
         printed: Whether the legend has the misfit at which each repeat ended, and a dot its end.
     """
+    unit = unit_label(unit)
     runs = [run for run in records if run.at]
     if not runs:
         return None

@@ -196,7 +196,7 @@ def beside(report: Report) -> str:
 def baselines(report: Report) -> Table:
     """The misfits beside what could be had without a model."""
     scores = scored(report)
-    unit_shown = report.card.objective.unit
+    unit_shown = unit_label(report.card.objective.unit)
     heads = [f"{misfit(report)} / {unit_shown}", "model"]
     names = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
     present = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
@@ -220,7 +220,7 @@ def staircases(report: Report) -> Table | None:
             if s is not None:
                 jump = float(unit(shown).from_si(s.jump))
                 rows.append([f"{name}: {mover}", str(s.slips), number(jump, 3), f"{s.stuck:.0%}"])
-    heads = ["stick-slip", "slips", f"median jump / {shown}", "time at rest"]
+    heads = ["stick-slip", "slips", f"median jump / {unit_label(shown)}", "time at rest"]
     return Table.of_texts("Stick-slip of axis and model", heads, rows) if rows else None
 
 
@@ -237,7 +237,7 @@ def errors(report: Report) -> Table | None:
         return None
     names = [name for name, _ in scored(report)]
     width = max(len(e.errors) for e in report.errors)
-    heads = [f"{misfit(report)} / {report.card.objective.unit}", "samples trained on"]
+    heads = [f"{misfit(report)} / {unit_label(report.card.objective.unit)}", "samples trained on"]
     every = sorted(
         report.errors, key=lambda e: -max((x for x in e.errors if x is not None), default=0.0)
     )
@@ -278,7 +278,7 @@ def repeats(report: Report) -> Table | None:
         return None
     names = list(report.runs[0].parameters)
     units = {n: unit_label(p.unit) for n, p in report.card.parameters.items()}
-    shown = report.card.objective.unit
+    shown = unit_label(report.card.objective.unit)
     heads = ["repeat", f"misfit / {shown}", "evaluations", "ended by"]
     heads += [f"{n} / {units[n]}" if units.get(n) else n for n in names]
     rows = [

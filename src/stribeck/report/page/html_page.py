@@ -20,6 +20,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from ...errors import InputError
+from ...identify.card import HoldoutCard, ObjectiveCard
 from ..contents.schema import FILE, Report, read_report
 from ..figures.adequacy_plots import adequacy_groups
 from ..figures.law_plots import friction_groups
@@ -30,7 +31,7 @@ from ..figures.residual_plots import residual_group
 from ..figures.search_plots import convergence_group, profile_groups
 from ..figures.style import COLOURS
 from ..folder import write_files
-from ..format import number
+from ..format import number, unit_label
 from ..terminal import gathered
 from . import fit_tables
 
@@ -126,14 +127,19 @@ def answer(report: Report) -> str:
     score = card.objective
     logs, misfit = len(card.data), fit_tables.misfit(report)
     source = f"{logs} logs" if logs > 1 else card.data[0].file or "a recording"
-    text = f"From {source}: {misfit} {number(score.value, 3)} {score.unit} in training"
+    text = f"From {source}: {misfit} {_error(score)} in training"
     smooth = score.baselines.get("smooth")
     if smooth is not None:
-        text += f" (the best smooth motion without stick-slip: {number(smooth, 3)} {score.unit})"
+        smooth_error = f"{number(smooth, 3)} {unit_label(score.unit)}"
+        text += f" (the best smooth motion without stick-slip: {smooth_error})"
     if card.holdout:
-        held_out = ", ".join(f"{number(h.value, 3)} {h.unit} on {h.range}" for h in card.holdout)
+        held_out = ", ".join(f"{_error(h)} on {h.range}" for h in card.holdout)
         text += f"; held out: {held_out}"
     return f"{text}. {_verdicts(report)}."
+
+
+def _error(score: ObjectiveCard | HoldoutCard) -> str:
+    return f"{number(score.value, 3)} {unit_label(score.unit)}"
 
 
 def _verdicts(report: Report) -> str:
@@ -157,8 +163,8 @@ def tiles(report: Report) -> list[tuple[str, str]]:
     card = report.card
     score = card.objective
     name = f"{fit_tables.misfit(report)}, training"
-    shown = [(name, f"{number(score.value, 3)} {score.unit}")]
-    shown += [(f"held out {h.range}", f"{number(h.value, 3)} {h.unit}") for h in card.holdout[:3]]
+    shown = [(name, _error(score))]
+    shown += [(f"held out {h.range}", _error(h)) for h in card.holdout[:3]]
     free = [p for p in card.parameters.values() if p.verdict != "fixed"]
     if free:
         identified = sum(p.verdict == "identified" for p in free)
