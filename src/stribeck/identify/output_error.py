@@ -12,6 +12,7 @@ from ..space import Array
 from .arithmetic import Checked, exact_enough
 from .data_split import DataSplit
 from .free_constants import FreeConstantsProblem, with_free_constants
+from .measured_state import with_states
 from .multistart import Optimum, Progress, multistart
 from .output_error_fit import output_error_fit
 from .parameters import Parameters
@@ -60,6 +61,7 @@ def solve_output_error(
     work = Work(optimum.interrupted)
     optimum = work.result(partial(_slips_settled, optimum), optimum)
     answers: dict[int, Array] = work.result(partial(answers_alone, optimum, settings), {})
+    optimum = work.result(partial(_with_states, optimum), optimum)
     optimum = work.result(partial(_with_constants, optimum, settings), optimum)
     free = len(parameters.free)
     profile = partial(_profiled, free=free, settings=settings, draws=draws)
@@ -80,6 +82,14 @@ def _slips_settled(optimum: Optimum) -> tuple[Optimum, int]:
     best = float(problem(optimum.x[None])[0])
     starts = [(optimum.x, best), *((d.x, d.cost) for d in optimum.search.polished[1:])]
     problem, x, spent = settled_slips(problem, starts)
+    return replace(optimum, problem=problem, x=x), spent
+
+
+def _with_states(optimum: Optimum) -> tuple[Optimum, int]:
+    """The optimum with the states estimated in which its motions begin, and rows spent."""
+    if not isinstance(optimum.problem, MotionProblem):
+        return optimum, 0
+    problem, x, spent = with_states(optimum.problem, optimum.x)
     return replace(optimum, problem=problem, x=x), spent
 
 

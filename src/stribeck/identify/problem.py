@@ -40,7 +40,8 @@ class MotionProblem:
 
     Under the loss `absolute`, residuals go through `pseudo_huber`, so that the sum of their
     squares grows as that of the errors' sizes, and J is the RMS of the result. Where the rig
-    knows positions only up to a constant, each segment's residuals have mean zero.
+    knows positions only up to a constant, each segment's residuals have mean zero; where the state
+    in which a segment begins is estimated, what another state would change is taken out of them.
 
     Where each slip has a breakaway of its own, a segment is a slip, and after the residuals of the
     motions there is one for each slip: its breakaway less the mean, over the standard deviation
@@ -76,6 +77,8 @@ class MotionProblem:
         self.train = tuple(train)
         self.logs = tuple(int(s.track.sums[0, -1]) for s in train)
         self.samples, self.priors = sum(self.logs), 0
+        freed = any(s.start_directions is not None for s in self.train)
+        self._plain = not (self._rig.floating or freed or self.weights is not None)
         if self.weights is not None:
             self._onsets = onset_inputs(self._rig, self.train)
             self.logs, self.priors = (self.samples,), len(self.train)
@@ -83,7 +86,7 @@ class MotionProblem:
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
         x = np.atleast_2d(x)
-        if self._rig.floating or np.isfinite(self._knee) or self.weights is not None:
+        if not self._plain or np.isfinite(self._knee):
             return rms(self.residuals(x))
         p, physical = self._physical(x)
         law = self.parameters.law
@@ -155,6 +158,10 @@ class MotionProblem:
         residuals: Array = (track.measured - positions).take(counts, axis=1) / self.scale
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
+        if (U := segment.start_directions) is not None:
+            # einsum, not BLAS, whose sums depend on how many rows there are
+            shares = np.einsum("nm,mk->nk", residuals, U)
+            residuals -= np.einsum("nk,mk->nm", shares, U)
         return pseudo_huber(residuals, self._knee) if np.isfinite(self._knee) else residuals
 
     def on(self, rig: Rig) -> MotionProblem:
@@ -177,8 +184,12 @@ class MotionProblem:
 
     def of_log(self, log: Recording) -> MotionProblem:
         """The same problem on the segments of one of its logs."""
+        return self.of_segments([s for s in self.train if s.recording is log])
+
+    def of_segments(self, train: Sequence[Segment]) -> MotionProblem:
+        """The same problem on other segments."""
         other = copy(self)
-        other._train_on([s for s in self.train if s.recording is log])  # noqa: SLF001 - of its own class
+        other._train_on(train)  # noqa: SLF001 - of its own class
         return other
 
     def noise_of(self, x: Array) -> float:
@@ -204,10 +215,10 @@ class MotionProblem:
             tracks = self._rig.thinned([s.track for s in self.train])
         if tracks is None:
             return self
-        fewer = copy(self)
         pairs = zip(self.train, tracks, strict=True)
-        fewer._train_on([replace(s, track=track) for s, track in pairs])  # noqa: SLF001 - of its own class
-        return fewer
+        return self.of_segments(
+            [replace(s, track=track, start_directions=None) for s, track in pairs]
+        )
 
     def by_other_loss(self) -> MotionProblem:
         """The same problem by squares where this one has absolute errors, and the other way."""

@@ -18,6 +18,7 @@ from ..data.segmentation import Segments, segment
 from ..errors import InputError
 from ..rig.motion.track import Track, extremes
 from ..rig.simulated import SimulatedRig
+from ..space import Array
 from .loss import SQUARES, Objective
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ class Segment:
         still: Samples before `rows` at which the axis rests where it starts; none as a rule
             where a simulation starts in motion.
         onset: When its one slip begins, where each has a breakaway of its own; else None.
+        start_directions: In which another state at the start would move the residuals, orthonormal,
+            (samples that count, k), where these are taken out of them; else None.
     """
 
     recording: Recording
@@ -58,6 +61,7 @@ class Segment:
     track: Track
     still: slice
     onset: SlipOnset | None = None
+    start_directions: Array | None = None
 
     @property
     def direction(self) -> int:
