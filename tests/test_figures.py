@@ -20,8 +20,9 @@ from stribeck.report.contents.decimation import corners
 from stribeck.report.contents.gather import Contents
 from stribeck.report.contents.law_curve import local_quadratics, reach
 from stribeck.report.contents.motion_traces import MotionTraces, motion_traces, stuck_slips
+from stribeck.report.contents.schema import OF_A_FIT
 from stribeck.report.figures.drawing import draw_views
-from stribeck.report.figures.fit_figures import DRAWN, draw_fit, fit_figures
+from stribeck.report.figures.fit_figures import draw_fit, fit_figures
 from stribeck.report.figures.printed_motions import MOST, many_plot, slips_plot
 from stribeck.report.figures.style import STYLE
 from stribeck.report.format import abbreviated, with_error
@@ -82,7 +83,7 @@ def test_a_fit_is_drawn_under_names_that_are_known(fit: Fit, tmp_path: Path) -> 
     files = draw(fit, tmp_path)
     stems = {"convergence", "training", "holdout_44_112", "friction", "stribeck_curve", "slips"}
     assert {file.stem for file in files} == stems
-    assert all(DRAWN.fullmatch(file.name) for file in files)
+    assert all(OF_A_FIT.fullmatch(file.name) for file in files)
     assert all(file.stat().st_size > 5000 for file in files)
     # The law is drawn up to the speed of the slips, some tens of mm/s.
     assert reach(fit) == pytest.approx(0.07, rel=0.5)

@@ -6,12 +6,12 @@ import contextlib
 import errno
 import os
 import sqlite3
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from .._version import __version__
 from ..errors import InputError
+from ..report.draft import Draft
 
 #: "strb": marks a SQLite file as ours.
 APPLICATION = 0x73747262
@@ -102,8 +102,9 @@ def make(file: Path, meta: dict[str, str]) -> None:
     """Make a store beside its place and move it there whole: nobody ever meets half of one."""
     try:
         file.parent.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=file.parent) as folder:
-            draft = Path(folder) / "store"
+        aside = Draft(file.parent)
+        try:
+            draft = aside.files / "store"
             with plainly(file), contextlib.closing(sqlite3.connect(draft)) as db:
                 db.execute("PRAGMA journal_mode = WAL")
                 db.execute("BEGIN")
@@ -115,6 +116,8 @@ def make(file: Path, meta: dict[str, str]) -> None:
                 db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
                 db.commit()
             _place(draft, file)
+        finally:
+            aside.discard()
     except OSError as error:
         if error.errno in _NO_ROOM:
             raise InputError(_full(file, lambda: None)) from error

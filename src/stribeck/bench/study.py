@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..report import FORMS, Cell, Table
-from ..report.folder import write_files, write_text
+from ..report.folder import held, write_files
 from . import paper_tables
 from .problems import problem
 from .record import Failure, Job, Record
@@ -117,21 +117,27 @@ class Study:
         from .campaign_figures import draw  # noqa: PLC0415
         from .summary import command, write_summary  # noqa: PLC0415
 
-        write_files(folder, lambda place: write_sheets(self.records, place))
-        write_text(folder / "campaign.toml", self.campaign.text)
-        write_files(folder / "tables", self._write_tables)
-        drawn = list(self.figures())
-        write_files(folder / "figures", lambda place: draw(drawn, place))
-        write_summary(
-            folder,
-            self.campaign,
-            self.jobs,
-            self.records,
-            self.failures,
-            tables=self.tables,
-            figures=drawn,
-            command=command(self.campaign),
-        )
+        def write(place: Path) -> None:
+            write_sheets(self.records, place)
+            (place / "campaign.toml").write_text(self.campaign.text, encoding="utf-8")
+            (place / "tables").mkdir()
+            self._write_tables(place / "tables")
+            drawn = list(self.figures())
+            (place / "figures").mkdir()
+            draw(drawn, place / "figures")
+            write_summary(
+                place,
+                self.campaign,
+                self.jobs,
+                self.records,
+                self.failures,
+                tables=self.tables,
+                figures=drawn,
+                command=command(self.campaign),
+            )
+
+        with held(folder, wait=True):  # several processes may work on one store
+            write_files(folder, write)
 
     def _write_tables(self, folder: Path) -> None:
         for name, table in self.tables.items():

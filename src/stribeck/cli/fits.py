@@ -36,6 +36,8 @@ from .inputs import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from ..identify.result import Fit
     from ..identify.selection.select import Selection
     from ..report.stopwatch import Stopwatch
@@ -74,7 +76,7 @@ def identify(
     """Identify the friction of an axis from recordings of it."""
     check_there(logs)
 
-    from ..report.folder import check_folder
+    from ..report.folder import check_folder, held
     from ..report.search_progress import SearchProgress
     from ..report.stopwatch import Stopwatch
     from ..rig.lookup import rig_named
@@ -112,67 +114,53 @@ def identify(
     clock.lap("start-up")
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
-    with SearchProgress(chosen.unit_shown("position")) as progress:
-        fit = identified(
-            recordings,
-            rig=chosen,
-            law=name,
-            train=train or None,
-            holdout=holdout or None,
-            fixed=fixed,
-            bounds=ends,
-            tied=ties,
-            seed=seed,
-            settings=settings,
-            loss=cast("Any", loss),
-            restart=restart,
-            delay=late,
-            velocity=cast("Any", velocity),
-            breakaway=cast("Any", breakaway),
-            draws=bootstrap,
-            samples=posterior,
-            progress=progress,
-            **options,
-        )
-    clock.lap("search", fit.search.seconds)
-    clock.lap("uncertainty")
-    _tell(fit, out, json, clock)
+    with held(out):
+        with SearchProgress(chosen.unit_shown("position")) as progress:
+            fit = identified(
+                recordings,
+                rig=chosen,
+                law=name,
+                train=train or None,
+                holdout=holdout or None,
+                fixed=fixed,
+                bounds=ends,
+                tied=ties,
+                seed=seed,
+                settings=settings,
+                loss=cast("Any", loss),
+                restart=restart,
+                delay=late,
+                velocity=cast("Any", velocity),
+                breakaway=cast("Any", breakaway),
+                draws=bootstrap,
+                samples=posterior,
+                progress=progress,
+                **options,
+            )
+        clock.lap("search", fit.search.seconds)
+        clock.lap("uncertainty")
+        _tell(fit, out, json, clock)
 
 
 def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     from ..identify.card import card
     from ..report.fit_report import show_fit
-    from ..report.folder import write_text
     from ..report.terminal import show_time
 
     text = card(fit).text()
-    unwritten: InputError | None = None
-    try:
-        if out is not None:
-            write_text(out / "card.json", text)  # first: whatever happens, the numbers are safe
-    except InputError as error:  # hours of search are still told
-        unwritten = error
-    if json:
-        typer.echo(text, nl=False)
-    else:
-        show_fit(fit)
-    sys.stdout.flush()  # to be read while the figures are drawn
-    if unwritten is not None:
-        raise unwritten
-    clock.lap("card")
-    if out is not None:
-        try:
-            from ..report.contents.gather import Contents
-            from ..report.figures.fit_figures import write_figures
-            from ..report.page.html_page import write_report
 
-            contents = Contents(fit)
-            write_figures(contents, out)
-            clock.lap("figures")
-            write_report(contents.report(["stribeck", *sys.argv[1:]]), out)
-        except KeyboardInterrupt:
-            fail(f"interrupted: the result is in {out}, without all of its figures", 130)
-        clock.lap("report")
+    def show() -> None:
+        if json:
+            typer.echo(text, nl=False)
+        else:
+            show_fit(fit)
+        sys.stdout.flush()  # to be read while the figures are drawn
+        clock.lap("card")
+
+    if out is None:
+        show()
+    else:
+        _write(fit, text, out, clock, show)
     if not json:
         if out is not None:
             typer.echo(f"\ncard, figures and report.html in {out}")
@@ -180,6 +168,39 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     if fit.search.ended == "interrupted":
         place = f"in {out / 'card.json'}" if out is not None else "printed above"
         fail(f"interrupted: the partial result is {place}", 130)
+
+
+def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], None]) -> None:
+    """Write a fit into its folder, and show it before its figures are drawn."""
+    from ..data.readers.raw_table import printable
+    from ..report.contents.gather import Contents
+    from ..report.contents.schema import OF_A_FIT
+    from ..report.folder import together, write_text
+
+    written = shown = False
+    try:
+        with together(out, OF_A_FIT) as place:
+            write_text(place / "card.json", card)  # first: without figures it is a fit, too
+            written = True
+            show()
+            shown = True
+            from ..report.figures.fit_figures import write_figures
+            from ..report.page.html_page import write_report
+
+            contents = Contents(fit)
+            write_figures(contents, place)
+            clock.lap("figures")
+            command = ["stribeck", *map(printable, sys.argv[1:])]
+            write_report(contents.report(command), place)
+            clock.lap("report")
+    except KeyboardInterrupt:
+        if not written:
+            raise
+        fail(f"interrupted: the result is in {out}, without all of its figures", 130)
+    except InputError:
+        if not shown:  # hours of search are still told
+            show()
+        raise
 
 
 def _paper(rig: Rig, settings: dict[str, Any]) -> dict[str, Any]:
@@ -202,9 +223,13 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
 ) -> None:  # fmt: skip
     """Make the page of a fit again from its report.json: one file, to look at and to print."""
+    from ..report.contents.schema import check_report_folder
+    from ..report.folder import held
     from ..report.page.html_page import write_page
 
-    typer.echo(write_page(folder))
+    check_report_folder(folder)
+    with held(folder):
+        typer.echo(write_page(folder))
 
 
 def select(
@@ -230,7 +255,7 @@ def select(
     """Compare friction laws on data held out, and recommend the simplest that holds."""
     check_there([*logs, *(test or [])])
 
-    from ..report.folder import check_folder
+    from ..report.folder import check_folder, held
     from ..report.search_progress import SelectionProgress
     from ..rig.lookup import rig_named
 
@@ -247,56 +272,69 @@ def select(
     # What fits is loaded once there is something to fit.
     from ..identify.selection.select import select as selected
 
-    with SelectionProgress(chosen.unit_shown("position")) as progress:
-        selection = selected(
-            recordings[: len(logs)],
-            rig=chosen,
-            laws=ladder,
-            train=train or None,
-            holdout=holdout or None,
-            test=recordings[len(logs) :] or None,
-            fixed=fixed,
-            bounds=ends,
-            seed=seed,
-            budget=budget,
-            folds=folds,
-            loss=cast("Any", loss),
-            delay=late,
-            velocity=cast("Any", velocity),
-            progress=progress.step,
-        )
-    _tell_selection(selection, out, json)
+    with held(out):
+        with SelectionProgress(chosen.unit_shown("position")) as progress:
+            selection = selected(
+                recordings[: len(logs)],
+                rig=chosen,
+                laws=ladder,
+                train=train or None,
+                holdout=holdout or None,
+                test=recordings[len(logs) :] or None,
+                fixed=fixed,
+                bounds=ends,
+                seed=seed,
+                budget=budget,
+                folds=folds,
+                loss=cast("Any", loss),
+                delay=late,
+                velocity=cast("Any", velocity),
+                progress=progress.step,
+            )
+        _tell_selection(selection, out, json)
 
 
 def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
-    from ..report.selection_report import (
-        selection_text,
-        show_selection,
-        write_figure,
-        write_selection,
-    )
+    from ..report.selection_report import selection_text, show_selection
 
-    unwritten: InputError | None = None
-    try:
-        if out is not None:
-            write_selection(selection, out)
-    except InputError as error:  # the work is still told
-        unwritten = error
-    if json:
-        typer.echo(selection_text(selection), nl=False)
+    def show() -> None:
+        if json:
+            typer.echo(selection_text(selection), nl=False)
+        else:
+            show_selection(selection)
+        sys.stdout.flush()
+
+    if out is None:
+        show()
     else:
-        show_selection(selection)
-    sys.stdout.flush()
-    if unwritten is not None:
-        raise unwritten
-    if out is not None:
-        try:
-            write_figure(selection, out)
-        except KeyboardInterrupt:
-            fail(f"interrupted: the result is in {out}, without its figure", 130)
+        _write_selection(selection, out, show)
         if not json:
             typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
     if selection.skipped:
         place = f"in {out}" if out is not None else "printed above"
         skipped = ", ".join(selection.skipped)
         fail(f"interrupted: the partial result is {place}, without {skipped}", 130)
+
+
+def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) -> None:
+    """Write a comparison into its folder, and show it before its figure is drawn."""
+    from ..report.contents.schema import OF_A_FIT
+    from ..report.folder import together
+    from ..report.selection_report import write_figure, write_selection
+
+    written = shown = False
+    try:
+        with together(out, OF_A_FIT) as place:
+            write_selection(selection, place)
+            written = True
+            show()
+            shown = True
+            write_figure(selection, place)
+    except KeyboardInterrupt:
+        if not written:
+            raise
+        fail(f"interrupted: the result is in {out}, without its figure", 130)
+    except InputError:
+        if not shown:  # the work is still told
+            show()
+        raise

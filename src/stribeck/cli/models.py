@@ -111,7 +111,7 @@ def compensate(
     """Say how much of a friction may be compensated, and what that gains."""
     from ..identify.card import read_card
     from ..identify.card_logs import logs_beside
-    from ..report.folder import check_folder
+    from ..report.folder import check_folder, held
     from ..rig.lookup import rig_named
     from ..units import unit
 
@@ -148,27 +148,28 @@ def compensate(
     follow = None if reference is None else followed(recordings[0], period * 1e-3)
     to_si = unit(rig_used.unit_shown("position")).to_si
     per_second = unit(rig_used.unit_shown("velocity")).to_si
-    result = compensation(
-        written,
-        None if rig is None else rig_used,
-        recordings=recordings,
-        speed=None if speed is None else float(per_second(speed)),
-        period=period * 1e-3,
-        mode=cast("Any", mode),
-        scale=scale,
-        reference=follow,
-        sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
-        progress=lambda doing: typer.echo(f"trying {doing}", err=True),
-    )
-    if json:
-        typer.echo(compensation_text(result), nl=False)
-    else:
-        show_compensation(result)
-    sys.stdout.flush()
-    if out is not None:
-        write_compensation(result, out)
-        if not json:
-            typer.echo(f"\ncompensation and figure in {out}")
+    with held(out):
+        result = compensation(
+            written,
+            None if rig is None else rig_used,
+            recordings=recordings,
+            speed=None if speed is None else float(per_second(speed)),
+            period=period * 1e-3,
+            mode=cast("Any", mode),
+            scale=scale,
+            reference=follow,
+            sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
+            progress=lambda doing: typer.echo(f"trying {doing}", err=True),
+        )
+        if json:
+            typer.echo(compensation_text(result), nl=False)
+        else:
+            show_compensation(result)
+        sys.stdout.flush()
+        if out is not None:
+            write_compensation(result, out)
+            if not json:
+                typer.echo(f"\ncompensation and figure in {out}")
     if result.mode is None:
         raise typer.Exit(1)
 
@@ -206,7 +207,7 @@ def export(
     """Write an identified model for a controller, a drive or a simulator."""
     from ..compensate.settings import read_settings
     from ..export import TARGETS, SourceFile, exported, read_model
-    from ..report.folder import check_file, check_folder, write_all, write_data
+    from ..report.folder import check_file, check_folder, held, write_all, write_data
 
     target = TARGETS.get(to)
     if target is None:
@@ -232,7 +233,8 @@ def export(
     )
     if target.folder:
         assert out is not None  # noqa: S101 - seen to above
-        write_all(out, files.files)
+        with held(out):
+            write_all(out, files.files)
         for file in files.files:
             typer.echo(out / file)
     else:

@@ -1,16 +1,24 @@
-"""Results on disk: each file appears whole or not at all."""
+"""Results on disk: what belongs together appears whole or not at all."""
 
 from __future__ import annotations
 
 import os
-import tempfile
+import re
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
+from ..lock_file import NO_LOCKS, remove, taken
+from .draft import PREFIX, Draft, settle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
+
+    from filelock import FileLock
+
+#: The lock of a folder whose results one process writes.
+_LOCK = f"{PREFIX}lock"
 
 
 def check_folder(folder: Path) -> None:
@@ -73,19 +81,119 @@ def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def write_files(folder: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill an empty folder, then move its files into `folder`.
+    """Let `write` fill an empty folder, then move its files into `folder`, all or none.
 
     Raises:
         InputError: the disk refuses.
     """
-    new = not folder.exists()
+    with _present(folder), _refusals(folder):
+        settle(folder)
+        draft = Draft(folder)
+        try:
+            write(draft.files)
+        except BaseException:
+            draft.discard()
+            raise
+        draft.publish()
+
+
+@contextmanager
+def together(folder: Path, outdated: re.Pattern[str] | None = None) -> Iterator[Path]:
+    """An empty folder for files that `write_files` and the like write one after the other.
+
+    However the block ends, what it has written then moves into `folder`, and what is outdated
+    goes. A process that is killed meanwhile leaves the folder as it was.
+
+    Args:
+        folder: Where the files belong; it is made where it is not there.
+        outdated: Names of files there that belong to an earlier result.
+
+    Raises:
+        InputError: the disk refuses.
+    """
+    with _present(folder):
+        with _refusals(folder):
+            settle(folder)
+            draft = Draft(folder)
+        try:
+            yield draft.files
+        finally:
+            with _refusals(folder):
+                _publish(draft, folder, outdated)
+
+
+def _publish(draft: Draft, folder: Path, outdated: re.Pattern[str] | None) -> None:
+    new = {file.name for file in draft.files.iterdir() if not file.name.startswith(PREFIX)}
+    if not new:
+        draft.discard()
+        return
+    old = {file.name for file in folder.iterdir() if file.is_file()} - new
+    draft.publish(sorted(name for name in old if outdated and outdated.fullmatch(name)))
+
+
+@contextmanager
+def held(folder: Path | None, *, wait: bool = False) -> Iterator[None]:
+    """A folder into which this process alone writes results meanwhile; nothing for None.
+
+    Args:
+        folder: The folder; it is made where it is not there.
+        wait: Whether to wait while another process holds it.
+
+    Raises:
+        InputError: another process writes there, or the disk refuses.
+    """
+    if folder is None:
+        yield
+        return
+    with _present(folder):
+        with _refusals(folder):
+            lock = _lock(folder, wait=wait)
+        try:
+            with _refusals(folder):
+                settle(folder)
+            yield
+        finally:
+            if lock is not None:
+                remove(folder / _LOCK, lock)
+
+
+def _lock(folder: Path, *, wait: bool) -> FileLock | None:
     try:
-        folder.mkdir(exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".stribeck-", dir=folder) as name:
-            write(Path(name))
-            for file in sorted(Path(name).iterdir()):
-                os.replace(file, folder / file.name)  # noqa: PTH105 - atomic, and says so
+        lock = taken(folder / _LOCK, wait=wait)
     except OSError as error:
-        if new and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
+        if error.errno in NO_LOCKS:
+            return None
+        raise
+    if lock is None:
+        raise InputError(
+            f"{folder}: another stribeck is writing its results there: wait for it, or take "
+            "another folder"
+        )
+    return lock
+
+
+@contextmanager
+def _present(folder: Path) -> Iterator[None]:
+    """A folder that is there; one that was not is removed again if nothing comes into it."""
+    new = not folder.exists()
+    with _refusals(folder):
+        folder.mkdir(exist_ok=True)
+    try:
+        yield
+    finally:
+        if new:
+            with suppress(OSError):  # not empty: all is well
+                folder.rmdir()
+
+
+@contextmanager
+def _refusals(folder: Path) -> Iterator[None]:
+    """What the disk refuses, in a line.
+
+    Raises:
+        InputError: it does.
+    """
+    try:
+        yield
+    except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error

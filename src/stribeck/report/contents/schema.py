@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
-from ...identify.card import Card
+from ...identify.card import Card, read_card
 from ...text_file import page
 
+#: Names of the files that a folder has of a fit.
+OF_A_FIT = re.compile(
+    r"card\.json|report\.(json|html)"
+    r"|(convergence|training(_\d+)?|holdout_.+|force(_\d+)?|friction|stribeck_curve|slips|loops)"
+    r"\.(png|svg)"
+)
 #: The file's name in its folder, and the schema that this program writes and reads.
 FILE, SCHEMA = "report.json", "stribeck-report/1"
 #: Samples of a line, entries of a list, motions and letters of a text at most.
@@ -248,35 +255,58 @@ class Report(_StrictRecord):
         return self.model_dump_json(by_alias=True) + "\n"
 
 
+_AGAIN = "write it with `identify ... --out DIR`"
+
+
+def check_report_folder(folder: Path) -> None:
+    """Say that a folder is not there.
+
+    Raises:
+        InputError: it is not.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder: {_AGAIN}")
+
+
 def read_report(folder: str | Path) -> Report:
     """Read the report in a folder that `identify --out` wrote.
 
     Raises:
-        InputError: no such file, not a report, damaged, or of a newer schema.
+        InputError: no such file, not a report, damaged, of a newer schema, or of another fit than
+            the card beside it.
     """
     file = Path(folder) / FILE
-    again = "write it with `identify ... --out DIR`"
-    if not file.parent.is_dir():
-        raise InputError(f"{folder}: no such folder: {again}")
+    check_report_folder(file.parent)
+    report = _read(file)
+    beside = file.with_name("card.json")
+    if beside.exists() and read_card(beside) != report.card:
+        raise InputError(
+            f"{folder}: card.json and {FILE} are not of one fit: {_AGAIN}, or take the folder as "
+            "it was written"
+        )
+    return report
+
+
+def _read(file: Path) -> Report:
     try:
         text = page(file)
     except InputError as error:
-        raise InputError(f"{file}: {error}: {again}") from error
+        raise InputError(f"{file}: {error}: {_AGAIN}") from error
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{file}: is damaged, it is no JSON: {again}") from error
+        raise InputError(f"{file}: is damaged, it is no JSON: {_AGAIN}") from error
     schema = data.get("schema") if isinstance(data, dict) else None
     if not str(schema or "").startswith("stribeck-report/"):
         raise InputError(f"{file}: not a report: it has no schema {SCHEMA}")
     if schema != SCHEMA:
         raise InputError(
             f"{file}: its schema is {schema!s:.40}, this program reads {SCHEMA}: take a newer "
-            f"stribeck, or {again}"
+            f"stribeck, or {_AGAIN}"
         )
     try:
         return Report.model_validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"{file}: is damaged at {where}: {first['msg']}: {again}") from error
+        raise InputError(f"{file}: is damaged at {where}: {first['msg']}: {_AGAIN}") from error

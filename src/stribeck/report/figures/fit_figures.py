@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,27 +32,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: Names of the files that `draw_fit` writes.
-DRAWN = re.compile(
-    r"(convergence|training(_\d+)?|holdout_.+|force(_\d+)?|friction|stribeck_curve|slips|loops)"
-    r"\.(png|svg)"
-)
-
-
 def write_figures(contents: Contents, folder: Path) -> None:
-    """Draw a fit's figures into a folder, in place of those of an earlier fit.
+    """Draw a fit's figures into a folder, all or none.
 
     Raises:
         InputError: the disk refuses.
     """
-    names: list[str] = []
-    write_files(
-        folder,
-        lambda place: names.extend(file.name for file in draw_fit(contents, place)),
-    )
-    for file in folder.iterdir():
-        if DRAWN.fullmatch(file.name) and file.name not in names:
-            file.unlink()
+    write_files(folder, lambda place: draw_fit(contents, place))
 
 
 def draw_fit(contents: Contents, folder: Path) -> list[Path]:

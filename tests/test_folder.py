@@ -1,0 +1,238 @@
+"""A folder of results: whole or not at all, one writer at a time, however a process ends."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from command import caller
+from stribeck import InputError
+from stribeck.report.draft import PREFIX, Draft, settle
+from stribeck.report.folder import held, together, write_all, write_files
+from test_select_truth import log
+
+#: Kills the process at one of its calls of a function.
+KILLED = """
+import os, signal, sys
+from itertools import count
+from pathlib import Path
+import {module}
+real, calls = {module}.{name}, count(1)
+
+def deadly(*arguments, **options):
+    if next(calls) == {nth}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return real(*arguments, **options)
+
+{module}.{name} = deadly
+"""
+
+
+def killed(folder: Path, module: str, name: str, nth: int, code: str) -> None:
+    """Run code in a process of its own that is killed when it calls a function the nth time."""
+    program = KILLED.format(module=module, name=name, nth=nth) + code
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, check=False)
+    assert done.returncode == -signal.SIGKILL
+
+
+def texts(folder: Path) -> dict[str, str]:
+    return {f.name: f.read_text(encoding="utf-8") for f in folder.iterdir() if f.is_file()}
+
+
+OLD = {name: f"old {name}" for name in ("a", "b", "c", "training.png")}
+NEW = {name: f"new {name}" for name in ("a", "b", "c", "sub/d")}
+WRITE = """
+import re
+from stribeck.report.folder import together
+with together(Path("fit"), re.compile("training.png")) as place:
+    (place / "sub").mkdir()
+    for name in ("a", "b", "c", "sub/d"):
+        (place / name).write_text("new " + name)
+"""
+
+
+@pytest.fixture
+def fit_folder(tmp_path: Path) -> Path:
+    write_all(tmp_path / "fit", {name: text.encode() for name, text in OLD.items()})
+    return tmp_path / "fit"
+
+
+@pytest.mark.parametrize("nth", [1, 2, 3, 4])
+def test_killed_while_files_are_moved_the_next_process_moves_the_others(
+    fit_folder: Path, nth: int
+) -> None:
+    killed(fit_folder.parent, "os", "replace", nth, WRITE)
+    assert texts(fit_folder) != OLD
+    settle(fit_folder)
+    every = {str(f.relative_to(fit_folder)) for f in fit_folder.rglob("*") if f.is_file()}
+    assert {name: (fit_folder / name).read_text() for name in every} == NEW
+
+
+@pytest.mark.parametrize("nth", [1, 2, 4])
+def test_killed_before_all_is_written_everything_is_old(fit_folder: Path, nth: int) -> None:
+    killed(fit_folder.parent, "pathlib", "Path.write_text", nth, WRITE)
+    assert texts(fit_folder) == OLD
+    assert any(f.name.startswith(PREFIX) for f in fit_folder.iterdir())
+    write_all(fit_folder, {"z": b"z"})
+    assert texts(fit_folder) == OLD | {"z": "z"}
+    assert not any(f.name.startswith(PREFIX) for f in fit_folder.iterdir())
+
+
+def test_what_a_living_process_writes_is_left_alone(fit_folder: Path) -> None:
+    draft = Draft(fit_folder)
+    (draft.files / "a").write_text("new a", encoding="utf-8")
+    write_all(fit_folder, {"z": b"z"})
+    draft.publish()
+    assert texts(fit_folder) == OLD | {"z": "z", "a": "new a"}
+    assert not any(f.name.startswith(PREFIX) for f in fit_folder.iterdir())
+
+
+def test_an_error_leaves_what_was_there(fit_folder: Path) -> None:
+    def write(place: Path) -> None:
+        (place / "a").write_text("new a", encoding="utf-8")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(InputError, match="cannot be written: No space left"):
+        write_files(fit_folder, write)
+    assert texts(fit_folder) == OLD
+    with pytest.raises(InputError, match="cannot be written: No space left"):
+        write_files(fit_folder.parent / "new", write)
+    assert not (fit_folder.parent / "new").exists()
+
+
+def test_ctrl_c_keeps_what_is_whole(fit_folder: Path) -> None:
+    def interrupted() -> None:
+        with together(fit_folder) as place:
+            write_all(place, {"a": b"new a"})
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert texts(fit_folder) == OLD | {"a": "new a"}
+
+
+def test_a_folder_in_the_way_is_told_before_anything_moves(fit_folder: Path) -> None:
+    (fit_folder / "z").mkdir()
+    with pytest.raises(InputError, match="cannot be written: it is a folder"):
+        write_all(fit_folder, {"a": b"new a", "z": b"z"})
+    assert texts(fit_folder) == OLD
+
+
+def test_a_strangers_draft_reaches_nothing_outside_its_folder(fit_folder: Path) -> None:
+    outside = fit_folder.parent / "mine"
+    outside.mkdir()
+    (outside / "kept").write_text("kept", encoding="utf-8")
+    (fit_folder / "linked").symlink_to(outside)
+    draft = fit_folder / f"{PREFIX}strange"
+    (draft / "files" / "linked").mkdir(parents=True)
+    (draft / "files" / "linked" / "kept").write_text("gone", encoding="utf-8")
+    (draft / "complete").write_text("../mine/kept\n", encoding="utf-8")
+    with pytest.raises(OSError, match="it is a link"):
+        settle(fit_folder)
+    assert (outside / "kept").read_text(encoding="utf-8") == "kept"
+
+
+def test_the_second_writer_is_told(fit_folder: Path) -> None:
+    program = (
+        "from pathlib import Path\nfrom stribeck.report.folder import held\n"
+        "with held(Path('fit')):\n    print(flush=True)\n    input()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=fit_folder.parent,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as first:  # fmt: skip
+        assert first.stdout is not None
+        first.stdout.readline()
+        with pytest.raises(InputError, match="another stribeck is writing"), held(fit_folder):
+            pass
+        first.kill()
+        first.wait()
+    with held(fit_folder):  # the lock has died with its process
+        pass
+    assert texts(fit_folder) == OLD
+
+
+def test_a_folder_that_was_held_for_nothing_is_gone(tmp_path: Path) -> None:
+    with pytest.raises(InputError), held(tmp_path / "new"):
+        raise InputError("nothing came of it")
+    assert not (tmp_path / "new").exists()
+
+
+# --- through the command line --------------------------------------------------------------------
+
+
+@pytest.fixture
+def stribeck_(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Any:
+    for seed, name in enumerate(("a", "b")):
+        recording = log("coulomb-viscous-directional", seed, seconds=5.0)
+        assert recording.force is not None
+        table = np.column_stack([recording.t, recording.position, recording.force])
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", comments="",
+                   header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    return caller(monkeypatch, capsys)
+
+
+IDENTIFY = ("identify", "a.csv", "--rig", "forced", "--law", "coulomb-viscous", "--out", "fit")
+
+
+def test_a_fit_killed_after_its_card_leaves_the_older_fit_whole(
+    stribeck_: Any, tmp_path: Path
+) -> None:
+    assert stribeck_(*IDENTIFY).status == 0
+    before = texts_of(tmp_path / "fit")
+    words = ["stribeck", *(w.replace("a.csv", "b.csv") for w in IDENTIFY)]
+    code = f"sys.argv = {words}\nfrom stribeck.cli import main\nmain()\n"
+    killed(tmp_path, "stribeck.report.figures.fit_figures", "write_figures", 1, code)
+    assert texts_of(tmp_path / "fit") == before
+    assert stribeck_("report", "fit").status == 0
+    assert texts_of(tmp_path / "fit") == before
+    assert not [p for p in (tmp_path / "fit").iterdir() if p.name.startswith(PREFIX)]
+    # The card of one fit and the report of another: nobody renders that.
+    assert stribeck_(*IDENTIFY[:-1], "other").status == 0
+    card = tmp_path / "other" / "card.json"
+    data = json.loads(card.read_text(encoding="utf-8"))
+    data["parameters"]["F_C"]["value"] *= 1.01
+    card.write_text(json.dumps(data), encoding="utf-8")
+    refused = stribeck_("report", "other")
+    assert refused.status == 2
+    assert "card.json and report.json are not of one fit" in refused.err
+
+
+def texts_of(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir() if not p.name.startswith(PREFIX)}
+
+
+def test_a_command_whose_folder_is_held_is_told_before_its_work(
+    stribeck_: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "fit").mkdir()
+    lock = f"{PREFIX}lock"
+    program = (
+        "from filelock import FileLock\n"
+        f"with FileLock('fit/{lock}'):\n    print(flush=True)\n    input()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], cwd=tmp_path,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as first:  # fmt: skip
+        assert first.stdout is not None
+        first.stdout.readline()
+        for words in (IDENTIFY, ("select", *IDENTIFY[1:4], "--out", "fit")):
+            second = stribeck_(*words)
+            assert second.status == 2
+            assert second.err.splitlines()[-1] == (
+                "stribeck: fit: another stribeck is writing its results there: wait for it, or "
+                "take another folder"
+            )
+        first.kill()
+    assert [p.name for p in (tmp_path / "fit").iterdir()] == [lock]
