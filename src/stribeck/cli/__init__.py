@@ -16,12 +16,14 @@ import typer
 from ..errors import InputError
 from .arguments import checked, spread
 from .campaigns import bench
+from .crash import crash
 from .exits import fail, misused
 from .fits import identify, report, select
+from .interruption import interruption
 from .lists import laws, methods, rigs, version
 from .logs import check, twin
 from .models import compensate, export, plan, simulate, validate
-from .notices import notices
+from .notices import notices, quiet
 from .warm import warm
 
 #: The commands, in the order in which `--help` lists them.
@@ -39,7 +41,16 @@ def main() -> None:
     """Run the command line; whatever the user got wrong is one line and exit status 2."""
     gc.set_threshold(GC_THRESHOLD)
     atexit.register(gc.freeze)  # to look through it all once more at the end takes half a second
+    os.environ["MPLBACKEND"] = "agg"  # figures are files: whether there are windows is no matter
     _open_streams()
+    try:
+        with interruption.terminations(), quiet():
+            _run()
+    except KeyboardInterrupt:  # another one, while the first was told
+        sys.exit(interruption.status)
+
+
+def _run() -> None:
     try:
         arguments = spread(checked(sys.argv[1:])) or ["--help"]
         called = [c for c in COMMANDS if c.__name__ == arguments[0]]
@@ -53,7 +64,8 @@ def main() -> None:
     except typer.TyperException as error:
         fail(misused(error), 2)
     except KeyboardInterrupt:
-        fail("interrupted before there was a result: nothing was written", 130)
+        line = "interrupted before there was a result: nothing was written"
+        fail(line, interruption.status)
     except BrokenPipeError:  # the reader of our output has gone
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nor complain at the end
         sys.exit(141)
@@ -61,6 +73,8 @@ def main() -> None:
         fail(f"{error.filename or 'output'}: {error.strerror or error}", 2)
     except MemoryError:
         fail("out of memory: ask for less at once, or take a shorter log", 2)
+    except Exception as error:  # noqa: BLE001 - whatever it is, it is ours
+        crash(error)
 
 
 def application(commands: Sequence[Callable[..., None]] = COMMANDS) -> typer.Typer:

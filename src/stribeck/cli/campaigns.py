@@ -9,6 +9,7 @@ import typer
 
 from ..errors import InputError
 from .exits import fail
+from .interruption import interruption
 
 if TYPE_CHECKING:
     from ..bench.campaign import Campaign
@@ -76,7 +77,7 @@ def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
             fail(
                 f"interrupted: {store.left()} runs are left, the others are safe in {file}; "
                 "the same command goes on",
-                130,
+                interruption.status,
             )
     try:
         study = Study(plan, jobs, records, failures)
@@ -85,7 +86,10 @@ def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
         if coco:
             _coco([r.job for r in records if "bbob" in r.job.surface], folder / "coco")
     except KeyboardInterrupt:
-        fail(f"interrupted: the runs are safe in {file}; the same command goes on", 130)
+        fail(
+            f"interrupted: the runs are safe in {file}; the same command goes on",
+            interruption.status,
+        )
     typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
     if failures:
         typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)

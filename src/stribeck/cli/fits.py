@@ -34,6 +34,7 @@ from .inputs import (
     setting_value,
     with_constants,
 )
+from .interruption import interruption
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -167,7 +168,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
         show_time(clock)
     if fit.search.ended == "interrupted":
         place = f"in {out / 'card.json'}" if out is not None else "printed above"
-        fail(f"interrupted: the partial result is {place}", 130)
+        fail(f"interrupted: the partial result is {place}", interruption.status)
 
 
 def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], None]) -> None:
@@ -196,7 +197,9 @@ def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], 
     except KeyboardInterrupt:
         if not written:
             raise
-        fail(f"interrupted: the result is in {out}, without all of its figures", 130)
+        fail(
+            f"interrupted: the result is in {out}, without all of its figures", interruption.status
+        )
     except InputError:
         if not shown:  # hours of search are still told
             show()
@@ -313,7 +316,7 @@ def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
     if selection.skipped:
         place = f"in {out}" if out is not None else "printed above"
         skipped = ", ".join(selection.skipped)
-        fail(f"interrupted: the partial result is {place}, without {skipped}", 130)
+        fail(f"interrupted: the partial result is {place}, without {skipped}", interruption.status)
 
 
 def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) -> None:
@@ -333,7 +336,7 @@ def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) 
     except KeyboardInterrupt:
         if not written:
             raise
-        fail(f"interrupted: the result is in {out}, without its figure", 130)
+        fail(f"interrupted: the result is in {out}, without its figure", interruption.status)
     except InputError:
         if not shown:  # the work is still told
             show()

@@ -63,6 +63,8 @@ DelayText = Annotated[
 ]
 Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
 
+#: No setting of a method is a greater whole number.
+LARGEST_SETTING = 10**15
 #: How the values of options are written that name what they are about.
 FORMS = {
     "--set": "NAME=VALUE",
@@ -129,9 +131,12 @@ def setting_value(text: str) -> Any:
 
     for kind in (int, float, loads):
         try:
-            return kind(text)
+            value = kind(text)
         except (ValueError, RecursionError):
             continue
+        if isinstance(value, int) and abs(value) > LARGEST_SETTING:
+            raise InputError(f"--setting {text[:20]}...: a number of {len(text)} digits")
+        return value
     return None if text == "None" else text
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -28,6 +29,25 @@ def notices() -> Iterator[None]:
         logger.removeHandler(handler)
         logger.setLevel(level)
         drawing.removeFilter(_is_error)
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Warnings of libraries are not printed meanwhile, unless Python was asked to show them.
+
+    What makes them errors, as the tests do, goes on doing so.
+    """
+    before = warnings.showwarning
+    if not sys.warnoptions:
+        warnings.showwarning = _unseen
+    try:
+        yield
+    finally:
+        warnings.showwarning = before
+
+
+def _unseen(*_: object, **__: object) -> None:
+    """What a library remarks on its way says nothing to who waits for a result."""
 
 
 def _is_error(record: logging.LogRecord) -> bool:

@@ -25,7 +25,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba import config, njit
+from numba import njit
 from numba.core import event, typeinfer
 from numba.core.caching import NullCache
 from numba.core.compiler import CompileResult
@@ -53,8 +53,6 @@ def compiled(signature: Any = None, **options: Any) -> Callable[[Callable[..., A
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = njit(**{"error_model": "numpy", **options})(function)
-        if config.DISABLE_JIT:
-            return dispatcher
         dispatcher._cache = _MachineCode(dispatcher)  # noqa: SLF001 - what numba's `enable_caching` sets
         if signature is not None:
             with typeinfer.register_dispatcher(dispatcher):  # it may call itself

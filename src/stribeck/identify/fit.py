@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from .balance.velocity_source import VelocitySource
 
+#: Refits of redrawn residuals and samples of the posterior at most: a thousand times the usual.
+MOST_DRAWS, MOST_SAMPLES = 200_000, 20_000_000
+
 
 def identify(
     recordings: Recording | Sequence[Recording],
@@ -106,6 +109,9 @@ def identify(
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
     if not isinstance(draws, Integral) or draws < 0:
         raise InputError(f"draws must be a whole number >= 0, got {draws!r}")
+    for name, asked, most in (("draws", draws, MOST_DRAWS), ("samples", samples, MOST_SAMPLES)):
+        if asked > most:
+            raise InputError(f"{name} must be {most:,} at most, got {asked}")
     search: dict[str, Any] = {
         "method": method,
         "seed": seed,

@@ -24,6 +24,8 @@ from .slip_starts import drawn_starts
 #: most.
 BUDGET, POLISH = 8_000, 2_400
 REPEATS = 3
+#: At most so many: they search side by side, in memory.
+MOST_REPEATS = 10_000
 #: Evaluations a parameter after which `mbts` has settled, if they brought nothing better: in
 #: stick-slip, where a misfit has many basins, and where motions are smooth.
 SETTLE, SETTLE_SMOOTH = 200, 60
@@ -72,6 +74,8 @@ class SearchSettings:
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
                 raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
+        if self.repeats > MOST_REPEATS:
+            raise InputError(f"repeats must be {MOST_REPEATS:,} at most, got {self.repeats}")
 
     @property
     def memetic(self) -> bool:

@@ -26,24 +26,27 @@ class SearchProgress:
     """A progress bar on a terminal, plain lines elsewhere; both on standard error.
 
     While it is entered, Ctrl-C ends a search between two steps, where its record is whole; a
-    second one, or one outside the search, interrupts at once.
+    second one, or one outside the search, interrupts at once. So does a SIGTERM that is handled.
     """
 
     def __init__(self, unit: str) -> None:
         self._unit, self._last_line = unit, time.monotonic()
         self._bar: Progress | None = None
-        self._searching = self._interrupted = False
-        self._before: Any = None
+        self._searching = False
+        self._before: dict[int, Any] = {}
+        self._signal: int | None = None
 
     def __enter__(self) -> Self:
-        usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if usual and threading.current_thread() is threading.main_thread():
-            self._before = signal.signal(signal.SIGINT, self._interrupt)
+        if threading.current_thread() is threading.main_thread():
+            for end in (signal.SIGINT, signal.SIGTERM):
+                if callable(before := signal.getsignal(end)):
+                    self._before[end] = before
+                    signal.signal(end, self._interrupt)
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
+        for end, before in self._before.items():
+            signal.signal(end, before)
         if self._bar is not None:
             self._bar.stop()
 
@@ -53,9 +56,7 @@ class SearchProgress:
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed during the step.
         """
-        self._searching = not self._interrupted and any(s.ended is None for s in searches)
-        if self._interrupted:
-            raise KeyboardInterrupt
+        self._step(searches)
         done = sum(len(s.trace) for s in searches)
         total = sum(s.budget if s.ended is None else len(s.trace) for s in searches)
         best = f"{number(min(s.shown for s in searches), 4)} {self._unit}"
@@ -65,10 +66,20 @@ class SearchProgress:
             self._last_line = time.monotonic()
             print(f"{done:,}/{total:,} evaluations, best J {best}", file=sys.stderr, flush=True)  # noqa: T201
 
-    def _interrupt(self, *_: object) -> None:
-        if not self._searching or self._interrupted:
-            raise KeyboardInterrupt
-        self._interrupted = True
+    def _step(self, searches: Sequence[Search]) -> None:
+        """Between two steps of searches: the place to end them.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C was pressed during the step.
+        """
+        self._searching = self._signal is None and any(s.ended is None for s in searches)
+        if self._signal is not None:
+            self._before[self._signal](self._signal, None)
+
+    def _interrupt(self, end: int, frame: object) -> None:
+        if not self._searching or self._signal is not None:
+            self._before[end](end, frame)
+        self._signal = end
 
     def _draw(self, done: int, total: int, best: str) -> None:
         if self._bar is None:
@@ -117,9 +128,7 @@ class SelectionProgress(SearchProgress):
             KeyboardInterrupt: Ctrl-C was pressed during the step.
         """
         if searches:
-            self._searching = not self._interrupted and any(s.ended is None for s in searches)
-            if self._interrupted:
-                raise KeyboardInterrupt
+            self._step(searches)
         else:
             self._searching = False
         best = min((s.shown for s in searches), default=math.inf)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
+import sys
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -102,7 +102,8 @@ def _checked(place: str, entry: object) -> None:
         raise InputError(f'{place}: the unit must be text such as "mm"')
     factor = entry.get("factor", 1.0)
     number = isinstance(factor, (int, float)) and not isinstance(factor, bool)
-    if not isinstance(factor, str) and not (number and math.isfinite(factor) and factor):
+    # TOML has integers of any length: none that no float can be is a factor.
+    if not isinstance(factor, str) and not (number and 0 < abs(factor) <= sys.float_info.max):
         raise InputError(f"{place}: factor must be a number other than 0, or a column's name")
 
 

@@ -54,6 +54,8 @@ if TYPE_CHECKING:
     from ...data.recording import Recording
 
 FOLDS = 5
+#: Each law is fitted anew in each of so many rounds at most.
+MOST_FOLDS = 1_000
 #: Directions in words.
 WAYS = {1: "to greater positions", -1: "to smaller positions"}
 
@@ -177,6 +179,8 @@ def select(
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
         if value is not None and (not isinstance(value, Integral) or value < least):
             raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
+    if folds is not None and folds > MOST_FOLDS:
+        raise InputError(f"folds must be {MOST_FOLDS:,} at most, got {folds}")
     if (
         idle := []
         if simulated
