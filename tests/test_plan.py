@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from command import caller
 from stribeck import RIGS, Card, InputError, card, identify, read_card
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
@@ -330,6 +333,67 @@ def test_pressure_levels_are_offered_to_a_cylinder() -> None:
 
 
 # --- messages and refusals ----------------------------------------------------------------------
+
+
+def interrupted_at(call: int, function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, interrupted at one of its calls."""
+    calls = count(1)
+
+    def interrupted(*arguments: Any) -> Any:
+        if next(calls) == call:
+            raise KeyboardInterrupt
+        return function(*arguments)
+
+    return interrupted
+
+
+def test_ctrl_c_keeps_the_experiments_that_were_looked_at(
+    bed: Card, planned: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = 2  # calls for the data at hand
+    stopped = interrupted_at(before + 3, information_at)
+    monkeypatch.setattr("stribeck.identify.design.plan.information_at", stopped)
+    partial = plan(bed, RIGHT, check=2)
+    assert partial.interrupted
+    ranks = {p.experiment.name: p.score for p in partial.proposals}
+    assert len(ranks) == 2
+    assert ranks == {n: proposal(planned, n).score for n in ranks}
+    left = {p.experiment.name for p in planned.proposals} - set(ranks)
+    assert partial.said[0].startswith("interrupted: not looked at, and not ranked: ")
+    assert left <= set(partial.said[0].split(": ")[2].split(", "))
+    assert all(p.twin_study is None for p in partial.proposals)
+    assert json.loads(plan_text(partial))["interrupted"]
+    stopped = interrupted_at(before + 1, information_at)
+    monkeypatch.setattr("stribeck.identify.design.plan.information_at", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        plan(bed, RIGHT)
+
+
+def test_ctrl_c_among_the_twins_keeps_the_ranking(
+    bed: Card, planned: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stopped = interrupted_at(2, twin_study)
+    monkeypatch.setattr("stribeck.identify.design.plan.twin_study", stopped)
+    partial = plan(bed, RIGHT, check=1)
+    assert [p.score for p in partial.proposals] == [p.score for p in planned.proposals]
+    assert [p.twin_study is not None for p in partial.proposals[:3]] == [True, False, False]
+    names = ", ".join(p.experiment.name for p in planned.proposals[1:3])
+    assert partial.said[0] == f"interrupted: not tried on twins: {names}"
+    assert not planned.interrupted
+
+
+def test_an_interrupted_plan_is_told_with_its_status(
+    bed: Card, planned: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    (tmp_path / "card.json").write_text(bed.text(), encoding="utf-8")
+    partial = replace(planned, interrupted=True)
+    monkeypatch.setattr("stribeck.identify.design.plan.plan", lambda *_, **__: partial)
+    monkeypatch.setattr("stribeck.cli.models.read_logs", lambda *_: [])
+    completed = caller(monkeypatch, capsys)("plan", str(tmp_path / "card.json"), "log.csv")
+    assert completed.status == 130
+    assert completed.err == "stribeck: interrupted: the partial result is printed above\n"
+    assert planned.proposals[0].experiment.name in completed.out
 
 
 def test_json_says_what_the_terminal_says(planned: Plan, capsys: Any) -> None:

@@ -11,6 +11,8 @@ import pytest
 
 from command import caller
 from stribeck import read_card
+from stribeck.identify.selection.candidate_fit import candidate_fit
+from stribeck.identify.selection.friction_change import friction_change
 from stribeck.identify.selection.trained_law import train_law
 from test_select_truth import log
 
@@ -108,6 +110,50 @@ def test_ctrl_c_keeps_the_laws_that_are_done(
     assert selection["interrupted"]
     assert selection["left_out"] == ["stribeck"]
     assert len(selection["laws"]) == 2
+
+
+def once_interrupted(function: Any) -> Any:
+    """The function, interrupted when it is called first."""
+    calls: list[int] = []
+
+    def interrupted(*arguments: Any, **options: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return function(*arguments, **options)
+
+    return interrupted
+
+
+def test_ctrl_c_while_laws_are_compared_loses_none(
+    stribeck_: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    compare = once_interrupted(friction_change)
+    monkeypatch.setattr("stribeck.identify.selection.select.friction_change", compare)
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "--out", "d")
+    assert completed.status == 130
+    assert completed.err.splitlines()[-1] == "stribeck: interrupted: the result is in d"
+    selection = json.loads((tmp_path / "d" / "selection.json").read_text())
+    assert selection["interrupted"]
+    assert len(selection["laws"]) == 3
+    assert (tmp_path / "d" / "card.json").exists()
+
+
+def test_ctrl_c_while_the_card_is_made_keeps_the_comparison(
+    stribeck_: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    fit = once_interrupted(candidate_fit)
+    monkeypatch.setattr("stribeck.identify.selection.select.candidate_fit", fit)
+    (tmp_path / "d").mkdir()
+    for name in ("card.json", "report.html", "selection.svg", "notes.txt"):
+        (tmp_path / "d" / name).write_text("older", encoding="utf-8")
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "--out", "d")
+    assert completed.status == 130
+    last = completed.err.splitlines()[-1]
+    assert last.startswith("stribeck: interrupted: the result is in d, without its card of coulomb")
+    assert last.endswith(" and figure")
+    assert sorted(p.name for p in (tmp_path / "d").iterdir()) == ["notes.txt", "selection.json"]
+    assert " is recommended" in completed.out
 
 
 def test_ctrl_c_before_a_law_is_done_writes_nothing(

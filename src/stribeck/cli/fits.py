@@ -313,30 +313,36 @@ def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
         _write_selection(selection, out, show)
         if not json:
             typer.echo(f"\ncomparison, card of {selection.law} and figure in {out}")
-    if selection.skipped:
+    if selection.interrupted:
         place = f"in {out}" if out is not None else "printed above"
-        skipped = ", ".join(selection.skipped)
-        fail(f"interrupted: the partial result is {place}, without {skipped}", interruption.status)
+        if selection.skipped:
+            place += f", without {', '.join(selection.skipped)}"
+        result = "partial result" if selection.skipped else "result"
+        fail(f"interrupted: the {result} is {place}", interruption.status)
 
 
 def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) -> None:
-    """Write a comparison into its folder, and show it before its figure is drawn."""
+    """Write a comparison into its folder, and show it before its card and figure are made."""
     from ..report.contents.schema import OF_A_FIT
     from ..report.folder import together
-    from ..report.selection_report import write_figure, write_selection
+    from ..report.selection_report import OF_A_SELECTION, write_card, write_figure, write_selection
 
-    written = shown = False
+    left = ["comparison", f"card of {selection.law}", "figure"]
+    shown = False
     try:
-        with together(out, OF_A_FIT) as place:
+        with together(out, OF_A_FIT, OF_A_SELECTION) as place:
             write_selection(selection, place)
-            written = True
+            left.pop(0)
             show()
             shown = True
+            write_card(selection, place)
+            left.pop(0)
             write_figure(selection, place)
     except KeyboardInterrupt:
-        if not written:
+        if "comparison" in left:
             raise
-        fail(f"interrupted: the result is in {out}, without its figure", interruption.status)
+        missing = " and ".join(left)
+        fail(f"interrupted: the result is in {out}, without its {missing}", interruption.status)
     except InputError:
         if not shown:  # the work is still told
             show()

@@ -10,6 +10,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from ..errors import InputError
+from .exits import fail
 from .inputs import (
     CardFile,
     Columns,
@@ -24,6 +25,7 @@ from .inputs import (
     numbers,
     read_logs,
 )
+from .interruption import interruption
 
 
 def validate(
@@ -92,6 +94,8 @@ def plan(
         typer.echo(plan_text(result), nl=False)
     else:
         show_plan(result)
+    if result.interrupted:
+        fail("interrupted: the partial result is printed above", interruption.status)
 
 
 def compensate(

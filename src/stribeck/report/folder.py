@@ -13,7 +13,7 @@ from ..lock_file import NO_LOCKS, remove, taken
 from .draft import PREFIX, Draft, settle
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from filelock import FileLock
 
@@ -98,7 +98,7 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
 
 
 @contextmanager
-def together(folder: Path, outdated: re.Pattern[str] | None = None) -> Iterator[Path]:
+def together(folder: Path, *outdated: re.Pattern[str]) -> Iterator[Path]:
     """An empty folder for files that `write_files` and the like write one after the other.
 
     However the block ends, what it has written then moves into `folder`, and what is outdated
@@ -122,13 +122,13 @@ def together(folder: Path, outdated: re.Pattern[str] | None = None) -> Iterator[
                 _publish(draft, folder, outdated)
 
 
-def _publish(draft: Draft, folder: Path, outdated: re.Pattern[str] | None) -> None:
+def _publish(draft: Draft, folder: Path, outdated: Sequence[re.Pattern[str]]) -> None:
     new = {file.name for file in draft.files.iterdir() if not file.name.startswith(PREFIX)}
     if not new:
         draft.discard()
         return
     old = {file.name for file in folder.iterdir() if file.is_file()} - new
-    draft.publish(sorted(name for name in old if outdated and outdated.fullmatch(name)))
+    draft.publish(sorted(name for name in old if any(p.fullmatch(name) for p in outdated)))
 
 
 @contextmanager

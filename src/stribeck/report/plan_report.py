@@ -113,6 +113,7 @@ def plan_text(plan: Plan) -> str:
         "experiments": [_proposal(p) for p in plan.proposals],
         "left_out": [{"name": name, "why": why} for name, why in plan.left],
         "notes": list(plan.said),
+        "interrupted": plan.interrupted,
     })  # fmt: skip
 
 

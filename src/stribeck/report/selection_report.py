@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from rich.text import Text
 
 from .._version import __version__
 from ..identify.card import kind_of
-from .folder import write_files
+from .folder import write_files, write_text
 from .format import DASH, json_text, number
 from .table import Table
 from .terminal import console, show_table
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 SCHEMA = "stribeck-selection/1"
 #: File names in a folder of results.
 FILE, CARD, FIGURE = "selection.json", "card.json", "selection"
+#: Names of the files that a folder has of a comparison alone.
+OF_A_SELECTION = re.compile(r"selection\.(json|png|svg)")
 #: Percent beyond which differences are drawn on a logarithmic scale.
 FAR = 100
 
@@ -126,7 +129,7 @@ def selection_text(selection: Selection) -> str:
              "training_gain": f.training, "held_out": _paired(f.held), "text": f.text}
             for f in s.findings
         ],
-        "interrupted": bool(s.skipped),
+        "interrupted": s.interrupted,
         "left_out": list(s.skipped),
         "excluded": list(s.excluded),
         "sentences": list(s.sentences),
@@ -181,16 +184,15 @@ def _logs(s: Selection) -> dict[str, list[Any]]:
 
 
 def write_selection(selection: Selection, folder: Path) -> None:
-    """Write the comparison and the card of the recommended law, both or neither."""
+    """Write the comparison into a folder."""
+    write_text(folder / FILE, selection_text(selection))
+
+
+def write_card(selection: Selection, folder: Path) -> None:
+    """Write the card of the recommended law, whose fit may have to be concluded for it."""
     from ..identify.card import card  # noqa: PLC0415 - only what is kept is made into a card
 
-    texts = {FILE: selection_text(selection), CARD: card(selection.fit).text()}
-
-    def write(place: Path) -> None:
-        for name, text in texts.items():
-            (place / name).write_text(text, encoding="utf-8")
-
-    write_files(folder, write)
+    write_text(folder / CARD, card(selection.fit).text())
 
 
 def write_figure(selection: Selection, folder: Path) -> None:

@@ -99,6 +99,7 @@ class Plan:
         seconds: Length of each experiment.
         draws: Parameter sets at which each was looked at.
         seed: Of the draws and checks.
+        interrupted: Whether Ctrl-C cut it short: what was finished is in it, `said` has the rest.
     """
 
     law: str
@@ -111,6 +112,7 @@ class Plan:
     seconds: float
     draws: int
     seed: int
+    interrupted: bool = False
 
 
 def plan(
@@ -150,25 +152,18 @@ def plan(
     rng = np.random.default_rng(seed)
     at, information = _draws(current, count, rng)
     share = length / axis.trained
-    gained = [
-        (share if e is offered[0] else 1.0) * information_at(e, at, axis.box) for e in offered
-    ]
+    gained, left = _gained(current, offered, at, share)
+    ranked = _ranked(current, offered, gained, information, refusals)
     chosen = _doubtful(current)
-    scored = []
-    for e, F in zip(offered, gained, strict=True):
-        shrunk = factors(information, F)
-        if np.isfinite(shrunk).all():
-            scored.append((_score(shrunk, chosen), e, shrunk))
-        else:
-            refusals.append((e.name, "the model cannot be simulated there"))
-    scored.sort(key=lambda entry: -entry[0])
-    ranked = [Proposal(e, score, _gains(current, shrunk)) for score, e, shrunk in scored]
-    if check:
-        ranked[:CHECKED] = [
-            replace(p, twin_study=_checked(current, p, at, share, offered[0], check, seed))
-            for p in ranked[:CHECKED]
-        ]
-    motions = [F for e, F in zip(offered, gained, strict=True) if e.kind == "motion"]
+    for k, p in enumerate(ranked[: CHECKED if check and not left else 0]):
+        try:
+            study = _checked(current, p, at, share, offered[0], check, seed)
+        except KeyboardInterrupt:
+            names = ", ".join(p.experiment.name for p in ranked[k:CHECKED])
+            left = f"interrupted: not tried on twins: {names}"
+            break
+        ranked[k] = replace(p, twin_study=study)
+    motions = [F for e, F in zip(offered, gained, strict=False) if e.kind == "motion"]
     return Plan(
         card.law,
         card.rig,
@@ -176,11 +171,54 @@ def plan(
         dict(zip(current.labels, current.cards, strict=True)),
         tuple(ranked),
         tuple(refusals),
-        (*current.notes, *_incurable(current, information, motions, ranked)),
+        (*([left] if left else ()), *current.notes,
+         *_incurable(current, information, motions, ranked)),
         length,
         count,
         seed,
-    )
+        interrupted=bool(left),
+    )  # fmt: skip
+
+
+def _gained(
+    current: CurrentModel, offered: Sequence[Experiment], at: Array, share: float
+) -> tuple[list[Array], str]:
+    """The information of each experiment, up to Ctrl-C; and what that has left out.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C came before the first was done.
+    """
+    gained: list[Array] = []
+    try:
+        for e in offered:
+            weight = share if e is offered[0] else 1.0
+            gained.append(weight * information_at(e, at, current.axis.box))
+    except KeyboardInterrupt:
+        if not gained:
+            raise
+        names = ", ".join(e.name for e in offered[len(gained) :])
+        return gained, f"interrupted: not looked at, and not ranked: {names}"
+    return gained, ""
+
+
+def _ranked(
+    current: CurrentModel,
+    offered: Sequence[Experiment],
+    gained: Sequence[Array],
+    information: Array,
+    refusals: Refusals,
+) -> list[Proposal]:
+    """The experiments whose information is known, the best first; those without are refused."""
+    chosen = _doubtful(current)
+    scored = []
+    for e, F in zip(offered, gained, strict=False):
+        shrunk = factors(information, F)
+        if np.isfinite(shrunk).all():
+            scored.append((_score(shrunk, chosen), e, shrunk))
+        else:
+            refusals.append((e.name, "the model cannot be simulated there"))
+    scored.sort(key=lambda entry: -entry[0])
+    return [Proposal(e, score, _gains(current, shrunk)) for score, e, shrunk in scored]
 
 
 def _doubtful(current: CurrentModel) -> list[int]:

@@ -81,6 +81,7 @@ class Selection:
         seed: Of the searches; None by force balance.
         skipped: Laws that an interruption left out.
         excluded: Laws with parameters for each direction, where the logs run one way.
+        interrupted: Whether Ctrl-C came.
     """
 
     rig: Rig
@@ -96,6 +97,7 @@ class Selection:
     seed: int | None
     skipped: tuple[str, ...]
     excluded: tuple[str, ...]
+    interrupted: bool = False
 
     @property
     def recommended(self) -> Candidate:
@@ -202,18 +204,25 @@ def select(
         raise InputError("folds are for data of which nothing was held out: leave them away")
     rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
     parameter_sets, excluded = _answerable(parameter_sets, rounds)
+    conditions = (*velocity_read.sentences, *_one_breakaway(parameter_sets, data))
     training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
+    interrupted = False
     for parameters in parameter_sets:
         try:
             training.add(parameters)
         except KeyboardInterrupt:
             if not training.laws:
                 raise
+            interrupted = True
             break
     names = [p.law.name for p in parameter_sets]
-    selection = _compared(axis, training, names, excluded, simulated=simulated)
-    conditions = (*velocity_read.sentences, *_one_breakaway(parameter_sets, data))
-    return replace(selection, sentences=(*selection.sentences, *conditions))
+    compared = partial(_compared, axis, training, names, excluded, simulated=simulated)
+    try:
+        selection = compared()
+    except KeyboardInterrupt:  # short beside the training: from its start, and to its end
+        selection, interrupted = compared(), True
+    told = (*selection.sentences, *conditions)
+    return replace(selection, sentences=told, interrupted=interrupted)
 
 
 @dataclass(frozen=True)
