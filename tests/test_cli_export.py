@@ -224,7 +224,7 @@ def test_what_mujoco_holds_beside_two_numbers_is_asked_for(run: Run) -> None:
 def recommended(**settings: float) -> None:
     values = {s.name: {"value": 0.0, "unit": ""} for s in SETTINGS}
     values |= {name: {"value": value, "unit": ""} for name, value in settings.items()}
-    whole = {"schema": "stribeck-compensation/1", "recommended": {"settings": values}}
+    whole = {"schema": "stribeck-compensation/2", "recommended": {"settings": values}}
     Path("compensation.json").write_text(json.dumps(whole), encoding="utf-8")
 
 

@@ -18,6 +18,7 @@ from stribeck.compensate.compensator import (
 from stribeck.errors import InputError
 
 FORWARD, FEEDBACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(dead_band=1e-3).c
+CROSSOVER = Compensator(dead_band=1e-3, crossover=0.01).c
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,12 @@ FORWARD, FEEDBACK = Compensator(feedback=False, dead_band=1e-3).c, Compensator(d
         (0.02, 0.001, FEEDBACK, TINY),  # rests: pushed the way the reference goes
         (0.02, -0.0009, FEEDBACK, TINY),
         (-0.02, 0.0009, FEEDBACK, -TINY),
+        (0.009, 0.004, CROSSOVER, 0.004),  # a slow reference: as with feedback
+        (0.009, 0.0009, CROSSOVER, TINY),
+        (0.009, 0.3, CROSSOVER, 0.01),  # no further than where friction falls
+        (0.009, -0.3, CROSSOVER, -0.01),
+        (-0.02, 0.004, CROSSOVER, -0.02),  # a fast one: at the reference's
+        (0.02, 0.0, CROSSOVER, 0.02),
     ],
 )
 def test_the_law_is_evaluated_at(v_ref: float, v: float, c: Any, speed: float) -> None:
@@ -39,7 +46,7 @@ def test_the_law_is_evaluated_at(v_ref: float, v: float, c: Any, speed: float) -
 def output(
     force: float, v_ref: float, before: float = 0.0, h: float = 0.01, **set_: float
 ) -> float:
-    compensator = Compensator(**{"scale": 0.5, "dead_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
+    compensator = Compensator(**{"scale": 0.5, "reference_band": 1.0, "smoothing": 2.0, **set_})  # type: ignore[arg-type]
     return float(shaped_output(force, v_ref, h, before, compensator.c))
 
 
@@ -47,6 +54,11 @@ def test_the_output_grows_with_the_references_speed_and_rests_with_it() -> None:
     speeds = (0.0, 0.99, 1.0, 1.5, 2.0, 3.0, 50.0)
     assert [output(8.0, v) for v in speeds] == [0.0, 0.0, 0.0, 1.0, 2.0, 4.0, 4.0]
     assert [output(-8.0, -v) for v in speeds] == [0.0, 0.0, 0.0, -1.0, -2.0, -4.0, -4.0]
+
+
+def test_the_sensors_dead_band_is_none_of_the_reference() -> None:
+    assert output(8.0, 3.0, dead_band=1e3) == 4.0
+    assert output(8.0, 3.0, dead_band=1e3, reference_band=4.0) == 0.0
 
 
 def test_without_smoothing_the_output_is_a_step() -> None:
@@ -73,7 +85,7 @@ def test_the_output_changes_and_reaches_no_further_than_it_may() -> None:
 def test_compiled_and_plain_python_are_the_same_function() -> None:
     rng = np.random.default_rng(5)
     for _ in range(300):
-        c = np.abs(rng.normal(size=8)) * rng.integers(0, 2, 8)
+        c = np.abs(rng.normal(size=10)) * rng.integers(0, 2, 10)
         c[7] = TINY
         force, v_ref, v, before = rng.normal(size=4)
         assert evaluation_velocity(v_ref, v, c) == evaluation_velocity.py_func(v_ref, v, c)

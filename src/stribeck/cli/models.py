@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -26,6 +26,9 @@ from .inputs import (
     read_logs,
 )
 from .interruption import interruption
+
+if TYPE_CHECKING:
+    from ..identify.card import Card as WrittenCard
 
 
 def validate(
@@ -101,45 +104,40 @@ def plan(
 def compensate(
     card: CardFile,
     rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.")] = None,
+    loop: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Gains, period, delay, limit and sensor of its position loop.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="Of the slowest motion, in the rig's unit; the card's logs' by default.")] = None,
-    period: Annotated[float, typer.Option(metavar="MS", help="Sample time of the controller.")] = 1.0,
-    mode: Annotated[str | None, typer.Option(metavar="reference|feedback", help="Velocity at which the law is asked; both are tried by default.")] = None,
+    period: Annotated[float | None, typer.Option(metavar="MS", help="Sample time of the controller; 1 ms by default.")] = None,
+    mode: Annotated[str | None, typer.Option(metavar="reference|crossover|feedback", help="Velocity at which the law is asked; all are tried by default.")] = None,
     scale: Annotated[float | None, typer.Option(metavar="S", help="Try this share of the friction only.")] = None,
     reference: Annotated[Path | None, typer.Option(metavar="LOG", help="Follow the command of a log.")] = None,
-    resolution: Annotated[float, typer.Option(metavar="X", help="A count of the position sensor, in the rig's unit.")] = 0.0,
-    noise: Annotated[float, typer.Option(metavar="X", help="Noise of the position sensor, in the rig's unit.")] = 0.0,
+    resolution: Annotated[float | None, typer.Option(metavar="X", help="A count of the position sensor, in the rig's unit.")] = None,
+    noise: Annotated[float | None, typer.Option(metavar="X", help="Noise of the position sensor, in the rig's unit.")] = None,
     columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write compensation.json and a figure there.")] = None,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Say how much of a friction may be compensated, and what that gains."""
-    from ..identify.card import read_card
-    from ..identify.card_logs import logs_beside
     from ..report.folder import check_folder, held
     from ..rig.lookup import rig_named
+    from ..rig.loop_file import StatedLoop, loop_file
     from ..units import unit
 
     if out is not None:
         check_folder(out)
-    above_zero("--period", period)
-    if mode not in (None, "reference", "feedback"):
-        raise InputError(f"--mode {mode!r} is not one of reference, feedback")
+    if period is not None:
+        above_zero("--period", period)
+    if mode not in (None, "reference", "crossover", "feedback"):
+        raise InputError(f"--mode {mode!r} is not one of reference, crossover, feedback")
     if speed is not None and reference is not None:
         raise InputError("--speed and --reference both say what to follow: give one")
-    logs = [] if reference is None else [reference]
-    if speed is None and reference is None:
-        try:
-            logs = logs_beside(read_card(card), card)
-        except InputError as error:
-            raise InputError(
-                f"{card}: its logs are not beside it: give --speed or --reference"
-            ) from error
     written, parameters, _ = card_model(card)
     rig_used = parameters.rig if rig is None else rig_named(rig)
+    stated = StatedLoop() if loop is None else loop_file(loop, rig_used)
+    logs = _followed_logs(written, card, reference, speed)
 
     # Compiled code is loaded once the files are known to be there.
-    from ..compensate.closed_loop import Sensor, controlled
-    from ..compensate.compensation import compensation
+    from ..compensate.closed_loop import Sensor
+    from ..compensate.compensation import around, compensation
     from ..compensate.reference_motions import followed
     from ..report.compensation_report import (
         compensation_text,
@@ -147,22 +145,26 @@ def compensate(
         write_compensation,
     )
 
-    controlled(rig_used)
+    around(rig_used, stated.controller)
     recordings = read_logs(logs, rig_used, columns)
-    follow = None if reference is None else followed(recordings[0], period * 1e-3)
+    sample = stated.period if period is None else period * 1e-3
     to_si = unit(rig_used.unit_shown("position")).to_si
     per_second = unit(rig_used.unit_shown("velocity")).to_si
     with held(out):
         result = compensation(
             written,
             None if rig is None else rig_used,
+            loop=stated.controller,
             recordings=recordings,
             speed=None if speed is None else float(per_second(speed)),
-            period=period * 1e-3,
+            period=sample,
             mode=cast("Any", mode),
             scale=scale,
-            reference=follow,
-            sensor=Sensor(float(to_si(resolution)), float(to_si(noise))),
+            reference=None if reference is None else followed(recordings[0], sample),
+            sensor=Sensor(
+                stated.resolution if resolution is None else float(to_si(resolution)),
+                stated.noise if noise is None else float(to_si(noise)),
+            ),
             progress=lambda doing: typer.echo(f"trying {doing}", err=True),
         )
         if json:
@@ -176,6 +178,24 @@ def compensate(
                 typer.echo(f"\ncompensation and figure in {out}")
     if result.mode is None:
         raise typer.Exit(1)
+
+
+def _followed_logs(
+    written: WrittenCard, card: Path, reference: Path | None, speed: float | None
+) -> list[Path]:
+    """The log to follow, or those of a card that does not remember how they moved."""
+    from ..identify.card_logs import logs_beside
+
+    if reference is not None:
+        return [reference]
+    if speed is not None or written.pace is not None:
+        return []
+    try:
+        return logs_beside(written, card)
+    except InputError as error:
+        raise InputError(
+            f"{card}: its logs are not beside it: give --speed or --reference"
+        ) from error
 
 
 def simulate(

@@ -29,7 +29,6 @@ from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import DRIVE, term_places, terms_factor
-from ..rig import RIGS
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
 from ..rig.motion.drive_force import commanded, driven, joint_constants, mixed
@@ -133,10 +132,9 @@ def controlled(rig: Rig) -> Controller:
     """
     controller = rig.controller()
     if controller is None:
-        *names, last = [name for name, shipped in RIGS.items() if shipped.controller() is not None]
         raise InputError(
-            f"rig {rig.name} has no controller to add a compensation to: {', '.join(names)} and "
-            f"{last} have one"
+            f"rig {rig.name} has no controller to add a compensation to: state its gains kp and kd "
+            "in a file (--loop FILE.toml)"
         )
     return controller
 

@@ -3,15 +3,19 @@
 The compensator believes the card. The axes that it is tried on are the card's and those at the
 ends of its intervals, so what comes out holds for more than a perfect model, though not for every
 combination of parameters within their intervals. Each is driven over several reference motions at
-a range of scales (the share of the model's friction that is compensated), once with the law asked
-at the reference's velocity and once at the measured one, beside the same axis without
-compensation.
+a range of scales (the share of the model's friction that is compensated), beside the same axis
+without compensation, with the law asked at
+
+- `reference`: the reference's velocity;
+- `crossover`: the measured one up to the speed up to which friction falls, and the reference's
+  where that is faster: what falls is undone, what damps is left;
+- `feedback`: the measured one at any speed.
 
 The recommended scale is the one with the least worst RMS ratio (with over without, over all axes
-and motions) among those that show no sign of too much (`hunting`) anywhere, lie at least MARGIN
+and motions) among those that show no sign of too much (`limit_cycle`) anywhere, lie at least MARGIN
 below the first scale that does, and are not above WHOLE: what more than the whole friction gains
-is the loop's own lag, which is not friction's to mend. The law is asked at the reference's
-velocity, which needs no sensor, where that is as good.
+is the loop's own lag, which is not friction's to mend. The simpler mode is taken where it is as
+good.
 """
 
 from __future__ import annotations
@@ -21,103 +25,44 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..data.recording import Recording
 from ..errors import InputError
 from ..identify.card import constant_cards, kind_of
+from ..identify.pace import Pace, paced
+from ..rig.balanced import BalancedRig
+from ..units import unit
 from .closed_loop import IDEAL, controlled, drive_friction
 from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
-from .limit_cycle import SIGNS, Sign
-from .reference_motions import LONG, paced, references
-from .trial import Mode, TrackingTrace, Trial, Tried, ratios
+from .reference_motions import LONG, references
+from .scale_curve import MARGIN, ScaleCurve, scale_curve
+from .stability import Sliding, sliding
+from .trial import Mode, TrackingTrace, Trial
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
-    from ..data.recording import Recording
     from ..friction import Law
     from ..identify.card import Card
-    from ..identify.parameters import Parameters
     from ..rig import Rig
+    from ..rig.controller import LinearLoop
+    from ..rig.position_loop import PositionLoop
     from ..space import Array
     from .closed_loop import Reference, Sensor
 
-MODES: tuple[Mode, ...] = ("reference", "feedback")
+#: Modes, the simpler before.
+#: Modes, the simpler before.
+MODES: tuple[Mode, ...] = ("reference", "crossover", "feedback")
 
-#: Tried that are tried before it is looked closer; 0 is the axis without compensation.
-SCALES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 1.35, 1.5)
-#: The recommended scale stays so far below the first one with a sign of too much.
-MARGIN = 0.05
-#: No more than all of the model's friction is recommended.
-WHOLE = 1.0
-#: Where it does too much, and the worst error is so many times that without, no more is tried.
-_HOPELESS = 2.0
-#: How near the first scale with a sign is found, and the best one.
-_NEAR = 0.0125
 #: The simpler mode is recommended if its worst ratio is at most so many times the other's.
 AS_GOOD = 1.1
 #: Dead band of a sensor without steps, as a share of the slowest reference's speed.
 _STILL = 1e-3
+#: Friction that falls by less than this share of its greatest from rest on has no falling part that
+#: feedback had to undo.
+_FALLS = 0.02
 #: A law that gives less than this share of its greatest friction beside rest has no level there.
 _LEVEL = 0.5
-
-
-@dataclass(frozen=True)
-class Onset:
-    """Where a compensation begins to do too much.
-
-    Args:
-        scale: The least scale that was seen to.
-        sign: What was seen; the worst, of several.
-        plant: On which axis.
-        motion: Under which reference.
-    """
-
-    scale: float
-    sign: Sign
-    plant: str
-    motion: str
-
-
-@dataclass(frozen=True, eq=False)
-class ScaleCurve:
-    """One mode over all scales.
-
-    Args:
-        mode: At which velocity the law is asked.
-        scales: Rising, the first is 0, (S,).
-        rms: RMS tracking error, m or rad, (S, P, M) for P axes and M motions; inf where an axis
-            ran away.
-        onset: The first sign of too much, if there is one.
-        harm: The first sign at all: also that an axis follows worse than without.
-        safe: Whether a scale shows no sign, and keeps the margin, (S,).
-        best: Which scale is recommended, if one improves every axis in every motion.
-    """
-
-    mode: Mode
-    scales: Array
-    rms: Array
-    onset: Onset | None
-    harm: Onset | None
-    safe: NDArray[np.bool_]
-    best: int | None
-
-    @property
-    def ratio(self) -> Array:
-        """RMS error over that without compensation, (S, P, M)."""
-        return ratios(self.rms)
-
-    @property
-    def worst(self) -> Array:
-        """The greatest ratio of all axes and motions, (S,)."""
-        greatest: Array = self.ratio.max(axis=(1, 2))
-        return greatest
-
-    @property
-    def scale(self) -> float | None:
-        """The recommended scale."""
-        return None if self.best is None else float(self.scales[self.best])
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +78,8 @@ class Compensation:
         plants: Names of the axes, (P,); the first is the identified one.
         curves: One for each mode that was tried.
         frictionless: RMS tracking error of the identified axis had it no friction, m or rad, (M,).
+        slides: Steady sliding of the identified axis at the speeds of the ramps, by the
+            eigenvalues of the loop; none where a reference is followed.
         mode: The recommended mode; None where no scale is safe and better.
         compensator: Its settings.
         margin: Between the recommended scale and the first sign.
@@ -148,6 +95,7 @@ class Compensation:
     plants: tuple[str, ...]
     curves: tuple[ScaleCurve, ...]
     frictionless: Array
+    slides: tuple[Sliding, ...]
     mode: Mode | None
     compensator: Compensator | None
     margin: float
@@ -164,6 +112,7 @@ def compensation(
     card: Card,
     rig: Rig | None = None,
     *,
+    loop: PositionLoop | None = None,
     recordings: Sequence[Recording] = (),
     speed: float | None = None,
     period: float = 1e-3,
@@ -180,7 +129,9 @@ def compensation(
         card: What was identified.
         rig: The axis that is to be compensated; the card's own by default. It must have the
             parameters of the card.
-        recordings: Logs whose command sets speed and travel of the reference motions.
+        loop: The controller around it, where the rig has none of its own.
+        recordings: Logs whose command sets speed and travel of the reference motions; by default
+            those that the card remembers.
         speed: Of the slowest, m/s or rad/s, in place of the logs'.
         period: Sample time of the controller, s.
         mode: Try this one only.
@@ -197,33 +148,72 @@ def compensation(
         raise InputError(f"period: give a time above 0 s, got {period:g}")
     if scale is not None and not 0 < scale < np.inf:
         raise InputError(f"scale: give a number above 0, got {scale:g}")
-    if rig is not None:
+    if rig is not None and loop is None:
         controlled(rig)
     parameters, p = _card_on(card, rig).model()
-    controlled(parameters.rig)
+    axis_rig = around(parameters.rig, loop)
     axes, notes = plants(card, parameters, p)
     if card.speeds is not None and card.speeds.one_way:
         notes.append(f"{card.speeds.one_way}: what is tried and recommended holds one way only")
     axes |= beside or {}
+    linear = _linear(axis_rig, parameters.law, p, period)
     motions = (
-        (reference,) if reference is not None else _motions(parameters, recordings, speed, period)
+        (reference,)
+        if reference is not None
+        else _motions(axis_rig, _pace(card, recordings), speed, period, linear.period)
     )
-    shape = _shape(parameters, p, motions, sensor, notes)
-    trial = Trial(parameters.rig, parameters.law, p, axes, motions, shape, sensor)
+    shape = _shape(axis_rig, parameters.law, p, motions, sensor, notes)
+    trial = Trial(axis_rig, parameters.law, p, axes, motions, shape, sensor)
+    baseline = trial.tried(0.0, "reference", None)
     curves = []
-    for each_mode in MODES if mode is None else (mode,):
+    for each_mode in _modes(shape, mode):
         if progress is not None:
             progress(f"{each_mode}: {len(axes)} axes, {len(motions)} motions")
-        curves.append(_curve(trial, each_mode, scale))
+        curves.append(scale_curve(trial, each_mode, baseline, scale))
     chosen = _chosen(curves)
     settings = None
     if chosen is not None and chosen.scale is not None:
-        settings = replace(shape, scale=chosen.scale, feedback=chosen.mode == "feedback")
+        settings = trial.settings(chosen.scale, chosen.mode)
+    friction = p[: len(parameters.law.params)]
     return Compensation(
-        parameters.law.name, parameters.rig, period, sensor, tuple(m.name for m in motions),
-        tuple(axes), tuple(curves), trial.frictionless(), None if chosen is None else chosen.mode,
-        settings, MARGIN, trial.traces(settings), tuple(notes),
+        parameters.law.name, axis_rig, period, sensor, tuple(m.name for m in motions),
+        tuple(axes), tuple(curves), trial.frictionless(),
+        tuple(
+            sliding(linear, parameters.law, friction, float(m.v[np.argmax(np.abs(m.v))]), period)
+            for m in motions
+        ),
+        None if chosen is None else chosen.mode, settings, MARGIN, trial.traces(settings),
+        tuple(notes),
     )  # fmt: skip
+
+
+def around(rig: Rig, loop: PositionLoop | None) -> Rig:
+    """A rig with a controller: its own, or the one stated.
+
+    Raises:
+        InputError: it has one of its own, or none and none is stated.
+    """
+    if loop is not None:
+        if rig.controller() is not None and not isinstance(rig, BalancedRig):
+            raise InputError(
+                f"rig {rig.name} has a controller with gains of its own: set those by --rig FILE, "
+                "and leave kp and kd out of the loop"
+            )
+        rig = replace(rig, loop=loop)
+    controlled(rig)
+    return rig
+
+
+def _modes(shape: Compensator, mode: Mode | None) -> tuple[Mode, ...]:
+    """Those to try: feedback up to a crossover needs a friction that falls up to one."""
+    if mode == "crossover" and not shape.crossover:
+        raise InputError(
+            "--mode crossover: the identified friction falls nowhere, or up to the fastest motion: "
+            "there is no crossover"
+        )
+    if mode is not None:
+        return (mode,)
+    return tuple(m for m in MODES if m != "crossover" or shape.crossover)
 
 
 def _card_on(card: Card, rig: Rig | None) -> Card:
@@ -238,43 +228,90 @@ def _card_on(card: Card, rig: Rig | None) -> Card:
     )
 
 
+def _pace(card: Card, recordings: Sequence[Recording]) -> Pace | None:
+    """How the logs move, as they say or as the card remembers."""
+    if recordings:
+        return paced(recordings)
+    if card.pace is not None:
+        return Pace(card.pace.speed, card.pace.travel, card.pace.start)
+    return None
+
+
 def _motions(
-    parameters: Parameters, recordings: Sequence[Recording], speed: float | None, period: float
+    rig: Rig, pace: Pace | None, speed: float | None, period: float, swing: float
 ) -> tuple[Reference, ...]:
     if speed is not None and not 0 < speed < np.inf:
         raise InputError(f"speed: give a number above 0, got {speed:g}")
-    pace = paced(recordings)
     if pace is None and speed is None:
         raise InputError(
-            f"rig {parameters.rig.name}: no log says how fast the axis is driven: give the speed "
-            "of the slowest motion, or a reference to follow"
+            f"rig {rig.name}: no log says how fast the axis is driven: give --speed, that of the "
+            "slowest motion, or --reference, a log to follow"
         )
-    slowest, travel, x0 = pace or (0.0, np.inf, 0.0)
-    slow = slowest if speed is None else speed
-    return references(slow, min(travel, LONG * slow), x0, period)
+    slow = speed if speed is not None else pace.speed if pace is not None else 0.0
+    travel, start = (np.inf, 0.0) if pace is None else (pace.travel, pace.start)
+    return references(slow, min(travel, LONG * slow), start, period, swing)
+
+
+def _linear(rig: Rig, law: Law, p: Array, period: float) -> LinearLoop:
+    """The loop of the identified axis without friction."""
+    t = period * np.arange(3.0)
+    track = controlled(rig).track(Recording(t=t, position=t, command=t, rotary=rig.rotary))
+    return controlled(rig).linear(law, p, track)
 
 
 def _shape(
-    parameters: Parameters, p: Array, motions: Sequence[Reference], sensor: Sensor, notes: list[str]
+    rig: Rig, law: Law, p: Array, motions: Sequence[Reference], sensor: Sensor, notes: list[str]
 ) -> Compensator:
-    """The settings beside scale and mode: what the drive eats, what counts as rest."""
+    """The settings beside scale and mode: what the drive eats, what counts as rest.
+
+    The sensor's dead band is one for the measured speed. A reference is known as it is: its own
+    dead band is that of a sensor without steps.
+    """
     h = motions[0].h
     moving = [np.abs(m.v)[np.abs(m.v) > 1e-3 * np.abs(m.v).max()] for m in motions]
     if not all(len(v) for v in moving):
         raise InputError(f"reference {motions[0].name}: it does not move: nothing to compensate")
     slowest = min(float(np.median(v)) for v in moving)
-    dead_band = sensor_dead_band(sensor.resolution, h) + 3.0 * np.sqrt(2.0) * sensor.noise / h
-    dead_band = float(f"{max(dead_band, _STILL * slowest):.4g}")  # a setting that people read
-    if dead_band > 0.5 * slowest:
+    blind = sensor_dead_band(sensor.resolution, h) + 3.0 * np.sqrt(2.0) * sensor.noise / h
+    still = _readable(_STILL * slowest)
+    if blind > 0.5 * slowest:
+        cause = " and ".join(
+            word for word, value in (("steps", sensor.resolution), ("noise", sensor.noise)) if value
+        )
+        name = rig.unit_shown("velocity")
+        seen, slow = (f"{unit(name).from_si(v):.3g}" for v in (blind, slowest))
         notes.append(
-            f"at a period of {h * 1e3:g} ms the sensor does not tell the slowest motion from rest: "
-            "take a longer period or a finer sensor for feedback"
+            f"the sensor's {cause} hide speeds up to {seen} {name} at a period of {h * 1e3:g} ms, "
+            f"and the slowest motion has {slow}: feedback does not tell it from rest; a finer "
+            "sensor or a longer period (--period) would"
         )
     return Compensator(
-        dead_band=dead_band,
-        drive=drive_friction(parameters.rig),
-        rest=_rest(parameters.law, p, slowest),
+        dead_band=max(_readable(blind), still),
+        drive=drive_friction(rig),
+        rest=_rest(law, p, slowest),
+        reference_band=still,
+        crossover=_crossover(law, p, max(float(v.max()) for v in moving)),
     )
+
+
+def _readable(value: float) -> float:
+    """A setting as people read it."""
+    return float(f"{value:.4g}")
+
+
+def _crossover(law: Law, p: Array, fastest: float) -> float:
+    """The speed up to which friction falls, the greater of both directions, m/s or rad/s.
+
+    0 where it falls nowhere, or up to the fastest motion: there all feedback is such.
+    """
+    speeds = np.geomspace(1e-4 * fastest, fastest, 400)
+    ends = [0.0]
+    for sign in (1.0, -1.0):
+        level = np.abs(law.friction(sign * speeds, p[: len(law.params)]))
+        least = int(np.argmin(level))
+        if level[: least + 1].max() - level[least] > _FALLS * level.max():
+            ends.append(float(speeds[least]) if least < len(speeds) - 1 else 0.0)
+    return _readable(max(ends))
 
 
 def _rest(law: Law, p: Array, slowest: float) -> float:
@@ -284,63 +321,6 @@ def _rest(law: Law, p: Array, slowest: float) -> float:
     if friction[0] >= _LEVEL * friction.max():
         return TINY
     return float(speeds[int(np.argmax(friction))])
-
-
-def _curve(trial: Trial, mode: Mode, scale: float | None) -> ScaleCurve:
-    trials = Tried(trial, mode)
-    grid = SCALES[1:] if scale is None else (scale, scale + MARGIN)
-    for s in grid:
-        trials.at(s)
-        if trials.too_much(s) and trials.worst(s) > _HOPELESS:
-            break  # nothing is learnt from axes that hunt more
-    first = next((s for s in trials.scales if s and trials.too_much(s)), None)
-    if first is not None and scale is None:
-        last_safe = max(s for s in trials.scales if s < first)
-        while first - last_safe > _NEAR:
-            middle = round(0.5 * (first + last_safe), 4)
-            first, last_safe = (middle, last_safe) if trials.too_much(middle) else (first, middle)
-    limit = np.inf if first is None else first - MARGIN
-    if scale is None:
-        _closer(trials, min(limit, WHOLE))
-    scales = trials.scales
-    rms = np.stack([trials.at(s)[0] for s in scales])
-    safe = np.array([s > 0 and s <= limit + 1e-9 and not trials.at(s)[1] for s in scales])
-    if scale is not None:
-        safe &= np.isclose(scales, scale)
-    worst = np.array([trials.worst(s) for s in scales])
-    most = WHOLE if scale is None else scale
-    improving = np.flatnonzero(safe & (worst < 1.0) & (np.array(scales) <= most))
-    best = int(improving[np.argmin(worst[improving])]) if len(improving) else None
-    harmful = next((s for s in scales if trials.at(s)[1]), None)
-    return ScaleCurve(
-        mode, np.array(scales), rms, _sign(trial, trials, first), _sign(trial, trials, harmful),
-        safe, best,
-    )  # fmt: skip
-
-
-def _closer(trials: Tried, limit: float) -> None:
-    """Try scales around the best one, and the greatest that keeps the margin."""
-    if np.isfinite(limit) and limit > 0:
-        trials.at(np.floor(limit / _NEAR + 1e-9) * _NEAR)
-    while True:
-        scales = [s for s in trials.scales if 0 < s <= limit + 1e-9]
-        if not scales:
-            return
-        best = min(scales, key=trials.worst)
-        k = scales.index(best)
-        neighbours = [scales[j] for j in (k - 1, k + 1) if 0 <= j < len(scales)]
-        to_refine = [s for s in neighbours if abs(s - best) > 2 * _NEAR]
-        if not to_refine:
-            return
-        for s in to_refine:
-            trials.at(0.5 * (s + best))
-
-
-def _sign(trial: Trial, trials: Tried, first: float | None) -> Onset | None:
-    if first is None:
-        return None
-    sign, plant, motion = min(trials.at(first)[1], key=lambda signed: SIGNS.index(signed[0]))
-    return Onset(first, sign, list(trial.axes)[plant], trial.motions[motion].name)
 
 
 def _chosen(curves: Sequence[ScaleCurve]) -> ScaleCurve | None:

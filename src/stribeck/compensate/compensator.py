@@ -34,7 +34,9 @@ from ..errors import InputError
 from ..space import Array
 
 #: Places of the settings in `c`.
-SCALE, FEEDBACK, DEAD_BAND, SMOOTHING, SLEW, LIMIT, DRIVE, REST = range(8)
+(
+    SCALE, FEEDBACK, DEAD_BAND, SMOOTHING, SLEW, LIMIT, DRIVE, REST, REFERENCE_BAND, CROSSOVER,
+) = range(10)  # fmt: skip
 
 #: Speed at which a law that has a level at rest is evaluated for a resting axis, m/s or rad/s: no
 #: law has lost anything of its breakaway level there.
@@ -65,13 +67,17 @@ SETTINGS = (
     Setting("feedback", FEEDBACK, "", "",
             "1: the law is asked at the measured velocity, 0: at that of the reference"),
     Setting("dead_band", DEAD_BAND, "m/s", "rad/s",
-            "speed up to which the axis, or the reference, counts as resting"),
+            "measured speed up to which the axis counts as resting"),
     Setting("smoothing", SMOOTHING, "m/s", "rad/s",
             "speed of the reference beyond the dead band over which compensation sets in"),
     Setting("slew", SLEW, "N/s", "N m/s", "most by which the output changes in a second; 0: any"),
     Setting("limit", LIMIT, "N", "N m", "largest output; 0: any"),
     Setting("drive", DRIVE, "N", "N m", "Coulomb friction of the drive that eats its command"),
     Setting("rest", REST, "m/s", "rad/s", "speed at which a resting axis asks the law"),
+    Setting("reference_band", REFERENCE_BAND, "m/s", "rad/s",
+            "speed up to which the reference counts as resting, and nothing is compensated"),
+    Setting("crossover", CROSSOVER, "m/s", "rad/s",
+            "speed up to which feedback asks at the measured velocity; 0: any"),
 )  # fmt: skip
 
 
@@ -83,12 +89,12 @@ class Compensator:
         scale: Share of the model's friction that is compensated.
         feedback: Whether the law is evaluated at the measured velocity. Else it is evaluated at
             the reference's, which needs no sensor, and cannot undo what falls with speed.
-        dead_band: Speed up to which the axis, or the reference, counts as resting, m/s or rad/s.
-            The default is for a sensor without steps. One that counts needs more than a count a
+        dead_band: Measured speed up to which the axis counts as resting, m/s or rad/s. The
+            default is for a sensor without steps. One that counts needs more than a count a
             sample, which a resting axis shows where it trembles between two: see
             `sensor_dead_band`.
-        smoothing: The output grows from nothing at a reference speed of `dead_band` to its whole
-            at `dead_band + smoothing`, m/s or rad/s; at 0 it is there at once.
+        smoothing: The output grows from nothing at a reference speed of `reference_band` to its
+            whole at `reference_band + smoothing`, m/s or rad/s; at 0 it is there at once.
         slew: Most by which the output changes in a second, N/s or N m/s; 0 for no limit.
         limit: Largest output, N or N m; 0 for no limit.
         drive: Coulomb friction of the drive itself that eats the command before it reaches the
@@ -96,6 +102,10 @@ class Compensator:
         rest: Speed at which the law is evaluated for a resting axis, m/s or rad/s. The default
             gives the breakaway level of a law that has one; a law that is smooth through rest has
             none, and must be evaluated where its friction has risen.
+        reference_band: Speed up to which the reference counts as resting, m/s or rad/s; a
+            reference is known without a sensor.
+        crossover: Speed up to which feedback takes the measured velocity, m/s or rad/s: where
+            friction falls with speed, and has to be undone. 0: at any.
     """
 
     scale: float = 1.0
@@ -106,6 +116,8 @@ class Compensator:
     limit: float = 0.0
     drive: float = 0.0
     rest: float = TINY
+    reference_band: float = 1e-6
+    crossover: float = 0.0
 
     def __post_init__(self) -> None:
         for s in SETTINGS:
@@ -119,7 +131,7 @@ class Compensator:
 
     @property
     def c(self) -> Array:
-        """The settings as the compiled functions read them, (8,)."""
+        """The settings as the compiled functions read them, (10,)."""
         return np.array([float(getattr(self, s.name)) for s in SETTINGS])
 
 
@@ -139,22 +151,41 @@ def sensor_dead_band(resolution: float, h: float) -> float:
 _READ = types.Array(float64, 1, "C", readonly=True)
 
 
+@compiled(float64(float64, _READ))
+def fed_back(v_ref: float, c: Array) -> float:
+    """1 where the law is evaluated at the measured velocity, 0 where at the reference's.
+
+    Args:
+        v_ref: Velocity of the reference, m/s or rad/s.
+        c: The settings.
+    """
+    if c[FEEDBACK] == 0.0:
+        return 0.0
+    if c[CROSSOVER] > 0.0 and abs(v_ref) > c[CROSSOVER]:
+        return 0.0
+    return 1.0
+
+
 @compiled(float64(float64, float64, _READ))
 def evaluation_velocity(v_ref: float, v: float, c: Array) -> float:
     """The velocity at which the friction law is evaluated, m/s or rad/s.
 
     Without feedback, the reference's. With feedback, the measured one; where the axis rests and
     the reference moves, a tiny speed in the reference's direction: there the law gives its
-    breakaway level, so that a stuck axis is pushed off.
+    breakaway level, so that a stuck axis is pushed off. With a crossover the measured velocity
+    counts up to that speed only, beyond which friction damps the axis, and that of a reference
+    faster than it is taken as it is.
 
     Args:
         v_ref: Velocity of the reference, m/s or rad/s.
         v: Measured velocity, m/s or rad/s.
         c: The settings.
     """
-    if c[FEEDBACK] == 0.0:
+    if fed_back(v_ref, c) == 0.0:
         return v_ref
     if abs(v) > c[DEAD_BAND]:
+        if c[CROSSOVER] > 0.0:
+            return min(max(v, -c[CROSSOVER]), c[CROSSOVER])  # type: ignore[no-any-return]
         return v
     if v_ref < 0.0:
         return -c[REST]  # type: ignore[no-any-return]
@@ -166,7 +197,7 @@ def shaped_output(force: float, v_ref: float, h: float, before: float, c: Array)
     """The compensator's output for a modelled friction, N or N m.
 
     scale * share * (force + drive in its direction), where the share rises from 0 to 1 as the
-    reference's speed goes from the dead band to the smoothing beyond it; then limited in its
+    reference's speed goes from its own dead band to the smoothing beyond it; then limited in its
     change and in its size. Where the reference rests nothing is compensated: friction may hold.
 
     Args:
@@ -176,7 +207,7 @@ def shaped_output(force: float, v_ref: float, h: float, before: float, c: Array)
         before: The output of the sample before.
         c: The settings.
     """
-    speed = abs(v_ref) - c[DEAD_BAND]
+    speed = abs(v_ref) - c[REFERENCE_BAND]
     share = 0.0
     if speed > 0.0:
         share = 1.0
@@ -216,13 +247,13 @@ def compensator_output(
         z: The compensator's own states of the law, (states,).
         load: The loads of the sample before, as laws read them, (5,).
         p: The law's parameters as the compensator believes them.
-        c: The settings, (8,).
+        c: The settings, (10,).
         out: The states after h, as z.
     """
     at = evaluation_velocity(v_ref, v, c)
     if not general:
         force = factor * slip(at, p)
-    elif states > 0 and c[FEEDBACK] != 0.0 and abs(v) <= c[DEAD_BAND]:
+    elif states > 0 and fed_back(v_ref, c) == 1.0 and abs(v) <= c[DEAD_BAND]:
         for i in range(states):
             out[i] = z[i]
         force = factor * slip(at, p)

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from ..rig.motion.command import Drive
 from .closed_loop import Reference
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from ..data.recording import Recording
     from ..space import Array
 
@@ -20,35 +17,42 @@ if TYPE_CHECKING:
 LONG, REST = 20.0, 1.0
 #: The faster ramp, in times of the slow one's speed; the sine's greatest speed, the same.
 FAST, SINE = 4.0, 2.0
+#: A ramp lasts so many periods of the loop at least: four in which the axis catches up, and twice
+#: four to tell a swing that lasts from one that decays.
+CYCLES = 12.0
 #: Samples of a reference at most, and at least in each of its ramps.
 MOST, FEWEST = 1_000_000, 20
 
 
-def references(speed: float, travel: float, x0: float, h: float) -> tuple[Reference, ...]:
+def references(
+    speed: float, travel: float, x0: float, h: float, period: float = 0.0
+) -> tuple[Reference, ...]:
     """A slow ramp there and back, a faster one, and a sine that reverses four times.
 
-    The ramps rest at both ends and where they turn.
+    The ramps rest at both ends and where they turn. One that would end before a swing of the loop
+    can be told from a transient goes on beyond the travel.
 
     Args:
         speed: Of the slow ramp, m/s or rad/s.
         travel: How far it goes, m or rad.
         x0: Where it starts.
         h: Sample time of the controller, s.
+        period: Of the loop's own swing, s.
 
     Raises:
         InputError: a ramp has so few samples that nothing is controlled, or so many that nobody
             would wait.
     """
-    for times in (1.0, FAST):
-        n = travel / (times * speed) / h
-        if not FEWEST <= n <= MOST:
+    takes = [max(travel / (times * speed), CYCLES * period) for times in (1.0, FAST)]
+    for seconds in takes:
+        if not FEWEST <= seconds / h <= MOST:
             raise InputError(
-                f"a ramp of {travel / (times * speed):.3g} s has {n:.3g} samples at a period of "
+                f"a ramp of {seconds:.3g} s has {seconds / h:.3g} samples at a period of "
                 f"{h * 1e3:g} ms: choose speed and period so that it has {FEWEST} to {MOST:,}"
             )
     return (
-        _ramps("ramp", speed, travel, x0, h),
-        _ramps("fast ramp", FAST * speed, travel, x0, h),
+        _ramps("ramp", speed, speed * takes[0], x0, h),
+        _ramps("fast ramp", FAST * speed, FAST * speed * takes[1], x0, h),
         _sine("sine", SINE * speed, travel / 4, x0, h),
     )
 
@@ -87,21 +91,3 @@ def followed(recording: Recording, h: float) -> Reference:
     return Reference(
         recording.label, t, np.interp(t, recording.t - recording.t[0], recording.command)
     )
-
-
-def paced(recordings: Sequence[Recording]) -> tuple[float, float, float] | None:
-    """Speed, travel and start of the commands of logs; None where none moves.
-
-    The speed is the mean over the time in which a command moves, the least of all logs.
-    """
-    knots = []
-    for log in recordings:
-        if log.command is None:
-            continue
-        drive = Drive.sampled(log.t, log.command)  # a command's own steps, not its rounding
-        distance, takes = np.abs(np.diff(drive.x)), np.diff(drive.t)
-        moves = distance > 1e-3 * float(np.ptp(drive.x)) * takes / (drive.t[-1] - drive.t[0])
-        if moves.any():
-            speed = float(distance[moves].sum() / takes[moves].sum())
-            knots.append((speed, float(np.ptp(drive.x)), float(drive.x[0])))
-    return min(knots) if knots else None

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..text_file import page
 from .compensator import SETTINGS, Compensator
 
-SCHEMA = "stribeck-compensation/1"
+SCHEMA = "stribeck-compensation/2"
 
 
 def read_settings(path: str | Path) -> Compensator:

@@ -15,12 +15,10 @@ import numpy as np
 from ..friction import LAWS
 from .closed_loop import compensated
 from .corners import IDENTIFIED
-from .limit_cycle import Sign, floors, signs, stretches, swings
+from .limit_cycle import Observed, Sign, floors, observed, stretches, swings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
     from ..friction import Law
     from ..rig import Rig
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     from .closed_loop import Reference, Sensor
     from .compensator import Compensator
 
-Mode = Literal["reference", "feedback"]
+Mode = Literal["reference", "crossover", "feedback"]
 
 #: Points of a trace that is kept to be drawn.
 _DRAWN = 4000
@@ -56,12 +54,26 @@ class TrackingTrace:
 
 
 @dataclass(frozen=True, eq=False)
-class Baseline:
-    """The axes without compensation: errors (P, M), and by motion floors (P,) and signs."""
+class Outcome:
+    """What axes do at a scale of one mode, (P, M) for P axes and M motions.
+
+    Args:
+        rms: RMS error, m or rad; inf where an axis ran away.
+        swing: How far the error swings where that lasts, m or rad; the worst stretch.
+        at_rest: Share of the time in which the axis rests while the reference moves.
+        peak: Greatest speed, m/s or rad/s.
+        signs: Signs that are not there without compensation, by axis and motion.
+        observed: By motion, stretch by stretch.
+        floors: By motion how much is looked at, (P,).
+    """
 
     rms: Array
+    swing: Array
+    at_rest: Array
+    peak: Array
+    signs: tuple[tuple[Sign, int, int], ...]
+    observed: tuple[Observed, ...]
     floors: tuple[Array, ...]
-    signs: tuple[Mapping[Sign, NDArray[np.bool_]], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,17 +98,21 @@ class Trial:
     shape: Compensator
     sensor: Sensor
 
-    def tried(
-        self, scale: float, mode: Mode, baseline: Baseline | None
-    ) -> tuple[Array, list[tuple[Sign, int, int]], Baseline]:
-        """RMS errors (P, M), the signs by axis and motion, and what was seen."""
-        rms = np.empty((len(self.axes), len(self.motions)))
-        signs_seen, baselines = [], []
+    def settings(self, scale: float, mode: Mode) -> Compensator:
+        """The compensator at a scale of a mode."""
+        crossover = self.shape.crossover if mode == "crossover" else 0.0
+        return replace(self.shape, scale=scale, feedback=mode != "reference", crossover=crossover)
+
+    def tried(self, scale: float, mode: Mode, baseline: Outcome | None) -> Outcome:
+        """What the axes do, with the signs that a baseline does not show."""
+        still = self.shape.reference_band
+        rms, swing, at_rest, peak = np.zeros((4, len(self.axes), len(self.motions)))
+        signs: list[tuple[Sign, int, int]] = []
+        each, looked_at = [], []
         for m, motion in enumerate(self.motions):
             moved = compensated(
                 self.rig, self.law, np.array(list(self.axes.values())), motion,
-                [replace(self.shape, scale=scale, feedback=mode == "feedback")],
-                (self.law, self.believed), self.sensor,
+                [self.settings(scale, mode)], (self.law, self.believed), self.sensor,
             )  # fmt: skip
             error = motion.x - moved.position
             rms[:, m] = np.nan_to_num(np.sqrt(np.mean(error * error, axis=1)), nan=np.inf)
@@ -105,21 +121,19 @@ class Trial:
                 if baseline is None
                 else baseline.floors[m]
             )
-            parts = stretches(motion, self.shape.dead_band)
-            seen_here = signs(
-                motion, parts, moved.position, moved.velocity, self.shape.dead_band, floor,
+            looked = observed(
+                motion, stretches(motion, still), moved.position, moved.velocity, still, floor,
                 self.calm[m],
             )  # fmt: skip
+            swing[:, m] = looked.swing.max(axis=1, initial=0.0)
+            at_rest[:, m], peak[:, m] = looked.at_rest, looked.peak
             if baseline is not None:
-                seen_here = {k: v & ~baseline.signs[m][k] for k, v in seen_here.items()}
-                worse = (rms[:, m] > baseline.rms[:, m]) & ~seen_here["runs away"]
-                seen_here["is worse"] = worse
-                signs_seen += [
-                    (k, int(i), m) for k, v in seen_here.items() for i in np.flatnonzero(v)
-                ]
-            baselines.append((floor, seen_here))
-        measured = Baseline(rms, tuple(f for f, _ in baselines), tuple(s for _, s in baselines))
-        return rms, signs_seen, measured
+                beyond = looked.beyond(baseline.observed[m])
+                beyond["is worse"] = (rms[:, m] > baseline.rms[:, m]) & ~beyond["runs away"]
+                signs += [(k, int(i), m) for k, v in beyond.items() for i in np.flatnonzero(v)]
+            each.append(looked)
+            looked_at.append(floor)
+        return Outcome(rms, swing, at_rest, peak, tuple(signs), tuple(each), tuple(looked_at))
 
     def frictionless(self) -> Array:
         """RMS errors of the identified axis without any friction, (M,): the loop's own."""
@@ -135,7 +149,7 @@ class Trial:
         falls nowhere, and damps. What swings then is what gravity makes of the loop.
         """
         return tuple(
-            swings(m, stretches(m, self.shape.dead_band), self._viscous(m, 1.0))
+            swings(m, stretches(m, self.shape.reference_band), self._viscous(m, 1.0))
             for m in self.motions
         )
 
@@ -175,33 +189,37 @@ class Trial:
 
 
 class Tried:
-    """The scales that one mode was tried at: errors, and signs by axis and motion."""
+    """The scales that one mode was tried at.
 
-    def __init__(self, trial: Trial, mode: Mode) -> None:
+    Args:
+        trial: What is tried.
+        mode: At which velocity the law is asked.
+        baseline: The axes without compensation, which no mode changes.
+    """
+
+    def __init__(self, trial: Trial, mode: Mode, baseline: Outcome) -> None:
         self._trial, self._mode = trial, mode
-        rms, _, self._baseline = trial.tried(0.0, mode, None)
-        self._found: dict[float, tuple[Array, list[tuple[Sign, int, int]]]] = {0.0: (rms, [])}
+        self._outcomes: dict[float, Outcome] = {0.0: baseline}
 
     @property
     def scales(self) -> list[float]:
         """Those that were tried, rising."""
-        return sorted(self._found)
+        return sorted(self._outcomes)
 
-    def at(self, scale: float) -> tuple[Array, list[tuple[Sign, int, int]]]:
+    def at(self, scale: float) -> Outcome:
         """What happens at a scale."""
         scale = round(scale, 4)
-        if scale not in self._found:
-            rms, observed, _ = self._trial.tried(scale, self._mode, self._baseline)
-            self._found[scale] = (rms, observed)
-        return self._found[scale]
+        if scale not in self._outcomes:
+            self._outcomes[scale] = self._trial.tried(scale, self._mode, self._outcomes[0.0])
+        return self._outcomes[scale]
 
     def too_much(self, scale: float) -> bool:
         """Whether a scale shows a sign other than a greater error."""
-        return any(sign != "is worse" for sign, _, _ in self.at(scale)[1])
+        return any(sign != "is worse" for sign, _, _ in self.at(scale).signs)
 
     def worst(self, scale: float) -> float:
         """Greatest ratio of errors at a scale."""
-        return float(ratios(np.stack([self.at(0.0)[0], self.at(scale)[0]]))[1].max())
+        return float(ratios(np.stack([self.at(0.0).rms, self.at(scale).rms]))[1].max())
 
 
 def ratios(rms: Array) -> Array:

@@ -24,6 +24,7 @@ from ..text_file import page
 from ..units import convertible, unit
 from .conditions import Condition
 from .loss import Objective
+from .pace import paced
 from .parameters import Parameters, partition
 from .score import simulated
 from .uncertainty.profile_walk import Ended
@@ -183,6 +184,14 @@ class SpeedsCard(_Part):
         )
 
 
+class PaceCard(_Part):
+    """How the slowest log moves, SI: its speed as `identify.pace` says, how far, and from where."""
+
+    speed: Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+    travel: Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+    start: Finite
+
+
 class ConstantCard(_Part):
     """A constant of the rig, with who vouches for it and by how much it may be off.
 
@@ -274,6 +283,7 @@ class Card(_Part):
     objective: ObjectiveCard
     train: list[str] = []
     speeds: SpeedsCard | None = None
+    pace: PaceCard | None = None
     holdout: list[HoldoutCard] = []
     search: SearchCard
     balance: dict[str, Finite] = {}
@@ -288,6 +298,7 @@ class Card(_Part):
         """The card as JSON, as it stands in a file."""
         optional = {
             "posterior": self.posterior,
+            "pace": self.pace,
             "force_delay_ms": self.force_delay_ms or None,
             "velocity": self.velocity,
         }
@@ -448,6 +459,7 @@ def card(fit: Fit) -> Card:
         ),
         train=[r.text for r in fit.train_ranges],
         speeds=_speeds(fit),
+        pace=None if (pace := paced(fit.recordings)) is None else PaceCard(**asdict(pace)),
         holdout=[
             HoldoutCard(
                 range=h.within.text if h.within else "all",

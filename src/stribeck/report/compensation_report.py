@@ -13,7 +13,7 @@ from .._version import __version__
 from ..compensate.compensator import SETTINGS
 from ..compensate.settings import SCHEMA
 from ..units import unit
-from .figures.style import ACCENT, INK, MEASURED, MODEL, STYLE, legend_above, save
+from .figures.style import ACCENT, INK, MEASURED, MODEL, REPEATS, STYLE, legend_above, save
 from .folder import write_files
 from .format import DASH, json_text, number, unit_label
 from .table import Table
@@ -25,12 +25,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..compensate.compensation import Compensation, Onset, ScaleCurve
+    from ..compensate.compensation import Compensation
+    from ..compensate.scale_curve import Onset, ScaleCurve
+    from ..compensate.stability import Sliding
     from ..compensate.trial import TrackingTrace
 
 #: File names in a folder of results.
 FILE, FIGURE = "compensation.json", "compensation"
-_COLOURS = {"reference": ACCENT, "feedback": MODEL}
+_COLOURS = {"reference": ACCENT, "crossover": REPEATS[2], "feedback": MODEL}
 
 
 def show_compensation(compensation: Compensation) -> None:
@@ -48,6 +50,8 @@ def show_compensation(compensation: Compensation) -> None:
     if (curve := compensation.curve) is not None:
         out.print()
         show_table(_motions(compensation, curve))
+        out.print()
+        show_table(_smoothness(compensation, curve))
     for sentence in sentences(compensation):
         out.print(f"\n{sentence}")
 
@@ -93,6 +97,29 @@ def _motions(compensation: Compensation, curve: ScaleCurve) -> Table:
     return Table.of_texts(title, heads, rows)
 
 
+def _smoothness(compensation: Compensation, curve: ScaleCurve) -> Table:
+    """How smoothly the axes move, without compensation and at the recommended scale."""
+    assert curve.best is not None  # noqa: S101 - it is recommended
+    length, speed = (compensation.rig.unit_shown(q) for q in ("position", "velocity"))
+    before, after = curve.outcomes[0], curve.outcomes[curve.best]
+    rows = []
+    for m, name in enumerate(compensation.motions):
+        cells = [name]
+        for o in (before, after):
+            cells += [
+                number(float(unit(length).from_si(o.swing[:, m].max())), 3),
+                f"{float(o.at_rest[:, m].max()):.0%}",
+                number(float(unit(speed).from_si(o.peak[:, m].max())), 3),
+            ]
+        rows.append(cells)
+    heads = [
+        "motion", f"swing/{length}", "at rest", f"peak/({speed})", "swing, with", "at rest, with",
+        "peak, with",
+    ]  # fmt: skip
+    title = "lasting swing, share at rest behind a moving reference, peak speed: worst axis"
+    return Table.of_texts(title, heads, rows)
+
+
 def times(ratio: float) -> str:
     """How many times less an error is."""
     return f"{1 / ratio:.3g}×" if 0 < ratio < math.inf else DASH
@@ -114,13 +141,14 @@ def sentences(compensation: Compensation) -> list[str]:
             if c.harm is not None
         ]
     else:
-        at = "measured velocity" if curve.mode == "feedback" else "reference's velocity"
+        at = _asked_at(compensation, curve)
         texts.append(
-            f"recommended: scale {curve.scale:.4g}, the law asked at the {at}; of "
+            f"recommended: scale {curve.scale:.4g}, the law asked at {at}; of "
             f"{len(compensation.plants)} axes that the card allows, the worst keeps "
             f"{float(curve.worst[curve.best]):.0%} of its error"
         )
     texts += [_too_much(c, compensation.margin) for c in compensation.curves]
+    texts += _slides(compensation)
     if compensation.compensator is not None:
         c = asdict(compensation.compensator)
         listed = ", ".join(
@@ -143,6 +171,42 @@ def sentences(compensation: Compensation) -> list[str]:
         "what the model of the rig leaves out, such as play and compliance, is not in these figures"
     )
     return [*texts, *compensation.notes]
+
+
+def _asked_at(compensation: Compensation, curve: ScaleCurve) -> str:
+    """At which velocity, in words."""
+    if curve.mode == "reference":
+        return "the reference's velocity"
+    if curve.mode == "feedback" or compensation.compensator is None:
+        return "the measured velocity"
+    speed = compensation.rig.unit_shown("velocity")
+    up_to = number(float(unit(speed).from_si(compensation.compensator.crossover)), 3)
+    return f"the measured velocity up to {up_to} {speed}, at a faster reference's beyond"
+
+
+def _slides(compensation: Compensation) -> list[str]:
+    """Steady sliding at the motions' greatest speeds, each speed once."""
+    by_speed = {f"{abs(s.speed):.3g}": s for s in compensation.slides}
+    if not by_speed:
+        return []
+    shown = unit(compensation.rig.unit_shown("velocity"))
+    parts = [_slide(s, shown.from_si(abs(s.speed)), shown.written) for s in by_speed.values()]
+    text = (
+        f"steady sliding by the eigenvalues of the loop (small disturbances): {'; '.join(parts)}; "
+        "beside sliding that is stable an axis may keep swinging once it is kicked: the motions "
+        "above tell"
+    )
+    return [text]
+
+
+def _slide(s: Sliding, speed: float, written: str) -> str:
+    state = "stable" if s.stable else "unstable"
+    other = "unstable" if s.stable else "stable"
+    turn = f"{other} with feedback from scale {s.edge:.3g}" if s.edge is not None else (
+        f"{state} with feedback at any scale"
+    )  # fmt: skip
+    falls = "falls" if s.slope < 0 else "rises"
+    return f"at {number(float(speed), 3)} {written}, where friction {falls}, {state}, {turn}"
 
 
 def _too_much(curve: ScaleCurve, margin: float) -> str:
@@ -172,6 +236,7 @@ def compensation_text(compensation: Compensation) -> str:
         "motions": list(compensation.motions),
         "axes": list(compensation.plants),
         "frictionless": compensation.frictionless.tolist(),
+        "sliding": [asdict(s) for s in compensation.slides],
         "margin": compensation.margin,
         "recommended": None
         if curve is None or compensation.compensator is None
@@ -203,6 +268,9 @@ def _curve(curve: ScaleCurve) -> dict[str, Any]:
         "safe": [bool(s) for s in curve.safe],
         "worst_ratio": curve.worst.tolist(),
         "rms": curve.rms.tolist(),
+        "swing": [o.swing.tolist() for o in curve.outcomes],
+        "at_rest": [o.at_rest.tolist() for o in curve.outcomes],
+        "peak": [o.peak.tolist() for o in curve.outcomes],
     }
 
 
@@ -228,10 +296,12 @@ def figure(compensation: Compensation) -> Figure:
     """Error over time without and with, and the ratio of errors over the scale."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - comes late on purpose
 
-    drawn = Figure(figsize=(9.0, 7.2), layout="constrained")
-    top, bottom = drawn.subplots(2, 1, height_ratios=[1.0, 1.1])
+    drawn = Figure(figsize=(9.0, 9.4), layout="constrained")
+    top, middle, bottom = drawn.subplots(3, 1, height_ratios=[1.0, 1.1, 0.6])
     _error(top, compensation, compensation.traces[0])
-    _ratios(bottom, compensation, compensation.curves)
+    _ratios(middle, compensation, compensation.curves)
+    _swings(bottom, compensation)
+    bottom.sharex(middle)
     legend_above(drawn, top)
     return drawn
 
@@ -250,6 +320,23 @@ def _error(axes: Axes, compensation: Compensation, trace: TrackingTrace) -> None
         title=f"Tracking error, {trace.motion}", xlabel="time / s",
         ylabel=f"command − position / {unit_label(length)}",
     )  # fmt: skip
+    axes.margins(x=0.0)
+
+
+def _swings(axes: Axes, compensation: Compensation) -> None:
+    """The greatest lasting swing over the scale, and the one that is there without."""
+    length = compensation.rig.unit_shown("position")
+    for c in compensation.curves:
+        swing = unit(length).from_si(c.swing)
+        axes.plot(c.scales, swing, ".-", color=_COLOURS[c.mode], label=c.mode)
+        if c is compensation.curve and c.best is not None:
+            axes.plot(c.scales[c.best], swing[c.best], "o", color=_COLOURS[c.mode])
+    axes.set(
+        title="Greatest lasting swing of all axes and motions (at scale 0: without compensation)",
+        xlabel="scale",
+        ylabel=f"swing / {unit_label(length)}",
+    )
+    axes.set_ylim(bottom=0.0)
     axes.margins(x=0.0)
 
 

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .motion.drives import (
+    JOINT,
+    SERVO,
+    SLIDE,
+    JointConstants,
+    ServoConstants,
+    SlideConstants,
+)
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -17,6 +28,28 @@ def per_newton(law: Law, p: Array) -> float:
     """The command per unit of force of a controller that commands a force."""
     del law, p
     return 1.0
+
+
+class LinearLoop(NamedTuple):
+    """A closed loop without friction, for small motions: mass, damping, stiffness, SI.
+
+    Args:
+        mass: kg or kg m^2.
+        damping: N s/m or N m s/rad.
+        stiffness: N/m or N m/rad.
+        hold: 0 if the controller's force follows the axis at all times, 1 if it is held from
+            sample to sample, 2 if it acts a sample late.
+    """
+
+    mass: float
+    damping: float
+    stiffness: float
+    hold: int = 0
+
+    @property
+    def period(self) -> float:
+        """Of its undamped swing, s; nothing where no stiffness pulls it back."""
+        return 2 * np.pi * float(np.sqrt(self.mass / self.stiffness)) if self.stiffness > 0 else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,3 +77,20 @@ class Controller:
     constants: Callable[[Law, Array, Track], Array]
     command_per_force: Callable[[Law, Array], float] = per_newton
     friction: float = 0.0
+
+    def linear(self, law: Law, p: Array, track: Track) -> LinearLoop:
+        """The loop of a (k,) parameter set, without friction, limits and gravity.
+
+        A slide bed has the softer of its two directions.
+        """
+        row = self.constants(law, p[None], track)[0]
+        if self.drive == SLIDE:
+            bed = SlideConstants(*row[: len(SlideConstants._fields)])
+            softer = min(bed.k_hat_plus + bed.k_spring_plus, bed.k_hat_minus + bed.k_spring_minus)
+            return LinearLoop(bed.m + bed.inertia, bed.damping, softer)
+        if self.drive == SERVO:
+            servo = ServoConstants(*row[: len(ServoConstants._fields)])
+            return LinearLoop(servo.J, servo.damping, servo.per_volt * servo.stiffness)
+        assert self.drive == JOINT  # noqa: S101 - there are no others
+        joint = JointConstants(*row[: len(JointConstants._fields)])
+        return LinearLoop(joint.J, joint.k_d, joint.k_p, int(joint.hold))

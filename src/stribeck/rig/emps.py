@@ -136,11 +136,13 @@ class Emps(BalancedRig):
         )
         return LoopMotion(recording.t, x, speed, force, acceleration)
 
-    def controller(self) -> Controller:
+    def controller(self) -> Controller | None:
         """The cascade kv (kp (q_ref − q) − v) as position and velocity gains of a joint.
 
         Its velocity is the axis's own, not a difference.
         """
+        if self.loop is not None:
+            return super().controller()
 
         def track(recording: Recording) -> Track:
             t, x = recording.t, recording.position

@@ -20,6 +20,7 @@ from .constant import Constant, Origin, Stated
 from .controller import Controller
 from .equation import Equation
 from .experiments.offer import Offer, OperatingRange
+from .position_loop import PositionLoop
 
 Approach = Literal["output_error", "force_balance"]
 
@@ -92,6 +93,7 @@ class Rig:
         known_scale: Whether known gains and a known mass alone set the scale of its forces.
         scale: The channel that forces, masses and stiffnesses are in proportion to; empty where
             constants set the scale.
+        loop: The controller around an axis that was identified without one.
     """
 
     #: How its laws are identified: by simulating the motion, or by a balance of measured forces.
@@ -114,6 +116,7 @@ class Rig:
     hand_gauge: bool = False
     known_scale: bool = False
     scale: str = ""
+    loop: PositionLoop | None = None
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -217,7 +220,7 @@ class Rig:
 
     def controller(self) -> Controller | None:
         """The controller of its loop, as a compensator adds to it; None where it has none."""
-        return None
+        return None if self.loop is None else self.loop.controller(self.name, self.own)
 
     def equation(self, law: Law) -> Equation | None:
         """Its equation of motion under a law, as a stepper takes it; None where it has none."""

@@ -110,7 +110,7 @@ class SteppedRig(SimulatedRig):
     def controller(self) -> Controller | None:
         """Its own loop, if it says which input a compensator's output is added to."""
         if self.entry is None:
-            return None
+            return super().controller()
 
         def track(recording: Recording) -> Track:
             x, n = recording.position, len(recording)

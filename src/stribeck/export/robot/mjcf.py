@@ -84,20 +84,22 @@ def mjcf(
     return file.changed([*changes, file.attributed(tag, values)]), notes
 
 
-def creep(force: float, inertia: float, *, firm: bool = False) -> float:
+def creep(force: float, inertia: float, damping: float = 0.0, *, firm: bool = False) -> float:
     """The speed at which a joint creeps under a force below its frictionloss, m/s (rad/s).
 
     The constraint is soft: at rest its force is that of a damper whose coefficient follows from
     its reference (time constant T and damping ratio 1) and its impedance d_0 at a violation of 0,
-    v = (F / M) (1 - d_0)/d_0 d_width T/2.
+    v = ((F - D v) / M) (1 - d_0)/d_0 d_width T/2 with the joint's own damping D.
 
     Args:
         force: N (N m).
         inertia: Of the axis, kg (kg m^2).
+        damping: Of the joint, N s/m (N m s/rad).
         firm: Whether `solimpfriction` is as `mjcf` sets it.
     """
     at_rest, most = (_FIRM_D, _FIRM_D) if firm else (_D_0, _D_WIDTH)
-    return force / inertia * (1.0 - at_rest) / at_rest * most * _TIME_CONSTANT / 2.0
+    mobility = (1.0 - at_rest) / at_rest * most * _TIME_CONSTANT / 2.0 / inertia
+    return force * mobility / (1.0 + damping * mobility)
 
 
 def _check_root(file: JointFile) -> None:
@@ -215,7 +217,7 @@ def _creep(file: JointFile, joint: Tag, model: Model, to: Reduction, *, firm: bo
     units, half = RigUnits(model), 0.5 * to["F_C"]
     weight = "kg m^2" if model.rig.rotary else "kg"
     load = f"under half the level ({half:.3g} {units.force}) an axis of {mass:.3g} {weight}"
-    speeds = {firm: units.speed(creep(half, mass, firm=firm)) for firm in (False, True)}
+    speeds = {each: units.speed(creep(half, mass, to["F_V"], firm=each)) for each in (False, True)}
     sentence = f"at rest MuJoCo gives way: {load} creeps at {speeds[firm]}"
     if not firm:
         sentence += f', with solimpfriction="{_FIRM["solimpfriction"]}" at {speeds[True]}'

@@ -40,10 +40,16 @@ class Drive:
         return np.interp(t, self.t, self.x)
 
     @classmethod
-    def sampled(cls, t: Array, x: Array) -> Drive:
-        """The command of a log, with the samples dropped that lie on a line between others."""
+    def sampled(cls, t: Array, x: Array, tolerance: float = KNOT_TOLERANCE) -> Drive:
+        """The command of a log, with the samples dropped that lie on a line between others.
+
+        Args:
+            t: s, (N,).
+            x: m or rad, (N,).
+            tolerance: What a dropped sample may change, as a share of the range of x.
+        """
         t, x = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(x, dtype=float)
-        keep = _corners(t, x, KNOT_TOLERANCE * max(float(np.ptp(x)), 1e-12))
+        keep = _corners(t, x, tolerance * max(float(np.ptp(x)), 1e-12))
         return cls(t[keep], x[keep])
 
     @classmethod

@@ -1,0 +1,86 @@
+"""A sampled position controller around any axis with a mass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from .controller import Controller
+from .equation import FIRST, SECOND, THIRD
+from .motion.drives import JOINT, JointConstants, rows
+from .motion.track import Track
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+    from ..space import Array, Param
+
+#: Way by which a step of a trial may be off, m and rad.
+_TOLERANCE = 1e-9
+#: What rigs call the mass, a constant force, and gravity's two.
+_MASS, _OFFSET, _GRAVITY = ("M", "J"), ("offset", "g_0"), ("g_sin", "g_cos")
+
+
+@dataclass(frozen=True)
+class PositionLoop:
+    """A proportional-derivative controller, sampled: what it computes is held for a sample.
+
+    force = clip(kp (command − position) + kd (command's velocity − velocity), ±limit)
+
+    A cascade of a position loop K_v and a velocity loop K_p is kp = K_v K_p, kd = K_p, with the
+    derivative of the velocity alone.
+
+    Args:
+        kp: N/m or N m/rad.
+        kd: N s/m or N m s/rad.
+        period: Sample time, s.
+        late: Whether the force acts a sample after the one that it is computed from.
+        limit: Largest force, N or N m.
+        error_derivative: Whether kd acts on the error's velocity, not on that of the axis alone.
+    """
+
+    kp: float
+    kd: float = 0.0
+    period: float = 1e-3
+    late: bool = False
+    limit: float = np.inf
+    error_derivative: bool = True
+
+    def controller(self, name: str, own: Callable[[Law], tuple[Param, ...]]) -> Controller:
+        """The loop as the implicit stepper runs it, around an axis.
+
+        Args:
+            name: Of its rig.
+            own: The rig's own parameters beside a law's.
+        """
+
+        def track(recording: Recording) -> Track:
+            t, x = recording.t, recording.position
+            inputs = np.zeros((5, len(t)))
+            inputs[FIRST] = x
+            if self.error_derivative:
+                inputs[SECOND, :-1] = np.diff(x) / np.diff(t)
+            return Track(
+                t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
+                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+            )  # fmt: skip
+
+        def constants(law: Law, p: Array, track: Track) -> Array:
+            del track
+            values = dict(zip((q.name for q in own(law)), p[:, len(law.params) :].T, strict=True))
+            mass = next((values[n] for n in _MASS if n in values), None)
+            if mass is None:
+                raise InputError(f"rig {name}: its card has no mass to close a loop around")
+            constant = next((values[n] for n in _OFFSET if n in values), 0.0)
+            g_sin, g_cos = (values.get(n, 0.0) for n in _GRAVITY)
+            loop = JointConstants(
+                mass, self.kp, self.kd, g_sin, g_cos, constant, self.limit,
+                2.0 if self.late else 1.0,
+            )  # fmt: skip
+            return rows(loop, len(p))
+
+        return Controller(JOINT, THIRD, self.period, _TOLERANCE, track, constants)
