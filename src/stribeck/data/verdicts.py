@@ -229,7 +229,7 @@ def _on_command(recording: Recording) -> str:
     if recording.command is not None:
         return "command recorded: motion can be simulated from it"
     if recording.force is not None:
-        return "no command recorded: a force balance and rig presliding need none"
+        return "no command recorded: rigs with a measured force need none"
     return ("no command recorded: rig slide-bed assumes one (the mean of the first samples and a "
             "ramp), other controlled rigs need it")  # fmt: skip
 

@@ -152,15 +152,17 @@ def multistart(
     allowance = settings.budget * settings.repeats - evaluations
     if interrupted or settings.polishing is False:
         allowance = 0
-    best, refined = answer.x, 0
+    if problem.parameters.objective.loss == "absolute" and not interrupted:
+        problem = problem.finer()
+    refit = problem is not searched and allowance > 1
+    around, stopped = _on_all_samples(
+        problem, answer, settings, allowance, refit=refit, smooth=smooth
+    )
+    best, cost, refined = around.x, around.cost, around.evaluations
+    if stopped:
+        interrupted, allowance = True, 0
     whole: MotionProblem | FreeStartProblem = problem
     try:
-        if problem.parameters.objective.loss == "absolute" and not interrupted:
-            whole = problem = problem.finer()
-        cost = answer.cost
-        if problem is not searched and allowance > 1:  # all samples, and a lower knee
-            refit = polish(problem, best, None, min(allowance, POLISH))
-            best, cost, refined = refit.x, refit.cost, refit.evaluations
         if allowance > refined:
             start = Polished(best, cost, 0)
             problem, wider = _widened(problem, start, min(allowance - refined, POLISH))
@@ -234,7 +236,7 @@ def _refined_answer(
 
     And whether Ctrl-C ended that.
     """
-    if settings.target is not None and answer.cost <= settings.target:
+    if _reached(settings, answer.cost):
         return answer, False
     dim, best = problem.space.dim, answer
     try:
@@ -249,8 +251,34 @@ def _refined_answer(
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
-        if dim >= MANY:
-            best = restarted(problem, best, settings.seed, allowance - best.evaluations)
+    except KeyboardInterrupt:
+        return best, True
+    return best, False
+
+
+def _reached(settings: SearchSettings, cost: float) -> bool:
+    return settings.target is not None and cost <= settings.target
+
+
+def _on_all_samples(
+    problem: MotionProblem, answer: Refined, settings: SearchSettings, allowance: int, *,
+    refit: bool, smooth: bool,
+) -> tuple[Refined, bool]:  # fmt: skip
+    """An answer refitted on all samples, in many dimensions by an evolution strategy around it.
+
+    A log at a tipping point may tip on fewer samples, and not on all.
+
+    And whether Ctrl-C ended that.
+    """
+    best = Refined(answer.x, answer.cost, 0, None)
+    try:
+        if refit:
+            end = polish(problem, best.x, None, min(allowance, POLISH))
+            best = Refined(end.x, end.cost, end.evaluations, None)
+        left = allowance - best.evaluations
+        many = smooth and settings.memetic and problem.space.dim >= MANY
+        if many and left > 0 and not _reached(settings, best.cost):
+            best = restarted(problem, best, settings.seed, left)
     except KeyboardInterrupt:
         return best, True
     return best, False

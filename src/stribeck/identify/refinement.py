@@ -24,10 +24,10 @@ from .problem import MotionProblem
 
 #: Turns through the other loss, and the share of J below which a turn brought nothing.
 TURNS, GAIN = 3, 0.01
-#: From so many parameters on there is an evolution strategy around the answer: the first standard
-#: deviation over the unit cube, half of that in every further round; evaluations a parameter, how
-#: often, and the share of J that a round has to bring for another one.
-MANY, RADIUS, ROUND, ROUNDS, WORTH = 10, 0.1, 150, 3, 0.01
+#: From so many parameters on there are rounds of an evolution strategy around the answer: its first
+#: standard deviation over the unit cube in turn, evaluations a parameter, how many rounds at most,
+#: the share of J that a round brings if it is of use, and how many in a row may be of none.
+MANY, RADII, ROUND, ROUNDS, WORTH, IDLE = 10, (0.05, 0.1), 150, 6, 1e-3, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,12 +100,12 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
     """
     dim, modes = problem.space.dim, best.modes
     spent = best.evaluations
-    limit = spent + allowance
+    limit, idle = spent + allowance, 0
     for k, child in enumerate(SeedSequence(seed, spawn_key=(dim,)).spawn(ROUNDS)):
         rows = min(ROUND * dim, limit - spent)
-        if rows < 2 * dim:
+        if rows < 2 * dim or idle == IDLE:
             break
-        around = _around(problem, best.x, RADIUS / 2**k, child, rows)
+        around = _around(problem, best.x, RADII[k % len(RADII)], child, rows)
         spent += around.evaluations
         before = best.cost
         if around.cost < before:
@@ -113,8 +113,7 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
                 problem, around.x, around.cost, max(min(40 * dim, limit - spent), 1)
             )
             spent += best.evaluations
-        if not best.cost < (1 - WORTH) * before:
-            break
+        idle = 0 if best.cost < (1 - WORTH) * before else idle + 1
     return Refined(best.x, best.cost, spent, best.other, modes)
 
 
@@ -130,7 +129,7 @@ def settled(
     """
     dim = problem.space.dim
     child = SeedSequence(seed, spawn_key=(dim, 1))
-    around = _around(problem.thinned(), x, 0.5 * RADIUS, child, ROUND * dim)
+    around = _around(problem.thinned(), x, RADII[0], child, ROUND * dim)
     refit = polish(problem, around.x, None, 40 * dim)
     return refit.x, around.evaluations + refit.evaluations
 
