@@ -325,6 +325,20 @@ def test_a_restart_by_deadlocks_waits_for_the_last_stage() -> None:
     assert events == [{"event": "restart"}]
 
 
+def test_by_one_reading_the_search_moves_to_a_worse_neighbour() -> None:
+    # 12 at 0.1 replaces 10 at 0.0, then 11 at 0.2 that: neither beats 10, so two rounds are a
+    # deadlock. Ranked list: 10 at 0.0, 12 at 0.1. Its 2nd entry is 0.1.
+    evaluated, events = tabu_by_hand([12.0, 11.0, 13.0], move="best")
+    assert np.allclose(evaluated, [0.1, 0.2, 0.2, 0.3])
+    assert events == [{"event": "backtrack"}]
+
+
+def test_by_one_reading_neighbours_lie_at_the_radius() -> None:
+    draws = np.random.default_rng(3)
+    points = neighbourhood(draws, np.array([0.5, 0.5]), np.array([0.2, 0.2]), 50, "clip", "at")
+    assert np.allclose(np.linalg.norm(points - 0.5, axis=1), 0.2)
+
+
 @pytest.mark.parametrize("name", ["ts", "ats", "bts"])
 def test_count_max_is_rounds_exactly(name: str) -> None:
     settings: dict[str, Any] = {"deadlock": "restart"} if name != "ts" else {}
@@ -455,6 +469,25 @@ def test_elites_live_and_are_not_evaluated_again() -> None:
     assert list(sizes[:31]) == [20] + [17] * 30
     assert sizes[31] == 20  # past `generations` a new population
     assert result.trace.notes[31]["event"] == "restart"
+
+
+def test_children_lie_between_their_parents_or_beyond_the_better_one() -> None:
+    # Two parents only: the better one at 0.4, the other at 0.6 in both coordinates.
+    alive, costs = np.repeat([[0.4, 0.4], [0.6, 0.6]], 10, axis=0), np.repeat([1.0, 2.0], 10)
+    between = GeneticAlgorithm(crossover=1.0, crossing="intermediate")
+    children = between.children(alive, costs, 1, np.random.default_rng(0))
+    assert np.all((children >= 0.4) & (children <= 0.6))
+    assert np.allclose(children[:, 0], children[:, 1])
+    assert 0.42 < children.mean() < 0.58
+    beyond = GeneticAlgorithm(crossover=1.0, crossing="heuristic")
+    children = beyond.children(alive, costs, 1, np.random.default_rng(0))
+    assert set(np.round(children[:, 0], 12)) == {0.36, 0.4, 0.6}  # 0.6 + 1.2 (0.4 - 0.6), or twins
+
+
+def test_the_toolbox_begins_between_0_and_1_unless_told() -> None:
+    result = run("ga", budget=20, first="unit")
+    first = BOWL.decode(result.trace.u)
+    assert np.all((first >= 0.0) & (first <= 1.0))
 
 
 def test_mutation_shrinks_to_nothing() -> None:

@@ -232,6 +232,8 @@ TABU = {
     "recall": "recent",
     "radius_from": "current",
     "AR_by": "deadlock",
+    "move": "best",
+    "neighbours": "at",
 } | CUBE
 SIGNALS = {"d_attract": 1.0, "w_attract": 0.5, "h_repellant": 1.0, "w_repellant": 2.0}
 SWARM = SIGNALS | {"S": 8, "N_c": 2, "N_s": 1, "improve": "<=", "swim": "always"} | CUBE
@@ -251,6 +253,8 @@ ALTERNATIVES: dict[str, dict[str, Any]] = {
         "scale": 0.3,
         "shrink": 0.5,
         "generations": 5,
+        "crossing": "heuristic",
+        "first": "unit",
         "walls": "reflect",
     },
     "bts": TABU | SWARM | STEP | {"start": "best"},

@@ -12,7 +12,7 @@ import numpy as np
 from ..space import Array, Rng, Space
 from .hyperparameters import choice, positive, stages, whole
 from .moves import Moves, Note
-from .unit_cube import Coordinates, Walls, gaps, neighbourhood, widths
+from .unit_cube import Coordinates, Neighbours, Walls, gaps, neighbourhood, widths
 
 Entry = tuple[float, int, Array]  # a line of the tabu list: cost, round, solution
 
@@ -124,6 +124,11 @@ class AdaptiveTabuSearch:
         AR_by: Whether a stage begins by its "cost" threshold or with each "deadlock", "when
             the current solution is relatively close to a local minimum" (Step 13). The latter
             does not depend on the unit of the cost; a restart then waits for the last stage.
+        move: Whether the search moves to a "better" neighbour only (Step 10), or to the "best" one
+            even if it is worse than where it is, as tabu search in general does; a deadlock is then
+            BT rounds without a new best cost.
+        neighbours: Whether they lie "within" the radius, uniform in a square, or "at" it, on a
+            sphere.
         walls: What happens to a neighbour outside the range: "clip" to it, or "reflect".
         coordinates: Whether radii are fractions of the range ("unit") or "raw" values.
     """
@@ -139,6 +144,8 @@ class AdaptiveTabuSearch:
     recall: Literal["ranked", "recent"] = "ranked"
     radius_from: Literal["best", "current"] = "best"
     AR_by: Literal["cost", "deadlock"] = "cost"
+    move: Literal["better", "best"] = "better"
+    neighbours: Neighbours = "within"
     walls: Walls = "clip"
     coordinates: Coordinates = "unit"
 
@@ -151,6 +158,8 @@ class AdaptiveTabuSearch:
         choice(self, "recall", "ranked", "recent")
         choice(self, "radius_from", "best", "current")
         choice(self, "AR_by", "cost", "deadlock")
+        choice(self, "move", "better", "best")
+        choice(self, "neighbours", "within", "at")
         choice(self, "walls", "clip", "reflect")
         choice(self, "coordinates", "unit", "raw")
 
@@ -178,7 +187,7 @@ class AdaptiveTabuSearch:
             note(stage="tabu", round=count, radius=R)
 
             # Step 8: N solutions around S0 within the search radius.
-            candidates = neighbourhood(rng, S0, R / width, self.N, self.walls)
+            candidates = neighbourhood(rng, S0, R / width, self.N, self.walls, self.neighbours)
 
             # Step 9: best_neighbor1 and its cost.
             costs = yield candidates
@@ -186,12 +195,13 @@ class AdaptiveTabuSearch:
             S1, J1 = candidates[best_neighbor1].copy(), float(costs[best_neighbor1])
 
             # Step 10: the better of S0 and S1 stays, the other goes on the tabu list.
-            if J1 < J0:
+            level = J0 if self.move == "better" else best_error
+            n = 0 if level > J1 else n + 1
+            if J1 < J0 or self.move == "best":
                 self._store(TL, (J0, count, S0))
-                S0, J0, n = S1, J1, 0
+                S0, J0 = S1, J1
             else:
                 self._store(TL, (J1, count, S1))
-                n += 1
             best_error = min(best_error, J0)
 
             # Step 11: backtracking, Algorithm 1. (Its printed branches are interchanged.)

@@ -11,6 +11,7 @@ from ..space import Array, Rng, Space
 
 Coordinates = Literal["unit", "raw"]
 Walls = Literal["clip", "reflect"]
+Neighbours = Literal["within", "at"]
 
 
 def widths(space: Space, coordinates: Coordinates) -> Array:
@@ -40,11 +41,18 @@ def inside(u: Array, walls: Walls) -> Array:
     return np.minimum(at_least_0, 1.0, out=at_least_0)
 
 
-def neighbourhood(rng: Rng, centre: Array, reach: Array, n: int, walls: Walls) -> Array:
-    """`n` points uniform in the box of half-widths `reach` about `centre`, shape (n, dim)."""
+def neighbourhood(
+    rng: Rng, centre: Array, reach: Array, n: int, walls: Walls, lie: Neighbours = "within"
+) -> Array:
+    """`n` points about `centre`, shape (n, dim).
+
+    Uniform in the box of half-widths `reach`, or at that distance, in directions drawn there.
+    """
     u = rng.random((n, len(centre)))
     u *= 2.0
     u -= 1.0
+    if lie == "at":
+        u /= np.linalg.norm(u, axis=1, keepdims=True)
     u *= reach
     u += centre
     return inside(u, walls)
