@@ -63,7 +63,7 @@ def drawn_constants(rng: Rng) -> slide_bed.Bed:
     return slide_bed.Bed(
         m=drawn["m"], k_hat_up=drawn["k_hat+"], k_hat_down=drawn["k_hat-"], F_fm=drawn["F_fm"],
         K_J=known["K_kt"].value * drawn["J_m"], K_D=known["K_kt"].value * drawn["D_m"],
-        F_m_max=drawn["F_m_max"], dv=known["dv"].value,
+        F_m_max=drawn["F_m_max"], dv=known["dv"].value, dp=drawn["m"] * known["dv"].value,
     )  # fmt: skip
 
 

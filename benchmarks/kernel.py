@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 from stribeck.friction import LAWS
 from stribeck.rig.motion import reference, row_pool
 from stribeck.rig.motion.command import Drive
-from stribeck.rig.motion.drives import BAND
+from stribeck.rig.motion.drives import BAND, IMPULSE
 from stribeck.rig.motion.event_driven import misfits, trajectories
 from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import SLIDE_BED
@@ -126,17 +126,17 @@ def scipy_motion(p: Array, c: Array, stroke: Track) -> Array:
     def command(t: float) -> float:
         return float(stroke.knots_x[0] + rate * (t - stroke.knots_t[0]))
 
-    # The momentum, as a velocity, in its dead band.
+    # The momentum in its dead band.
     def sticking(t: float, y: Array) -> list[float]:
         F = reference.drive(c, command(t) - y[1])
-        return [float(reference.push(c, F, -level, level)), 0.0]
+        return [F - min(max(F, -level), level), 0.0]
 
     def slipping(t: float, y: Array) -> list[float]:
         a = reference.acceleration(LAW.slip, p, c, command(t) - y[1], y[0], s)
         return [a, y[0]]
 
     def loose(_: float, y: Array) -> float:
-        return float(abs(y[0]) - band)
+        return float(abs(y[0]) - c[IMPULSE])
 
     def standstill(_: float, y: Array) -> float:
         return float(s * y[0] - band)

@@ -5,7 +5,7 @@
  * and the dead band of the momentum while the slide is held. Semi-implicit Euler: the velocity
  * first, then the position with it.
  *
- * c: m, k_hat+, k_hat-, k_spring+, k_spring-, F_fm, K_J, K_D, clamp, dv.  p: F_S, F_C, F_V, v_SS.
+ * c: m, k_hat+, k_hat-, k_spring+, k_spring-, F_fm, K_J, K_D, clamp, dv, dp.  p: F_S, F_C, F_V, v_SS.
  */
 #include <math.h>
 
@@ -57,8 +57,8 @@ double slide_bed(const double *p, const double *c, const double *knots_t, const 
                     P = 0.0;
                     continue;
                 }
-                P += dt * inertial(c, F - copysign(p[0], F), 0.0);
-                if (fabs(P) > c[9]) {
+                P += dt * (F - copysign(p[0], F));
+                if (fabs(P) > c[10]) {
                     s = copysign(1.0, P);
                     v = s * c[9];
                     P = 0.0;

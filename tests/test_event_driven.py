@@ -127,11 +127,10 @@ def test_the_motors_own_friction_is_a_dead_zone_of_its_force() -> None:
 def test_breakaway_comes_when_the_ramp_and_then_the_dead_band_say(
     direction: str, sign: int
 ) -> None:
-    p, u, dv = PUBLISHED[direction], 5e-3, SLIDE_BED["dv"]
+    p, u, dv, dp = PUBLISHED[direction], 5e-3, SLIDE_BED["dv"], SLIDE_BED["dp"]
     k = SLIDE_BED["k_hat+" if sign > 0 else "k_hat-"] + p[5]
     reach = (p[0] + SLIDE_BED["F_fm"]) / k
-    mass = SLIDE_BED["m"] + SLIDE_BED["K_kt"] * SLIDE_BED["J_m"]
-    instant = reach / u + math.sqrt(2 * mass * dv / (k * u))
+    instant = reach / u + math.sqrt(2 * dp / (k * u))
     t = np.array([0.0, instant - 1e-9, instant + 1e-9, instant + 1e-3])
     _, v = motion(SLIDE_BED, STRIBECK, p, track(Drive.line(0, 0, 60, sign * u), t, 0.0))
     assert v[1] == 0.0
@@ -149,10 +148,9 @@ def test_time_between_slips(direction: str, sign: int) -> None:
     begin = np.flatnonzero(moving[1:] & ~moving[:-1]) + 1
     end = np.flatnonzero(~moving[1:] & moving[:-1]) + 1
     k = SLIDE_BED["k_hat+" if sign > 0 else "k_hat-"] + p[5]
-    mass = SLIDE_BED["m"] + SLIDE_BED["K_kt"] * SLIDE_BED["J_m"]
     after = u * t[end[:-1]] - abs(x[end[:-1]])
     reach = (p[0] + SLIDE_BED["F_fm"]) / k
-    wait = (reach - after) / u + math.sqrt(2 * mass * SLIDE_BED["dv"] / (k * u))
+    wait = (reach - after) / u + math.sqrt(2 * SLIDE_BED["dp"] / (k * u))
     np.testing.assert_allclose(t[begin[1:]] - t[end[:-1]], wait, atol=2.5e-4)
 
 
@@ -558,6 +556,7 @@ def test_odd_rigs_and_laws_under_odd_commands(seed: int) -> None:
             "F_fm": float(rng.choice([0, 23.5, 60, 200])),
             "F_m_max": float(rng.choice([0, 5, 30, math.inf])),
             "dv": float(rng.choice([0, 0.01, 0.1, 1.0])),
+            "dp": float(rng.choice([0, 1e-4, 1.09e-3, 0.01826, 0.1826])),
             "k_hat+": float(rng.choice([0, 1.0, 3.5])),
             "k_hat-": float(rng.choice([0, 2.8, 3.5])),
         }

@@ -4,7 +4,7 @@
     F_motor = k_hat e,    e = command - x
 
 The acceleration is solved for. A slip ends where its speed has fallen to dv; one begins where the
-impulse of what exceeds the breakaway level amounts to dv.
+impulse of what exceeds the breakaway level amounts to dp = m dv; it starts at the speed dv.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ class Bed(NamedTuple):
     K_D: float = 107.084  # K_kt D_m
     F_m_max: float = 30.0
     dv: float = 1e-4
+    dp: float = 1.09e-3
 
 
 class BedMotion(NamedTuple):
@@ -94,7 +95,7 @@ def _run(  # noqa: C901 - one step of every state
     rows = np.empty((5, samples))
     mean_plus, mean_minus, rest = plus, minus, 0
     plus, minus = scattered(mean_plus, scatter[0]), scattered(mean_minus, scatter[0])
-    v, w, k = 0.0, 0.0, 0  # w: the speed that the impulse within the band of rest amounts to
+    v, w, k = 0.0, 0.0, 0  # w: the impulse of what exceeds the breakaway level
     for i in range((samples - 1) * every + 1):
         t = i * h
         k = segment(t, k, times)
@@ -117,13 +118,13 @@ def _run(  # noqa: C901 - one step of every state
             if v >= -bed.dv:
                 v = 0.0
         elif drive > plus.F_S:
-            w += h * _acceleration(bed, drive - plus.F_S, 0.0)
+            w += h * (drive - plus.F_S)
         elif drive < -minus.F_S:
-            w += h * _acceleration(bed, drive + minus.F_S, 0.0)
+            w += h * (drive + minus.F_S)
         else:
             w = 0.0
-        if abs(w) > bed.dv:
-            v, w = w, 0.0
+        if abs(w) > bed.dp:
+            v, w = np.copysign(bed.dv, w), 0.0
         x += h * v
         if moved and v == 0.0:
             rest += 1

@@ -45,13 +45,14 @@ TOLERANCE = 1e-10
 
 
 def _constants() -> tuple[Constant, ...]:
+    m, dv = 10.90, 0.1
     a, lead, eta_b, eta_c = 5.9, 5.0, 0.81, 0.925
     K_n = 2 * math.pi * a / (lead * 1e-3)
     K_v = K_n * eta_b * eta_c
     named, section = "nomenclature", "section 4.3"
     derived = "from the constants above (nomenclature)"
     return (
-        constant("m", 10.90, "kg", "mass of the slide", "section 4.4", "the paper"),
+        constant("m", m, "kg", "mass of the slide", "section 4.4", "the paper"),
         constant("k_hat+", 3.5, "N/mm", "controller gain, stretch > 0 (ramp up)", section,
                  "the paper"),
         constant("k_hat-", 2.8, "N/mm", "controller gain, stretch < 0 (ramp down)", section,
@@ -72,7 +73,8 @@ def _constants() -> tuple[Constant, ...]:
                  "derived"),
         constant("F_m_max", 30.0, "N", "clamp of the motor's inertia and damping force", section,
                  "the paper"),
-        constant("dv", 0.1, "mm/s", "velocity band of rest; dp = m dv", "nomenclature"),
+        constant("dv", dv, "mm/s", "velocity band of rest", "nomenclature"),
+        constant("dp", m * dv * 1e-3, "N s", "impulse that ends rest, m dv", derived, "derived"),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
         constant("step", 1.0, "ms",
@@ -89,6 +91,7 @@ _GEAR: tuple[tuple[str, tuple[str, ...], Callable[..., float]], ...] = (
     ("K_n", ("a", "l"), lambda a, lead: 2 * math.pi * a / lead if lead > 0 else math.nan),
     ("K_v", ("K_n", "eta_b", "eta_c"), lambda K_n, eta_b, eta_c: K_n * eta_b * eta_c),
     ("K_kt", ("K_n", "K_v"), lambda K_n, K_v: K_n * K_v),
+    ("dp", ("m", "dv"), lambda m, dv: m * dv),
 )
 
 
@@ -110,12 +113,12 @@ class SlideBed(SimulatedRig):
     def set(self, **values: Stated) -> Self:
         """The same rig with constants of the user's, in the units it shows.
 
-        K_n, K_v and K_kt follow from others (nomenclature) unless set themselves.
+        K_n, K_v, K_kt and dp follow from others (nomenclature) unless set themselves.
         """
         return super().set(**values).derived(values)
 
     def estimated(self, values: Mapping[str, float]) -> Self:
-        """As `Rig.estimated`; K_n, K_v and K_kt follow from others."""
+        """As `Rig.estimated`; K_n, K_v, K_kt and dp follow from others."""
         return super().estimated(values).derived(values)
 
     @property
@@ -147,7 +150,7 @@ class SlideBed(SimulatedRig):
         )
 
     def split(self, law: Law, p: Array) -> tuple[Array, Array]:
-        """Parameter sets (n, k) as the law's (n, k_law) and the kernel's constants (n, 10).
+        """Parameter sets (n, k) as the law's (n, k_law) and the kernel's constants (n, 11).
 
         Raises:
             InputError: a mass or stiffness that cannot be simulated, or columns missing.
@@ -165,8 +168,8 @@ class SlideBed(SimulatedRig):
 
     @cached_property
     def _kernel_constants(self) -> Array:
-        """The kernel's constants, (10,), without k_spring, which is a candidate's own."""
-        for name in ("m", "J_m", "D_m", "K_kt", "F_fm", "F_m_max", "dv", "k_hat+", "k_hat-"):
+        """The kernel's constants, (11,), without k_spring, which is a candidate's own."""
+        for name in ("m", "J_m", "D_m", "K_kt", "F_fm", "F_m_max", "dv", "dp", "k_hat+", "k_hat-"):
             value, unlimited = self[name], name in ("F_fm", "F_m_max")
             if not (value > 0 if name == "m" else value >= 0) or (
                 value == np.inf and not unlimited
@@ -185,6 +188,7 @@ class SlideBed(SimulatedRig):
                 damping=K_kt * self["D_m"],
                 clamp=self["F_m_max"],
                 band=self["dv"],
+                impulse=self["dp"],
             )
         )
 
@@ -247,7 +251,7 @@ class SlideBed(SimulatedRig):
                 Input("command", "m", "commanded position x_i", FIRST),
                 Input("added_force", "N", "added to the motor's force", SECOND, held=True),
             ),
-            (*names, "dv") if _jumps(law) else names,  # dv: how such a slide stops and starts
+            (*names, "dv", "dp") if _jumps(law) else names,  # how such a slide stops and starts
             _coefficients,
             "what the drive does to the axis, F_m apart",  # its inertia and damping are not in it
         )
@@ -329,7 +333,7 @@ class SlideBed(SimulatedRig):
 
 
 def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
-    """The kernel's constants but for dv; a clamp at 0 N leaves no motor, which the kernel sees."""
+    """The kernel's constants but for dv and dp; a clamp at 0 N leaves no motor: the kernel sees."""
     springs = [values["k_spring"]] * 2 if "k_spring" in values else [
         values["k_spring+"], values["k_spring-"]
     ]  # fmt: skip

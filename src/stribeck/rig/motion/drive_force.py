@@ -56,7 +56,7 @@ def joint_inputs(u: Array) -> JointInputs:
 @compiled(forceinline=True)
 def slide_constants(c: Array) -> SlideConstants:
     """A row of constants by their names."""
-    return SlideConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9])
+    return SlideConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10])
 
 
 @compiled(forceinline=True)

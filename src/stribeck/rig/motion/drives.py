@@ -17,7 +17,7 @@ from ...space import Array
 #: The kinds of drive.
 SLIDE, SERVO, JOINT, FORCE, CASCADE = range(5)
 #: Constants that a candidate may have.
-WIDTH = 10
+WIDTH = 11
 
 
 class ServoConstants(NamedTuple):
@@ -160,6 +160,7 @@ class SlideConstants(NamedTuple):
         damping: Of the motor at the slide, K_kt D_m, N s/m.
         clamp: Largest force of the motor's inertia and damping, N.
         band: Speed below which the slide rests, m/s.
+        impulse: That it takes to leave rest, N s.
     """
 
     m: Any
@@ -172,12 +173,13 @@ class SlideConstants(NamedTuple):
     damping: Any
     clamp: Any
     band: Any
+    impulse: Any
 
 
 #: The columns of the slide bed's constants.
-MASS, K_HAT_P, K_HAT_M, K_SPRING_P, K_SPRING_M, F_FM, INERTIA, DAMPING, CLAMP, BAND = range(
-    len(SlideConstants._fields)
-)
+(
+    MASS, K_HAT_P, K_HAT_M, K_SPRING_P, K_SPRING_M, F_FM, INERTIA, DAMPING, CLAMP, BAND, IMPULSE,
+) = range(len(SlideConstants._fields))  # fmt: skip
 
 
 class SlideInputs(NamedTuple):

@@ -30,6 +30,7 @@ from .drives import (
     CLAMP,
     DAMPING,
     F_FM,
+    IMPULSE,
     INERTIA,
     K_HAT_M,
     K_HAT_P,
@@ -126,9 +127,7 @@ def _breakaway(
     """When and in which direction the stuck slide starts to move, and the knots passed by then.
 
     The force must exceed its level until the momentum of section 4.3, step 5, has grown out of
-    its dead band: |P| = m dv. The motor's inertia takes part, so that the impulse it takes is
-    (m + K_kt J_m) dv; P is kept as a velocity here, the impulse over the mass that takes it.
-    While the slide is stuck force and impulse are known in closed form.
+    its dead band: |P| = dp. While the slide is stuck force and impulse are known in closed form.
     """
     P, side = 0.0, 0.0
     while True:
@@ -164,10 +163,10 @@ def _breakaway(
                 else:
                     time += wait
                 continue
-        if c[BAND] <= 0.0:
+        if c[IMPULSE] <= 0.0:
             return time, side, j
-        # Beyond the edge: the excess force is linear in time until the drive force bends, the
-        # motor's inertia force meets its clamp, or the command has a corner.
+        # Beyond the edge: the excess force is linear in time until the drive force bends or the
+        # command has a corner.
         level = level_p if side > 0.0 else level_m
         excess = max(side * (drive_force(e, c) - level), 0.0)
         k_hat = c[K_HAT_P] if side > 0.0 else c[K_HAT_M]
@@ -182,26 +181,18 @@ def _breakaway(
         elif pull > 0.0:
             span = min(span, (bend - abs(e)) / pull + 1e-12)
         growth = pull * slope
-        push, heavy = excess, c[MASS] + c[INERTIA]
-        if c[INERTIA] > 0.0:
-            most = c[CLAMP] * heavy / c[INERTIA]  # beyond it the motor's inertia force is clamped
-            clamped = excess > most or (excess == most and growth > 0.0)
-            if (most - excess) * growth > 0.0:
-                span = min(span, (most - excess) / growth + 1e-12)
-            if clamped:
-                push, heavy = excess - c[CLAMP], c[MASS]
         if growth < 0.0:
             span = min(span, -excess / growth)
-        need = heavy * (c[BAND] - P)
-        root = push * push + 2.0 * growth * need
+        need = c[IMPULSE] - P
+        root = excess * excess + 2.0 * growth * need
         wait = np.inf
-        if root >= 0.0 and push + np.sqrt(root) > 0.0:
-            wait = 2.0 * need / (push + np.sqrt(root))
+        if root >= 0.0 and excess + np.sqrt(root) > 0.0:
+            wait = 2.0 * need / (excess + np.sqrt(root))
         if wait <= span:
             return time + wait, side, j
         if span == np.inf:
             return np.inf, 0.0, j
-        P += (push + 0.5 * growth * span) * span / heavy
+        P += (excess + 0.5 * growth * span) * span
         time = _after(time, span)
         if growth < 0.0 and excess + growth * span <= 1e-12 * abs(level_p - level_m):
             P, side = 0.0, 0.0  # the force fell back into the stick band
@@ -451,7 +442,7 @@ def leg(
     Args:
         slip: The law, its parameters and the constants follow.
         p: (k,).
-        c: (10,).
+        c: (11,).
         e: Stretch at the start, m.
         v: Velocity at the start, m/s.
         rate: Speed of the command, m/s.
@@ -798,7 +789,7 @@ def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ..
 
 
 def misfits(law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0) -> Array:
-    """Sums of squared position misfits, m^2, of (n, k) law parameters with (n, 10) constants.
+    """Sums of squared position misfits, m^2, of (n, k) law parameters with (n, 11) constants.
 
     A candidate whose simulation fails has nan. `tolerance` scales the error allowed in a step.
     """
@@ -811,7 +802,7 @@ def misfits(law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0) 
 def trajectories(
     law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0
 ) -> tuple[Array, Array]:
-    """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 10) constants."""
+    """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants."""
     x, v = np.full((2, len(p), len(track.t)), np.nan)
     if len(p):
         _spread(law, _rows_of(p), _rows_of(c), track, (x, v, np.empty(len(p)), True, tolerance))

@@ -24,6 +24,7 @@ from .drives import (
     CLAMP,
     DAMPING,
     F_FM,
+    IMPULSE,
     INERTIA,
     K_HAT_M,
     K_HAT_P,
@@ -53,15 +54,16 @@ def implicit(
         if s == 0.0:  # stuck
             F_now = drive(c, command(knots_t, knots_x, time) - x)
             F_next = drive(c, command(knots_t, knots_x, time + step) - x)
-            rate_now = push(c, F_now, F_S_minus, F_S_plus)
-            rate_next = push(c, F_next, F_S_minus, F_S_plus)
-            P_next = P + 0.5 * step * (rate_now + rate_next)
-            if F_S_minus <= F_next <= F_S_plus or rate_now * rate_next < 0.0:
+            excess_now = F_now - min(max(F_now, F_S_minus), F_S_plus)
+            excess_next = F_next - min(max(F_next, F_S_minus), F_S_plus)
+            P_next = P + 0.5 * step * (excess_now + excess_next)
+            if F_S_minus <= F_next <= F_S_plus or excess_now * excess_next < 0.0:
                 P_next = 0.0  # back inside the stick band, or through it in one step
-            leaves = abs(P_next) > c[BAND] or (c[BAND] == 0.0 and P_next != 0.0)
+            dp = c[IMPULSE]
+            leaves = abs(P_next) > dp or (dp == 0.0 and P_next != 0.0)
             if leaves:  # out of the dead band: where in this step?
                 s = 1.0 if P_next > 0.0 else -1.0
-                share = (c[BAND] - abs(P)) / (abs(P_next) - abs(P)) if c[BAND] > 0.0 else 0.0
+                share = (dp - abs(P)) / (abs(P_next) - abs(P)) if dp > 0.0 else 0.0
                 time, v, P = time + share * step, s * c[BAND], 0.0
                 continue
             time, P = time + step, P_next
@@ -104,7 +106,7 @@ def paper(
         F_f = min(max(F_in, F_S_minus), F_S_plus) if v == 0.0 else slip(v, p)
         # Step 5.
         P += (F_in - F_f) * dt
-        v_next = 0.0 if abs(P) < c[MASS] * c[BAND] else P / c[MASS]
+        v_next = 0.0 if abs(P) < c[IMPULSE] else P / c[MASS]
         dvdt = (v_next - v) / dt
         v = v_next
         x += v * dt
@@ -150,16 +152,11 @@ def acceleration(slip: Any, p: Array, c: Array, e: float, v: float, s: float) ->
     return inertial(c, drive(c, e) - slip(v if s * v > 0.0 else s * 0.0, p), v)
 
 
-def push(c: Array, F_in: float, F_S_minus: float, F_S_plus: float) -> float:
-    """Rate of the momentum (as a velocity) while the slide is held at rest by its dead band."""
-    return inertial(c, F_in - min(max(F_in, F_S_minus), F_S_plus), 0.0)
-
-
 @cache
 def compiled(scheme: str) -> Callable[..., tuple[Array, Array]]:
     """`implicit` or `paper` through numba: the same source, fast enough to test widely with."""
     scope: dict[str, Any] = dict(globals())
-    for name in ("command", "drive", "inertial", "acceleration", "push"):
+    for name in ("command", "drive", "inertial", "acceleration"):
         scope[name] = njit(_rebound(globals()[name], scope))
     return njit(_rebound(globals()[scheme], scope), nogil=True)  # type: ignore[no-any-return]
 
