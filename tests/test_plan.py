@@ -36,7 +36,7 @@ from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
-RIGHT = TestBed().run("up", seed=3).recording
+RIGHT = TestBed().run("up", seed=4).recording
 
 
 def line(slopes: Array, noise: float, **fields: Any) -> Experiment:

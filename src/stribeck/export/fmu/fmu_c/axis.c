@@ -383,30 +383,25 @@ static void inputs(const axis *a, double h, double share, double *u)
 }
 
 #ifdef R_dv
-/* A slide starts to move when what pushes it beyond its level would have given it the speed dv,
-   and rests when it is as slow again. Passes h seconds of rest from the share `from` of a span to
+/* A slide starts to move, at the speed dv, when what pushes it beyond its level amounts to the
+   impulse dp, and rests when it is as slow again. Passes h seconds of rest from the share `from` of a span to
    `to`: 0, or 1 or -1 where it starts to move that way in between. */
 static int started(axis *a, double h, double span, double from, double to)
 {
-    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, s, beyond, heavy, none[1] = {0.0}, gain = 0.0;
+    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, s, beyond, none[1] = {0.0}, gain = 0.0;
     int end;
     for (end = 0; end < 2; end++) {
         inputs(a, span, end ? to : from, u);
         driven(a, u, a->q, 0.0, &m, &F, &d, &k);
         s = F > 0.0 ? 1.0 : -1.0;
         beyond = s * (F - rubs(a, s * 0.0, h, none, none));
-        heavy = m + a->c[6];
-        if (a->c[6] > 0.0 && beyond * a->c[6] / heavy > a->c[8]) { /* the motor's part is clamped */
-            beyond -= a->c[8];
-            heavy = m;
-        }
-        gain += 0.5 * h * s * most(beyond, 0.0) / heavy;
+        gain += 0.5 * h * s * most(beyond, 0.0);
     }
     if (beyond <= 0.0) { /* at the end it is held */
         a->push = 0.0;
         return 0;
     }
-    if (fabs(a->push + gain) >= a->r[R_dv]) {
+    if (fabs(a->push + gain) >= a->r[R_dp]) {
         return a->push + gain > 0.0 ? 1 : -1;
     }
     a->push += gain;

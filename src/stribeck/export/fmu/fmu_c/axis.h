@@ -27,7 +27,7 @@ typedef struct {
     double z[AXIS_BRISTLES];      /* states of the law */
     double load[5];               /* as the law reads them */
     double before;                /* torque that a slow controller computed last */
-    double push;                  /* speed that a slide at rest would have by now */
+    double push;                  /* impulse beyond its level at a slide at rest */
     double slopes[2];             /* how steeply friction rose when it was last asked */
     double decay, spring;         /* the rates that follow from that, 1/s and 1/s^2 */
     friction_law law;
