@@ -14,7 +14,7 @@ import pytest
 
 from command import caller
 from stribeck import InputError
-from stribeck.report.draft import PREFIX, Draft, settle
+from stribeck.draft import PREFIX, Draft, settle
 from stribeck.report.folder import held, together, write_all, write_files
 from test_select_truth import log
 

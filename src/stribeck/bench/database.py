@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from .._version import __version__
+from ..draft import Draft
 from ..errors import InputError
-from ..report.draft import Draft
 
 #: "strb": marks a SQLite file as ours.
 APPLICATION = 0x73747262

@@ -8,9 +8,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..draft import PREFIX, Draft, settle
 from ..errors import InputError
 from ..lock_file import NO_LOCKS, remove, taken
-from .draft import PREFIX, Draft, settle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -20,6 +20,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from ..._version import __version__
+from ...draft import Draft, settle
 from ...errors import InputError
 from ..code.c import c
 from ..model import Model
@@ -143,25 +144,33 @@ def _built(sources: Mapping[str, bytes], target: str) -> bytes:
     compiler = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     if compiler is None:
         raise InputError("fmu: there is no C compiler (cc, gcc or clang) on the path: install one")
-    with tempfile.TemporaryDirectory(prefix="fmu-") as folder:
-        for name, text in sources.items():
-            (Path(folder) / name).write_bytes(text)
-        command = [
-            compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden",
-            *_COMPILED, "-lm", "-o", target,
-        ]  # fmt: skip
-        try:
-            done = subprocess.run(  # noqa: S603 - found on the path, no shell
-                command, cwd=folder, capture_output=True, timeout=_PATIENCE, check=False
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise InputError(f"fmu: {compiler} did not run: {error}") from error
-        if done.returncode:
-            errors = done.stderr.decode(errors="replace").strip().splitlines() or [
-                "it said nothing"
-            ]
-            raise InputError(f"fmu: {compiler} failed: {errors[0]:.200}")
-        return (Path(folder) / target).read_bytes()
+    above = Path(tempfile.gettempdir())
+    settle(above)
+    draft = Draft(above)
+    try:
+        return _compiled(compiler, draft.files, sources, target)
+    finally:
+        draft.discard()
+
+
+def _compiled(compiler: str, folder: Path, sources: Mapping[str, bytes], target: str) -> bytes:
+    """The sources compiled in an empty folder."""
+    for name, text in sources.items():
+        (folder / name).write_bytes(text)
+    command = [
+        compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden",
+        *_COMPILED, "-lm", "-o", target,
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(  # noqa: S603 - found on the path, no shell
+            command, cwd=folder, capture_output=True, timeout=_PATIENCE, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise InputError(f"fmu: {compiler} did not run: {error}") from error
+    if done.returncode:
+        errors = done.stderr.decode(errors="replace").strip().splitlines() or ["it said nothing"]
+        raise InputError(f"fmu: {compiler} failed: {errors[0]:.200}")
+    return (folder / target).read_bytes()
 
 
 def _licence() -> str:

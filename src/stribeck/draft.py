@@ -16,7 +16,7 @@ from errno import EISDIR, ENOTDIR
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..lock_file import NO_LOCKS, taken
+from .lock_file import NO_LOCKS, taken
 
 if TYPE_CHECKING:
     from filelock import FileLock
@@ -45,7 +45,7 @@ class Draft:
         while True:
             self._path = folder / f"{PREFIX}{uuid.uuid4().hex[:12]}"
             self.files = self._path / _FILES
-            self._path.mkdir()
+            self._path.mkdir(mode=0o700)
             try:
                 self._acquire()
                 self.files.mkdir()
@@ -100,8 +100,8 @@ def settle(folder: Path) -> None:
     """
     for path in sorted(folder.glob(f"{PREFIX}*/")):
         try:
-            lock = None if path.is_symlink() else taken(path / _LOCK)
-        except OSError:  # of another user, gone meanwhile, or without locks
+            lock = taken(path / _LOCK) if _ours(path) else None
+        except OSError:  # gone meanwhile, or without locks
             continue
         if lock is None:
             continue
@@ -111,6 +111,11 @@ def settle(folder: Path) -> None:
         finally:
             lock.release()
         shutil.rmtree(path, ignore_errors=True)
+
+
+def _ours(path: Path) -> bool:
+    """Whether this user made a draft: in a folder that is shared, others' are left to them."""
+    return not path.is_symlink() and (os.name != "posix" or path.stat().st_uid == os.geteuid())
 
 
 def _move(path: Path, folder: Path) -> None:
