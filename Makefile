@@ -3,14 +3,19 @@ PYTHON ?= python3
 BIN := .venv/bin
 SETUP := .venv/.installed
 
-.PHONY: setup demo test lint types unit format docs studies bench nested clean
+# Every version that is installed, with the hashes of its files; `make lock` renews it.
+LOCK := requirements.lock
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: setup demo test lint types unit lock audit format docs studies bench nested clean
 
 setup: $(SETUP)
 
-$(SETUP): pyproject.toml
+$(SETUP): pyproject.toml $(LOCK)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "stribeck needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(PIP) --require-hashes --requirement $(LOCK)
+	$(PIP) --no-deps --no-build-isolation --editable .
 	touch $@
 
 demo: setup
@@ -27,6 +32,23 @@ types: setup
 
 unit: setup
 	$(BIN)/pytest
+
+# Resolves the versions anew, for every Python and platform; tools of its own, outside the project.
+lock:
+	$(PYTHON) -m venv .venv/lock
+	.venv/lock/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.9,<1'
+	.venv/lock/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+		--no-emit-index-url --no-annotate --no-header --all-extras --upgrade \
+		--output-file $(LOCK) pyproject.toml
+
+# Known weaknesses of what is locked, and patterns of weakness in the source.
+audit:
+	$(PYTHON) -m venv .venv/audit
+	.venv/audit/bin/python -m pip install --quiet --disable-pip-version-check \
+		'bandit>=1.8,<2' 'pip-audit>=2.9,<3'
+	.venv/audit/bin/bandit --quiet --configfile pyproject.toml --recursive \
+		--severity-level medium src tools benchmarks
+	.venv/audit/bin/pip-audit --disable-pip --require-hashes --requirement $(LOCK)
 
 # Renews every block of output in the README and the docs, and their figures.
 docs: demo

@@ -2,34 +2,43 @@
 
     python tools/interruption_study.py FOLDER [--seconds 500] [--seed 0]
 
-Each command writes over an older result. After its end its folder must hold the older result, file
-by file, or the new one, every file of which opens; after Ctrl-C and SIGTERM also a part of the new
-one that holds nothing of the older. Once the next command has begun nothing hidden is left there.
-`bench` goes on with its store instead, and in the end has the records of a run that nobody stopped.
+Each command runs in a fork of this program, where all is loaded, and writes over an older result.
+After its end its folder must hold the older result, file by file, or the new one, every file of
+which opens; after Ctrl-C and SIGTERM also a part of the new one that holds nothing of the older.
+Once the next command has begun nothing hidden is left there. `bench` goes on with its store
+instead, and in the end has the records of a run that nobody stopped.
 Counts are added to FOLDER/counts.json until the time is up, and printed.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
+import math
 import os
 import random
 import shutil
 import signal
-import subprocess
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 from PIL import Image
 
-from stribeck import LAWS, read_card
+import stribeck.compensate.compensation
+import stribeck.export
+import stribeck.identify.design.plan
+import stribeck.identify.selection.select
+import stribeck.report.figures.fit_figures
+import stribeck.report.page.html_page  # noqa: F401 - loaded before commands are forked
+from stribeck import LAWS, cli, read_card
 from stribeck.draft import PREFIX
 from stribeck.report.contents.schema import read_report
 from stribeck.report.folder import held
@@ -156,17 +165,8 @@ class Study:
         Raises:
             RuntimeError: it does not end well.
         """
-        if self.start(*words).wait() not in (0, 1):
+        if Forked(self.folder, self.temporary, words).status() not in (0, 1):
             raise RuntimeError((self.folder / "stderr").read_text(encoding="utf-8"))
-
-    def start(self, *words: str) -> subprocess.Popen[bytes]:
-        """Start a command."""
-        environment = os.environ | {"TMPDIR": str(self.temporary)}
-        with (self.folder / "stdout").open("wb") as out, (self.folder / "stderr").open("wb") as err:
-            return subprocess.Popen(  # noqa: S603 - our own command line
-                [sys.executable, "-m", "stribeck", *words], cwd=self.folder, env=environment,
-                stdin=subprocess.DEVNULL, stdout=out, stderr=err,
-            )  # fmt: skip
 
     def stop(self, command: Command, end: str) -> str:
         """Stop a command at a random moment; what it has left is returned, in words."""
@@ -175,13 +175,9 @@ class Study:
         if not command.name.startswith("bench"):
             shutil.rmtree(out, ignore_errors=True)
             shutil.copytree(older, out)
-        process = self.start(*command.words)
-        moment = self.random.uniform(0.05, 1.02) * self.seconds[command.name]
-        try:
-            process.wait(moment)
-        except subprocess.TimeoutExpired:
-            process.send_signal(SIGNALS[end])
-        status = process.wait()
+        process = Forked(self.folder, self.temporary, command.words)
+        moment = self.random.uniform(0.0, 1.02) * self.seconds[command.name]
+        status = process.status(moment, SIGNALS[end])
         errors = (self.folder / "stderr").read_text(encoding="utf-8", errors="replace")
         if status not in {0, *ENDED[end], *({1} if command.name == "compensate" else ())}:
             return f"WRONG: status {status} {errors[-200:]}"
@@ -208,11 +204,57 @@ class Study:
         if status != 0 and self.random.random() < 0.5:  # noqa: PLR2004 - stopped once more
             return "stopped again"
         self.run(*command.words)
-        tables = [pl.read_parquet(f / "records.parquet").drop("seconds") for f in (out, new)]
-        same = tables[0].equals(tables[1])
+        same = _records(out) == _records(new)
         _open(out)
         shutil.rmtree(out)
         return "the same records" if same else "WRONG: other records"
+
+
+class Forked:
+    """A command in a fork of this process, in which everything is loaded.
+
+    Args:
+        folder: Where it runs, and where its output goes.
+        temporary: Its folder for temporary files.
+        words: Its words.
+    """
+
+    def __init__(self, folder: Path, temporary: Path, words: Sequence[str]) -> None:
+        self.process = os.fork()
+        if self.process:
+            return
+        status = 70
+        try:
+            os.chdir(folder)
+            os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
+            for number, name in ((1, "stdout"), (2, "stderr")):
+                os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+            sys.argv = ["stribeck", *words]
+            cli.main()
+            status = 0
+        except SystemExit as end:
+            status = int(end.code or 0)
+        finally:
+            sys.stdout.flush()
+            os._exit(status)
+
+    def status(self, moment: float = math.inf, end: int = 0) -> int:
+        """The exit status, negative after a signal; at a moment a signal is sent."""
+        start = time.monotonic()
+        while True:
+            process, status = os.waitpid(self.process, os.WNOHANG)
+            if process:
+                return os.waitstatus_to_exitcode(status)
+            if time.monotonic() - start >= moment:
+                os.kill(self.process, end)
+                moment = math.inf
+            time.sleep(0.002)
+
+
+def _records(folder: Path) -> list[dict[str, str]]:
+    """The runs of a campaign, without the time they took."""
+    with (folder / "records.csv").open(encoding="utf-8") as file:
+        return [{n: v for n, v in row.items() if n != "seconds"} for row in csv.DictReader(file)]
 
 
 def _log(file: Path, seed: int) -> None:
@@ -283,7 +325,9 @@ def main() -> None:
     study.prepare()
     commands = [c for c in COMMANDS if options.only in c.name]
     while time.monotonic() < until:
-        command = study.random.choice(commands)
+        # The cheap ones more often: so many moments as there is time for.
+        weights = [1 / study.seconds.get(c.name, 1.0) for c in commands]
+        (command,) = study.random.choices(commands, weights)
         end = study.random.choice(list(SIGNALS))
         left = study.stop(command, end)
         if left.startswith("WRONG"):
