@@ -38,7 +38,15 @@ STRICT = (
 CHECKED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 READ = types.Array(float64, 1, "C", readonly=True)
 #: A compensator with every setting in use.
-COMPENSATOR = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, drive=3.0)
+COMPENSATOR = Compensator(
+    feedback=True,
+    dead_band=1e-4,
+    reference_band=3e-4,
+    crossover=0.02,
+    smoothing=1e-3,
+    slew=1e4,
+    drive=3.0,
+)
 #: Numbers of a row for the driver, before the states: v, v_ref, h, loads.
 INPUTS = 3 + len(LOADS)
 RANDOM, WALK = 100_000, 10_000

@@ -24,7 +24,15 @@ from stribeck.export.targets import TARGETS, exported
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 #: Targets that have the compensator, and what makes them.
 CODE = [name for name, target in TARGETS.items() if "compensation" in target.options]
-SETTINGS = Compensator(feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, drive=3.0)
+SETTINGS = Compensator(
+    feedback=True,
+    dead_band=1e-4,
+    reference_band=3e-4,
+    crossover=0.02,
+    smoothing=1e-3,
+    slew=1e4,
+    drive=3.0,
+)
 #: A law without and one with states, one with loads and terms.
 MODELS = ("stribeck", "lugre", "bam-m4+temperature+position")
 

@@ -23,7 +23,15 @@ from stribeck.space import Array
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave")
 needs_octave = pytest.mark.skipif(OCTAVE is None, reason="there is no GNU Octave here")
 BUSY = Compensator(
-    feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9
+    feedback=True,
+    dead_band=1e-4,
+    reference_band=3e-4,
+    crossover=0.02,
+    smoothing=1e-3,
+    slew=1e4,
+    limit=200.0,
+    drive=3.0,
+    scale=0.9,
 )
 SPEEDS = (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0)
 

@@ -22,7 +22,15 @@ from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
 
 BUSY = Compensator(
-    feedback=True, dead_band=1e-4, smoothing=1e-3, slew=1e4, limit=200.0, drive=3.0, scale=0.9
+    feedback=True,
+    dead_band=1e-4,
+    reference_band=3e-4,
+    crossover=0.02,
+    smoothing=1e-3,
+    slew=1e4,
+    limit=200.0,
+    drive=3.0,
+    scale=0.9,
 )
 
 
