@@ -447,7 +447,7 @@ def test_a_reference_may_be_a_log(stribeck: Any, tmp_path: Path) -> None:
         (["--speed", "0.2", "--reference", "x.csv"], "give one"),
         (["--speed", "0.2", "--rig", "forced-rotary"], "has no controller"),
         (["--speed", "0.2", "--rig", "slide-bed"], "parameter k_spring is missing"),
-        (["--speed", "0.2", "--mode", "crossover"], "falls nowhere"),
+        (["--speed", "0.2", "--mode", "crossover"], "does not fall up to a speed"),
         (["--speed", "0.2", "--resolution", "-1"], "resolution"),
     ],
 )

@@ -56,7 +56,7 @@ def loaded(folder: Path, old: str, new: str, monkeypatch: pytest.MonkeyPatch) ->
 def changed(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """A change in each of the compensator's functions, in effect for a test."""
     old, new = {
-        "the velocity": ("return v\n", "return 2.0 * v\n"),
+        "the velocity": ("return min(max(v, -c", "return 2.0 * min(max(v, -c"),
         "the friction": ("shaped_output(force, v_ref, h", "shaped_output(3.0 * force, v_ref, h"),
         "the shape": ("out = c[SCALE] * share", "out = 0.5 * c[SCALE] * share"),
     }[request.param]

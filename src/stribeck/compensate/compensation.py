@@ -208,8 +208,8 @@ def _modes(shape: Compensator, mode: Mode | None) -> tuple[Mode, ...]:
     """Those to try: feedback up to a crossover needs a friction that falls up to one."""
     if mode == "crossover" and not shape.crossover:
         raise InputError(
-            "--mode crossover: the identified friction falls nowhere, or up to the fastest motion: "
-            "there is no crossover"
+            "--mode crossover: the identified friction does not fall up to a speed between those "
+            "of the slowest and the fastest motion"
         )
     if mode is not None:
         return (mode,)
@@ -290,7 +290,7 @@ def _shape(
         drive=drive_friction(rig),
         rest=_rest(law, p, slowest),
         reference_band=still,
-        crossover=_crossover(law, p, max(float(v.max()) for v in moving)),
+        crossover=_crossover(law, p, slowest, max(float(v.max()) for v in moving)),
     )
 
 
@@ -299,10 +299,11 @@ def _readable(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _crossover(law: Law, p: Array, fastest: float) -> float:
+def _crossover(law: Law, p: Array, slowest: float, fastest: float) -> float:
     """The speed up to which friction falls, the greater of both directions, m/s or rad/s.
 
-    0 where it falls nowhere, or up to the fastest motion: there all feedback is such.
+    0 where it falls nowhere, not as far as the slowest motion (there it is the reference's mode),
+    or as far as the fastest (there it is feedback).
     """
     speeds = np.geomspace(1e-4 * fastest, fastest, 400)
     ends = [0.0]
@@ -311,7 +312,7 @@ def _crossover(law: Law, p: Array, fastest: float) -> float:
         least = int(np.argmin(level))
         if level[: least + 1].max() - level[least] > _FALLS * level.max():
             ends.append(float(speeds[least]) if least < len(speeds) - 1 else 0.0)
-    return _readable(max(ends))
+    return _readable(max(ends)) if max(ends) > slowest else 0.0
 
 
 def _rest(law: Law, p: Array, slowest: float) -> float:
