@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         for arguments in (
-            ["twin", "up.csv", "--direction", "up", "--seed", "1"],
+            ["twin", "up.csv", "--direction", "up", "--loop", "ideal", "--seed", "1"],
             ["identify", "up.csv", *QUICK, *SPLIT, "--out", "fit"],
         ):
             patch.setattr(sys, "argv", ["stribeck", *arguments])
@@ -69,7 +69,7 @@ def test_twin_keeps_the_truth_beside_the_log_and_not_in_it(folder: Path) -> None
 
 def test_twin_is_a_function_of_its_seed(stribeck_: Any, folder: Path) -> None:
     for name, seed in (("a.csv", "1"), ("b.csv", "2")):
-        completed = stribeck_("twin", name, "--direction", "up", "--seed", seed)
+        completed = stribeck_("twin", name, "--direction", "up", "--loop", "ideal", "--seed", seed)
         assert completed == Completed(0, f"{name}\n{name[0]}.truth.json\n", "")
     repeated, reseeded = (folder / "a.csv").read_bytes(), (folder / "b.csv").read_bytes()
     assert repeated == (folder / "up.csv").read_bytes()

@@ -23,7 +23,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        call(patch, "twin", "up.csv", "--direction", "up", "--seed", "1")
+        call(patch, "twin", "up.csv", "--direction", "up", "--loop", "ideal", "--seed", "1")
         call(patch, "identify", "up.csv", *QUICK, "--train", "112:295", "--out", "fit")
     log = (folder / "up.csv").read_text()
     thin = "\n".join(",".join(line.split(",")[:3]) for line in log.splitlines())

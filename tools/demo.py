@@ -38,7 +38,7 @@ def main() -> None:
     """Run the demo from the repository's root."""
     DEMO.mkdir(exist_ok=True)
     log = str(DEMO / "twin.csv")
-    stribeck("twin", log, "--direction", "both")
+    stribeck("twin", log, "--direction", "both", "--loop", "ideal")
     stribeck("check", log)
     for side, ranges in RUNS.items():
         stribeck(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from ..errors import InputError
 from .inputs import Columns, Json, above_zero, read_logs
+
+if TYPE_CHECKING:
+    from ..rig.twin import Held, Loop, Mode
 
 #: Standard deviation of an echo that can still be called one, mm: a quarter of the stroke.
 NOISIEST = 100.0
@@ -24,17 +27,38 @@ def twin(
     noise: Annotated[float, typer.Option(metavar="MM", help="Noise of an ultrasonic echo.")] = 0.3,
     rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the log.")] = 100.0,
     echo_rate: Annotated[float, typer.Option(metavar="HZ", help="Rate of the transducer.")] = 50.0,
+    loop: Annotated[
+        str,
+        typer.Option(
+            metavar="sensors|ideal",
+            help="What the controller goes by: what it reads, as in figure 3, or the position itself.",
+        ),
+    ] = "sensors",
+    mode: Annotated[
+        str,
+        typer.Option(
+            metavar="control|test|home", help="Ramps; or the whole range and then home; or home."
+        ),
+    ] = "control",
+    drive: Annotated[
+        str,
+        typer.Option(metavar="current|voltage", help="What the drive holds from sample to sample."),
+    ] = "current",
+    supply: Annotated[float, typer.Option(metavar="V", help="Voltage of the supply.")] = 24.0,
 ) -> None:
     """Record the paper's test bed, simulated with its sensors; the truth is written beside the log."""
     from ..report.motion_file import write_twin
     from ..rig.twin import TestBed
 
-    options = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate}
+    options = {"--speed": speed, "--rate": rate, "--echo-rate": echo_rate, "--supply": supply}
     for option, value in options.items():
         above_zero(option, value)
     if not 0 <= noise <= NOISIEST:
         raise InputError(f"--noise: give 0 to {NOISIEST:g} mm, got {noise:g}")
-    bed = TestBed(speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate)
+    bed = TestBed(
+        speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate,
+        loop=cast("Loop", loop), mode=cast("Mode", mode), held=cast("Held", drive), supply=supply,
+    )  # fmt: skip
     for file in write_twin(bed, direction, seed, out):
         typer.echo(file)
 

@@ -71,12 +71,28 @@ def write_twin(bed: TestBed, direction: Any, seed: int, out: Path) -> list[Path]
             "differentiator_corner_hz": bed.corner,
             "converter_bits": bed.bits,
         },
+        "loop": _loop(bed),
         "constants": {c.name: {"value": c.shown, "unit": c.unit} for c in bed.rig.constants},
         "software": {"stribeck": __version__},
     }
     write_text(out, _csv(columns))
     write_text(beside, json.dumps(truth, indent=2, ensure_ascii=False) + "\n")
     return [out, beside]
+
+
+def _loop(bed: TestBed) -> dict[str, Any]:
+    """How the loop was closed."""
+    if bed.loop == "ideal":
+        return {"closed": "ideal"}
+    return {
+        "closed": "sensors",
+        "mode": bed.mode,
+        "rate_hz": bed.loop_rate,
+        "held": bed.held,
+        "supply_V": bed.supply,
+        "resistance_ohm": bed.resistance,
+        "current_limit_A": bed.current_limit,
+    }
 
 
 def _check_size(bed: TestBed, direction: Any) -> None:
