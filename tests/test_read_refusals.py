@@ -240,6 +240,7 @@ BAD_MAPPINGS: dict[str, tuple[Any, str]] = {
     "angle and length": ({"command": "y [deg]"}, "does not measure a length"),
     "factor zero": ({"force": {"column": "y", "factor": 0}}, "factor must be"),
     "factor nan": ({"force": {"column": "y", "factor": float("nan")}}, "factor must be"),
+    "factor of 401 digits": ({"force": {"column": "y", "factor": 10**400}}, "factor must be"),
     "factor true": ({"force": {"column": "y", "factor": True}}, "factor must be"),
     "unit a number": ({"force": {"column": "y", "unit": 3}}, "unit must be text"),
     "misspelt key": ({"force": {"column": "y", "scale": 3}}, "'scale' is none of"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 from .errors import InputError
 
@@ -44,3 +46,30 @@ def page_bytes(file: Path) -> bytes:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from error
     return data
+
+
+def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object of its (name, value) pairs, for a decoder's `object_pairs_hook`.
+
+    Raises:
+        InputError: a name stands twice in it; JSON leaves open which of the two would count.
+    """
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        names: set[str] = set()
+        doubled = next(n for n, _ in pairs if n in names or names.add(n))
+        raise InputError(f"the name {doubled[:40]!r} stands twice in one object: keep one")
+    return members
+
+
+def json_document(text: str) -> Any:
+    """A JSON text in which no object has a name twice.
+
+    The caller names the file, as with `page`.
+
+    Raises:
+        InputError: a name stands twice in one object.
+        ValueError: it is no JSON.
+        RecursionError: it is nested too deeply.
+    """
+    return json.loads(text, object_pairs_hook=unique)

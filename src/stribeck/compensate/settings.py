@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
 from ..errors import InputError
-from ..text_file import page
+from ..text_file import json_document, page
 from .compensator import SETTINGS, Compensator
 
 SCHEMA = "stribeck-compensation/2"
@@ -23,7 +22,7 @@ def read_settings(path: str | Path) -> Compensator:
     path = Path(path)
     made_by = "`compensate --out` writes compensation.json"
     try:
-        whole = json.loads(page(path))
+        whole = json_document(page(path))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     except (ValueError, RecursionError) as error:

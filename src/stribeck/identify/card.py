@@ -20,7 +20,7 @@ from ..rig.balanced import BalancedRig, as_balanced
 from ..rig.constant import Origin
 from ..rig.rig import shown_difference, shown_in
 from ..space import Param
-from ..text_file import page
+from ..text_file import json_document, page
 from ..units import convertible, unit
 from .conditions import Condition
 from .loss import Objective
@@ -668,7 +668,7 @@ def read_card(path: str | Path) -> Card:
     """
     path = Path(path)
     try:
-        data = json.loads(page(path))
+        data = json_document(page(path))
         json.dumps(data, ensure_ascii=False).encode()
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

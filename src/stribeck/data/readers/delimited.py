@@ -9,6 +9,8 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,6 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from .budget import Budget
 from .heads import is_unit
 from .raw_table import RawTable, shortened
 
@@ -50,10 +53,13 @@ def read_text(data: bytes) -> RawTable:
     """A table of text: CSV, TSV or columns apart by blanks, in any usual encoding.
 
     Raises:
-        InputError: it is not text, or not a header with rows of numbers of one length below it.
+        InputError: it is not text, not a header with rows of numbers of one length below it, or
+            too large a table.
     """
     text = _utf8(data)
     layout = _sniff(text)
+    rows = text.count(b"\n") + 1 - layout.first
+    Budget(len(data)).take_cells(rows, layout.width)
     return _parse(text, layout)
 
 
@@ -92,6 +98,8 @@ def _sniff(text: bytes) -> _Layout:
         layouts = [x for s in _SEPARATORS if (x := _layout(lines, s, strict=strict))]
         if layouts:
             return min(layouts, key=lambda x: x.first_numbers)
+    if len(text) > _SNIFFED and len(lines) == 1:
+        raise InputError(f"line 1 is longer than {_SNIFFED >> 10} KiB: leave out columns")
     raise InputError(_what_is_wrong(lines))
 
 
@@ -212,7 +220,7 @@ def _parse(text: bytes, layout: _Layout) -> RawTable:
     _refuse_short_rows(body, layout, frame, lines)
     columns = {}
     for i, series in enumerate(frame.iter_columns()):
-        values = series.to_numpy().astype(float)
+        values = series.to_numpy().astype(float, copy=False)
         if heads[i] or not np.isnan(values).all() or series.name in cells:
             columns[heads[i] or f"column {i + 1}"] = values
     named = {heads[int(i)] or f"column {int(i) + 1}": cell for i, cell in cells.items()}
@@ -221,7 +229,7 @@ def _parse(text: bytes, layout: _Layout) -> RawTable:
 
 def _heads(layout: _Layout) -> list[str]:
     heads = layout.heads + [""] * (layout.width - len(layout.heads))
-    if doubled := sorted({h for h in heads if h and heads.count(h) > 1}):
+    if doubled := sorted(h for h, count in Counter(heads).items() if h and count > 1):
         raise InputError(f"two columns are named {shortened(doubled[0])}: rename one")
     return heads
 
@@ -282,19 +290,18 @@ def _words(
         frame = _scan(body, layout, comment, pl.String)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise InputError("cannot be read as a table: save it as plain CSV") from error
-    frame = frame.select(pl.all().str.strip_chars().str.strip_chars('"'))
-    missing = [pl.col(c).str.to_lowercase().is_in(sorted(_MISSING)) for c in frame.columns]
-    words = [pl.when(~m).then(pl.col(c)) for m, c in zip(missing, frame.columns, strict=True)]
-    frame = frame.select(words)
-    plain = pl.all().str.replace(",", ".", literal=True) if layout.decimal_comma else pl.all()
-    numbers = frame.select(plain.cast(pl.Float64, strict=False))
-    cells = {}
-    for name in frame.columns:
-        text = frame[name].is_not_null() & numbers[name].is_null()
+    numbers, cells = [], {}
+    for series in frame.iter_columns():  # one by one: each is text and its lower case on the way
+        words = series.str.strip_chars().str.strip_chars('"')
+        missing = words.str.to_lowercase().is_in(sorted(_MISSING))
+        words = pl.select(pl.when(~missing).then(words)).to_series()
+        plain = words.str.replace(",", ".", literal=True) if layout.decimal_comma else words
+        numbers.append(plain.cast(pl.Float64, strict=False))
+        text = words.is_not_null() & numbers[-1].is_null()
         if text.any():
             row = int(text.arg_true()[0])
-            cells[name] = (row, str(frame[name][row]))
-    return numbers, cells
+            cells[series.name] = (row, str(words[row]))
+    return pl.DataFrame(numbers), cells
 
 
 def _places(body: bytes, layout: _Layout, comment: str, rows: int) -> np.ndarray[Any, Any]:
@@ -302,33 +309,42 @@ def _places(body: bytes, layout: _Layout, comment: str, rows: int) -> np.ndarray
     mark = comment.encode()
     if b"\n" + mark not in b"\n" + body:
         return np.arange(rows) + layout.first + 1
-    lines = [i for i, s in enumerate(body.split(b"\n"), layout.first + 1) if not s.startswith(mark)]
-    lines += range(lines[-1] + 1 if lines else 1, rows + 1)  # never too few
-    return np.array(lines[:rows], dtype=np.int64)
+    filled = (number for number, line in _numbered(body, layout) if not line.startswith(mark))
+    lines = np.fromiter(filled, dtype=np.int64)[:rows]
+    after = (lines[-1] if len(lines) else 0) + 1
+    return np.append(lines, np.arange(rows - len(lines)) + after)  # never too few
+
+
+def _numbered(body: bytes, layout: _Layout) -> Iterator[tuple[int, bytes]]:
+    """The lines of the body with their numbers; a list of them all would be ten times as long."""
+    return enumerate(io.BytesIO(body), layout.first + 1)
+
+
+def _width(line: bytes, separator: str) -> int:
+    """The number of fields in a line."""
+    if len(line) > _SNIFFED:  # its fields would take fifty times its bytes
+        return line.count(separator.encode()) + 1
+    return len(_split(line.decode(errors="replace").rstrip("\n"), separator))
 
 
 def _refuse_long_rows(body: bytes, layout: _Layout, comment: str) -> None:
-    for i, line in enumerate(body.split(b"\n"), layout.first + 1):
+    for i, line in _numbered(body, layout):
         if line.count(layout.separator.encode()) < layout.width and layout.separator != " ":
             continue
-        fields = _split(line.decode(errors="replace"), layout.separator)
-        if len(fields) > layout.width and not line.startswith(comment.encode()):
-            raise InputError(f"line {i} has {len(fields)} fields, the header {len(layout.heads)}")
+        width = _width(line, layout.separator)
+        if width > layout.width and not line.startswith(comment.encode()):
+            raise InputError(f"line {i} has {width} fields, the header {len(layout.heads)}")
 
 
 def _refuse_short_rows(
     body: bytes, layout: _Layout, frame: pl.DataFrame, numbers: np.ndarray[Any, Any]
 ) -> None:
     """Polars fills a row that ends early; a log that was cut off is none with gaps."""
-    last = frame.columns[len(layout.heads) - 1]
-    open_ended = frame[last].is_null()
+    open_ended = frame[frame.columns[len(layout.heads) - 1]].is_null()
     if not open_ended.any():
         return
-    lines = body.split(b"\n")
-    for row in open_ended.arg_true():
-        at = int(numbers[row]) - layout.first - 1
-        line = lines[at].decode(errors="replace") if at < len(lines) else ""
-        if line.strip() and len(fields := _split(line, layout.separator)) < len(layout.heads):
-            raise InputError(
-                f"line {numbers[row]} has {len(fields)} fields, the header {len(layout.heads)}"
-            )
+    lines = _numbered(body, layout)
+    for number in numbers[open_ended.to_numpy()]:
+        line = next((line for i, line in lines if i == number), b"")
+        if line.strip() and (width := _width(line, layout.separator)) < len(layout.heads):
+            raise InputError(f"line {number} has {width} fields, the header {len(layout.heads)}")

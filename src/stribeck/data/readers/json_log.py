@@ -1,20 +1,31 @@
-"""JSON logs as tables: a list of records, or an object that has one list of records in it."""
+"""JSON logs as tables: a list of records, or an object that has one list of records in it.
+
+Records are decoded one by one: as Python objects, all of them would take twenty times the file.
+"""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+import re
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from .raw_table import RawTable, shortened
+from ...text_file import unique
+from .budget import Budget, refuse_many
+from .raw_table import RawTable, listed, shortened
 
-#: Columns of a log.
-MOST_COLUMNS = 10_000
+_BLANKS = " \t\n\r"
+_BLANK = re.compile(f"[{_BLANKS}]*")
+_LIST = 400  # bytes of a list of ten numbers, and of its place in another
+_NONE = 'has no list of records such as [{"t": 0.0, "x": 1.2}, ...]'
+#: Whole numbers from here on are no measurements, and most are no floating-point numbers.
+_BEYOND = 1 << 1000
 
 
 def read_json(data: bytes) -> RawTable:
@@ -24,34 +35,164 @@ def read_json(data: bytes) -> RawTable:
     value that is missing or null is an empty cell.
 
     Raises:
-        InputError: it is no JSON, or has no list of records with numbers in them.
+        InputError: it is no JSON, a name stands twice in an object, it has no list of records with
+            numbers in them, or too many names or lists.
     """
+    budget = Budget(len(data))
+    budget.take(_LIST * data.count(b"["), "its lists")
     try:
-        document = json.loads(data)
+        text = data.decode(json.detect_encoding(data), "surrogatepass")
+        scalars, records = _document(_Decoder(text))
+    except InputError:
+        raise
     except (ValueError, RecursionError) as error:
         raise InputError("is no JSON, or not all of it: copy or export it again") from error
-    scalars: Mapping[str, Any] = {}
-    if isinstance(document, Mapping):
-        lists = [name for name, value in document.items() if _records(value)]
-        if len(lists) > 1:
-            raise InputError(
-                f"has more than one list of records, {shortened(lists[0])} and "
-                f"{shortened(lists[1])}: keep one"
-            )
-        scalars, document = document, document[lists[0]] if lists else None
-    if not _records(document):
-        raise InputError('has no list of records such as [{"t": 0.0, "x": 1.2}, ...]')
-    table = _table(document, {n: float(v) for n, v in scalars.items() if _number(v)})
+    if records is None:
+        raise InputError(_NONE)
     notes = [
         f"{shortened(n)} is the text {shortened(v)}, not a number: it was left out"
         for n, v in scalars.items()
         if isinstance(v, str) and _means_a_number(v)
     ]
-    return replace(table, notes=(*table.notes, *notes)) if notes else table
+    numbers = {n: float(v) for n, v in scalars.items() if _number(v)}
+    budget.take_cells(records.rows, len(records.cells) + len(numbers))
+    return _table(records, numbers, notes)
 
 
-def _records(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(r, Mapping) for r in value)
+class _Decoder:
+    """A JSON text and the place up to which it is decoded."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self._decoder = json.JSONDecoder(object_pairs_hook=unique)
+
+    def next(self) -> str:
+        """The next character that is not blank, empty at the end."""
+        if self.text[self.at : self.at + 1] in _BLANKS:  # as the end is
+            self.at = _end(_BLANK.match(self.text, self.at))
+        return self.text[self.at : self.at + 1]
+
+    def value(self) -> Any:
+        """The value that begins here."""
+        self.next()
+        value, self.at = self._decoder.raw_decode(self.text, self.at)
+        return value
+
+    def name(self) -> str:
+        """The text that begins here.
+
+        Raises:
+            ValueError: something else does.
+        """
+        if self.next() != '"':
+            raise ValueError(self.at)
+        return str(self.value())
+
+    def entries(self, closing: str) -> Iterator[None]:
+        """One step for each entry of the list or object that begins here, up to its `closing`."""
+        self.at += 1
+        if self.next() != closing:
+            yield
+            while self.next() == ",":
+                self.at += 1
+                yield
+        self.take(closing)
+
+    def take(self, character: str) -> None:
+        """Go past a character.
+
+        Raises:
+            ValueError: another one stands there.
+        """
+        if self.next() != character:
+            raise ValueError(self.at)
+        self.at += 1
+
+
+def _end(match: re.Match[str] | None) -> int:
+    assert match is not None  # noqa: S101 - blanks match nothing, too
+    return match.end()
+
+
+@dataclass
+class _Records:
+    """The cells of a list of records, by name.
+
+    Args:
+        rows: How many records.
+        cells: Name -> the rows that have a number there, and the numbers.
+        text: Name -> (row, cell) of the first text.
+        skipped: The names of what is neither, as keys.
+    """
+
+    rows: int = 0
+    cells: dict[str, tuple[array[int], array[float]]] = field(default_factory=dict)
+    text: dict[str, tuple[int, str]] = field(default_factory=dict)
+    skipped: dict[str, None] = field(default_factory=dict)
+
+    def add(self, record: Mapping[str, Any]) -> None:
+        row, self.rows = self.rows, self.rows + 1
+        for name, cell in record.items():
+            column = self.cells.get(name)
+            if column is None:
+                column = self.cells[name] = array("q"), array("d")
+                refuse_many(len(self.cells), "names in its records")
+            if _number(cell):
+                rows, values = column
+                rows.append(row)
+                values.append(cell)
+            elif isinstance(cell, str):
+                self.text.setdefault(name, (row, cell))
+            elif cell is not None:
+                self.skipped[name] = None
+
+
+def _document(decoder: _Decoder) -> tuple[dict[str, Any], _Records | None]:
+    """The members of the outermost object that are no lists, and the one list of records."""
+    scalars: dict[str, Any] = {}
+    lists: dict[str, _Records] = {}
+    opening = decoder.next()
+    if opening == "[":
+        if records := _records(decoder):
+            lists[""] = records
+    elif opening == "{":
+        names: list[tuple[str, None]] = []
+        for _ in decoder.entries("}"):
+            name = decoder.name()
+            names.append((name, None))
+            decoder.take(":")
+            if decoder.next() != "[":
+                scalars[name] = decoder.value()
+            elif records := _records(decoder):
+                lists[name] = records
+        unique(names)
+    else:
+        decoder.value()
+    if decoder.next():
+        raise ValueError(decoder.at)
+    if len(lists) > 1:
+        first, second, *_ = lists
+        raise InputError(
+            f"has more than one list of records, {shortened(first)} and {shortened(second)}: "
+            "keep one"
+        )
+    return scalars, next(iter(lists.values()), None)
+
+
+def _records(decoder: _Decoder) -> _Records | None:
+    """The list that begins here, None where not all that it has are records."""
+    records: _Records | None = _Records()
+    for number, _ in enumerate(decoder.entries("]"), 1):
+        try:
+            entry = decoder.value()
+        except InputError as error:
+            raise InputError(f"record {number}: {error}") from error
+        if not isinstance(entry, Mapping):
+            records = None
+        elif records is not None:
+            records.add(entry)
+    return records if records is not None and records.rows else None
 
 
 def _means_a_number(text: str) -> bool:
@@ -63,33 +204,18 @@ def _means_a_number(text: str) -> bool:
 
 
 def _number(value: object) -> bool:
-    return isinstance(value, bool | float) or (isinstance(value, int) and abs(value) < 1 << 1000)
+    return isinstance(value, bool | float) or (isinstance(value, int) and abs(value) < _BEYOND)
 
 
-def _table(records: list[Mapping[str, Any]], scalars: dict[str, float]) -> RawTable:
-    names = dict.fromkeys(name for r in records for name in r)
-    if len(names) > MOST_COLUMNS:  # a cell for every record and name may be more than fits
-        raise InputError(
-            f"has {len(names):,} names in its records, and {MOST_COLUMNS:,} is the most: is each "
-            "record a sample?"
-        )
+def _table(records: _Records, scalars: dict[str, float], notes: list[str]) -> RawTable:
     columns: dict[str, np.ndarray[Any, Any]] = {}
-    text: dict[str, tuple[int, str]] = {}
-    skipped: list[str] = []
-    for name in names:
-        values = np.full(len(records), math.nan)
-        for row, record in enumerate(records):
-            cell = record.get(name)
-            if _number(cell):
-                values[row] = cell
-            elif isinstance(cell, str):
-                text.setdefault(name, (row, cell))
-            elif cell is not None and name not in skipped:
-                skipped.append(name)
-        if name not in skipped:
-            columns[name] = values
+    for name, (rows, values) in records.cells.items():
+        if name not in records.skipped:
+            columns[name] = np.full(records.rows, math.nan)
+            columns[name][np.frombuffer(rows, dtype=np.int64)] = np.frombuffer(values)
     if not any(not np.isnan(c).all() for c in columns.values()):
         raise InputError("its records have no numbers in them")
-    notes = (f"left out, not numbers: {', '.join(map(shortened, skipped))}",) if skipped else ()
-    numbers = np.arange(1, len(records) + 1)
-    return RawTable(columns, numbers, "record", text, scalars, {}, notes)
+    if records.skipped:
+        notes = [f"left out, not numbers: {listed(list(records.skipped))}", *notes]
+    numbers = np.arange(1, records.rows + 1)
+    return RawTable(columns, numbers, "record", records.text, scalars, {}, tuple(notes))

@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from ...space import Array
 
-#: Nothing larger is read, compressed or not: bytes.
-LARGEST = 2 << 30
-
 
 @dataclass(frozen=True, eq=False)
 class RawTable:

@@ -9,12 +9,13 @@ from typing import Any
 
 from ...errors import InputError
 from ..recording import CHANNELS, Recording, Source
+from .budget import LARGEST, Budget
 from .columns import Choice, Entry, choose, is_there, mapping
 from .delimited import read_text
 from .json_log import read_json
 from .matlab_file import read_matlab
 from .parquet import read_parquet
-from .raw_table import LARGEST, RawTable, printable, shortened
+from .raw_table import RawTable, printable, shortened
 from .repair import Mender, filled_extra
 
 _FORMATS: Mapping[str, Callable[[bytes], RawTable]] = {
@@ -65,6 +66,8 @@ def read(
     try:
         data = _bytes(file)
         table = _format(file)(data)
+        columns_kept = len(table.columns) + len(table.scalars)  # a scalar becomes a column
+        Budget(len(data)).take_cells(len(table.places), columns_kept)
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
         return _recording(table, _present(table, mapped) if lenient else mapped, source)
     except InputError as error:

@@ -83,7 +83,8 @@ class Mender:
             del self.channels[name]
             self.notes.append(f"the {name} column is empty and was left out")
         empty = np.logical_and.reduce([np.isnan(a) for a in self.channels.values()])
-        self._keep(~empty)
+        if empty.any():  # else nothing is copied
+            self._keep(~empty)
 
     def _ends(self) -> None:
         finite = ~np.isnan(self.channels["time"]) & ~np.isnan(self.channels["position"])

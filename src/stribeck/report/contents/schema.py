@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...errors import InputError
 from ...identify.card import Card, read_card
-from ...text_file import page
+from ...text_file import json_document, page
 
 #: Names of the files that a folder has of a fit.
 OF_A_FIT = re.compile(
@@ -293,7 +292,9 @@ def _read(file: Path) -> Report:
     except InputError as error:
         raise InputError(f"{file}: {error}: {_AGAIN}") from error
     try:
-        data = json.loads(text)
+        data = json_document(text)
+    except InputError as error:
+        raise InputError(f"{file}: {error}: {_AGAIN}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{file}: is damaged, it is no JSON: {_AGAIN}") from error
     schema = data.get("schema") if isinstance(data, dict) else None
