@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,8 @@ def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """
     members = dict(pairs)
     if len(members) < len(pairs):
-        names: set[str] = set()
-        doubled = next(n for n, _ in pairs if n in names or names.add(n))
+        counts = Counter(name for name, _ in pairs)
+        doubled = next(name for name, count in counts.items() if count > 1)
         raise InputError(f"the name {doubled[:40]!r} stands twice in one object: keep one")
     return members
 
