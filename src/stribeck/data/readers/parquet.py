@@ -16,7 +16,7 @@ from .budget import Budget
 from .raw_table import RawTable, listed
 
 if TYPE_CHECKING:
-    from .parquet_process import Contents
+    from .parquet_process import ParquetContents
 
 _PROGRAM = Path(__file__).with_name("parquet_process.py")
 #: No traces of what ends it, and as many threads as numbers are written fast.
@@ -43,7 +43,7 @@ def read_parquet(data: bytes) -> RawTable:
         raise InputError(f"is a broken Parquet file, or unpacks to more than {budget.most}: copy "
                          "or export it again")  # fmt: skip
     line, _, numbers = process.stdout.partition(b"\n")
-    contents: Contents = json.loads(line)
+    contents: ParquetContents = json.loads(line)
     rows, names = contents["rows"], contents["columns"]
     budget.take_cells(rows, len(names) + len(contents["text"]))
     if len(numbers) != rows * len(names) * 8:

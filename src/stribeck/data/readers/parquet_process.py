@@ -4,7 +4,7 @@
 
 Polars ends its process when a damaged page makes it ask for more memory than there is, and prints
 where it was. So it runs in a process of its own, under a limit of `BYTES` of memory. That prints
-one line of JSON, a `Contents`, and then the numbers of its columns, float64, one after the other:
+one line of JSON, `ParquetContents`, and then the numbers of its columns, float64, one after the other:
 none where all of them, in two copies, are beyond the limit. Its exit status is 1 if it cannot.
 """
 
@@ -26,7 +26,7 @@ _CELL = 24  # as in `budget`
 _TICKS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
-class Contents(TypedDict):
+class ParquetContents(TypedDict):
     """What a Parquet file has beside its numbers.
 
     Attributes:
@@ -75,7 +75,7 @@ def _write(lazy: pl.LazyFrame, limit: int) -> None:
     fits = rows * (len(columns) + len(words)) * _CELL <= limit
     text = {name: first for name in words if (first := _first(lazy, name) if fits else (0, ""))}
     used = {*columns, *text}
-    contents = Contents(
+    contents = ParquetContents(
         rows=rows,
         columns=columns,
         units=dict.fromkeys(sorted(times), "s"),
