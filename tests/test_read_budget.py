@@ -18,7 +18,7 @@ import scipy.io
 
 from stribeck.compensate.settings import read_settings
 from stribeck.data import read
-from stribeck.data.readers.budget import ALLOWANCE, EXPANSION, Budget
+from stribeck.data.readers.budget import ALLOWANCE, EXPANSION, ReadBudget
 from stribeck.errors import InputError
 from stribeck.identify.card import read_card
 from stribeck.report.contents.schema import read_report
@@ -202,7 +202,7 @@ def test_a_file_that_asks_for_too_much_is_refused_within_bounds(
 
 
 def test_the_refusal_says_what_a_read_may_take() -> None:
-    budget = Budget(3 << 20)
+    budget = ReadBudget(3 << 20)
     assert budget.total == ALLOWANCE + EXPANSION * (3 << 20)
     budget.take(budget.total, "numbers")
     with pytest.raises(InputError) as caught:

@@ -22,7 +22,7 @@ CELL = 24
 
 
 @dataclass
-class Budget:
+class ReadBudget:
     """The bytes of memory that a read may still take.
 
     Args:

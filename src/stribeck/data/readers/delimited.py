@@ -19,7 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
-from .budget import Budget
+from .budget import ReadBudget
 from .heads import is_unit
 from .raw_table import RawTable, shortened
 
@@ -59,7 +59,7 @@ def read_text(data: bytes) -> RawTable:
     text = _utf8(data)
     layout = _sniff(text)
     rows = text.count(b"\n") + 1 - layout.first
-    Budget(len(data)).take_cells(rows, layout.width)
+    ReadBudget(len(data)).take_cells(rows, layout.width)
     return _parse(text, layout)
 
 

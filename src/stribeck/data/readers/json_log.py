@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...text_file import unique
-from .budget import Budget, refuse_many
+from .budget import ReadBudget, refuse_many
 from .raw_table import RawTable, listed, shortened
 
 _BLANKS = " \t\n\r"
@@ -38,7 +38,7 @@ def read_json(data: bytes) -> RawTable:
         InputError: it is no JSON, a name stands twice in an object, it has no list of records with
             numbers in them, or too many names or lists.
     """
-    budget = Budget(len(data))
+    budget = ReadBudget(len(data))
     budget.take(_LIST * data.count(b"["), "its lists")
     try:
         text = data.decode(json.detect_encoding(data), "surrogatepass")

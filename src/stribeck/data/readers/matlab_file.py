@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .budget import CELL, Budget, refuse_many
+from .budget import CELL, ReadBudget, refuse_many
 from .raw_table import RawTable, listed, shortened
 
 _HEADER = 128
@@ -81,14 +81,14 @@ def read_matlab(data: bytes) -> RawTable:
     if not data.startswith(b"MATLAB 5.0") or order is None:
         raise InputError("is not a MATLAB 5 to 7 file: save it again with save(..., '-v7')")
     try:
-        return _table(_variables(memoryview(data)[_HEADER:], order, Budget(len(data))))
+        return _table(_variables(memoryview(data)[_HEADER:], order, ReadBudget(len(data))))
     except (struct.error, zlib.error, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError("is a broken MATLAB file: copy or save it again") from error
 
 
-def _variables(data: memoryview, order: str, budget: Budget) -> list[_MatlabVariable]:
+def _variables(data: memoryview, order: str, budget: ReadBudget) -> list[_MatlabVariable]:
     """All variables; every one is counted before the first is unpacked."""
     elements = []
     for kind, body in _elements(data, order, padded=False):
@@ -155,7 +155,7 @@ def _elements(
         at += 8 + step
 
 
-def _described(element: _Element, order: str, budget: Budget) -> _MatlabVariable | None:
+def _described(element: _Element, order: str, budget: ReadBudget) -> _MatlabVariable | None:
     """The variable of a matrix, by its first three elements: flags, dimensions and name."""
     (_, flags), (_, shape), (_, name) = islice(_elements(element.head, order, whole=False), 3)
     (word,) = struct.unpack_from(order + "I", flags)

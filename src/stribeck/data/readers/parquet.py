@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from .budget import Budget
+from .budget import ReadBudget
 from .raw_table import RawTable, listed
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def read_parquet(data: bytes) -> RawTable:
     """
     if not (data.startswith(b"PAR1") and data.endswith(b"PAR1")):
         raise InputError("is not a whole Parquet file: copy or export it again")
-    budget = Budget(len(data))
+    budget = ReadBudget(len(data))
     process = subprocess.run(  # noqa: S603 - this Python, this package's own file
         [sys.executable, "-P", str(_PROGRAM), str(budget.total)],
         input=data,

@@ -4,8 +4,8 @@
 
 Polars ends its process when a damaged page makes it ask for more memory than there is, and prints
 where it was. So it runs in a process of its own, under a limit of `BYTES` of memory. That prints
-one line of JSON, `ParquetContents`, and then the numbers of its columns, float64, one after the other:
-none where all of them, in two copies, are beyond the limit. Its exit status is 1 if it cannot.
+one line of JSON, `ParquetContents`, and then the numbers of its columns, float64, one after the
+other: none where they are beyond the limit. Its exit status is 1 if it cannot.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...errors import InputError
 from ..recording import CHANNELS, Recording, Source
-from .budget import LARGEST, Budget
+from .budget import LARGEST, ReadBudget
 from .columns import Choice, Entry, choose, is_there, mapping
 from .delimited import read_text
 from .json_log import read_json
@@ -67,7 +67,7 @@ def read(
         data = _bytes(file)
         table = _format(file)(data)
         columns_kept = len(table.columns) + len(table.scalars)  # a scalar becomes a column
-        Budget(len(data)).take_cells(len(table.places), columns_kept)
+        ReadBudget(len(data)).take_cells(len(table.places), columns_kept)
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
         return _recording(table, _present(table, mapped) if lenient else mapped, source)
     except InputError as error:
