@@ -73,7 +73,9 @@ def test_it_is_seen_and_another_mode_recommended() -> None:
     assert onset is not None
     assert onset.sign == "sticks and slips"
     assert result.mode == "reference"
-    assert only(result, "crossover").onset is None
+    assert [c.mode for c in result.curves] == ["reference", "feedback"]  # friction rises there
+    assert only(result, "feedback").swing[1] == pytest.approx(16.0e-3, rel=0.2)
+    assert only(result, "reference").swing[1] == 0.0
     outcome = only(result, "feedback").outcomes[1]
     assert outcome.swing[0, 0] == pytest.approx(16.0e-3, rel=0.2)
     assert outcome.at_rest[0, 0] > 0.3

@@ -20,14 +20,11 @@ DEMO = "demo/"
 #: CPU seconds of the pages' blocks that take more than `BLOCK_COST`, by how their commands begin.
 BLOCK_COST = 2
 BLOCK_COSTS = {
-    "python tools/compensation_study.py": 90,
     "python tools/rig_study.py": 11,
     "stribeck compensate": 40,
     "stribeck identify ../shared/data/openarm": 70,
     "stribeck identify": 5,
 }
-#: Files that programs read although their command does not name them.
-READ = {"python tools/compensation_study.py": ("demo/twin.csv",)}
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,6 @@ class Run:
     def inputs(self) -> tuple[str, ...]:
         """Files that it reads and other runs write."""
         words = re.findall(rf"(?<!\S){DEMO}[^\s)]+", self.command)
-        words += READ.get(self.command, ())
         return tuple(w for w in words if not any(_inside(w, output) for output in self.outputs))
 
 

@@ -78,8 +78,8 @@ class Compensation:
         plants: Names of the axes, (P,); the first is the identified one.
         curves: One for each mode that was tried.
         frictionless: RMS tracking error of the identified axis had it no friction, m or rad, (M,).
-        slides: Steady sliding of the identified axis at the speeds of the ramps, by the
-            eigenvalues of the loop; none where a reference is followed.
+        slides: Steady sliding of the identified axis at the greatest speeds of the motions, by
+            the eigenvalues of the loop.
         mode: The recommended mode; None where no scale is safe and better.
         compensator: Its settings.
         margin: Between the recommended scale and the first sign.

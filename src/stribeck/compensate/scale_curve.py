@@ -82,8 +82,15 @@ class ScaleCurve:
 
     @property
     def swing(self) -> Array:
-        """Greatest lasting swing of all axes and motions, m or rad, (S,)."""
-        greatest: Array = np.array([o.swing.max() for o in self.outcomes])
+        """Greatest lasting swing where axes settle without compensation, m or rad, (S,)."""
+        before = self.outcomes[0].observed
+        greatest: Array = np.array([
+            max(
+                float(np.where(b.unsettled, 0.0, a.swing).max(initial=0.0))
+                for a, b in zip(o.observed, before, strict=True)
+            )
+            for o in self.outcomes
+        ])  # fmt: skip
         return greatest
 
     @property

@@ -324,7 +324,7 @@ def _error(axes: Axes, compensation: Compensation, trace: TrackingTrace) -> None
 
 
 def _swings(axes: Axes, compensation: Compensation) -> None:
-    """The greatest lasting swing over the scale, and the one that is there without."""
+    """The greatest lasting swing over the scale, where there is none without."""
     length = compensation.rig.unit_shown("position")
     for c in compensation.curves:
         swing = unit(length).from_si(c.swing)
@@ -332,7 +332,7 @@ def _swings(axes: Axes, compensation: Compensation) -> None:
         if c is compensation.curve and c.best is not None:
             axes.plot(c.scales[c.best], swing[c.best], "o", color=_COLOURS[c.mode])
     axes.set(
-        title="Greatest lasting swing of all axes and motions (at scale 0: without compensation)",
+        title="Greatest lasting swing where axes settle without compensation",
         xlabel="scale",
         ylabel=f"swing / {unit_label(length)}",
     )
@@ -368,7 +368,7 @@ def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]
             axes.plot(c.scales[c.best], most[c.best], "o", color=colour)
             axes.annotate(
                 f"recommended {c.scale:.4g}", (float(c.scales[c.best]), float(most[c.best])),
-                xytext=(-40, -70), textcoords="offset points", ha="right", color=colour, fontsize=9,
+                xytext=(40, 55), textcoords="offset points", ha="left", color=colour, fontsize=9,
                 arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7},
             )  # fmt: skip
     axes.axhline(1.0, color=INK, linewidth=0.7)
