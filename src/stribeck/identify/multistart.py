@@ -37,6 +37,9 @@ FEWEST = 100
 #: How often default ranges are widened in a row, the share of J whose gain there calls for a new
 #: search, and how many searches there may be in all.
 WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
+#: An answer of a contained law is descended from again, on all samples, if it is worse there by no
+#: more than this share: on fewer of them the order of two answers may be another.
+NEAR = 0.02
 #: Evaluations a parameter of a descent by the other loss, or back from there.
 REFINE = 25
 
@@ -251,6 +254,7 @@ def _refined_answer(
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
+        best = replace(best, contained=tuple(starts))
     except KeyboardInterrupt:
         return best, True
     return best, False
@@ -275,6 +279,7 @@ def _on_all_samples(
         if refit:
             end = polish(problem, best.x, None, min(allowance, POLISH))
             best = Refined(end.x, end.cost, end.evaluations, None)
+            best = _no_worse(problem, best, answer.contained, allowance)
         left = allowance - best.evaluations
         many = smooth and settings.memetic and problem.space.dim >= MANY
         if many and left > 0 and not _reached(settings, best.cost):
@@ -282,6 +287,22 @@ def _on_all_samples(
     except KeyboardInterrupt:
         return best, True
     return best, False
+
+
+def _no_worse(
+    problem: MotionProblem, best: Refined, contained: Sequence[Array], allowance: int
+) -> Refined:
+    """An answer, or what a contained law leads to where that is better on all samples."""
+    if not contained or best.evaluations + len(contained) >= allowance:
+        return best
+    costs, spent = problem(np.array(contained)), best.evaluations + len(contained)
+    k = int(np.nanargmin(costs)) if np.isfinite(costs).any() else 0
+    if costs[k] < (1 + NEAR) * best.cost:
+        end = polish(problem, contained[k], None, min(allowance - spent, POLISH))
+        spent += end.evaluations
+        if end.cost < best.cost:
+            best = Refined(end.x, end.cost, spent, None)
+    return replace(best, evaluations=spent)
 
 
 def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress | None) -> Refined:

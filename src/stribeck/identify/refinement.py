@@ -40,6 +40,7 @@ class Refined:
         evaluations: Of the residuals, each row counted.
         other: The minimum of the other loss that was met first, SI; None where none was.
         modes: Other minima that may explain the data as well, SI.
+        contained: Answers of the laws that the problem's law contains, SI.
     """
 
     x: Array
@@ -47,6 +48,7 @@ class Refined:
     evaluations: int
     other: Array | None
     modes: tuple[Array, ...] = ()
+    contained: tuple[Array, ...] = ()
 
 
 def refined_in_turn(problem: MotionProblem, x: Array, cost: float, allowance: int) -> Refined:
