@@ -9,17 +9,19 @@ from ..errors import InputError
 
 def warm() -> None:
     """Compile everything, for an image or CI; else each command compiles what it needs, once."""
-    from ..compensate import closed_loop
+    from ..compensate import closed_loop, limit_cycle
     from ..compile_cache import tally
     from ..data import segmentation
     from ..friction import LAWS
     from ..identify.balance import variable_projection
     from ..rig import RIGS, balanced
     from ..rig.motion import force_imbalance
+    from ..rig.twin import TestBed
 
-    # Modules compile as they are imported, laws and rigs as they are taken.
-    del closed_loop, segmentation, variable_projection, balanced, force_imbalance
+    # Modules compile as they are imported, laws and rigs as they are taken, the test bed as it runs.
+    del closed_loop, limit_cycle, segmentation, variable_projection, balanced, force_imbalance
     list(LAWS.values()), list(RIGS.values())
+    TestBed(loop="sensors", speed=1.0).run("up")
     if not tally.compiled:
         typer.echo(f"all {tally.loaded} functions are compiled, in {tally.path}")
     elif tally.kept:
