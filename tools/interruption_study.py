@@ -32,12 +32,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-import stribeck.compensate.compensation
-import stribeck.export
-import stribeck.identify.design.plan
-import stribeck.identify.selection.select
-import stribeck.report.figures.fit_figures
-import stribeck.report.page.html_page  # noqa: F401 - loaded before commands are forked
 from stribeck import LAWS, cli, read_card
 from stribeck.draft import PREFIX
 from stribeck.report.contents.schema import read_report
