@@ -27,12 +27,14 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 import numpy as np
 from PIL import Image
 
-from stribeck import LAWS, cli, read_card
+from stribeck import LAWS, RIGS, cli, read_card
 from stribeck.draft import PREFIX
 from stribeck.report.contents.schema import read_report
 from stribeck.report.folder import held
@@ -180,9 +182,7 @@ class Study:
         for place in (out, self.temporary):
             with held(place):  # as every command begins
                 pass
-            if left := [
-                p.name for p in place.iterdir() if p.name.startswith((PREFIX, "stribeck-"))
-            ]:
+            if left := [p.name for p in place.iterdir() if p.name.startswith(PREFIX)]:
                 return f"WRONG: {left} left"
         if command.name.startswith("bench"):
             return self.resumed(command, new, status)
@@ -251,6 +251,16 @@ def _records(folder: Path) -> list[dict[str, str]]:
         return [{n: v for n, v in row.items() if n != "seconds"} for row in csv.DictReader(file)]
 
 
+def load() -> None:
+    """Import everything that commands import, and load what is compiled."""
+    for module in walk_packages(stribeck.__path__, "stribeck."):
+        if not module.name.endswith("__main__"):
+            import_module(module.name)
+    for name in ("matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"):
+        import_module(name)
+    list(LAWS.values()), list(RIGS.values())
+
+
 def _log(file: Path, seed: int) -> None:
     """A slow motion of three tones whose force was measured with noise."""
     rng = np.random.default_rng(seed)
@@ -315,12 +325,13 @@ def main() -> None:
     parser.add_argument("--only", default="")
     options = parser.parse_args()
     until = time.monotonic() + options.seconds
+    load()
     study = Study(options.folder.absolute(), options.seed)
     study.prepare()
     commands = [c for c in COMMANDS if options.only in c.name]
     while time.monotonic() < until:
         # The cheap ones more often: so many moments as there is time for.
-        weights = [1 / study.seconds.get(c.name, 1.0) for c in commands]
+        weights = [study.seconds.get(c.name, 10.0) ** -0.5 for c in commands]
         (command,) = study.random.choices(commands, weights)
         end = study.random.choice(list(SIGNALS))
         left = study.stop(command, end)
