@@ -34,6 +34,7 @@ from pkgutil import walk_packages
 import numpy as np
 from PIL import Image
 
+import stribeck
 from stribeck import LAWS, RIGS, cli, read_card
 from stribeck.draft import PREFIX
 from stribeck.report.contents.schema import read_report
