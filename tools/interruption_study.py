@@ -7,7 +7,7 @@ After its end its folder must hold the older result, file by file, or the new on
 which opens; after Ctrl-C and SIGTERM also a part of the new one that holds nothing of the older.
 Once the next command has begun nothing hidden is left there. `bench` goes on with its store
 instead, and in the end has the records of a run that nobody stopped.
-Counts are added to FOLDER/counts.json until the time is up, and printed.
+Counts are added to FOLDER/counts.json until the time is up, and printed as a table.
 """
 
 from __future__ import annotations
@@ -317,6 +317,18 @@ def _open(folder: Path) -> None:
         read_report(folder)
 
 
+def table(counts: Counter[str]) -> str:
+    """The counts as a Markdown table: how often each command was stopped, and what it left."""
+    rows = [(name.split(" | "), n) for name, n in counts.items()]
+    words = [*SIGNALS, *sorted({state for (_, _, state), _ in rows})]
+    lines = [f"| {' | '.join(['command', *words])} |", "|---" * (1 + len(words)) + "|"]
+    for command in COMMANDS:
+        own = [(names, n) for names, n in rows if names[0] == command.name]
+        totals = [sum(n for names, n in own if word in names) for word in words]
+        lines.append(f"| {' | '.join([command.name, *(str(n or '') for n in totals)])} |")
+    return "\n".join([*lines, f"\n{counts.total()} in all"])
+
+
 def main() -> None:
     """Stop commands until the time is up, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -341,9 +353,7 @@ def main() -> None:
             left = "WRONG"
         study.counts[f"{command.name} | {end} | {left}"] += 1
         study.file.write_text(json.dumps(study.counts, indent=1), encoding="utf-8")
-    for name, n in sorted(study.counts.items()):
-        print(f"{n:5} {name}")
-    print(f"{study.counts.total():5} in all")
+    print(table(study.counts))
 
 
 if __name__ == "__main__":
