@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import warnings
 from pathlib import Path
 from typing import Any
@@ -178,6 +180,26 @@ def test_signals_end_a_command_with_their_status(
     line = "stribeck: interrupted before there was a result: nothing was written\n"
     assert completed == (status, "", line)
     assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_signal_amid_an_import_waits_for_its_end(
+    stribeck_: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Cut short, an import leaves submodules behind, and the next import of the module fails."""
+    (tmp_path / "interrupted_module.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGTERM)\nwhole = True\n", encoding="utf-8"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def importing(_: object) -> None:
+        module = importlib.import_module("interrupted_module")
+        whole.append(module.whole)
+        threading.Event().wait(PATIENCE)  # for the signal, which comes again
+
+    whole: list[bool] = []
+    monkeypatch.setattr("stribeck.report.registries.show_laws", importing)
+    assert stribeck_("laws").status == 143
+    assert whole == [True]
 
 
 class Going:

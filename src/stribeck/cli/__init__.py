@@ -44,7 +44,7 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"  # figures are files: whether there are windows is no matter
     _open_streams()
     try:
-        with interruption.terminations(), quiet():
+        with interruption.handled(), quiet():
             _run()
     except KeyboardInterrupt:  # another one, while the first was told
         sys.exit(interruption.status)

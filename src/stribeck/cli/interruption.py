@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from types import FrameType
 
 #: Added to a signal's number for the exit status of what it ended.
 _SIGNALLED = 128
+#: Seconds that an import is waited for at most (some of ours compile), and between two looks.
+LONGEST_IMPORT, LOOK = 3.0, 0.02
 
 
 class Interruption:
@@ -17,6 +21,7 @@ class Interruption:
 
     def __init__(self) -> None:
         self._number: int = signal.SIGINT
+        self._since: float | None = None
 
     @property
     def status(self) -> int:
@@ -24,22 +29,47 @@ class Interruption:
         return _SIGNALLED + self._number
 
     @contextmanager
-    def terminations(self) -> Iterator[None]:
-        """SIGTERM raises KeyboardInterrupt meanwhile, unless the process ignores or handles it."""
-        self._number = signal.SIGINT
-        ours = threading.current_thread() is threading.main_thread()
-        if not ours or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-            yield
-            return
-        signal.signal(signal.SIGTERM, self._terminate)
+    def handled(self) -> Iterator[None]:
+        """SIGTERM and Ctrl-C raise KeyboardInterrupt meanwhile, but not amid an import.
+
+        A signal that the process ignores or handles itself is left alone.
+        """
+        self._number, self._since = signal.SIGINT, None
+        usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+        ours = []
+        if threading.current_thread() is threading.main_thread():
+            ours = [n for n, handler in usual.items() if signal.getsignal(n) is handler]
+        for number in ours:
+            signal.signal(number, self._interrupt)
         try:
             yield
         finally:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            for number in ours:
+                signal.signal(number, usual[number])
 
-    def _terminate(self, number: int, _: Any) -> None:
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        """End what is done now; where a module is being imported, once that is done.
+
+        A module whose import was cut short cannot be imported again, and what is finished may need
+        it to be shown.
+        """
         self._number = number
+        self._since = self._since or time.monotonic()
+        if _importing(frame) and time.monotonic() - self._since < LONGEST_IMPORT:
+            again = threading.Timer(LOOK, os.kill, (os.getpid(), number))
+            again.daemon = True
+            again.start()
+            return
+        self._since = None
         raise KeyboardInterrupt
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
 
 
 interruption = Interruption()

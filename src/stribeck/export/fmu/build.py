@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import math
+import os
 import re
 import shutil
 import subprocess
@@ -163,8 +164,9 @@ def _compiled(compiler: str, folder: Path, sources: Mapping[str, bytes], target:
     ]  # fmt: skip
     try:
         done = subprocess.run(  # noqa: S603 - found on the path, no shell
-            command, cwd=folder, capture_output=True, timeout=_PATIENCE, check=False
-        )
+            command, cwd=folder, capture_output=True, timeout=_PATIENCE, check=False,
+            env=os.environ | {"TMPDIR": str(folder)},  # a killed compiler leaves files there
+        )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired) as error:
         raise InputError(f"fmu: {compiler} did not run: {error}") from error
     if done.returncode:
