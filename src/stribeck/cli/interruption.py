@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 #: Added to a signal's number for the exit status of what it ended.
 _SIGNALLED = 128
@@ -35,7 +36,10 @@ class Interruption:
         A signal that the process ignores or handles itself is left alone.
         """
         self._number, self._since = signal.SIGINT, None
-        usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+        usual: dict[int, Any] = {
+            signal.SIGINT: signal.default_int_handler,
+            signal.SIGTERM: signal.SIG_DFL,
+        }
         ours = []
         if threading.current_thread() is threading.main_thread():
             ours = [n for n, handler in usual.items() if signal.getsignal(n) is handler]
