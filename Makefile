@@ -7,7 +7,7 @@ SETUP := .venv/.installed
 LOCK := requirements.lock
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: setup demo test lint types unit lock audit format docs studies bench nested clean
+.PHONY: setup demo test lint types unit lock audit format docs studies bench nested fuzz clean
 
 setup: $(SETUP)
 
@@ -77,9 +77,13 @@ bench: setup
 nested: setup
 	$(BIN)/python benchmarks/nested_laws.py $(ARGS)
 
+# Damaged inputs for everything that reads, see docs/reliability.md. ARGS='--seconds 3600 --seed 7'.
+fuzz: setup
+	$(BIN)/python tools/fuzz.py fuzz $(ARGS)
+
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf .venv demo
+	rm -rf .venv demo fuzz

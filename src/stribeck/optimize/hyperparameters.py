@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 from numbers import Integral
 from typing import Any, NoReturn
@@ -46,7 +47,7 @@ def stages(owner: Any, name: str) -> None:
     """The named setting is (epsilon, radius) stages, both falling; lists become tuples."""
     try:
         pairs = tuple((float(epsilon), float(radius)) for epsilon, radius in getattr(owner, name))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         _refuse(owner, name, "(epsilon, radius) pairs")
     falling = all(e1 > e2 and r1 > r2 for (e1, r1), (e2, r2) in pairwise(pairs))
     numbers = not any(math.isnan(value) for pair in pairs for value in pair)
@@ -62,7 +63,9 @@ def even(owner: Any, name: str) -> None:
 
 
 def _real(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) and math.isfinite(value)
+    if isinstance(value, int):  # a file may have one that is no floating-point number
+        return abs(value) <= sys.float_info.max
+    return isinstance(value, float | np.number) and math.isfinite(value)
 
 
 def _refuse(owner: Any, name: str, requirement: str) -> NoReturn:

@@ -49,7 +49,8 @@ class Choice:
                     f"{table.place(row)}, column {shortened(str(name))}: {shortened(cell)!r} is "
                     "not a number: correct it or empty the cell"
                 )
-        return np.asarray(self.unit.to_si(_cells(table, self.column) * self._scale(table)))
+        with np.errstate(over="ignore", invalid="ignore"):  # infinities are refused, with their row
+            return np.asarray(self.unit.to_si(_cells(table, self.column) * self._scale(table)))
 
     def _scale(self, table: RawTable) -> float | Array:
         return _cells(table, self.factor) if isinstance(self.factor, str) else self.factor

@@ -1,0 +1,68 @@
+"""A short slice of `tools/fuzz.py`: damaged inputs are accepted, or refused in one line."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from fuzz import outcome, random_numbers
+from fuzz_inputs import TARGETS, prepare
+from fuzz_mutation import mutated
+from stribeck.bench.campaign import parsed, shipped
+from stribeck.data import read
+from stribeck.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The files that inputs refer to."""
+    folder = tmp_path_factory.mktemp("inputs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        prepare()
+    return folder
+
+
+@pytest.mark.parametrize("name", [n for n in TARGETS if n != "command"])
+def test_a_damaged_input_is_accepted_or_refused_in_one_line(
+    name: str, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    corpus = TARGETS[name].corpus()
+    for number in range({"parquet": 2, "report": 15}.get(name, 60)):
+        kind, line = outcome(name, mutated(corpus, random_numbers(name, 0, number)))
+        assert kind in {"accepted", "refused"}, line
+
+
+@pytest.mark.parametrize("name", [n for n in TARGETS if n not in {"command", "settings"}])
+def test_the_corpus_is_accepted(
+    name: str, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else damage is done to what is refused anyway."""
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    kinds = {outcome(name, data) for data in TARGETS[name].corpus()[:2]}
+    assert kinds == {("accepted", "")}
+
+
+def test_the_same_numbers_make_the_same_input() -> None:
+    corpus = TARGETS["text"].corpus()
+    first, again, other = (mutated(corpus, random_numbers("text", 3, n)) for n in (7, 7, 8))
+    assert first == again
+    assert first != other
+
+
+def test_a_factor_that_takes_a_force_beyond_all_numbers_is_refused(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("t_s,x_mm,F_N\n" + "".join(f"{i},{i * i},{i}\n" for i in range(20)))
+    factor = {"force": {"column": "F_N", "unit": "kN", "factor": 1e308}}
+    with pytest.raises(InputError, match=r"line 3: force is infinite"):
+        read(log, columns=factor)
+
+
+def test_a_setting_of_401_digits_is_refused() -> None:
+    with pytest.raises(InputError, match="step must be a number > 0"):
+        parsed(shipped()["paper"].replace("step = 0.25", f"step = {'9' * 401}"))
