@@ -169,7 +169,7 @@ def test_what_it_does_not_answer_is_named(
     completed = stribeck("compensate", card)
     assert completed.status == 2
     assert "rig carried has no controller to add a compensation to: " in completed.err
-    assert completed.err.rstrip().endswith("joint and belt have one")
+    assert completed.err.rstrip().endswith("(--loop FILE.toml)")
     completed = stribeck("export", card, "--to", "fmu", "--out", str(tmp_path / "carried.fmu"))
     assert completed.status == 2
     assert "rig carried has no equation of motion that could be stepped" in completed.err
