@@ -20,6 +20,7 @@ SPEAKERS = {
     "identify/design": {"plan", "identify"},
     "identify/validate.py": {"validate"},
     "identify": {"identify"},
+    "rig/twin.py": {"twin"},
     "rig": {"identify", "plan"},
     "compensate": {"compensate"},
     "export": {"export"},
