@@ -348,7 +348,7 @@ def test_on_the_slide_bed_they_move_as_another_integrator_has_it(name: str) -> N
     t = np.arange(0.0, 10.0, 0.01)
     ramp = track(Drive.line(0.0, 0.112, 10.0, 5e-3), t, 0.112)
     x = SLIDE_BED.move(law, p, ramp).position[0]
-    law_p, ((m, k_p, k_m, s_p, s_m, F_fm, inertia, damping, clamp, _),) = SLIDE_BED.split(law, p)
+    law_p, ((m, k_p, k_m, s_p, s_m, F_fm, inertia, damping, clamp, *_),) = SLIDE_BED.split(law, p)
 
     def slope(at: float, y: Array) -> list[float]:
         e, v = 0.112 + 5e-3 * at - y[0], y[1]

@@ -124,7 +124,7 @@ def _run(  # noqa: C901 - one step of every state
         else:
             w = 0.0
         if abs(w) > bed.dp:
-            v, w = np.copysign(bed.dv, w), 0.0
+            v, w = np.copysign(max(bed.dv, 1e-12), w), 0.0
         x += h * v
         if moved and v == 0.0:
             rest += 1
