@@ -69,7 +69,7 @@ def findings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     printed = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
         patch.chdir(folder)
-        patch.setattr(sys, "argv", ["stribeck", "twin", "demo/twin.csv"])
+        patch.setattr(sys, "argv", ["stribeck", "twin", "demo/twin.csv", "--loop", "ideal"])
         cli.main()
         runpy.run_path("mine.py", run_name="__main__")
     output: dict[str, Any] = json.loads(printed.getvalue().splitlines()[-1])
