@@ -39,7 +39,9 @@ RANDOM, SEED = 20, 2012
 SLIPS = 3
 NOISE, RATE = (0.05e-3, 0.5e-3), (20.0, 1000.0)
 LAW = LAWS["stribeck"]
-_PARAMETERS = SLIDE_BED.parameters(LAW)
+#: The twins' slide, with the dead band (m + K_J) dv with which their best J were searched.
+SLIDE = SLIDE_BED.set(dp=(SLIDE_BED["m"] + SLIDE_BED["K_kt"] * SLIDE_BED["J_m"]) * SLIDE_BED["dv"])
+_PARAMETERS = SLIDE.parameters(LAW)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +76,7 @@ class Twin:
                 truth=_full(self.truth),
                 seed=self.seed,
             )
-        return problem(log.recording, rig=SLIDE_BED, law=LAW, train=TRAINING[self.side])
+        return problem(log.recording, rig=SLIDE, law=LAW, train=TRAINING[self.side])
 
     @property
     def best(self) -> float:
@@ -104,7 +106,9 @@ def _best_known() -> dict[str, dict[str, Any]]:
 
 def _demo() -> Iterator[Twin]:
     for side in ("right", "left"):
-        yield Twin(f"demo-{side}", side, TestBed(), PUBLISHED[side][_free()], seed=0, demo=True)
+        yield Twin(
+            f"demo-{side}", side, TestBed(SLIDE), PUBLISHED[side][_free()], seed=0, demo=True
+        )
 
 
 def _random() -> Iterator[Twin]:
@@ -113,7 +117,7 @@ def _random() -> Iterator[Twin]:
         side: Side = "right" if k % 2 else "left"
         noise = rng.uniform(*NOISE)
         rate = float(np.exp(rng.uniform(*np.log(RATE))))
-        bed = TestBed(rate=rate, echo_rate=rate, echo_noise=noise)
+        bed = TestBed(SLIDE, rate=rate, echo_rate=rate, echo_noise=noise)
         space = Space(tuple(p for p in _PARAMETERS if p.fixed is None))
         truth = next(x for x in _draws(space, rng) if slips(x, side) >= SLIPS)
         yield Twin(f"random-{k:02d}", side, bed, truth, seed=k)
@@ -126,7 +130,7 @@ def _draws(space: Space, rng: np.random.Generator) -> Iterator[Array]:
 
 def slips(truth: Array, side: Side) -> int:
     """Number of starts from rest in the training range, by the slide's true motion."""
-    bed = TestBed()
+    bed = TestBed(SLIDE)
     drive, x0 = bed.drive("up" if side == "right" else "down")
     t = np.arange(0.0, drive.t[-1], 1e-3)
     motion = bed.rig.move(LAW, _full(truth)[None], track(drive, t, x0))
