@@ -245,7 +245,7 @@ def test_the_drives_own_friction_is_overcome_unless_told_otherwise(run: Run) -> 
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        (lambda w: w.update(schema="stribeck-compensation/2"), "stribeck-compensation/2"),
+        (lambda w: w.update(schema="stribeck-compensation/3"), "stribeck-compensation/3"),
         (lambda w: w.update(recommended=None), "recommends no scale"),
         (lambda w: w["recommended"].pop("settings"), "settings.scale.value"),
         (lambda w: w["recommended"]["settings"]["rest"].update(value="x"), "settings.rest.value"),

@@ -113,7 +113,7 @@ def test_a_motion_is_drawn_as_it_was_measured_and_modelled(
     np.testing.assert_allclose(np.diff(command) / np.diff(t), 5.0, rtol=1e-6)  # mm/s, the ramp
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert labels == ["Displacement / mm", "Residual / mm", "Motor force / N"]
-    assert figure.axes[0].get_title("left") == "Training: rightward, 112 to 294 mm"
+    assert figure.axes[0].get_title("left") == "Training: rightward, 112 to 295 mm"
     assert figure.axes[1].get_title("left") == f"RMS {fit.score.value:.3g} mm"
     assert legend(figure) == ["command", "measured", "model", "not scored"]
 

@@ -196,4 +196,6 @@ def _refusals(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+        drafts = (p.parent for p in (folder, *folder.parents) if p.name.startswith(PREFIX))
+        place = next(drafts, folder)  # of a draft, the folder that it is for
+        raise InputError(f"{place}: cannot be written: {error.strerror or error}") from error
