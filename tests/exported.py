@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.compensate.compensator import Compensator
 from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
 from stribeck.friction.law import Law
@@ -22,7 +23,18 @@ VARIANTS = (
     "bam-m4+temperature+position",
 )
 
-
+#: A compensator with bands, crossover, smoothing and slew rate; and with all that a controller can
+#: ask of one, at once.
+SHAPED = Compensator(
+    feedback=True,
+    dead_band=1e-4,
+    reference_band=3e-4,
+    crossover=0.02,
+    smoothing=1e-3,
+    slew=1e4,
+    drive=3.0,
+)
+BUSY = replace(SHAPED, limit=200.0, scale=0.9)
 #: A law whose function takes other branches where a parameter differs from its fixed value.
 DAHLS = ("dahl, exponent 0.5", "dahl, exponent 1.5")
 

@@ -16,8 +16,7 @@ import numpy as np
 import pytest
 from numba import float64, types
 
-from exported import VARIANTS, model_of
-from stribeck.compensate.compensator import Compensator
+from exported import SHAPED, VARIANTS, model_of
 from stribeck.compile_cache import compiled as compiled_here
 from stribeck.errors import InputError
 from stribeck.export.code.c import MIN_AND_MAX, C, c
@@ -37,16 +36,6 @@ STRICT = (
 )  # fmt: skip
 CHECKED = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 READ = types.Array(float64, 1, "C", readonly=True)
-#: A compensator with every setting in use.
-COMPENSATOR = Compensator(
-    feedback=True,
-    dead_band=1e-4,
-    reference_band=3e-4,
-    crossover=0.02,
-    smoothing=1e-3,
-    slew=1e4,
-    drive=3.0,
-)
 #: Numbers of a row for the driver, before the states: v, v_ref, h, loads.
 INPUTS = 3 + len(LOADS)
 RANDOM, WALK = 100_000, 10_000
@@ -136,7 +125,7 @@ class Laws:
         self.folder = folder
         calls: list[Callable[[], object]] = []
         for i, model in enumerate(self.models):
-            for name, text in c(model, f"l{i}", COMPENSATOR).items():
+            for name, text in c(model, f"l{i}", SHAPED).items():
                 (folder / (f"t{i}.c" if name == "selftest.c" else name)).write_bytes(text)
             calls.append(partial(compiled, folder, *STRICT, *CHECKED, "-c", f"l{i}.c"))
             test = (f"-Dmain=main_{i}", "-c", f"t{i}.c")
@@ -221,7 +210,7 @@ def test_a_walk_is_the_laws_and_the_compensators(laws: Laws, index: int) -> None
     model = laws.models[index]
     tolerance = 1e-9 if model.law.states else 1e-12
     rows = rows_of(np.random.default_rng(100 + index), model, WALK)
-    expected = walk(model, COMPENSATOR, rows[:, :3], rows[:, 3:])
+    expected = walk(model, SHAPED, rows[:, :3], rows[:, 3:])
     results = laws.run(index, 0, rows)
     assert off(results[:, 0], expected.forces) <= tolerance
     assert off(results[:, 2], expected.outputs) <= tolerance

@@ -14,25 +14,15 @@ from typing import Any
 
 import pytest
 
-from exported import model_of
+from exported import SHAPED, model_of
 from st_interpreter import Controller
 from stribeck.compensate import compensator
-from stribeck.compensate.compensator import Compensator
 from stribeck.export.code import check_vectors, law_program
 from stribeck.export.targets import TARGETS, exported
 
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 #: Targets that have the compensator, and what makes them.
 CODE = [name for name, target in TARGETS.items() if "compensation" in target.options]
-SETTINGS = Compensator(
-    feedback=True,
-    dead_band=1e-4,
-    reference_band=3e-4,
-    crossover=0.02,
-    smoothing=1e-3,
-    slew=1e4,
-    drive=3.0,
-)
 #: A law without and one with states, one with loads and terms.
 MODELS = ("stribeck", "lugre", "bam-m4+temperature+position")
 
@@ -74,7 +64,7 @@ def before() -> dict[tuple[str, str], dict[str, bytes]]:
 
 def files(law: str, to: str) -> dict[str, bytes]:
     if to != "fmu":
-        return exported(model_of(law), to, compensation=SETTINGS).files
+        return exported(model_of(law), to, compensation=SHAPED).files
     from stribeck.export.fmu.build import fmu  # noqa: PLC0415 - compiles nothing here
 
     with zipfile.ZipFile(io.BytesIO(fmu(model_of(law), binary=False))) as archive:

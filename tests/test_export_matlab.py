@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import DAHLS, VARIANTS, model_of, model_with, rude
+from exported import BUSY, DAHLS, VARIANTS, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
 from stribeck.errors import InputError
@@ -22,17 +22,6 @@ from stribeck.space import Array
 
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave")
 needs_octave = pytest.mark.skipif(OCTAVE is None, reason="there is no GNU Octave here")
-BUSY = Compensator(
-    feedback=True,
-    dead_band=1e-4,
-    reference_band=3e-4,
-    crossover=0.02,
-    smoothing=1e-3,
-    slew=1e4,
-    limit=200.0,
-    drive=3.0,
-    scale=0.9,
-)
 SPEEDS = (-0.3, -2e-3, 0.0, 1e-9, 0.05, 0.7, 3.0)
 
 #: Walks the functions of a law through the rows of a file: v, v_ref, h, loads.

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pymoca import parser
 
-from exported import DAHLS, VARIANTS, model_of, model_with, rude
+from exported import BUSY, DAHLS, VARIANTS, model_of, model_with, rude
 from modelica_interpreter import Block, ModelicaError, Package
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from stribeck.compensate.compensator import Compensator
@@ -20,18 +20,6 @@ from stribeck.export.code.check_vectors import CheckVectors, check_vectors
 from stribeck.export.code.modelica import modelica
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
-
-BUSY = Compensator(
-    feedback=True,
-    dead_band=1e-4,
-    reference_band=3e-4,
-    crossover=0.02,
-    smoothing=1e-3,
-    slew=1e4,
-    limit=200.0,
-    drive=3.0,
-    scale=0.9,
-)
 
 
 def text_of(model: Model, compensator: Compensator | None = None) -> str:

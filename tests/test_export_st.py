@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exported import DAHLS, VARIANTS, model_of, model_with, rude
+from exported import BUSY, DAHLS, VARIANTS, model_of, model_with, rude
 from own_laws import AWKWARD, HOSTILE, UNKNOWN, own_law
 from st_interpreter import Controller, Instance
 from st_parser import IecError, parsed
@@ -22,18 +22,6 @@ from stribeck.export.code.st import st
 from stribeck.export.model import Model
 from stribeck.friction import LAWS, LOADS
 
-#: All that a controller can ask of a compensator, at once; and what a card's export begins with.
-BUSY = Compensator(
-    feedback=True,
-    dead_band=1e-4,
-    reference_band=3e-4,
-    crossover=0.02,
-    smoothing=1e-3,
-    slew=1e4,
-    limit=200.0,
-    drive=3.0,
-    scale=0.9,
-)
 PLAIN = Compensator(feedback=False)
 
 

@@ -109,9 +109,9 @@ def identify(
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
     if not isinstance(draws, Integral) or draws < 0:
         raise InputError(f"draws must be a whole number >= 0, got {draws!r}")
-    for name, asked, most in (("draws", draws, MOST_DRAWS), ("samples", samples, MOST_SAMPLES)):
-        if asked > most:
-            raise InputError(f"{name} must be {most:,} at most, got {asked}")
+    for name, count, most in (("draws", draws, MOST_DRAWS), ("samples", samples, MOST_SAMPLES)):
+        if count > most:
+            raise InputError(f"{name} must be {most:,} at most, got {count}")
     search: dict[str, Any] = {
         "method": method,
         "seed": seed,

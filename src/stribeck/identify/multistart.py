@@ -146,7 +146,7 @@ def multistart(
     runs, interrupted = _repeated(searched, settings, progress, smooth=smooth)
     runs, polished, interrupted = _polished(searched, runs, settings, interrupted)
     evaluations = sum(r.evaluations for r in runs) + sum(d.evaluations for d in polished)
-    answer = Refined(polished[0].x, polished[0].cost, 0, None)
+    answer = Refined(polished[0].x, polished[0].cost, 0)
     if smooth and settings.memetic and not interrupted:
         allowance = settings.budget * settings.repeats - evaluations
         answer, interrupted = _refined_answer(searched, answer, settings, progress, allowance)
@@ -274,11 +274,11 @@ def _on_all_samples(
 
     And whether Ctrl-C ended that.
     """
-    best = Refined(answer.x, answer.cost, 0, None)
+    best = Refined(answer.x, answer.cost, 0)
     try:
         if refit:
             end = polish(problem, best.x, None, min(allowance, POLISH))
-            best = Refined(end.x, end.cost, end.evaluations, None)
+            best = Refined(end.x, end.cost, end.evaluations)
             best = _no_worse(problem, best, answer.contained, allowance)
         left = allowance - best.evaluations
         many = smooth and settings.memetic and problem.space.dim >= MANY
@@ -301,7 +301,7 @@ def _no_worse(
         end = polish(problem, contained[k], None, min(allowance - spent, POLISH))
         spent += end.evaluations
         if end.cost < best.cost:
-            best = Refined(end.x, end.cost, spent, None)
+            best = Refined(end.x, end.cost, spent)
     return replace(best, evaluations=spent)
 
 

@@ -83,7 +83,7 @@ def descended(problem: MotionProblem, starts: list[Array]) -> Refined:
     costs = problem(np.array(starts))
     order = [int(k) for k in np.argsort(costs, kind="stable")[:STARTS] if np.isfinite(costs[k])]
     if not order:
-        return Refined(starts[0], np.inf, len(starts), None)
+        return Refined(starts[0], np.inf, len(starts))
     allowance = DESCENT * problem.space.dim
     ends = [polish(problem, starts[k], float(costs[k]), allowance) for k in order]
     best = min(ends, key=lambda end: end.cost)

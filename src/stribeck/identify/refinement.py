@@ -8,7 +8,7 @@ starts around the answer, and descents follow it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import SeedSequence
@@ -46,7 +46,7 @@ class Refined:
     x: Array
     cost: float
     evaluations: int
-    other: Array | None
+    other: Array | None = None
     modes: tuple[Array, ...] = ()
     contained: tuple[Array, ...] = ()
 
@@ -100,8 +100,7 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
         seed: Of the draws.
         allowance: Evaluations in all.
     """
-    dim, modes = problem.space.dim, best.modes
-    spent = best.evaluations
+    dim, spent = problem.space.dim, best.evaluations
     limit, idle = spent + allowance, 0
     for k, child in enumerate(SeedSequence(seed, spawn_key=(dim,)).spawn(ROUNDS)):
         rows = min(ROUND * dim, limit - spent)
@@ -116,7 +115,7 @@ def restarted(problem: MotionProblem, best: Refined, seed: int, allowance: int) 
             )
             spent += best.evaluations
         idle = 0 if best.cost < (1 - WORTH) * before else idle + 1
-    return Refined(best.x, best.cost, spent, best.other, modes)
+    return replace(best, evaluations=spent)
 
 
 def settled(
