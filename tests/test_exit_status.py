@@ -13,13 +13,12 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from command import caller
 from patience import PATIENCE
 from stribeck.report.search_progress import SearchProgress
-from test_select_truth import log
+from test_select_truth import write_directional_logs
 
 
 @pytest.fixture
@@ -27,11 +26,7 @@ def stribeck_(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Any:
     """Run a command in a folder with a short log of measured forces."""
-    recording = log("coulomb-viscous-directional", 0, seconds=5.0)
-    assert recording.force is not None
-    table = np.column_stack([recording.t, recording.position, recording.force])
-    np.savetxt(tmp_path / "a.csv", table, delimiter=",", comments="",
-               header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
+    write_directional_logs(tmp_path, "a", 5.0)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)

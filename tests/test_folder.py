@@ -9,14 +9,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from command import caller
 from stribeck import InputError
 from stribeck.draft import PREFIX, Draft, settle
 from stribeck.report.folder import held, together, write_all, write_files
-from test_select_truth import log
+from test_select_truth import write_directional_logs
 
 #: Kills the process at one of its calls of a function.
 KILLED = """
@@ -172,12 +171,7 @@ def test_a_folder_that_was_held_for_nothing_is_gone(tmp_path: Path) -> None:
 def stribeck_(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Any:
-    for seed, name in enumerate(("a", "b")):
-        recording = log("coulomb-viscous-directional", seed, seconds=5.0)
-        assert recording.force is not None
-        table = np.column_stack([recording.t, recording.position, recording.force])
-        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", comments="",
-                   header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
+    write_directional_logs(tmp_path, "ab", 5.0)
     monkeypatch.chdir(tmp_path)
     return caller(monkeypatch, capsys)
 

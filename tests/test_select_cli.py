@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from command import caller
@@ -14,7 +13,7 @@ from stribeck import read_card
 from stribeck.identify.selection.candidate_fit import candidate_fit
 from stribeck.identify.selection.friction_change import friction_change
 from stribeck.identify.selection.trained_law import train_law
-from test_select_truth import log
+from test_select_truth import write_directional_logs
 
 
 @pytest.fixture
@@ -22,12 +21,7 @@ def stribeck_(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Any:
     """Run a command in a folder with logs a.csv and b.csv of a directional axis, and map.toml."""
-    for seed, name in enumerate(("a", "b", "c")):
-        recording = log("coulomb-viscous-directional", seed, seconds=10.0)
-        assert recording.force is not None
-        table = np.column_stack([recording.t, recording.position, recording.force])
-        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", comments="",
-                   header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
+    write_directional_logs(tmp_path, "abc", 10.0)
     monkeypatch.chdir(tmp_path)
     return caller(monkeypatch, capsys)
 

@@ -45,6 +45,16 @@ def log(law: str, seed: int, *, noise: float = 2.0, seconds: float = 20.0) -> Re
     return Recording(t=t, position=x, force=force + noise * rng.standard_normal(len(t)))
 
 
+def write_directional_logs(folder: Path, names: str, seconds: float) -> None:
+    """Logs of a directional axis as CSV files, one a letter of `names`: a.csv, b.csv, ..."""
+    for seed, name in enumerate(names):
+        recording = log("coulomb-viscous-directional", seed, seconds=seconds)
+        assert recording.force is not None
+        table = np.column_stack([recording.t, recording.position, recording.force])
+        np.savetxt(folder / f"{name}.csv", table, delimiter=",", comments="",
+                   header="t [s],position [m],force [N]", fmt="%.9g")  # fmt: skip
+
+
 @pytest.mark.parametrize("truth", LADDER)
 def test_the_true_law_is_recommended(truth: str) -> None:
     # A law that is no more than 1 % worse is passed over with probability 5 % at most: of five
