@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import json
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -46,6 +45,7 @@ from stribeck.compensate.compensation import Compensation, compensation
 from stribeck.compensate.compensator import Compensator
 from stribeck.compensate.corners import plants
 from stribeck.data.recording import Recording
+from stribeck.report.folder import write_text
 from stribeck.report.format import number
 from stribeck.report.table import Table
 from stribeck.report.terminal import show_table
@@ -410,9 +410,7 @@ def main() -> None:
     results = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
     for name in words or CASES:
         results[name] = measured(CASES[name]())
-        with tempfile.NamedTemporaryFile("w", dir=FILE.parent, delete=False) as written:
-            json.dump(results, written, indent=1)
-        Path(written.name).replace(FILE)
+        write_text(FILE, json.dumps(results, indent=1))
         print(name, json.dumps({k: v for k, v in results[name].items() if k != "sensors"}))
 
 

@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     from .closed_loop import Reference, Sensor
 
 #: Modes, the simpler before.
-#: Modes, the simpler before.
 MODES: tuple[Mode, ...] = ("reference", "crossover", "feedback")
 
 #: The simpler mode is recommended if its worst ratio is at most so many times the other's.
@@ -254,9 +253,9 @@ def _motions(
 
 def _linear(rig: Rig, law: Law, p: Array, period: float) -> LinearLoop:
     """The loop of the identified axis without friction."""
-    t = period * np.arange(3.0)
-    track = controlled(rig).track(Recording(t=t, position=t, command=t, rotary=rig.rotary))
-    return controlled(rig).linear(law, p, track)
+    controller, t = controlled(rig), period * np.arange(3.0)
+    track = controller.track(Recording(t=t, position=t, command=t, rotary=rig.rotary))
+    return controller.linear(law, p, track)
 
 
 def _shape(

@@ -15,10 +15,10 @@ import numpy as np
 from ..friction import LAWS
 from .closed_loop import compensated
 from .corners import IDENTIFIED
-from .limit_cycle import Observed, Sign, floors, observed, stretches, swings
+from .limit_cycle import Observed, Sign, Stretch, floors, observed, stretches, swings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from ..friction import Law
     from ..rig import Rig
@@ -59,21 +59,30 @@ class Outcome:
 
     Args:
         rms: RMS error, m or rad; inf where an axis ran away.
-        swing: How far the error swings where that lasts, m or rad; the worst stretch.
-        at_rest: Share of the time in which the axis rests while the reference moves.
-        peak: Greatest speed, m/s or rad/s.
         signs: Signs that are not there without compensation, by axis and motion.
         observed: By motion, stretch by stretch.
         floors: By motion how much is looked at, (P,).
     """
 
     rms: Array
-    swing: Array
-    at_rest: Array
-    peak: Array
     signs: tuple[tuple[Sign, int, int], ...]
     observed: tuple[Observed, ...]
     floors: tuple[Array, ...]
+
+    @property
+    def swing(self) -> Array:
+        """How far the error swings where that lasts, m or rad; the worst stretch, (P, M)."""
+        return np.column_stack([o.swing.max(axis=1, initial=0.0) for o in self.observed])
+
+    @property
+    def at_rest(self) -> Array:
+        """Share of the time in which the axis rests while the reference moves, (P, M)."""
+        return np.column_stack([o.at_rest for o in self.observed])
+
+    @property
+    def peak(self) -> Array:
+        """Greatest speed, m/s or rad/s, (P, M)."""
+        return np.column_stack([o.peak for o in self.observed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +115,7 @@ class Trial:
     def tried(self, scale: float, mode: Mode, baseline: Outcome | None) -> Outcome:
         """What the axes do, with the signs that a baseline does not show."""
         still = self.shape.reference_band
-        rms, swing, at_rest, peak = np.zeros((4, len(self.axes), len(self.motions)))
+        rms = np.empty((len(self.axes), len(self.motions)))
         signs: list[tuple[Sign, int, int]] = []
         each, looked_at = [], []
         for m, motion in enumerate(self.motions):
@@ -122,24 +131,27 @@ class Trial:
                 else baseline.floors[m]
             )
             looked = observed(
-                motion, stretches(motion, still), moved.position, moved.velocity, still, floor,
-                self.calm[m],
-            )  # fmt: skip
-            swing[:, m] = looked.swing.max(axis=1, initial=0.0)
-            at_rest[:, m], peak[:, m] = looked.at_rest, looked.peak
+                motion, self.parts[m], moved.position, moved.velocity, still, floor, self.calm[m]
+            )
             if baseline is not None:
                 beyond = looked.beyond(baseline.observed[m])
                 beyond["is worse"] = (rms[:, m] > baseline.rms[:, m]) & ~beyond["runs away"]
                 signs += [(k, int(i), m) for k, v in beyond.items() for i in np.flatnonzero(v)]
             each.append(looked)
             looked_at.append(floor)
-        return Outcome(rms, swing, at_rest, peak, tuple(signs), tuple(each), tuple(looked_at))
+        return Outcome(rms, tuple(signs), tuple(each), tuple(looked_at))
 
     def frictionless(self) -> Array:
         """RMS errors of the identified axis without any friction, (M,): the loop's own."""
+        axis = [self.axes[IDENTIFIED]]
         return np.array(
-            [np.sqrt(np.mean((m.x - self._viscous(m, 0.0)[0]) ** 2)) for m in self.motions]
+            [np.sqrt(np.mean((m.x - self._viscous(axis, m, 0.0)[0]) ** 2)) for m in self.motions]
         )
+
+    @cached_property
+    def parts(self) -> tuple[list[Stretch], ...]:
+        """The stretches of each motion."""
+        return tuple(stretches(m, self.shape.reference_band) for m in self.motions)
 
     @cached_property
     def calm(self) -> tuple[Array, ...]:
@@ -148,15 +160,16 @@ class Trial:
         The friction is a viscous one, as large as the believed one at the motion's speed: it
         falls nowhere, and damps. What swings then is what gravity makes of the loop.
         """
+        axes = list(self.axes.values())
         return tuple(
-            swings(m, stretches(m, self.shape.reference_band), self._viscous(m, 1.0))
-            for m in self.motions
+            swings(m, parts, self._viscous(axes, m, 1.0))
+            for m, parts in zip(self.motions, self.parts, strict=True)
         )
 
-    def _viscous(self, motion: Reference, share: float) -> Array:
-        """Positions of the axes with a viscous friction in place of the law, (P, N)."""
+    def _viscous(self, plants: Sequence[Array], motion: Reference, share: float) -> Array:
+        """Positions of n axes with a viscous friction in place of the law, (n, N)."""
         law = LAWS["coulomb-viscous-directional" if self.law.directional else "coulomb-viscous"]
-        rig_parameters = np.array(list(self.axes.values()))[:, len(self.law.params) :]
+        rig_parameters = np.array(plants)[:, len(self.law.params) :]
         fastest = float(np.abs(motion.v).max())
         forces = np.abs(self.law.friction(np.array([fastest, -fastest]), self.believed[
             : len(self.law.params)])) / fastest  # fmt: skip

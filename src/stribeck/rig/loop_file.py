@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -44,7 +44,7 @@ class _LoopTable(BaseModel):
 
     kp: Quantity | None = None
     kd: Quantity = 0.0
-    derivative: str = "error"
+    derivative: Literal["error", "position"] = "error"
     period: Quantity = 1.0
     delay: Quantity = 0.0
     limit: Quantity | None = None
@@ -105,8 +105,6 @@ def _stated(table: _LoopTable, rig: Rig) -> StatedLoop:
     shown = rig.unit_shown("position")
     period = _si("period", table.period, "ms", above=True)
     delay = _si("delay", table.delay, "ms")
-    if table.derivative not in ("error", "position"):
-        raise InputError(f"derivative: {_WORDS['literal_error']}")
     if not (delay == 0.0 or math.isclose(delay, period, rel_tol=1e-3)):
         raise InputError(
             f"delay: {1e3 * delay:.4g} ms: a loop is simulated with 0 or one period, "
