@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import sys
-import tempfile
 import traceback
 from pathlib import Path
 from typing import NoReturn
@@ -45,6 +44,8 @@ def _environment_fault() -> str:
 
 def _details(error: Exception) -> Path:
     """A new file with the command, the versions and the traceback."""
+    import tempfile  # no other command pays for it
+
     lines = [
         f"stribeck {__version__}, Python {platform.python_version()}, {platform.platform()}",
         f"arguments: {sys.argv[1:]!r}",
