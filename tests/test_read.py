@@ -215,6 +215,18 @@ def test_parquet_with_a_clock(tmp_path: Path) -> None:
     assert_same(read(path))
 
 
+def test_an_error_of_what_reads_parquet_is_no_fault_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("raise LookupError('of ours')")
+    monkeypatch.setattr("stribeck.data.readers.parquet._PROGRAM", program)
+    path = tmp_path / "log.parquet"
+    columns().write_parquet(path)
+    with pytest.raises(RuntimeError, match="LookupError: of ours"):
+        read(path)
+
+
 @pytest.mark.parametrize("packed", [False, True])
 def test_matlab(packed: bool, tmp_path: Path) -> None:
     path = tmp_path / "log.mat"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InputError
-from .budget import ReadBudget
+from .budget import CELL, ReadBudget
 from .raw_table import RawTable, listed
 
 if TYPE_CHECKING:
@@ -28,17 +28,21 @@ def read_parquet(data: bytes) -> RawTable:
 
     Raises:
         InputError: it is broken, too large unpacked, or has no columns of numbers.
+        RuntimeError: the program that reads it has an error.
     """
     if not (data.startswith(b"PAR1") and data.endswith(b"PAR1")):
         raise InputError("is not a whole Parquet file: copy or export it again")
     budget = ReadBudget(len(data))
+    limits = str(budget.total), str(budget.total // CELL)
     process = subprocess.run(  # noqa: S603 - this Python, this package's own file
-        [sys.executable, "-P", str(_PROGRAM), str(budget.total)],
+        [sys.executable, "-P", str(_PROGRAM), *limits],
         input=data,
         capture_output=True,
         env={**os.environ, **_ENVIRONMENT},
         check=False,
     )
+    if process.returncode == 1:  # as Python ends on an error that a program does not foresee
+        raise RuntimeError(process.stderr.decode(errors="replace"))
     if process.returncode:
         raise InputError(f"is a broken Parquet file, or unpacks to more than {budget.most}: copy "
                          "or export it again")  # fmt: skip

@@ -1,11 +1,11 @@
 """The program that reads a Parquet file for `parquet.read_parquet`: bytes in, numbers out.
 
-    python -P parquet_process.py BYTES < log.parquet
+    python -P parquet_process.py BYTES CELLS < log.parquet
 
 Polars ends its process when a damaged page makes it ask for more memory than there is, and prints
 where it was. So it runs in a process of its own, under a limit of `BYTES` of memory. That prints
 one line of JSON, `ParquetContents`, and then the numbers of its columns, float64, one after the
-other: none where they are beyond the limit. Its exit status is 1 if it cannot.
+other: none where they are more than `CELLS`. It exits with `REFUSED` if the file is at fault.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ import polars as pl
 
 #: Memory that the threads of polars take beside what they read: bytes.
 THREADS = 128 << 20
-_CELL = 24  # as in `budget`
+#: The exit status for a file that cannot be read; 1 is that of an error in this program.
+REFUSED = 3
 _TICKS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
@@ -47,13 +48,19 @@ class ParquetContents(TypedDict):
 
 def main() -> None:
     """Read standard input, write the contents and the numbers."""
-    limit = int(sys.argv[1])
+    limit, cells = map(int, sys.argv[1:])
     data = sys.stdin.buffer.read()
     _limit_memory(THREADS + limit)
     try:
-        _write(pl.scan_parquet(io.BytesIO(data)), limit)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError):
-        sys.exit(1)
+        _write(pl.scan_parquet(io.BytesIO(data)), cells)
+    except (
+        pl.exceptions.PolarsError,
+        pl.exceptions.PanicException,
+        OSError,
+        ValueError,
+        MemoryError,
+    ):
+        sys.exit(REFUSED)
 
 
 def _limit_memory(more: int) -> None:
@@ -66,13 +73,13 @@ def _limit_memory(more: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (pages * resource.getpagesize() + more, hard))
 
 
-def _write(lazy: pl.LazyFrame, limit: int) -> None:
+def _write(lazy: pl.LazyFrame, cells: int) -> None:
     schema = lazy.collect_schema()
     rows = int(lazy.select(pl.len()).collect().item())
     times = {n for n, t in schema.items() if t in (pl.Datetime, pl.Duration)}
     columns = [n for n, t in schema.items() if t.is_numeric() or t == pl.Boolean or n in times]
     words = [n for n, t in schema.items() if t == pl.String]
-    fits = rows * (len(columns) + len(words)) * _CELL <= limit
+    fits = rows * (len(columns) + len(words)) <= cells
     text = {name: first for name in words if (first := _first(lazy, name) if fits else (0, ""))}
     used = {*columns, *text}
     contents = ParquetContents(
