@@ -12,6 +12,8 @@ from numpy.random import SeedSequence
 from foreign import slide_bed, slide_bed_loop
 from foreign.friction import Curve
 from stribeck.errors import InputError
+from stribeck.friction import LAWS
+from stribeck.rig.motion import sampled_loop
 from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.rig.twin import TestBed
 
@@ -54,6 +56,15 @@ def test_the_loop_is_that_of_a_foreign_simulation(
     np.testing.assert_allclose(log.command[:n], fine[4, :n], atol=1e-12)  # type: ignore[index]
     away = np.sqrt(np.mean((twin.motion.position - ideal.motion.position) ** 2))
     assert away > 5e-5
+
+
+def test_laws_share_the_machine_code_of_the_loop() -> None:
+    bed = replace(BED, speed=1.0)
+    before = bed.run("up", seed=1).motion
+    truth = np.array([50.0, 900.0, 554.0])
+    after = bed.run("up", seed=1, law=LAWS["coulomb-viscous"], truth=truth).motion
+    assert not np.array_equal(after.position, before.position)
+    assert len(sampled_loop.run.nopython_signatures) == 1
 
 
 def test_a_weak_supply_and_a_held_voltage_slow_a_slip() -> None:

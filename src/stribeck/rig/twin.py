@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import LAWS, Law
+from ..friction.law import addressed
 from ..space import Array
 from .motion import sampled_loop
 from .motion.command import Drive
@@ -196,8 +197,8 @@ class TestBed:
         t = instants[(kinds & sampled_loop.ROW) > 0]
         rows = np.zeros((5, len(t)))
         n = sampled_loop.run(
-            law.slip, laws[0], c[0], self._motor(), Converter(*POSITION_SPAN, 2.0**self.bits),
-            course, x0, instants, kinds, noise, rows,
+            addressed(law.slip), laws[0], c[0], self._motor(),
+            Converter(*POSITION_SPAN, 2.0**self.bits), course, x0, instants, kinds, noise, rows,
         )  # fmt: skip
         if n == len(t) and self.mode != "control":
             raise InputError(

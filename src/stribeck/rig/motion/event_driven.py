@@ -94,7 +94,7 @@ def stretch_at(level: float, k_hat: float, k_spring: float, F_fm: float) -> floa
 
 
 @compiled()
-def _command(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[float, float, float]:
+def command_at(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[float, float, float]:
     """The command at a time, its rate, and until when that holds; j counts the knots passed."""
     if j == 0:
         return knots_x[0], 0.0, knots_t[0]
@@ -133,7 +133,7 @@ def _breakaway(
     while True:
         while j < len(knots_t) and knots_t[j] <= time:
             j += 1
-        xi, rate, end = _command(knots_t, knots_x, j, time)
+        xi, rate, end = command_at(knots_t, knots_x, j, time)
         e = xi - x
         if side == 0.0:  # inside the stick band: wait until the stretch reaches an edge of it
             if e >= reach_p or e <= reach_m:
@@ -689,7 +689,7 @@ def _walk(
         # --- slip, until the slide comes to rest ---
         while j < len(knots_t) and knots_t[j] <= time:
             j += 1
-        xi, rate, end = _command(knots_t, knots_x, j, time)
+        xi, rate, end = command_at(knots_t, knots_x, j, time)
         again = (
             known > 0
             and s == known_s
@@ -728,7 +728,7 @@ def _walk(
             time = min(time, end)
             while j < len(knots_t) and knots_t[j] <= time:
                 j += 1
-            xi, rate, end = _command(knots_t, knots_x, j, time)
+            xi, rate, end = command_at(knots_t, knots_x, j, time)
             whole = False
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from ...compile_cache import compiled
 from ...space import Array
 from .drives import BAND, CLAMP, DAMPING, F_FM, IMPULSE, INERTIA, K_SPRING_M, K_SPRING_P, MASS
+from .event_driven import command_at
 
 #: What happens at an instant: the transducer renews its value, the controller reads, a row is
 #: logged; added up.
@@ -216,20 +217,20 @@ def _converted(echo: float, reading: Converter) -> float:
 
 
 @compiled()
-def _on_course(course: CommandPath, time: float) -> tuple[float, float]:
-    """The command and its rate at a time, by its corners."""
-    t, x = course.t, course.x
-    if time < t[0]:
-        return x[0], 0.0
-    j = np.searchsorted(t, time + 1e-12, side="right")
-    if j == len(t):
-        return x[j - 1], 0.0
-    rate = (x[j] - x[j - 1]) / (t[j] - t[j - 1])
-    return x[j - 1] + rate * (time - t[j - 1]), rate
+def _aimed(course: CommandPath, target: int, rate: float, reading: float) -> tuple[int, float]:
+    """The target that a reading leaves to go for and the rate towards it; 0.0 behind the last."""
+    while target < len(course.targets):
+        rest = course.targets[target] - reading
+        if rate == 0.0:
+            rate = math.copysign(course.speed, rest)
+        if rest * rate >= 0.0:
+            return target, rate
+        target, rate = target + 1, 0.0
+    return target, 0.0
 
 
 @compiled()
-def run(  # noqa: C901 - one loop over all that happens
+def run(
     slip: Any, p: Array, c: Array, motor: BedMotor, reading: Converter, course: CommandPath,
     x0: float, instants: Array, kinds: Array, noise: Array, rows: Array,
 ) -> int:  # fmt: skip
@@ -258,23 +259,16 @@ def run(  # noqa: C901 - one loop over all that happens
         if kinds[k] & ECHO:
             echo, echoes = x + noise[echoes], echoes + 1
         if len(course.targets) == 0:
-            goal, rate = _on_course(course, now)
+            j = np.searchsorted(course.t, now + 1e-12, side="right")
+            goal, rate, _ = command_at(course.t, course.x, j, now)
         if kinds[k] & SAMPLE:
             seen = _converted(echo, reading)
-            if len(course.targets) > 0:
-                if now == instants[0]:
-                    goal = seen
-                while target < len(course.targets) and (
-                    (course.targets[target] - seen) * rate < 0.0 or rate == 0.0
-                ):
-                    goal = seen
-                    if rate != 0.0:
-                        target += 1
-                    rate = 0.0
+            if target < len(course.targets):
+                ahead = _aimed(course, target, rate, seen)
+                if ahead != (target, rate):  # from what is read to the next target
+                    goal, (target, rate) = seen, ahead
                     if target == len(course.targets):
                         ends = now + 1.0
-                        break
-                    rate = math.copysign(course.speed, course.targets[target] - seen)
             e = goal - seen
             demand = (motor.gain_plus if e > 0.0 else motor.gain_minus) * e
         if kinds[k] & ROW:
