@@ -382,33 +382,6 @@ static void inputs(const axis *a, double h, double share, double *u)
     }
 }
 
-#ifdef R_dv
-/* A slide starts to move, at the speed dv, when what pushes it beyond its level amounts to the
-   impulse dp, and rests when it is as slow again. Passes h seconds of rest from the share `from` of a span to
-   `to`: 0, or 1 or -1 where it starts to move that way in between. */
-static int started(axis *a, double h, double span, double from, double to)
-{
-    double u[AXIS_PLACES_OF_INPUTS], m, F, d, k, s, beyond, none[1] = {0.0}, gain = 0.0;
-    int end;
-    for (end = 0; end < 2; end++) {
-        inputs(a, span, end ? to : from, u);
-        driven(a, u, a->q, 0.0, &m, &F, &d, &k);
-        s = F > 0.0 ? 1.0 : -1.0;
-        beyond = s * (F - rubs(a, s * 0.0, h, none, none));
-        gain += 0.5 * h * s * most(beyond, 0.0);
-    }
-    if (beyond <= 0.0) { /* at the end it is held */
-        a->push = 0.0;
-        return 0;
-    }
-    if (fabs(a->push + gain) >= a->r[R_dp]) {
-        return a->push + gain > 0.0 ? 1 : -1;
-    }
-    a->push += gain;
-    return 0;
-}
-#endif
-
 #if AXIS_STATES == 0
 /* How far the force on an axis at rest is beyond its breakaway level, and which way it goes. */
 static double beyond(axis *a, double span, double share, double *way)
@@ -460,6 +433,30 @@ static double breakaway(axis *a, double span, double low, double high, double *w
         }
     }
     return high;
+}
+#endif
+
+#ifdef R_dv
+/* A slide starts to move, at the speed dv, when what pushes it beyond its level amounts to the
+   impulse dp, and rests when it is as slow again; its law has no states. Passes h seconds of rest
+   from the share `from` of a span to `to`: 0, or 1 or -1 where it starts to move that way in
+   between. */
+static int started(axis *a, double h, double span, double from, double to)
+{
+    double way, gain, last;
+    gain = most(beyond(a, span, from, &way), 0.0);
+    gain *= 0.5 * h * way;
+    last = beyond(a, span, to, &way);
+    gain += 0.5 * h * way * most(last, 0.0);
+    if (last <= 0.0) { /* at the end it is held */
+        a->push = 0.0;
+        return 0;
+    }
+    if (fabs(a->push + gain) >= a->r[R_dp]) {
+        return a->push + gain > 0.0 ? 1 : -1;
+    }
+    a->push += gain;
+    return 0;
 }
 #endif
 
