@@ -9,23 +9,11 @@ and for 100 neighbours of it, a billionth apart.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from stribeck.friction import LAWS
 from stribeck.report.table import Table
+from stribeck.rig.motion import reference
 from stribeck.rig.motion.command import Drive
-from stribeck.rig.motion.drives import (
-    CLAMP,
-    DAMPING,
-    F_FM,
-    IMPULSE,
-    INERTIA,
-    K_HAT_M,
-    K_HAT_P,
-    K_SPRING_M,
-    K_SPRING_P,
-    MASS,
-)
 from stribeck.rig.motion.track import Track, track
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED, SlideBed
 from stribeck.space import Array
@@ -45,36 +33,6 @@ def motion(rig: SlideBed, direction: str, on: Track) -> Array:
 def distance(x: Array, y: Array) -> float:
     """RMS, mm."""
     return 1e3 * float(np.sqrt(np.mean((x - y) ** 2)))
-
-
-@njit  # type: ignore[untyped-decorator]
-def printed(p: Array, c: Array, steps: int, dt: float, late: bool) -> Array:
-    """Positions along a ramp by steps 1 to 5 of section 4.3, in their order; the first at 0.
-
-    Args:
-        p: F_S, F_C, F_V, v_SS.
-        c: The constants of the slide bed, those of its rightward motion in force.
-        steps: How many.
-        dt: Their length, s.
-        late: Whether the position is integrated after the velocity, with the new one.
-    """
-    x, v, a, P, positions = 0.0, 0.0, 0.0, 0.0, np.zeros(steps + 1)
-    for i in range(steps):
-        e = SPEED * i * dt - x
-        F_motor = c[K_HAT_P] * e
-        F_f_motor = min(max(F_motor, -c[F_FM]), c[F_FM])
-        F_m_motor = min(max(c[INERTIA] * a + c[DAMPING] * v, -c[CLAMP]), c[CLAMP])
-        F_in = F_motor - F_f_motor - F_m_motor + c[K_SPRING_P] * e
-        if v == 0.0:
-            F_f = min(max(F_in, -p[0]), p[0])
-        else:
-            F_f = (p[1] + (p[0] - p[1]) * np.exp(-abs(v) / p[3])) * np.sign(v) + p[2] * v
-        P += (F_in - F_f) * dt
-        v_next = 0.0 if abs(P) < c[IMPULSE] else P / c[MASS]
-        x += (v_next if late else v) * dt
-        v, a = v_next, (v_next - v) / dt
-        positions[i + 1] = x
-    return positions
 
 
 def ramp(sign: int) -> Track:
@@ -102,19 +60,17 @@ def dead_bands() -> Table:
 
 def printed_procedure() -> Table:
     """The printed procedure by the order of its last statements, over neighbours of F_S."""
-    rows = []
+    procedure, rows = reference.compiled("paper"), []
     for late, order in ((True, "v, then x"), (False, "x, then v")):
         for direction, sign in SIGN.items():
-            right_motion = motion(SLIDE_BED, direction, ramp(sign))
+            on = ramp(sign)
+            equation = motion(SLIDE_BED, direction, on)
             (p,), (c,) = SLIDE_BED.split(LAW, PUBLISHED[direction])
-            if direction == "left":  # its mirror image
-                c[[K_HAT_P, K_SPRING_P]] = c[[K_HAT_M, K_SPRING_M]]
-            steps, each = round(SECONDS / STEP), round(0.01 / STEP)
             away = []
             for k in range(NEIGHBOURS):
                 p[0] = PUBLISHED[direction][0] * (1.0 + APART * (k - NEIGHBOURS // 2))
-                positions = printed(p, c, steps, STEP, late)[::each]
-                away.append(distance(right_motion, sign * positions))
+                x, _ = procedure(LAW.slip, p, c, on.knots_t, on.knots_x, on.t, on.x0, STEP, late)
+                away.append(distance(equation, x))
             quantiles = np.percentile(away, [10, 50, 90])
             rows.append(
                 [order, direction, *(f"{x:.1f}" for x in (min(away), *quantiles, max(away)))]

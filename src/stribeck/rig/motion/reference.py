@@ -88,9 +88,13 @@ def implicit(
 
 
 def paper(
-    slip: Any, p: Array, c: Array, knots_t: Array, knots_x: Array, t: Array, x0: float, dt: float
-) -> tuple[Array, Array]:
-    """The same by the printed procedure, steps 1 to 5 of section 4.3, explicit in steps of dt."""
+    slip: Any, p: Array, c: Array, knots_t: Array, knots_x: Array, t: Array, x0: float, dt: float,
+    late: bool = True,
+) -> tuple[Array, Array]:  # fmt: skip
+    """The same by the printed procedure, steps 1 to 5 of section 4.3, explicit in steps of dt.
+
+    `late`: the position is integrated after the velocity, with the new one.
+    """
     F_S_plus, F_S_minus = slip(0.0, p), slip(-0.0, p)
     xs, vs = np.empty(len(t)), np.empty(len(t))
     time, x, v, dvdt, P = t[0], x0, 0.0, 0.0, 0.0
@@ -107,9 +111,9 @@ def paper(
         # Step 5.
         P += (F_in - F_f) * dt
         v_next = 0.0 if abs(P) < c[IMPULSE] else P / c[MASS]
+        x += (v_next if late else v) * dt
         dvdt = (v_next - v) / dt
         v = v_next
-        x += v * dt
         time += dt
         while i < len(t) and t[i] <= time:
             xs[i], vs[i] = x, v
@@ -163,7 +167,7 @@ def compiled(scheme: str) -> Callable[..., tuple[Array, Array]]:
 
 def _rebound(function: Any, scope: dict[str, Any]) -> Any:
     """The same function, looking its neighbours up in another scope."""
-    return type(function)(function.__code__, scope, function.__name__)
+    return type(function)(function.__code__, scope, function.__name__, function.__defaults__)
 
 
 def trajectory(
