@@ -17,7 +17,8 @@ import scipy.io
 
 from stribeck import cli
 from stribeck.bench.campaign import campaign, shipped
-from stribeck.compensate.settings import read_settings
+from stribeck.compensate.compensator import SETTINGS
+from stribeck.compensate.settings import SCHEMA, read_settings
 from stribeck.data import read
 from stribeck.errors import InputError
 from stribeck.export.model import read_model
@@ -172,6 +173,16 @@ def _parquets() -> list[bytes]:
     return files
 
 
+def _settings() -> list[bytes]:
+    values = {s.name: {"value": 0.5, "unit": s.unit} for s in SETTINGS}
+    return [
+        json.dumps(
+            {"schema": SCHEMA, "recommended": {"settings": {**values, "feedback": {"value": on}}}}
+        ).encode()
+        for on in (0, 1)
+    ]
+
+
 def _of_folder(*names: str) -> Callable[[], list[bytes]]:
     return lambda: [Path(name).read_bytes() for name in names]
 
@@ -213,7 +224,7 @@ TARGETS = {
         _of_folder("fit/report.json"), "result/report.json", lambda _: read_report("result")
     ),
     "settings": Target(
-        _encoded('{"schema": "stribeck-compensation/1", "recommended": {"settings": {}}}'),
+        _settings,
         "input.json",
         lambda _: read_settings("input.json"),
     ),

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 #: File names in a folder of results.
 FILE, FIGURE = "compensation.json", "compensation"
 _COLOURS = {"reference": ACCENT, "crossover": REPEATS[2], "feedback": MODEL}
+#: Curves that lie on each other are told apart by these.
+_LINES = {"reference": "-", "crossover": "-", "feedback": (0, (5, 2))}
 
 
 def show_compensation(compensation: Compensation) -> None:
@@ -190,7 +192,8 @@ def _slides(compensation: Compensation) -> list[str]:
     if not by_speed:
         return []
     shown = unit(compensation.rig.unit_shown("velocity"))
-    parts = [_slide(s, shown.from_si(abs(s.speed)), shown.written) for s in by_speed.values()]
+    slowest_first = sorted(by_speed.values(), key=lambda s: abs(s.speed))
+    parts = [_slide(s, shown.from_si(abs(s.speed)), shown.written) for s in slowest_first]
     text = (
         f"steady sliding by the eigenvalues of the loop (small disturbances): {'; '.join(parts)}; "
         "beside sliding that is stable an axis may keep swinging once it is kicked: the motions "
@@ -303,6 +306,7 @@ def figure(compensation: Compensation) -> Figure:
     _swings(bottom, compensation)
     bottom.sharex(middle)
     legend_above(drawn, top)
+    drawn.legend(*middle.get_legend_handles_labels(), loc="outside lower left", ncols=5, fontsize=9)
     return drawn
 
 
@@ -328,12 +332,15 @@ def _swings(axes: Axes, compensation: Compensation) -> None:
     length = compensation.rig.unit_shown("position")
     for c in compensation.curves:
         swing = unit(length).from_si(c.swing)
-        axes.plot(c.scales, swing, ".-", color=_COLOURS[c.mode], label=c.mode)
+        axes.plot(
+            c.scales, swing, marker=".", color=_COLOURS[c.mode], linestyle=_LINES[c.mode],
+            clip_on=False,
+        )  # fmt: skip
         if c is compensation.curve and c.best is not None:
-            axes.plot(c.scales[c.best], swing[c.best], "o", color=_COLOURS[c.mode])
+            axes.plot(c.scales[c.best], swing[c.best], "o", color=_COLOURS[c.mode], clip_on=False)
     axes.set(
         title="Greatest lasting swing where axes settle without compensation",
-        xlabel="scale",
+        xlabel="scale: share of the model's friction that is compensated",
         ylabel=f"swing / {unit_label(length)}",
     )
     axes.set_ylim(bottom=0.0)
@@ -350,39 +357,32 @@ def _ratios(axes: Axes, compensation: Compensation, curves: Sequence[ScaleCurve]
             linewidth=0,
         )  # fmt: skip
         axes.plot(
-            c.scales[known], c.ratio[known, 0].max(axis=1), color=colour,
-            label=f"{c.mode}: as identified",
+            c.scales[known], c.ratio[known, 0].max(axis=1), color=colour, linestyle=_LINES[c.mode],
+            label=c.mode,
         )  # fmt: skip
         if c.onset is not None:
+            axes.axvline(c.onset.scale, color=colour, linewidth=0.9, linestyle="--")
             axes.axvspan(
                 c.onset.scale, c.scales[-1], facecolor="none", edgecolor=colour, alpha=0.35,
-                hatch="//", linewidth=0,
-            )  # fmt: skip
-            axes.annotate(
-                f"{c.mode}: {c.onset.sign}", (c.onset.scale, 0.97), xytext=(-4, 0),
-                xycoords=("data", "axes fraction"), textcoords="offset points", rotation=90,
-                ha="right", va="top", color=colour, fontsize=9,
-                bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
+                hatch="//", linewidth=0, label=f"{c.mode} {c.onset.sign} from {c.onset.scale:.3g}",
             )  # fmt: skip
         if c.best is not None and c is compensation.curve:
-            axes.plot(c.scales[c.best], most[c.best], "o", color=colour)
-            axes.annotate(
-                f"recommended {c.scale:.4g}", (float(c.scales[c.best]), float(most[c.best])),
-                xytext=(40, 55), textcoords="offset points", ha="left", color=colour, fontsize=9,
-                arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7},
+            axes.plot(
+                c.scales[c.best], most[c.best], "o", color=colour, linestyle="none", clip_on=False,
+                label=f"recommended: {c.mode}, {c.scale:.4g}",
             )  # fmt: skip
     axes.axhline(1.0, color=INK, linewidth=0.7)
-    axes.set_yscale("log")
+    axes.set_yscale("log", subs=(2, 5))
+    for ticks in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        ticks("{x:g}")
     every = np.concatenate([c.ratio.max(axis=2).ravel() for c in curves])
     finite = every[np.isfinite(every)]
     axes.set_ylim(
         max(0.5 * float(finite.min()), 1e-4), min(1.3 * max(float(finite.max()), 1.0), 10)
     )
     axes.set(
-        title="Worst motion's error over that without; "
-        f"bands: {len(compensation.plants)} axes that the card allows",
-        xlabel="scale: share of the model's friction that is compensated",
+        title="Worst motion's error over that without; line: axis as identified, "
+        f"band: {len(compensation.plants)} axes",
         ylabel="RMS ratio",
     )
-    axes.legend(loc="lower left", fontsize=9)
     axes.margins(x=0.0)
