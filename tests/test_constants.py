@@ -17,9 +17,9 @@ from command import Completed, caller
 from foreign import slide_bed
 from foreign.friction import Curve
 from stribeck import RIGS, Fit, InputError, Recording, identify
+from stribeck.constant import COVERAGE, toleranced
 from stribeck.identify.card import card, read_card
 from stribeck.identify.free_constants import FreeConstantsProblem
-from stribeck.rig.constant import COVERAGE, toleranced
 from stribeck.rig.custom import rig_file
 from stribeck.rig.slide_bed import SLIDE_BED
 

@@ -70,7 +70,7 @@ def assert_same(recording: Recording) -> None:
         ("tau_N_m", "tau", "N m"),
         ("velocity_mm_s", "velocity", "mm_s"),
         ("vel (deg/s)", "vel", "deg/s"),
-        ("speed [1/min]", "speed", "rpm"),
+        ("speed [1/min]", "speed", "1/min"),
         ("Weg / mm", "weg", "mm"),
         ("ActPos [mm]", "act_pos", "mm"),
         ("Temp [°C]", "temp", "°C"),

@@ -13,7 +13,7 @@ import pytest
 
 from command import Completed, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
-from stribeck.rig.constant import constant
+from stribeck.constant import constant
 from stribeck.rig.equation import FIRST, THIRD, Equation, Input
 from stribeck.rig.motion.drives import JOINT
 from stribeck.rig.motion.track import Track

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from stribeck import LAWS, InputError, Law, Param, Recording, identify, problem
+from stribeck.constant import constant
 from stribeck.report.contents.gather import Contents
 from stribeck.report.figures.fit_figures import draw_fit
-from stribeck.rig.constant import constant
 from stribeck.rig.motion.event_driven import misfits
 from stribeck.rig.motion.track import Track
 from stribeck.rig.rig import Motion

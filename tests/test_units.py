@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import subprocess
 import sys
 
@@ -39,6 +40,20 @@ def test_what_is_read_here_is_bit_for_bit_what_pint_says(form: str) -> None:
         ("ms**2", 1e-6, "s**2"),
         ("N/s m", 1.0, "kg*m**2/s**3"),
         ("oz", 0.028349523125, "kg"),
+        ("%", 0.01, ""),
+        ("‰", 0.001, ""),
+        ("rev", 2 * math.pi, "rad"),
+        ("r/min", 2 * math.pi / 60, "rad/s"),
+        ("tr/min", 2 * math.pi / 60, "rad/s"),
+        ("U/min", 2 * math.pi / 60, "rad/s"),
+        ("1/min", 2 * math.pi / 60, "rad/s"),
+        ("min-1", 2 * math.pi / 60, "rad/s"),
+        ("rev/s2", 2 * math.pi, "rad/s**2"),
+        ("inc", 1.0, "count"),
+        ("pulses", 1.0, "count"),
+        ("inc/s", 1.0, "count/s"),
+        ("counts/s", 1.0, "count/s"),
+        ("N-m", 1.0, "kg*m**2/s**2"),
     ],
 )
 def test_units_that_logs_are_in(written: str, factor: float, dimension: str) -> None:

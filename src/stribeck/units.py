@@ -25,6 +25,8 @@ _SPELLINGS = {
     "1": "dimensionless",
     "-": "dimensionless",
     "%": "percent",
+    "‰": "permille",
+    "1/1000": "permille",
     "Nm": "N m",
     "mNm": "mN m",
     "kNm": "kN m",
@@ -35,7 +37,18 @@ _SPELLINGS = {
     "°C": "degC",
     "g": "gram",
     "rpm": "rpm",
+    "secs": "s",
+    "N-m": "N m",
+    "N.m": "N m",
+    "min-1": "rpm",
+    "min^-1": "rpm",
+    "1/min": "rpm",
+    "rev": "turn",
+    "revs": "turn",
+    **dict.fromkeys(("inc", "incs", "cnt", "cnts", "pls", "pulse", "pulses"), "count"),
 }
+#: A turn in the speeds of drives: `r/min`, `U/min`. Alone, some of them are other units.
+_TURN = re.compile(r"(?:rev|r|tr|U|Umdr|rot)/(min|s)")
 
 
 @dataclass(frozen=True)
@@ -71,7 +84,7 @@ EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
     "deg": (math.radians(1), {"rad": 1}),
     "kg": (1.0, {"kg": 1}), "K": (1.0, {"K": 1}),
     "N": (1.0, _NEWTON), "mN": (1e-3, _NEWTON), "kN": (1e3, _NEWTON),
-    "Pa": (1.0, _PASCAL), "bar": (1e5, _PASCAL),
+    "Pa": (1.0, _PASCAL), "bar": (1e5, _PASCAL), "count": (1.0, {"count": 1}),
     "A": (1.0, {"A": 1}), "mA": (1e-3, {"A": 1}), "V": (1.0, _VOLT), "mV": (1e-3, _VOLT),
 }  # fmt: skip
 _WORD = r"[A-Za-z]+(?:\*\*[23])?"
@@ -84,7 +97,7 @@ def _everyday(written: str, text: str) -> Unit | None:
     if match is None:
         return None
     numerator, denominator = match[1].removeprefix("1"), match[2] or match[3] or ""
-    scale, powers = 1.0, dict.fromkeys(("A", "K", "kg", "m", "rad", "s"), 0)
+    scale, powers = 1.0, dict.fromkeys(("A", "count", "K", "kg", "m", "rad", "s"), 0)
     for word, sign in chain(
         ((w, 1) for w in numerator.split()), ((w, -1) for w in denominator.split())
     ):
@@ -119,6 +132,8 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
+#: A word of so many letters is not part of another unit: in `inc/s`, `count`.
+_WORDY = 3
 #: What pint may be asked: it computes what it reads, so `9**9**9**9` would never come back.
 _LONGEST = 60
 _ARITHMETIC = re.compile(r"\d\d\d|[\d)]\s*(\*\*|\^)|(\*\*|\^)\s*[^-\d]")
@@ -164,6 +179,10 @@ def _spell(text: str) -> str:
     """A column-head spelling (`mm_s2`, `Nm_s_rad`) in the words pint knows."""
     if text in _SPELLINGS:
         return _SPELLINGS[text]
+    if turn := _TURN.fullmatch(text):
+        return f"turn/{turn[1]}"
+    words = re.split(r"([^A-Za-z]+)", text)
+    text = "".join(w if len(w) < _WORDY else _SPELLINGS.get(w, w) for w in words)
     if "_" in text:  # the last part divides: mm_s is mm/s, N_s_mm is N s/mm
         *numerators, denominator = text.split("_")
         top = " ".join(_SPELLINGS.get(a, a) for a in numerators)

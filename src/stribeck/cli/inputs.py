@@ -153,7 +153,7 @@ def with_constants(
 
     With `exact` the constants that are not set are exact, too.
     """
-    from ..rig.constant import toleranced
+    from ..constant import toleranced
 
     names = [c.name for c in rig.constants]
     texts = pairs("--set", assignments)

@@ -13,11 +13,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .._version import __version__
+from ..constant import Origin
 from ..errors import InputError
 from ..friction import law_named
 from ..rig import RIGS, Rig
 from ..rig.balanced import BalancedRig, as_balanced
-from ..rig.constant import Origin
 from ..rig.rig import shown_difference, shown_in
 from ..space import Param
 from ..text_file import json_document, page

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..rig.constant import BORROWED
+from ..constant import BORROWED
 from ..rig.rig import shown_difference
 from ..units import unit
 from .free_constants import FreeConstantsProblem, Ruling

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..constant import COVERAGE, Constant
 from ..errors import InputError
 from ..optimize import rms
 from ..rig import Rig
-from ..rig.constant import COVERAGE, Constant
 from ..space import Array
 from .free_constants import FreeConstantsProblem, constant_slopes, stated_by_logs
 from .initial_state import FreeStartProblem

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..constant import Constant
 from ..optimize import rms
 from ..optimize.lockstep import Counted
 from ..rig import Rig
-from ..rig.constant import Constant
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from ..units import unit

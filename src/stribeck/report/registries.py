@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from rich.padding import Padding
 
+from ..constant import BORROWED, Constant
 from ..errors import InputError
 from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
 from ..rig import RIGS
-from ..rig.constant import BORROWED, Constant
 from ..rig.rig import shown_in
 from .table import Table
 from .terminal import console, show_table

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, MutableMapping
 from importlib import import_module
 from typing import cast
 
-from .constant import Constant
+from ..constant import Constant
 from .rig import Motion, Rig
 
 __all__ = ["RIGS", "Constant", "Motion", "Rig"]

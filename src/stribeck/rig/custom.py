@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ..constant import Origin, toleranced
 from ..data.readers.columns import mapping
 from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
-from .constant import Origin, toleranced
 from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:

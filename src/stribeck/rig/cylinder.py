@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..constant import constant
 from ..data.filtering import Filtering
 from ..errors import InputError
 from ..friction.law import NORMAL
 from ..space import Array, Param
 from .balanced import BalancedRig, coefficients
-from .constant import constant
 from .equation import NORMAL_LOAD, Equation, Input
 from .forced import FORCED
 

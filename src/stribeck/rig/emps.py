@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..constant import Constant, constant
 from ..data.filtering import Filtering, even, smooth
 from ..errors import InputError
 from ..space import Array, Param
 from .balanced import BalancedRig
-from .constant import Constant, constant
 from .controller import Controller
 from .equation import FIRST, THIRD
 from .motion.drives import CASCADE, JOINT, CascadeConstants, CascadeInputs, JointConstants, rows

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..constant import Constant, constant
 from ..errors import InputError
 from ..space import Array, Param
-from .constant import Constant, constant
 from .equation import FIRST, Equation, Input
 from .experiments.offer import Course, Offer, OperatingRange
 from .experiments.pushes import pushes

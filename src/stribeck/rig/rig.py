@@ -10,13 +10,13 @@ from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
+from ..constant import Constant, Origin, Stated
 from ..data.alignment import MOTION_CHANNELS, advanced
 from ..data.recording import Recording
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
-from .constant import Constant, Origin, Stated
 from .controller import Controller
 from .equation import Equation
 from .experiments.offer import Offer, OperatingRange

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ..constant import constant
 from ..errors import InputError
 from ..space import Array, Param
-from .constant import constant
 from .equation import FIRST, SECOND, THIRD, Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.servo_goals import servo_goals

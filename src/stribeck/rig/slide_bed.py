@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
+from ..constant import Constant, Stated, constant
 from ..errors import InputError
 from ..space import Array, Param
-from .constant import Constant, Stated, constant
 from .controller import Controller
 from .equation import FIRST, SECOND, Equation, Input
 from .experiments.offer import Offer, OperatingRange

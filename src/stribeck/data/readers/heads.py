@@ -31,7 +31,7 @@ _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _SYMBOLS = (
     "s sec secs second seconds ms msec us usec µs μs min h m mm um µm μm nm cm km in inch rad mrad "
     "urad µrad μrad deg ° degree degrees rev turn turns N mN kN Nm mNm kNm A mA V mV K degC °C C W "
-    "Hz bar mbar psi Pa kPa MPa % kg g rpm counts count inc"
+    "Hz bar mbar psi Pa kPa MPa % ‰ kg g rpm counts count inc incs pls pulses cnt"
 )
 _UNITS = frozenset(_SYMBOLS.split())
 _BELOW = {"s", "s2", "s^2", "s²", "ms", "min", "rad", "rad2", "m", "m2", "mm", "A", "V"}
@@ -42,12 +42,8 @@ _BRACKETED = re.compile(
 )
 _SLASHED = re.compile(r"(.*\S)\s+(?:/|in)\s+(\S.*)|(.*\S)\s*,\s*(\S+)")
 
-#: Spellings that would be taken for something else: a turn is not a bare 1/min.
-_RESPELL = {
-    "1/min": "rpm", "U/min": "rpm", "r/min": "rpm", "rev/min": "rpm", "min-1": "rpm",
-    "min^-1": "rpm", "N_m": "N m", "mN_m": "mN m", "kN_m": "kN m", "N-m": "N m", "N.m": "N m",
-    "secs": "s", "rev": "turn",
-}  # fmt: skip
+#: Spellings in which a `_` is no division.
+_RESPELL = {"N_m": "N m", "mN_m": "mN m", "kN_m": "kN m"}
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...constant import Constant
 from ...errors import InputError
-from ...rig.constant import Constant
 from ..exact_constants import STEP, Slopes, is_exact
 from ..parameters import Parameters
 from ..uncertainty.covariance import HALF_WIDTH

@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass, replace
 from typing import Literal, Self
 
-from ..errors import InputError
-from ..units import number, unit
+from .errors import InputError
+from .units import number, unit
 
 #: Who vouches for a value: the user; the maker of a part of the axis; the source of the rig, whose
 #: machine it is of; an inference where that source is silent; nobody, as it is an example that the
