@@ -112,14 +112,35 @@ def constant(
 #: What a value with a tolerance is called where there is none.
 _WRITTEN = "a number, nor VALUE±TOLERANCE"
 _NAMEPLATE: Origin = "nameplate"
-_TOLERANCE = re.compile(r"(.+?)(?:±|\+/?-)([^%]+)(%?)")
+_SOURCED = re.compile(r"(.*\S)\s+\(([^()]+)\)\s*")
+_SPLIT = re.compile(r"±|\+/?-")
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?[A-Za-z]+)\s*([^\d\s+-].*)?")
 
 
-def toleranced(text: str, place: str) -> tuple[float, float, Origin]:
-    """A value, its tolerance and its origin as people write them.
+@dataclass(frozen=True)
+class Quantity:
+    """A number as a person writes it, with all that he says of it.
+
+    Args:
+        value: In `unit`.
+        unit: As written; empty where there is none.
+        tolerance: In `unit`; 0 where it is exact.
+        origin: Who vouches for it.
+        source: Where it stands, in words; empty where that is not said.
+    """
+
+    value: float
+    unit: str = ""
+    tolerance: float = 0.0
+    origin: Origin = "yours"
+    source: str = ""
+
+
+def quantity(text: str, place: str) -> Quantity:
+    """A quantity as people write it: a value, its unit, tolerance, origin and source.
 
     `20` is exact; `20±5`, `20+-5` and `20±10%` are not; `20 nameplate` has the tolerance of such
-    values, `20±5 nameplate` its own.
+    values, `20±5 nameplate` its own; `0.52 Nm/A ± 5 % (data sheet)` has a unit and a source.
 
     Args:
         text: What was written.
@@ -128,15 +149,49 @@ def toleranced(text: str, place: str) -> tuple[float, float, Origin]:
     Raises:
         InputError: it is not that.
     """
-    quantity = text.strip().removesuffix(_NAMEPLATE)
-    origin: Origin = "yours" if quantity == text.strip() else _NAMEPLATE
-    match = _TOLERANCE.fullmatch("".join(quantity.split()))
-    if match is None:
-        value = number(quantity, place, whole=text, kind=_WRITTEN)
-        return value, NAMEPLATE * abs(value) if origin == _NAMEPLATE else 0.0, origin
-    value, tolerance = (
-        number(part, place, whole=text, kind=_WRITTEN) for part in match.group(1, 2)
-    )
+    stated = _SOURCED.fullmatch(text)
+    source = stated[2].strip() if stated else ""
+    plain = (stated[1] if stated else text).strip()
+    numbers = plain.removesuffix(_NAMEPLATE).strip()
+    origin: Origin = "yours" if numbers == plain else _NAMEPLATE
+    parts = _SPLIT.split(numbers)
+    value, written = _split(parts[0], place, text)
+    if len(parts) == 1:
+        tolerance = NAMEPLATE * abs(value) if origin == _NAMEPLATE else 0.0
+        return Quantity(value, written, tolerance, origin, source)
+    if len(parts) > 2:  # noqa: PLR2004 - a value and its tolerance
+        raise InputError(f"{place}: {text!r} has two tolerances")
+    tolerance, after = _split(parts[1], place, text)
     if tolerance < 0:
         raise InputError(f"{place}: {text!r}: a tolerance is not below 0")
-    return value, tolerance * abs(value) / 100 if match[3] else tolerance, origin
+    relative = after.startswith("%") and written != "%"
+    after = after[1:].strip() if relative else after
+    if relative:
+        tolerance *= abs(value) / 100
+    if after and written and after != written:
+        raise InputError(f"{place}: {text!r} is in {written}, and its tolerance in {after}")
+    return Quantity(value, written or after, tolerance, origin, source)
+
+
+def _split(part: str, place: str, whole: str) -> tuple[float, str]:
+    """A number and the unit behind it."""
+    match = _NUMBER.fullmatch(part.strip())
+    if match is None:
+        raise InputError(f"{place}: {whole!r} is not {_WRITTEN}")
+    return number(match[1], place, whole=whole, kind=_WRITTEN), (match[2] or "").strip()
+
+
+def toleranced(text: str, place: str) -> tuple[float, float, Origin]:
+    """A value, its tolerance and its origin as `quantity` reads them, without a unit.
+
+    Args:
+        text: What was written.
+        place: Where, for the message.
+
+    Raises:
+        InputError: it is not that.
+    """
+    stated = quantity(text, place)
+    if stated.unit or stated.source:
+        raise InputError(f"{place}: {text!r} is not {_WRITTEN}")
+    return stated.value, stated.tolerance, stated.origin

@@ -29,6 +29,19 @@ def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> 
     show_rigs(rig_named(name) if name is not None else None)
 
 
+def drives(
+    name: Annotated[str | None, typer.Argument(metavar="NAME")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """List what drives record of their torque, or explain one convention with its document."""
+    from ..report.registries import drives_text, show_drives
+
+    if json:
+        typer.echo(drives_text(name))
+    else:
+        show_drives(name)
+
+
 def version() -> None:
     """Print the version."""
     from .._version import __version__

@@ -1,16 +1,19 @@
-"""The tables of laws, methods and rigs, for the terminal."""
+"""The tables of laws, methods, rigs and drive conventions, for the terminal."""
 
 from __future__ import annotations
 
 import inspect
+import json
 import re
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, asdict, fields
 from typing import TYPE_CHECKING, Any
 
 from rich.padding import Padding
 
 from ..constant import BORROWED, Constant
+from ..drive import CONVENTIONS, convention_named
+from ..drive.chain_numbers import example_of
 from ..errors import InputError
 from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
@@ -177,3 +180,32 @@ def _column(head: Any) -> str:
     factor = f" times {head['factor']}" if "factor" in head else ""
     written = f" [{head['unit']}]" if "unit" in head else ""
     return f"{head['column']}{factor}{written}"
+
+
+def show_drives(name: str | None) -> None:
+    """List the drive conventions, or show one with the table that a file needs for it."""
+    out = console()
+    if name is None:
+        rows = [
+            [c.name, c.drives, c.object, c.table["signal"], ", ".join(c.needs)]
+            for c in CONVENTIONS.values()
+        ]
+        heads = ["convention", "drives", "what is recorded", "signal", "needs"]
+        show_table(Table.of_texts("", heads, rows, labels=range(5)))
+        return
+    c = convention_named(name)
+    out.print(f"{c.name}: {c.drives}, {c.object}\n")
+    for line in (c.meaning, c.note, c.document, c.address):
+        if line:
+            out.print(_inset(line))
+    out.print("\nin a rig or a column map (lead and gear where there are):")
+    needed = [f'{n} = "{c.examples.get(n, example_of(n))}"' for n in c.needs]
+    for line in ("[drive]", f'convention = "{c.name}"', *needed):
+        out.print(_inset(line))
+
+
+def drives_text(name: str | None) -> str:
+    """The same as JSON."""
+    chosen = CONVENTIONS.values() if name is None else [convention_named(name)]
+    entries = {c.name: {k: v for k, v in asdict(c).items() if k != "name"} for c in chosen}
+    return json.dumps(entries, indent=2, ensure_ascii=False)

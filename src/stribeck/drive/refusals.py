@@ -1,0 +1,45 @@
+"""What a column of a drive may mean, and the lines to write where its unit does not say it."""
+
+from __future__ import annotations
+
+from ..units import unit
+from .chain_numbers import EXAMPLES
+from .drive_signal import BASES
+
+_SHARE = unit("%").dimension
+_COUNT = unit("count").dimension
+_CURRENT = unit("A").dimension
+
+
+def missing_chain(written: str) -> str | None:
+    """What to write to make a force of a column in such a unit; None where no chain would help.
+
+    Args:
+        written: The unit of the column.
+    """
+    dimension = unit(written).dimension
+    if dimension == _SHARE and written.strip() not in ("", "1", "-", "dimensionless"):
+        bases = "; ".join(_lines(base, written.strip()) for base in BASES if "force" not in base)
+        return (
+            f"is in {written.strip()}, which does not say of what: write a [drive] table in the "
+            f"rig or the column map, with {bases}; with lead and gear where there are (see "
+            "`stribeck drives` for what makers document)"
+        )
+    if dimension == _COUNT:
+        return (
+            f'is in {written.strip()}: write a [drive] table with signal = "counts" and scale = '
+            '"2.69 mA" (what one is) and kt = "1.8 N m/A"'
+        )
+    if dimension == _CURRENT:
+        return (
+            'is a current: write a [drive] table with signal = "A rms" (or "A peak", or "A" '
+            'of a direct current) and kt = "0.52 N m/A rms"; without kt friction is in A'
+        )
+    return None
+
+
+def _lines(base: str, written: str) -> str:
+    share = f'signal = "{written} of {base.replace("_", " ")}"'
+    if base.endswith("current"):
+        return f'{share}, {base} = "{EXAMPLES[base]}", kt = "{EXAMPLES["kt"]}"'
+    return f'{share}, {base} = "1.27 N m ± 10 %"'
