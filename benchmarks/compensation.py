@@ -39,9 +39,9 @@ from foreign.compensated import (
 )
 from foreign.friction import Curve
 from foreign.slide_bed import Bed
-from stribeck import RIGS, Card, card, identify, read, read_card
+from stribeck import RIGS, Card, identify, read, read_card
 from stribeck.compensate.closed_loop import IDEAL, Sensor
-from stribeck.compensate.compensation import Compensation, compensation
+from stribeck.compensate.compensation import Compensation, compensate
 from stribeck.compensate.compensator import Compensator
 from stribeck.compensate.corners import plants
 from stribeck.data.recording import Recording
@@ -144,7 +144,7 @@ def _joint() -> Case:
         rotary=True,
     )  # fmt: skip
     rig = RIGS["joint"].set(kp=kp, kd=kd)
-    written = card(identify(log, rig=rig, law="stribeck", seed=1))
+    written = identify(log, rig=rig, law="stribeck", seed=1).card()
     run = _pd(written, lambda a: Loop(a[5], kp, kd, g_sin=a[6], g_cos=a[7], g_0=a[8]), 5)
     true = np.array([0.58, 0.34, 0.12, 0.06, 1.0, J, 0.3, 0.0, 0.0])
     return Case(
@@ -167,7 +167,7 @@ def _servo() -> Case:
     values = {n: getattr(constants, n) for n in ("m", "l", "kp", "vin", "duty", "g")}
     rig = RIGS["servo-pendulum"].set(**values)
     motor = {"k_t": constants.k_t, "R": constants.R}  # a position alone knows their ratio at most
-    written = card(identify(log, rig=rig, law="stribeck", fixed=motor, seed=1))
+    written = identify(log, rig=rig, law="stribeck", fixed=motor, seed=1).card()
     names = [q.name for q in written.model()[0].every]
 
     def loop_of(a: Array) -> Loop:
@@ -194,7 +194,7 @@ def _emps() -> Case:
     """The published slide; its velocity is a difference of positions here."""
     rig = RIGS["emps"]
     log = read(DATA / "emps" / "DATA_EMPS.mat", columns=dict(rig.columns))
-    written = card(identify(log, rig=rig, law="coulomb-viscous"))
+    written = identify(log, rig=rig, law="coulomb-viscous").card()
     per_speed = rig["gtau"] * rig["kv"]
     run = _pd(
         written,
@@ -340,7 +340,7 @@ def measured(case: Case) -> dict[str, Any]:
     """All of an axis."""
     began = time.process_time()
     recommended = {
-        name: compensation(case.written, speed=case.slow, sensor=sensor)
+        name: compensate(case.written, speed=case.slow, sensor=sensor)
         for name, sensor in {"ideal": IDEAL, **case.sensors}.items()
     }
     seconds = (time.process_time() - began) / len(recommended)

@@ -142,7 +142,7 @@ def identified_row(name: str, k: int) -> Row:
     start_time = time.perf_counter()
     try:
         rig = RIGS[axis.rig].set(**axis.given)
-        fit = identify(recordings(axis, tables), rig=rig, law=axis.law, draws=study.draws)
+        fit = identify(recordings(axis, tables), rig=rig, law=axis.law, bootstrap=study.draws)
     except InputError as error:
         return header | {"seconds": 0.0, "refused": str(error), "parameters": {}}
     return header | {

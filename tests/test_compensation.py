@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from command import Completed, caller
-from stribeck import RIGS, Card, InputError, card, identify
+from stribeck import RIGS, Card, InputError, identify
 from stribeck.compensate.closed_loop import Reference, Sensor
-from stribeck.compensate.compensation import Compensation, compensation
+from stribeck.compensate.compensation import Compensation, compensate
 from stribeck.compensate.corners import IDENTIFIED, plants
 from stribeck.compensate.limit_cycle import Stretch, floors, observed, stretches
 from stribeck.compensate.reference_motions import CYCLES, FAST, followed, references
@@ -178,7 +178,7 @@ def test_viscous_friction_beyond_the_damping_of_all_else_is_unstable(F_V: float)
     """J s² + (k_d + F_V − s F_V) s + k_p has roots to the right from s = 1 + k_d / F_V on."""
     edge = 1.0 + KD / F_V
     stable, unstable = (
-        compensation(robot((F_V, None, None)), speed=0.5, mode="feedback", scale=s)
+        compensate(robot((F_V, None, None)), speed=0.5, mode="feedback", scale=s)
         for s in (edge - 0.1, edge + 0.1)
     )
     at = only(unstable, "feedback")
@@ -193,7 +193,7 @@ def test_viscous_friction_beyond_the_damping_of_all_else_is_unstable(F_V: float)
 
 def test_the_edge_of_stability_is_found() -> None:
     F_V = 8.0
-    curve = only(compensation(robot((F_V, None, None)), speed=0.5, mode="feedback"), "feedback")
+    curve = only(compensate(robot((F_V, None, None)), speed=0.5, mode="feedback"), "feedback")
     assert curve.onset is not None
     # A sample's delay costs some damping: k_p h / 2 of 2 N m s/rad, and it takes growth to be seen.
     assert curve.onset.scale == pytest.approx(1.0 + KD / F_V, abs=0.06)
@@ -202,7 +202,7 @@ def test_the_edge_of_stability_is_found() -> None:
 
 
 def test_without_feedback_nothing_can_become_unstable() -> None:
-    curve = only(compensation(robot((8.0, None, None)), speed=0.5, mode="reference"), "reference")
+    curve = only(compensate(robot((8.0, None, None)), speed=0.5, mode="reference"), "reference")
     assert curve.onset is None or curve.onset.sign == "is worse"
     assert np.isfinite(curve.rms).all()
 
@@ -210,7 +210,7 @@ def test_without_feedback_nothing_can_become_unstable() -> None:
 def test_the_ends_of_intervals_are_tried_and_hold_the_scale_back() -> None:
     """An axis with 5 where 8 N m s/rad are believed is unstable from (5 + k_d) / 8 = 0.875 on."""
     for low, clean in ((7.9, True), (5.0, False)):
-        result = compensation(robot((8.0, low, 8.1)), speed=0.5, mode="feedback", scale=0.9)
+        result = compensate(robot((8.0, low, 8.1)), speed=0.5, mode="feedback", scale=0.9)
         onset = only(result, "feedback").onset
         assert (result.mode is not None) is clean
         if clean:
@@ -255,7 +255,7 @@ def test_a_swing_that_gravity_makes_is_not_hunting() -> None:
     pulls = {"g_sin": heavy.parameters["g_sin"].model_copy(update={"value": 5.0})}
     heavy = heavy.model_copy(update={"parameters": {**heavy.parameters, **pulls}})
     turns = references(1.0, 20.0, 0.0, 1e-3)[0]
-    curve = only(compensation(heavy, reference=turns, mode="feedback", scale=0.8), "feedback")
+    curve = only(compensate(heavy, reference=turns, mode="feedback", scale=0.8), "feedback")
     assert curve.onset is None
     assert curve.rms[1, 0, 0] > 0.02  # it swings, by g_sin / (k_p + ...) and more
 
@@ -300,9 +300,14 @@ def test_the_pace_of_a_log_is_its_commands() -> None:
 
 def test_a_slide_that_sticks_needs_feedback_and_gains_fivefold_both_ways() -> None:
     """Identified on a noisy recording of the twin; tried on the axis that made it."""
-    fit = identify(TestBed().run("both", seed=3).recording, law="stribeck-directional", budget=1500)
+    fit = identify(
+        TestBed().run("both", seed=3).recording,
+        rig="slide-bed",
+        law="stribeck-directional",
+        budget=1500,
+    )
     ramp = references(0.005, 0.1, 0.0, 1e-3)[0]
-    result = compensation(card(fit), reference=ramp, scale=0.9, beside={"truth": published_both()})
+    result = compensate(fit, reference=ramp, scale=0.9, beside={"truth": published_both()})
     curve, forward = only(result, "feedback"), only(result, "reference")
     assert result.mode == "feedback"
     assert curve.best is not None
@@ -315,7 +320,7 @@ def test_a_slide_that_sticks_needs_feedback_and_gains_fivefold_both_ways() -> No
 
 def test_the_simpler_mode_is_taken_where_it_is_as_good() -> None:
     exact = robot((3.0, 2.9, 3.1), F_C=1.0, F_C_low=0.95, F_C_high=1.05)
-    result = compensation(exact, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
+    result = compensate(exact, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
     assert result.mode == "reference"
     assert result.compensator is not None
     assert result.compensator.feedback is False
@@ -330,7 +335,7 @@ def test_the_simpler_mode_is_taken_where_it_is_as_good() -> None:
 
 def test_a_card_that_knows_nothing_is_not_compensated() -> None:
     ignorant = robot((1.0, 0.0, 2.0), F_C=1.0, F_C_low=0.0, F_C_high=2.0)
-    result = compensation(ignorant, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
+    result = compensate(ignorant, reference=references(0.2, 1.0, 0.0, 1e-3)[0])
     assert result.mode is None
     assert result.compensator is None
     assert all(c.best is None for c in result.curves)
@@ -339,9 +344,9 @@ def test_a_card_that_knows_nothing_is_not_compensated() -> None:
 
 def test_a_coarse_sensor_is_told_and_sets_the_dead_band_of_the_measured_speed() -> None:
     written = robot((3.0, None, None), F_C=1.0)
-    fine = compensation(written, speed=0.5, scale=0.9, sensor=Sensor(1e-5))
+    fine = compensate(written, speed=0.5, scale=0.9, sensor=Sensor(1e-5))
     assert fine.compensator is not None
-    coarse = compensation(written, speed=0.5, scale=0.9, sensor=Sensor(1e-3))
+    coarse = compensate(written, speed=0.5, scale=0.9, sensor=Sensor(1e-3))
     assert any("the sensor's steps hide speeds" in note for note in coarse.notes)
     shape = only(coarse, "feedback")
     assert shape.outcomes  # tried all the same
@@ -352,7 +357,7 @@ def test_a_sensor_does_not_switch_feed_forward_off(sensor: Sensor) -> None:
     """Its dead band is far above the reference's speed, which is known without a sensor."""
     ideal, seen = (
         only(
-            compensation(
+            compensate(
                 bed(), reference=references(0.005, 0.05, 0.0, 1e-3)[1], mode="reference",
                 scale=0.8, sensor=s,
             ),
@@ -375,7 +380,7 @@ def test_a_law_that_is_smooth_through_rest_is_asked_where_it_has_risen() -> None
     written = card_of(
         "stribeck-smooth", "slide-bed", {n: v for n, v in values.items() if n in names}
     )
-    result = compensation(written, speed=0.005, mode="feedback", scale=0.9)
+    result = compensate(written, speed=0.005, mode="feedback", scale=0.9)
     assert result.compensator is not None
     assert result.compensator.rest > 1e-5
 
@@ -461,17 +466,15 @@ def test_misuse_is_one_line_and_status_2(
     assert completed.err.count("\n") == 1
 
 
-_LOG = card(
-    identify(
+_LOG = identify(
         Recording(t=np.arange(400) / 100, position=np.sin(np.arange(400) / 50) / 9,
                   force=np.cos(np.arange(400) / 50)),
         rig="forced", law="coulomb-viscous",
-    )
-).data[0].model_copy(update={"file": "gone.csv"})  # fmt: skip
+    ).card().data[0].model_copy(update={"file": "gone.csv"})  # fmt: skip
 
 
 def test_json_has_every_axis_and_null_where_one_ran_away() -> None:
-    result = compensation(robot((8.0, None, None)), speed=0.5, mode="feedback", scale=3.0)
+    result = compensate(robot((8.0, None, None)), speed=0.5, mode="feedback", scale=3.0)
     document = json.loads(compensation_text(result))
     assert document["recommended"] is None
     feedback = document["modes"]["feedback"]
@@ -484,6 +487,6 @@ def test_json_has_every_axis_and_null_where_one_ran_away() -> None:
 
 def test_a_card_of_another_axis_is_refused() -> None:
     with pytest.raises(InputError, match="has no controller"):
-        compensation(robot((3.0, None, None)), RIGS["forced-rotary"], speed=0.2)
+        compensate(robot((3.0, None, None)), RIGS["forced-rotary"], speed=0.2)
     with pytest.raises(InputError, match="is missing"):
-        compensation(robot((3.0, None, None)), RIGS["emps"], speed=0.2)
+        compensate(robot((3.0, None, None)), RIGS["emps"], speed=0.2)

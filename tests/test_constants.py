@@ -18,7 +18,7 @@ from foreign import slide_bed
 from foreign.friction import Curve
 from stribeck import RIGS, Fit, InputError, Recording, identify
 from stribeck.constant import COVERAGE, toleranced
-from stribeck.identify.card import card, read_card
+from stribeck.identify.card import read_card
 from stribeck.identify.free_constants import FreeConstantsProblem
 from stribeck.rig.custom import rig_file
 from stribeck.rig.slide_bed import SLIDE_BED
@@ -215,7 +215,7 @@ def test_the_card_lists_all_constants_and_gives_the_same_rig_back(
     other_motor: Fit, tmp_path: Path
 ) -> None:
     file = tmp_path / "card.json"
-    file.write_text(card(other_motor).text(), encoding="utf-8")
+    file.write_text(other_motor.card().text(), encoding="utf-8")
     entries = json.loads(file.read_text(encoding="utf-8"))["constants"]
     assert entries["F_fm"]["origin"] == "inferred"
     assert entries["F_fm"]["tolerance"] == pytest.approx(11.75)

@@ -184,7 +184,7 @@ def test_an_identification_stands_in_its_row() -> None:
     axis = interval_axes.balance(0)
     rng = np.random.default_rng(0)
     logs = recordings(axis, noisy(axis, rng, intervals.MEMORY))
-    fit = identify(logs, rig=axis.rig, law=axis.law, draws=intervals.DRAWS)
+    fit = identify(logs, rig=axis.rig, law=axis.law, bootstrap=intervals.DRAWS)
     parameters = json.loads(json.dumps(intervals.identified_row("balance", 0)))["parameters"]
     assert list(parameters) == list(axis.truth) == ["F_C", "F_V", "M", "offset"]
     for e, (name, p) in zip(fit.estimates, [*parameters.items()], strict=False):

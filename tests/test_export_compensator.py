@@ -18,7 +18,7 @@ from exported import SHAPED, model_of
 from st_interpreter import Controller
 from stribeck.compensate import compensator
 from stribeck.export.code import check_vectors, law_program
-from stribeck.export.targets import TARGETS, exported
+from stribeck.export.targets import TARGETS, export
 
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 #: Targets that have the compensator, and what makes them.
@@ -64,7 +64,7 @@ def before() -> dict[tuple[str, str], dict[str, bytes]]:
 
 def files(law: str, to: str) -> dict[str, bytes]:
     if to != "fmu":
-        return exported(model_of(law), to, compensation=SHAPED).files
+        return export(model_of(law), to, compensation=SHAPED).files
     from stribeck.export.fmu.build import fmu  # noqa: PLC0415 - compiles nothing here
 
     with zipfile.ZipFile(io.BytesIO(fmu(model_of(law), binary=False))) as archive:

@@ -32,7 +32,7 @@ from stribeck.rig.twin import TestBed
 @pytest.fixture(scope="module")
 def fit() -> Fit:
     log = TestBed().run("up", seed=2).recording
-    return identify(log, train="112:295", holdout="44:112", budget=600, repeats=1)
+    return identify(log, rig="slide-bed", train="112:295", holdout="44:112", budget=600, repeats=1)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_a_fit_is_drawn_under_names_that_are_known(fit: Fit, tmp_path: Path) -> 
 
 def test_the_same_fit_has_the_same_drawings(tmp_path: Path) -> None:
     log = TestBed().run("up", seed=2).recording
-    fit = identify(log, train="112:295", budget=60, repeats=1)
+    fit = identify(log, rig="slide-bed", train="112:295", budget=60, repeats=1)
     first, second = (tmp_path / name for name in ("a", "b"))
     first.mkdir()
     second.mkdir()
@@ -209,7 +209,7 @@ def test_of_very_many_motions_the_worst_are_drawn_and_all_are_counted(fit: Fit) 
 
 def test_legs_between_rests_are_one_motion_with_gaps() -> None:
     log = TestBed().run("up", seed=2).recording
-    fit = identify(log, train="112:295", budget=200, repeats=1, restart=True)
+    fit = identify(log, rig="slide-bed", train="112:295", budget=200, repeats=1, restart=True)
     assert len(fit.train) > 3
     (joined,) = motion_traces(fit, fit.train, simulated(fit.parameters, fit.p, fit.train))
     assert np.isnan(joined.t).sum() == len(fit.train)

@@ -143,7 +143,7 @@ def test_a_law_under_load_is_drawn_against_the_load(pendulum_fit: Fit) -> None:
 @pytest.mark.parametrize("levels", [(0.5, 0.2), (0.5, 0.0), (0.5, 0.49), (0.02, 0.01)])
 def test_names_of_levels_do_not_lie_on_one_another(levels: tuple[float, float]) -> None:
     log = TestBed().run("up", seed=2).recording
-    fit = identify(log, train="112:295", budget=40, repeats=1)
+    fit = identify(log, rig="slide-bed", train="112:295", budget=40, repeats=1)
     F_S, F_C = levels
     p = {"F_S": F_S, "F_C": F_C, "F_V": 100.0, "v_SS": 1e-3, "exponent": 1.0}
     drawn = replace(fit, p=np.array([p.get(n, 900.0) for n in fit.values]))

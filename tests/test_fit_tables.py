@@ -9,7 +9,6 @@ import pytest
 
 from stribeck import identify
 from stribeck.data import Recording
-from stribeck.identify.card import card
 from stribeck.identify.result import Fit
 from stribeck.identify.validate import validate
 from stribeck.report.fit_report import LISTED, show_fit
@@ -22,7 +21,9 @@ from stribeck.rig.twin import TestBed
 @pytest.fixture(scope="module")
 def fit() -> Fit:
     logs = [TestBed().run("up", seed=s).recording for s in (1, 2, 3)]
-    return identify(logs, train="112:200", holdout="200:295", budget=400, repeats=1)
+    return identify(
+        logs, rig="slide-bed", train="112:200", holdout="200:295", budget=400, repeats=1
+    )
 
 
 def test_the_errors_of_the_logs_make_up_that_of_all(fit: Fit) -> None:
@@ -82,7 +83,7 @@ def test_how_it_stuck_and_slipped_is_said(fit: Fit, capsys: pytest.CaptureFixtur
 def test_many_validations_are_pooled_as_the_fit_pools_them(
     fit: Fit, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    show_validation(card(fit), validate(fit, fit.recordings, "200:295"))
+    show_validation(fit.card(), validate(fit, fit.recordings, "200:295"))
     *_, last = capsys.readouterr().out.splitlines()
     score = fit.holdout[0].score
     assert last.split() == [
@@ -125,5 +126,5 @@ def test_long_warnings_are_paragraphs(
 
 def test_one_log_has_no_table_of_logs(capsys: pytest.CaptureFixture[str]) -> None:
     log: Recording = TestBed().run("up", seed=1).recording
-    show_fit(identify(log, train="112:295", budget=60, repeats=1))
+    show_fit(identify(log, rig="slide-bed", train="112:295", budget=60, repeats=1))
     assert "each log" not in capsys.readouterr().out

@@ -38,18 +38,18 @@ def side(request: pytest.FixtureRequest) -> str:
 
 
 def test_truth_fits_a_quiet_twin(noiseless_log: Recording, side: str) -> None:
-    J = problem(noiseless_log, train=TRAIN[side])(PUBLISHED[side][None, FREE])
+    J = problem(noiseless_log, rig="slide-bed", train=TRAIN[side])(PUBLISHED[side][None, FREE])
     # What is left is the settling of the last slip's tail in the mean that x0 is taken from.
     assert J[0] < 0.01
 
 
 def test_truth_is_near_the_noise(log: Recording, side: str) -> None:
-    J = float(problem(log, train=TRAIN[side])(PUBLISHED[side][None, FREE])[0])
+    J = float(problem(log, rig="slide-bed", train=TRAIN[side])(PUBLISHED[side][None, FREE])[0])
     assert 0.28 < J < 0.35  # the echo's 0.3 mm, a converter step of 0.1 mm, and x0's own error
 
 
 def test_least_squares_returns_to_the_truth(noiseless_log: Recording, side: str) -> None:
-    objective = problem(noiseless_log, train=TRAIN[side])
+    objective = problem(noiseless_log, rig="slide-bed", train=TRAIN[side])
     truth = PUBLISHED[side][FREE]
     start = np.clip(
         truth * [1.01, 0.99, 0.99, 1.03, 1.01], objective.space.lower, objective.space.upper
@@ -60,7 +60,7 @@ def test_least_squares_returns_to_the_truth(noiseless_log: Recording, side: str)
 
 
 def test_J_is_the_root_mean_square_of_its_residuals(log: Recording, side: str) -> None:
-    objective = problem(log, train=TRAIN[side])
+    objective = problem(log, rig="slide-bed", train=TRAIN[side])
     x = objective.space.decode(objective.space.sample(np.random.default_rng(5), 20))
     r = objective.residuals(x)
     assert r.shape == (20, objective.samples)
@@ -68,7 +68,7 @@ def test_J_is_the_root_mean_square_of_its_residuals(log: Recording, side: str) -
 
 
 def test_rows_do_not_know_of_each_other(log: Recording) -> None:
-    objective = problem(log, train="112:295")
+    objective = problem(log, rig="slide-bed", train="112:295")
     x = objective.space.decode(objective.space.sample(np.random.default_rng(6), 33))
     whole = objective(x)
     assert np.array_equal(whole, np.concatenate([objective(x[k : k + 1]) for k in range(33)]))
@@ -76,8 +76,11 @@ def test_rows_do_not_know_of_each_other(log: Recording) -> None:
 
 
 def test_several_stretches_pool_their_samples(log: Recording) -> None:
-    a, b = problem(log, train="112:200"), problem(log, train="200:295")
-    pooled_problem = problem(log, train=["112:200", "200:295"])
+    a, b = (
+        problem(log, rig="slide-bed", train="112:200"),
+        problem(log, rig="slide-bed", train="200:295"),
+    )
+    pooled_problem = problem(log, rig="slide-bed", train=["112:200", "200:295"])
     x = PUBLISHED["right"][None, FREE]
     pooled = np.sqrt((a(x) ** 2 * a.samples + b(x) ** 2 * b.samples) / (a.samples + b.samples))
     np.testing.assert_allclose(pooled_problem(x), pooled, rtol=1e-12)
@@ -85,13 +88,16 @@ def test_several_stretches_pool_their_samples(log: Recording) -> None:
 
 def test_several_logs_pool_too(log: Recording) -> None:
     second_log = TestBed().run("up", seed=9).recording
-    first, second = problem(log, train="112:295"), problem(second_log, train="112:295")
-    pooled = problem([log, second_log], train="112:295")
+    first, second = (
+        problem(log, rig="slide-bed", train="112:295"),
+        problem(second_log, rig="slide-bed", train="112:295"),
+    )
+    pooled = problem([log, second_log], rig="slide-bed", train="112:295")
     assert pooled.samples == first.samples + second.samples
 
 
 def test_an_unphysical_point_costs_nan(log: Recording) -> None:
-    objective = problem(log, train="112:295", bounds={"F_C": (40, 300)})
+    objective = problem(log, rig="slide-bed", train="112:295", bounds={"F_C": (40, 300)})
     physical = PUBLISHED["right"][FREE]
     unphysical = physical.copy()
     unphysical[1] = 200.0  # F_C above F_S
@@ -102,7 +108,7 @@ def test_an_unphysical_point_costs_nan(log: Recording) -> None:
 
 def test_held_sensor_values_do_not_count(log: Recording) -> None:
     """The transducer measures at 50 Hz and is logged at 100: half the rows repeat."""
-    objective = problem(log, train="112:295")
+    objective = problem(log, rig="slide-bed", train="112:295")
     rows = objective.train[0].rows
     assert 0.4 < objective.samples / (rows.stop - rows.start) < 0.5
 
@@ -112,7 +118,7 @@ def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
 
     Were both equally good, nine or more of ten would happen once in 93 times.
     """
-    objective = problem(log, train=TRAIN[side])
+    objective = problem(log, rig="slide-bed", train=TRAIN[side])
     costs = {
         method: [
             run.cost
@@ -131,7 +137,7 @@ def test_bts_beats_random_search_on_the_twin(log: Recording, side: str) -> None:
 
 
 def test_the_papers_run_ends_at_its_target(log: Recording, side: str) -> None:
-    objective = problem(log, train=TRAIN[side])
+    objective = problem(log, rig="slide-bed", train=TRAIN[side])
     stops = [Target(PAPER_TARGET)]
     searches = [
         Search(objective.space, configure("bts"), budget=45_000, seed=k, stops=stops)
@@ -158,7 +164,10 @@ def test_fit_is_near_the_noise_and_holds_where_it_was_not_trained(log: Recording
 
 
 def test_same_seed_same_fit(log: Recording) -> None:
-    fits = [identify(log, train="112:295", budget=700, repeats=1, seed=s) for s in (3, 3, 4)]
+    fits = [
+        identify(log, rig="slide-bed", train="112:295", budget=700, repeats=1, seed=s)
+        for s in (3, 3, 4)
+    ]
     assert np.array_equal(fits[0].p, fits[1].p)
     assert not np.array_equal(fits[0].p, fits[2].p)
 
@@ -183,7 +192,7 @@ def test_budget_is_never_exceeded(
 
     monkeypatch.setattr(MotionProblem, "__call__", counted)
     monkeypatch.setattr(MotionProblem, "residuals", counted_too)
-    fit = identify(log, train="112:295", budget=budget, repeats=1)
+    fit = identify(log, rig="slide-bed", train="112:295", budget=budget, repeats=1)
     assert fit.search.evaluations <= budget
     # the uncertainty of the answer has a budget of its own
     assert fit.uncertainty.profiles.rows <= PROFILES
@@ -192,8 +201,8 @@ def test_budget_is_never_exceeded(
 
 def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
     objective = problem(
-        log, law="stribeck-directional", train=list(TRAIN.values()),
-        fixed={"F_S+": 144.5, "v_SS-": 3.2}, tied={"F_V-": "F_V+"}, bounds={"exponent": (0.8, 1.2)},
+        log, rig="slide-bed", law="stribeck-directional", train=list(TRAIN.values()),
+        fixed={"F_S+": 144.5, "v_SS-": 3.2}, tie={"F_V-": "F_V+"}, bounds={"exponent": (0.8, 1.2)},
     )  # fmt: skip
     assert objective.space.names == (
         "F_C+",
@@ -222,9 +231,9 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
         ({"fixed": {"k_spring": -1.0}}, "below 0"),
         ({"bounds": {"F_S": (2.0, 1.0)}}, "not below"),
         ({"bounds": {"F_S": (1.0, float("inf"))}}, "finite"),
-        ({"tied": {"F_S": "F_V"}}, "cannot be tied"),
-        ({"tied": {"F_S": "F_S"}}, "cannot be tied"),
-        ({"tied": {"F_S": "F_C"}, "fixed": {"F_S": 1.0}}, "at once"),
+        ({"tie": {"F_S": "F_V"}}, "cannot be tied"),
+        ({"tie": {"F_S": "F_S"}}, "cannot be tied"),
+        ({"tie": {"F_S": "F_C"}, "fixed": {"F_S": 1.0}}, "at once"),
         (
             {"fixed": {"F_S": 150, "F_C": 50, "F_V": 0.9, "v_SS": 2, "k_spring": 1}},
             "left to be found",
@@ -238,7 +247,7 @@ def test_fixed_tied_and_freed_parameters(log: Recording) -> None:
 def test_what_cannot_be_asked_is_refused(options: dict[str, object], message: str) -> None:
     log = TestBed(rate=50.0).run("up", seed=2).recording
     with pytest.raises(InputError, match=message):
-        problem(log, **options)  # type: ignore[arg-type]
+        problem(log, **{"rig": "slide-bed", **options})  # type: ignore[arg-type]
 
 
 def test_unknown_names_of_the_search_are_refused(log: Recording) -> None:
@@ -247,7 +256,7 @@ def test_unknown_names_of_the_search_are_refused(log: Recording) -> None:
         ({"budget": 0}, "budget"), ({"repeats": 0}, "repeats"), ({"seed": -1}, "seed"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=message):
-            identify(log, train="112:295", **options)
+            identify(log, rig="slide-bed", train="112:295", **options)
 
 
 def test_constants_that_cannot_be_simulated_are_refused(log: Recording) -> None:
@@ -262,7 +271,7 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
         if len(searches[0].trace) > 200:  # type: ignore[index]
             raise KeyboardInterrupt
 
-    fit = identify(log, train="112:295", progress=stop)
+    fit = identify(log, rig="slide-bed", train="112:295", progress=stop)
     assert fit.search.ended == "interrupted"
     assert np.isfinite(fit.score.value)
     assert fit.score.value == pytest.approx(min(r.cost for r in fit.search.runs))
@@ -270,7 +279,7 @@ def test_interrupted_search_keeps_its_best(log: Recording) -> None:
 
 
 def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
-    objective = problem(log, train="112:295")
+    objective = problem(log, rig="slide-bed", train="112:295")
     u = objective.space.encode(PUBLISHED["right"][None, FREE])[0]
     slopes = linearised(Counted(objective, 100), box_of(objective), PUBLISHED["right"][FREE]).J.T
     direction = np.array([0.3, -0.5, 0.2, 0.4, -0.1])
@@ -285,8 +294,8 @@ def test_jacobian_is_the_slope_of_the_residuals(log: Recording) -> None:
 
 def test_standard_errors_grow_with_noise(log: Recording, noiseless_log: Recording) -> None:
     x = PUBLISHED["right"][FREE]
-    noisy, _ = standard_errors(problem(log, train="112:295"), x)
-    calm, correlation = standard_errors(problem(noiseless_log, train="112:295"), x)
+    noisy, _ = standard_errors(problem(log, rig="slide-bed", train="112:295"), x)
+    calm, correlation = standard_errors(problem(noiseless_log, rig="slide-bed", train="112:295"), x)
     assert (noisy > 3 * calm).all()
     np.testing.assert_allclose(np.diag(correlation), 1.0)
     assert np.abs(correlation).max() <= 1.0 + 1e-9
@@ -295,8 +304,8 @@ def test_standard_errors_grow_with_noise(log: Recording, noiseless_log: Recordin
 def test_what_the_data_do_not_see_leaves_the_rest_alone(log: Recording) -> None:
     """A law for both directions, trained on one: the other direction's set is unidentified."""
     x = PUBLISHED["right"]
-    alone, _ = standard_errors(problem(log, train="112:295"), x[FREE])
-    directional = problem(log, law="stribeck-directional", train="112:295")
+    alone, _ = standard_errors(problem(log, rig="slide-bed", train="112:295"), x[FREE])
+    directional = problem(log, rig="slide-bed", law="stribeck-directional", train="112:295")
     errors, _ = standard_errors(directional, np.concatenate([x[:4], x[:4], x[5:], x[5:]]))
     named = dict(zip(directional.space.names, errors, strict=True))
     assert all(np.isinf(e) for n, e in named.items() if n.endswith("-"))

@@ -12,7 +12,7 @@ from foreign.friction import Curve
 from foreign.slide_bed import Bed
 from stribeck import LAWS, RIGS
 from stribeck.compensate.closed_loop import Reference, compensated
-from stribeck.compensate.compensation import compensation
+from stribeck.compensate.compensation import compensate
 from stribeck.compensate.compensator import Compensator
 from stribeck.compensate.reference_motions import references
 from stribeck.compensate.stability import radius, sliding
@@ -66,7 +66,7 @@ def test_it_is_seen_and_another_mode_recommended() -> None:
             ("F_S", "F_C", "F_V", "v_SS", "k_spring"), (*LEFT[:4], LEFT[5]), strict=True
         )
     }
-    result = compensation(
+    result = compensate(
         believed.model_copy(update={"parameters": parts}), reference=fast, scale=0.5
     )
     onset = only(result, "feedback").onset
@@ -94,7 +94,7 @@ def test_the_onset_of_hunting_is_that_of_a_foreign_loop() -> None:
          "J": (0.5, None, None, "kg m**2"), **PLAIN},
         kp=(40.0, "N m/rad"), kd=(2.0, "N m s/rad"),
     )  # fmt: skip
-    onset = only(compensation(believed, speed=0.5, mode="feedback"), "feedback").onset
+    onset = only(compensate(believed, speed=0.5, mode="feedback"), "feedback").onset
     assert onset is not None
     curve, command = Curve(1.0, 1.0, 8.0), ramp(0.5, 30.0)
 

@@ -21,7 +21,6 @@ from stribeck.friction import LAWS
 from stribeck.identify.balance.balance import balance
 from stribeck.identify.balance.force_residuals import BalanceResiduals
 from stribeck.identify.balance.regression import System
-from stribeck.identify.card import card
 from stribeck.identify.log_spread import LogPart, LogSpreads, log_spreads
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.random_effects import random_effects
@@ -135,14 +134,14 @@ def test_friction_that_differs_from_log_to_log_is_told() -> None:
 
 def test_card_and_report_have_the_spread_and_each_log() -> None:
     fit = varied_slide()
-    written, report = card(fit), Contents(fit).report()
+    written, report = fit.card(), Contents(fit).report()
     assert written.scope == ""
     assert {n: b.differs for n, b in written.between_logs.items()} == {
         "F_C": True, "F_V": False, "M": False, "offset": False
     }  # fmt: skip
     values = [r.values["F_C"] for r in report.single_logs]
     assert [v[0] for v in values if v] == pytest.approx(20.0 * factors(3), abs=0.2)
-    for table in (fit_tables.between_logs(report), fit_tables.single_logs(report)):
+    for table in (fit_tables.between_logs(report.card), fit_tables.single_logs(report)):
         assert table is not None
         assert len(table.rows) in (4, 6)
 
@@ -150,7 +149,7 @@ def test_card_and_report_have_the_spread_and_each_log() -> None:
 def test_a_fit_of_one_log_says_that_its_intervals_are_of_it() -> None:
     fit = identify(slides(np.ones(1), 0), rig="forced")
     assert fit.differing == LogSpreads() or not fit.differing.spreads
-    assert "of this log" in card(fit).scope
+    assert "of this log" in fit.card().scope
 
 
 @pytest.mark.parametrize("memory", [0.0, 20.0])

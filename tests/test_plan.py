@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from command import caller
-from stribeck import RIGS, Card, InputError, card, identify, read_card
+from stribeck import RIGS, Card, InputError, identify, read_card
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.card_logs import logs_beside
@@ -150,7 +150,7 @@ def test_twins_of_a_line_keep_its_promise() -> None:
 
 @pytest.fixture(scope="module")
 def bed() -> Card:
-    return card(identify(RIGHT, rig=SLIDE_BED.exact(), train="112:295", repeats=1))
+    return identify(RIGHT, rig=SLIDE_BED.exact(), train="112:295", repeats=1).card()
 
 
 @pytest.fixture(scope="module")
@@ -204,15 +204,15 @@ def test_one_way_is_not_reversed_and_both_ways_are(planned: Plan) -> None:
     assert "reversal" in dict(planned.left)
     assert "reversal" not in [p.experiment.name for p in planned.proposals]
     two_way_log = TestBed().run("both", seed=3).recording
-    fit = identify(two_way_log, law="stribeck-directional", train=["112:295", "325:127"],
-                   repeats=1, budget=3000)  # fmt: skip
-    names = [p.experiment.name for p in plan(card(fit), two_way_log, count=3).proposals]
+    fit = identify(two_way_log, rig="slide-bed", law="stribeck-directional",
+                   train=["112:295", "325:127"], repeats=1, budget=3000)  # fmt: skip
+    names = [p.experiment.name for p in plan(fit.card(), two_way_log, count=3).proposals]
     assert "reversal" in names
 
 
 def test_a_direction_that_was_never_driven_comes_first() -> None:
     options = {"law": "stribeck-directional", "train": "112:295", "repeats": 1, "budget": 2000}
-    proposed = plan(card(identify(RIGHT, **options)), RIGHT, count=3)  # type: ignore[arg-type]
+    proposed = plan(identify(RIGHT, rig="slide-bed", **options).card(), RIGHT, count=3)  # type: ignore[arg-type]
     best, repetition = proposed.proposals[0], proposal(proposed, "the same again")
     assert factor(best, "F_C-") > 3
     assert factor(repetition, "F_C-") == pytest.approx(1.0, abs=0.05)
@@ -286,7 +286,7 @@ TRUTH = {"F_S": 9.0, "F_C": 6.0, "F_V": 30.0, "v_SS": 0.01, "exponent": 1.0}
 
 def test_a_log_at_one_speed_asks_for_several_speeds() -> None:
     log = stroke_log([0.05], TRUTH)
-    proposed = plan(card(identify(log, rig="forced", law="coulomb-viscous")), log)
+    proposed = plan(identify(log, rig="forced", law="coulomb-viscous").card(), log)
     several, repetition = proposal(proposed, "several speeds"), proposal(proposed, "the same again")
     assert factor(several, "F_V") > 1.5 * factor(repetition, "F_V")
     assert factor(several, "F_V") > 1.2 * factor(proposal(proposed, "one speed"), "F_V")
@@ -295,7 +295,7 @@ def test_a_log_at_one_speed_asks_for_several_speeds() -> None:
 
 def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
     log = stroke_log([0.03, 0.5], TRUTH)
-    proposed = plan(card(identify(log, rig="forced", law="stribeck")), log)
+    proposed = plan(identify(log, rig="forced", law="stribeck").card(), log)
     names = [p.experiment.name for p in proposed.proposals if p.experiment.kind == "motion"]
     assert names[0] in ("slow speeds", "slow sine", "several speeds")
     slow, fast = proposal(proposed, "slow speeds"), proposal(proposed, "fast speeds")
@@ -305,7 +305,7 @@ def test_a_weak_stribeck_speed_asks_for_slow_motion() -> None:
 
 def test_strokes_stay_within_travel_speed_and_acceleration() -> None:
     log = stroke_log([0.05, 0.2], TRUTH)
-    fit_card = card(identify(log, rig="forced", law="coulomb-viscous"))
+    fit_card = identify(log, rig="forced", law="coulomb-viscous").card()
     model = current_model(fit_card, [log])
     assert model.axis.shown.exposure is not None
     assert model.axis.shown.fastest == pytest.approx(0.2, rel=0.02)
@@ -327,7 +327,7 @@ def test_pressure_levels_are_offered_to_a_cylinder() -> None:
         pressure=pressure,
         force=dry.force + 2e-5 * pressure * direction + RIGS["cylinder"].area * pressure,  # type: ignore[attr-defined]
     )
-    proposed = plan(card(identify(log, rig="cylinder", law="coulomb-load")), log, count=3)
+    proposed = plan(identify(log, rig="cylinder", law="coulomb-load").card(), log, count=3)
     levels, repetition = proposal(proposed, "load levels"), proposal(proposed, "the same again")
     assert factor(levels, "mu_p") > 2 * factor(repetition, "mu_p")
 
@@ -424,7 +424,7 @@ def test_logs_are_found_beside_their_card_by_their_hash(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     file = folder / "card.json"
-    fit_card = card(identify(read(log), train="112:295", repeats=1, budget=200))
+    fit_card = identify(read(log), rig="slide-bed", train="112:295", repeats=1, budget=200).card()
     file.write_text(fit_card.text(), encoding="utf-8")
     assert logs_beside(read_card(file), file) == [log]
     log.write_text(text.replace("1", "2"), encoding="utf-8")

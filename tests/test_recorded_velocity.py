@@ -13,7 +13,6 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines
 from stribeck import InputError, Recording, identify, read_card, select, validate
-from stribeck.identify.card import card
 
 CNC = Path(__file__).parents[2] / "shared" / "data" / "cnc" / "experiment_11.csv"
 
@@ -42,7 +41,7 @@ def test_a_coarse_position_gives_way_to_the_velocity(tmp_path: Path) -> None:
     assert fit.values["F_C"] == pytest.approx(20.0, rel=0.03)
     assert fit.values["F_V"] == pytest.approx(60.0, rel=0.05)
     assert fit.values["M"] == pytest.approx(10.0, rel=0.03)
-    (tmp_path / "card.json").write_text(card(fit).text())
+    (tmp_path / "card.json").write_text(fit.card().text())
     written = read_card(tmp_path / "card.json")
     assert written.velocity == "recorded"
     assert validate(written, coarse)[0][2].value == pytest.approx(fit.score.value)
@@ -54,8 +53,8 @@ def test_a_fine_position_is_kept() -> None:
     fine = log(1e-7, 5e-3)
     fit = identify(fine, rig="forced")
     assert sentence(fit).startswith("the recorded velocity is not used")
-    assert card(fit).velocity is None
-    assert '"velocity":' not in card(fit).text()
+    assert fit.card().velocity is None
+    assert '"velocity":' not in fit.card().text()
 
 
 def test_refusals() -> None:

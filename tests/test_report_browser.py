@@ -32,7 +32,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         replace(TestBed().run("up", seed=k).recording, source=Source(name, f"{k}" * 64, 9))
         for k, name in ((1, NASTY), (2, "other.csv"))
     ]
-    fit = identify(logs, train="112:295", holdout="44:112", budget=400, repeats=2)
+    fit = identify(logs, rig="slide-bed", train="112:295", holdout="44:112", budget=400, repeats=2)
     write_report(Contents(fit).report(["stribeck", "identify"]), folder)
     return folder / "report.html"
 

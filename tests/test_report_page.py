@@ -43,7 +43,9 @@ def twin() -> Recording:
 def fit(twin: Recording) -> Fit:
     """A fit of the slide bed to a log whose name is markup that the page must escape."""
     log = replace(twin, source=Source(NASTY, "ab" * 32, len(twin)))
-    return identify(log, train="325:127", holdout=["352:325", "127:68"], budget=600, repeats=2)
+    return identify(
+        log, rig="slide-bed", train="325:127", holdout=["352:325", "127:68"], budget=600, repeats=2
+    )
 
 
 @pytest.fixture(scope="module")
@@ -288,7 +290,7 @@ def test_the_band_of_a_straight_law_is_that_of_its_covariance(balance_fit: Fit) 
 
 
 def test_a_bootstrap_is_told_beside_the_profiles(balance_fit: Fit) -> None:
-    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", draws=80)
+    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", bootstrap=80)
     report = Contents(refitted).report()
     assert report.law.band == "bootstrap"
     assert report.draws is not None
@@ -299,7 +301,7 @@ def test_a_bootstrap_is_told_beside_the_profiles(balance_fit: Fit) -> None:
 
 def test_a_posterior_stands_beside_the_profiles(balance_fit: Fit) -> None:
     pytest.importorskip("emcee")
-    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", samples=500)
+    refitted = identify(balance_fit.recordings, rig="forced", law="coulomb-viscous", posterior=500)
     report = Contents(refitted).report()
     assert report.card.posterior is not None
     page = Page(render(report))

@@ -19,7 +19,6 @@ from stribeck import RIGS, Fit, InputError, Recording, identify, select
 from stribeck.friction import law_named
 from stribeck.identify import arithmetic
 from stribeck.identify.breakaway_scatter import scatter
-from stribeck.identify.card import card
 from stribeck.identify.fit_warnings import misfit_violations
 from stribeck.identify.loss import Objective
 from stribeck.identify.onset_levels import onset_levels
@@ -217,7 +216,7 @@ def test_finer_steps_of_the_simulation_reach_the_residuals_of_slips() -> None:
 
 
 def test_its_card_validates_slip_by_slip() -> None:
-    text = card(fitted())
+    text = fitted().card()
     assert text.breakaway["F_S"].slips == fitted().breakaway[0].slips
     (row,) = validate(text, bed_log(0.1, seed=2))
     assert row[2].value < 0.1  # mm, though each slip breaks away where it likes

@@ -102,7 +102,11 @@ def test_one_that_does_not_say_how_it_moves_is_refused(log: Recording) -> None:
 @pytest.mark.filterwarnings("ignore:This process.*is multi-threaded:DeprecationWarning")
 def test_a_forked_child_simulates_too() -> None:
     """A forked child has none of its parent's threads, and must not wait for them."""
-    track = problem(TestBed().run("up", seed=1).recording, train="112:295").train[0].track
+    track = (
+        problem(TestBed().run("up", seed=1).recording, rig="slide-bed", train="112:295")
+        .train[0]
+        .track
+    )
     p, c = SLIDE_BED.split(LAWS["stribeck"], np.tile(PUBLISHED["right"], (64, 1)))
     expected = misfits(LAWS["stribeck"], p, c, track)
     reader, writer = os.pipe()

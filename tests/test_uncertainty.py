@@ -11,7 +11,7 @@ from stribeck.friction import LAWS
 from stribeck.identify.balance.force_residuals import BalanceResiduals
 from stribeck.identify.balance.regression import System
 from stribeck.identify.balance.rows import filtered_logs
-from stribeck.identify.card import Card, card
+from stribeck.identify.card import Card
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.uncertainty.assessment import uncertainty
 from stribeck.identify.uncertainty.blind_directions import directions, percent
@@ -173,9 +173,9 @@ def test_rests_show_the_noise_of_the_sensor(log: Recording) -> None:
 
 
 def test_the_order_of_a_law_is_known_to_its_problem(log: Recording) -> None:
-    objective = problem(log, train="112:295")
+    objective = problem(log, rig="slide-bed", train="112:295")
     assert orders_of(objective) == ((0, 1),)  # F_S >= F_C
-    directional = problem(log, law="stribeck-directional", tied={"F_C-": "F_C+"})
+    directional = problem(log, rig="slide-bed", law="stribeck-directional", tie={"F_C-": "F_C+"})
     names = directional.space.names
     assert {(names[i], names[j]) for i, j in orders_of(directional)} == {
         ("F_S+", "F_C+"),
@@ -276,7 +276,7 @@ def test_posterior_and_profile_of_a_twin_agree(log: Recording) -> None:
     An end of the range cuts the prior, and the posterior is narrower than the profile beside it.
     """
     pytest.importorskip("emcee")
-    fit = identify(log, train="112:295", fixed={"exponent": 1.0}, samples=4_000)
+    fit = identify(log, rig="slide-bed", train="112:295", fixed={"exponent": 1.0}, posterior=4_000)
     truth = dict(zip(("F_S", "F_C", "F_V", "v_SS", "k_spring"), PUBLISHED["right"][[0, 1, 2, 3, 5]],
                      strict=True))  # fmt: skip
     drawn = fit.posterior
@@ -294,7 +294,7 @@ def test_posterior_and_profile_of_a_twin_agree(log: Recording) -> None:
         if by_name[name].low_ended == by_name[name].high_ended == "threshold":
             assert drawn.low[k] == pytest.approx(low, abs=0.35 * width)
             assert drawn.high[k] == pytest.approx(high, abs=0.35 * width)
-    written = card(fit)
+    written = fit.card()
     assert written.posterior is not None
     assert list(written.posterior.parameters) == names
     assert written.posterior.parameters["F_S"].low == pytest.approx(drawn.low[0])

@@ -4,10 +4,9 @@ import pytest
 
 from exported import model_of
 from stribeck import identify
-from stribeck.compensate.compensation import compensation
+from stribeck.compensate.compensation import compensate
 from stribeck.export.model import as_model
 from stribeck.identify.card import Card, SpeedsCard
-from stribeck.identify.card import card as card_of
 from stribeck.identify.validate import untrained_directions
 from stribeck.report.contents.decimation import PAGE
 from stribeck.report.contents.gather import Contents
@@ -49,13 +48,13 @@ def test_exports_and_compensation_name_the_direction_that_was_not_seen() -> None
 
 
 def test_the_curve_to_the_side_that_was_not_seen_is_told_from_the_other() -> None:
-    fit = identify(TestBed().run("up", seed=3).recording, budget=60, repeats=1)
+    fit = identify(TestBed().run("up", seed=3).recording, rig="slide-bed", budget=60, repeats=1)
     contents = Contents(fit)
     law = contents.law(PAGE, (-0.05, 0.05))
     assert [side.seen for side in law.curve] == [True, False]
     (view,) = curve_plot(contents.frame, law, "").views
     names = [line.name for line in view.lines if line.kind == "dashes"]
     assert names == ["law: stribeck, not seen this way"]
-    tried = compensation(card_of(fit), speed=0.05, mode="reference", scale=0.8)
+    tried = compensate(fit.card(), speed=0.05, mode="reference", scale=0.8)
     (note, *_) = [n for n in tried.notes if "one way" in n]
     assert "nothing was seen of friction at v < 0" in note

@@ -1,33 +1,41 @@
 """From a motion log to a friction model you can trust.
 
-    from stribeck import identify, read
+    from stribeck import identify
 
-    fit = identify(read("axis.csv"), rig="slide-bed", train="112:295", holdout="44:112")
+    fit = identify("axis.csv", rig="slide-bed", train="112:295", holdout="44:112")
 
-Names are imported when they are first used: `import stribeck` costs next to nothing.
+A log is a file, a `Recording`, a frame of polars or pandas, or a dict of columns. Names are
+imported when they are first used: `import stribeck` costs next to nothing.
 """
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from . import presenters
 from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from .compensate.compensation import compensation
-    from .data import Recording, read
+    from .compensate.compensation import Compensation, compensate
+    from .data import Quality, Recording, check, read
     from .errors import InputError
-    from .export import TARGETS, exported, read_model
+    from .export import TARGETS, export
     from .friction import LAWS, Law
-    from .identify.card import Card, card, read_card
+    from .identify.card import Card, read_card
+    from .identify.design.plan import Plan, plan
     from .identify.fit import identify
     from .identify.problem import problem
     from .identify.result import Fit
     from .identify.selection.select import Selection, select
+    from .identify.simulate import simulate
     from .identify.validate import validate
     from .optimize import METHODS, Run, Search, minimize
+    from .report.page.fit_page import report
     from .rig import RIGS, Rig
+    from .rig.recorded_twin import twin
     from .space import Param, Space
 
 __all__ = [
@@ -36,67 +44,117 @@ __all__ = [
     "RIGS",
     "TARGETS",
     "Card",
+    "Compensation",
     "Fit",
     "InputError",
     "Law",
     "Param",
+    "Plan",
+    "Quality",
     "Recording",
     "Rig",
     "Run",
     "Search",
     "Selection",
     "Space",
-    "card",
-    "compensation",
-    "exported",
+    "check",
+    "compensate",
+    "export",
     "identify",
     "minimize",
+    "plan",
     "problem",
     "read",
     "read_card",
-    "read_model",
+    "report",
     "select",
+    "simulate",
+    "twin",
     "validate",
 ]
 
+#: The module that each public name is from.
 _HOMES = {
     "LAWS": "friction",
     "METHODS": "optimize",
     "RIGS": "rig",
     "TARGETS": "export",
     "Card": "identify.card",
+    "Compensation": "compensate.compensation",
     "Fit": "identify.result",
     "InputError": "errors",
     "Law": "friction",
     "Param": "space",
+    "Plan": "identify.design.plan",
+    "Quality": "data",
     "Recording": "data",
     "Rig": "rig",
     "Run": "optimize",
     "Search": "optimize",
     "Selection": "identify.selection.select",
     "Space": "space",
-    "card": "identify.card",
-    "compensation": "compensate.compensation",
-    "exported": "export",
+    "check": "data",
+    "compensate": "compensate.compensation",
+    "export": "export.targets",
+    "identify": "identify.fit",
     "minimize": "optimize",
+    "plan": "identify.design.plan",
     "problem": "identify.problem",
     "read": "data",
     "read_card": "identify.card",
-    "read_model": "export",
+    "report": "report.page.fit_page",
     "select": "identify.selection.select",
+    "simulate": "identify.simulate",
+    "twin": "rig.recorded_twin",
     "validate": "identify.validate",
+}
+#: Functions that have the name of the package that they are from.
+_NAMESAKES = frozenset({"compensate", "export", "identify", "report"})
+#: What shows a result, by name.
+_PRESENTERS = {
+    "card": "identify.fit_card.fit_card",
+    "card_html": "report.notebook.card_html",
+    "figure": "report.figures.fit_figures.fit_figure",
+    "files": "report.folder.write_exported",
+    "fit_html": "report.notebook.fit_html",
+    "plan_html": "report.notebook.plan_html",
+    "quality_html": "report.notebook.quality_html",
+    "recording_html": "report.notebook.recording_html",
+    "report": "report.page.fit_page.report",
+    "selection_html": "report.notebook.selection_html",
 }
 
 
+def _presenter(name: str) -> Any:
+    module, _, function = _PRESENTERS[name].rpartition(".")
+    return getattr(import_module(f".{module}", __name__), function)
+
+
 def __getattr__(name: str) -> Any:
-    if name == "identify":
-        return import_module(".identify", __name__)  # a package that can be called
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    if name in _NAMESAKES:  # `stribeck.identify.card` is what it is for who imported that
+        value.__dict__ = vars(import_module(f".{name}", __name__))
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
     return sorted([*__all__, "__version__"])
+
+
+class _Root(ModuleType):
+    """The package, in which a function keeps its name although its package has the same.
+
+    Python would replace `stribeck.identify`, the function, by the package `stribeck.identify`
+    whenever a file of that is first imported.
+    """
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _NAMESAKES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Root
+presenters.provide(_presenter)

@@ -125,7 +125,7 @@ def identify(
                 holdout=holdout or None,
                 fixed=fixed,
                 bounds=ends,
-                tied=ties,
+                tie=ties,
                 seed=seed,
                 settings=settings,
                 loss=cast("Any", loss),
@@ -133,8 +133,8 @@ def identify(
                 delay=late,
                 velocity=cast("Any", velocity),
                 breakaway=cast("Any", breakaway),
-                draws=bootstrap,
-                samples=posterior,
+                bootstrap=bootstrap,
+                posterior=posterior,
                 progress=progress,
                 **options,
             )
@@ -144,11 +144,10 @@ def identify(
 
 
 def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
-    from ..identify.card import card
     from ..report.fit_report import show_fit
     from ..report.terminal import show_time
 
-    text = card(fit).text()
+    text = fit.card().text()
 
     def show() -> None:
         if json:

@@ -212,13 +212,3 @@ def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> li
             raise InputError(f"{recording.label}: the same log as {first}: give it once")
         labels[recording.source.sha256] = recording.label
     return recordings
-
-
-def file_bytes(file: Path) -> bytes:
-    """A file that is to be patched."""
-    from ..text_file import page_bytes
-
-    try:
-        return page_bytes(file)
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from error

@@ -21,7 +21,6 @@ from .inputs import (
     card_model,
     delay_value,
     each_once,
-    file_bytes,
     numbers,
     read_logs,
 )
@@ -137,7 +136,8 @@ def compensate(
 
     # Compiled code is loaded once the files are known to be there.
     from ..compensate.closed_loop import Sensor
-    from ..compensate.compensation import around, compensation
+    from ..compensate.compensation import around
+    from ..compensate.compensation import compensate as tried
     from ..compensate.reference_motions import followed
     from ..report.compensation_report import (
         compensation_text,
@@ -151,11 +151,11 @@ def compensate(
     to_si = unit(rig_used.unit_shown("position")).to_si
     per_second = unit(rig_used.unit_shown("velocity")).to_si
     with held(out):
-        result = compensation(
+        result = tried(
             written,
             None if rig is None else rig_used,
             loop=stated.controller,
-            recordings=recordings,
+            logs=recordings or None,
             speed=None if speed is None else float(per_second(speed)),
             period=sample,
             mode=cast("Any", mode),
@@ -207,12 +207,13 @@ def simulate(
     columns: Columns = None,
 ) -> None:
     """Simulate an identified model under the command of a log."""
+    from ..identify.simulate import simulate as simulated
     from ..report.motion_file import check_motion, write_motion
 
     check_motion(out, log)
-    _, parameters, p = card_model(card)
+    written, parameters, _ = card_model(card)
     (recording,) = read_logs([log], parameters.rig, columns)
-    write_motion(parameters, p, recording, out)
+    write_motion(parameters.rig, simulated(written, recording), out)
     typer.echo(out)
 
 
@@ -229,9 +230,9 @@ def export(
     joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
-    from ..compensate.settings import read_settings
-    from ..export import TARGETS, SourceFile, exported, read_model
-    from ..report.folder import check_file, check_folder, held, write_all, write_data
+    from ..export import TARGETS
+    from ..export import export as exported
+    from ..report.folder import check_file, check_folder, with_suffix
 
     target = TARGETS.get(to)
     if target is None:
@@ -239,34 +240,28 @@ def export(
     if out is None and (target.folder or not target.text):
         raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
     if out is not None:
+        out = out if target.folder else with_suffix(out, target.suffix)
         check_folder(out) if target.folder else check_file(out, target.suffix)
         for source in (card, into, compensation):
             if source is not None and out.exists() and source.exists() and out.samefile(source):
                 raise InputError(f"--out {out}: is what is read: write to another place")
     settings = numbers("--set", set_)
     files = exported(
-        read_model(card),
+        card,
         to,
         name=name,
         settings=settings or None,
-        compensation=None if compensation is None else read_settings(compensation),
+        compensation=compensation,
         points=points,
-        fastest=speed,
-        source=None if into is None else SourceFile(str(into), file_bytes(into)),
+        speed=speed,
+        into=into,
         joint=joint,
     )
-    if target.folder:
-        assert out is not None  # noqa: S101 - seen to above
-        with held(out):
-            write_all(out, files.files)
-        for file in files.files:
-            typer.echo(out / file)
-    else:
+    if out is None:
         (data,) = files.files.values()
-        if out is None:
-            typer.echo(data, nl=False)
-        else:
-            write_data(out, data)
-            typer.echo(out)
+        typer.echo(data, nl=False)
+    else:
+        for file in files.write(out):
+            typer.echo(file)
     for note in files.notes:
         typer.echo(f"note: {note}", err=True)

@@ -21,15 +21,18 @@ good.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..data.log_list import Columns, Logs, log_list
 from ..data.recording import Recording
 from ..errors import InputError
-from ..identify.card import constant_cards, kind_of
+from ..identify.card import Card, Carded, card_of, constant_cards, kind_of
 from ..identify.pace import Pace, paced
 from ..rig.balanced import BalancedRig
+from ..rig.lookup import rig_and_law
 from ..units import unit
 from .closed_loop import IDEAL, controlled, drive_friction
 from .compensator import TINY, Compensator, sensor_dead_band
@@ -43,7 +46,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from ..friction import Law
-    from ..identify.card import Card
     from ..rig import Rig
     from ..rig.controller import LinearLoop
     from ..rig.position_loop import PositionLoop
@@ -107,12 +109,14 @@ class Compensation:
         return next((c for c in self.curves if c.mode == self.mode), None)
 
 
-def compensation(
-    card: Card,
-    rig: Rig | None = None,
+def compensate(
+    model: Card | Carded | str | Path,
+    rig: str | Rig | None = None,
     *,
     loop: PositionLoop | None = None,
-    recordings: Sequence[Recording] = (),
+    logs: Logs | None = None,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
     speed: float | None = None,
     period: float = 1e-3,
     mode: Mode | None = None,
@@ -125,12 +129,14 @@ def compensation(
     """Try compensations of an identified friction, and recommend one.
 
     Args:
-        card: What was identified.
+        model: What was identified: a fit, its card, or the file of one.
         rig: The axis that is to be compensated; the card's own by default. It must have the
             parameters of the card.
         loop: The controller around it, where the rig has none of its own.
-        recordings: Logs whose command sets speed and travel of the reference motions; by default
-            those that the card remembers.
+        logs: Logs, as `identify` takes them, whose command sets speed and travel of the reference
+            motions; by default those that the card remembers.
+        units: Unit by column, as for `identify`.
+        columns: Column by channel, as for `identify`.
         speed: Of the slowest, m/s or rad/s, in place of the logs'.
         period: Sample time of the controller, s.
         mode: Try this one only.
@@ -147,9 +153,16 @@ def compensation(
         raise InputError(f"period: give a time above 0 s, got {period:g}")
     if scale is not None and not 0 < scale < np.inf:
         raise InputError(f"scale: give a number above 0, got {scale:g}")
+    card = card_of(model)
+    rig = None if rig is None else rig_and_law(rig, None)[0]
     if rig is not None and loop is None:
         controlled(rig)
     parameters, p = _card_on(card, rig).model()
+    recordings = (
+        []
+        if logs is None
+        else log_list(logs, units=units, columns=columns, usual=parameters.rig.columns)
+    )
     axis_rig = around(parameters.rig, loop)
     axes, notes = plants(card, parameters, p)
     if card.speeds is not None and card.speeds.one_way:

@@ -1,8 +1,9 @@
 """What was measured: logs read, checked, and taken apart into strokes, rests and slips."""
 
+from .channels import CHANNELS
 from .quality import Quality, check
 from .readers.read import read
-from .recording import CHANNELS, Recording, Source
+from .recording import Recording, Source
 from .resolution import noise, step
 from .segmentation import Segments, Slip, Stroke, rests, segment, slips, strokes
 

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..presenters import presenter
 from ..space import Array
 from .breakaway import Breakaway, Presliding, presliding, ramps
+from .channels import CHANNELS
 from .gate import faults, mended
 from .gate.fault import shown
-from .recording import CHANNELS
+from .log_list import Columns, Log, log_list
 from .resolution import step
 from .segmentation import Segments, Slip, Stroke, segment
 from .verdicts import ForceTests, verdicts
@@ -88,6 +90,9 @@ class Quality:
         """The directions of the strokes, each once: (-1, 1), (1,) or (-1,)."""
         return tuple(sorted({s.direction for s in self.strokes}))
 
+    def _repr_html_(self) -> str:
+        return str(presenter("quality_html")(self))
+
     def lines(self) -> list[tuple[str, str]]:
         """What a person reads: (what, value) in units of the workshop, the verdict last."""
         x = CHANNELS["position"][self.rotary]
@@ -151,8 +156,18 @@ class Quality:
         return ", ".join(phrases) or "none"
 
 
-def check(recording: Recording) -> Quality:
-    """Measure a log and judge it: what is certain is put right first. Nothing is random."""
+def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns = None) -> Quality:
+    """Measure a log and judge it: what is certain is put right first. Nothing is random.
+
+    Args:
+        log: A recording, the path of a file, a frame of polars or pandas, or a dict of columns.
+        units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
+        columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it.
+
+    Raises:
+        InputError: the log cannot be used.
+    """
+    (recording,) = log_list([log], units=units, columns=columns)
     recording = mended(recording)
     segments = _without_leaps(recording, segment(recording))
     dt = np.diff(recording.t)

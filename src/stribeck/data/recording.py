@@ -4,27 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
 from types import MappingProxyType
+from typing import Any, Self
 
 import numpy as np
 
 from ..errors import InputError
+from ..presenters import presenter
 from ..space import Array
-
-#: Channels beside time and position, with the SI unit of a linear and of a rotary axis.
-CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "position": ("m", "rad"),
-        "command": ("m", "rad"),
-        "velocity": ("m/s", "rad/s"),
-        "acceleration": ("m/s**2", "rad/s**2"),
-        "force": ("N", "N m"),
-        "current": ("A", "A"),
-        "voltage": ("V", "V"),
-        "temperature": ("K", "K"),
-        "pressure": ("Pa", "Pa"),
-    }
-)
+from .channels import CHANNELS
+from .frames import Frame, frame_table
+from .readers.assembly import assembled
+from .readers.columns import mapping
+from .readers.raw_table import printable
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
 LARGEST = 1e30
@@ -109,12 +102,49 @@ class Recording:
         a.setflags(write=False)
         return a
 
+    @classmethod
+    def of(
+        cls,
+        frame: Frame,
+        *,
+        units: Mapping[str, str] | None = None,
+        columns: Mapping[str, Any] | str | Path | None = None,
+        lenient: bool = False,
+        name: str = "",
+    ) -> Self:
+        """A log in memory: a frame of polars or pandas, a dict of columns, a named array.
+
+        Its columns are known, mended and refused as those of a file are: by heads such as
+        `position_mm`, or by what is said here.
+
+        Args:
+            frame: Columns of equal length, (N,) each.
+            units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
+            columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it;
+                as `read` takes it.
+            lenient: As for `read`.
+            name: How messages and cards call it.
+
+        Raises:
+            InputError: the frame cannot be used as a log; the line says why, and what to do.
+        """
+        try:
+            table = frame_table(frame, units)
+            source = Source(printable(name), "", len(table.places))
+            return cls(**assembled(table, mapping(columns), lenient=lenient), source=source)
+        except InputError as error:
+            label = f"{printable(name)}: " * bool(name)
+            raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error
+
     def __len__(self) -> int:
         return len(self.t)
 
     def __repr__(self) -> str:
         seconds, names = self.t[-1] - self.t[0], ", ".join(self.channels())
         return f"<Recording {self.label}: {len(self)} samples in {seconds:.4g} s, {names}>"
+
+    def _repr_html_(self) -> str:
+        return str(presenter("recording_html")(self))
 
     @property
     def label(self) -> str:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .breakaway import STILL, Breakaway, Presliding
+from .channels import CHANNELS
 from .force_channel import EXACT, both_ways, spikes
 from .gate import faults
 from .gate.fault import shown
-from .recording import CHANNELS
 from .segmentation import Segments, strokes
 
 if TYPE_CHECKING:

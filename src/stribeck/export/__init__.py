@@ -1,12 +1,12 @@
 """Exports: an identified model as a file for a controller, a drive or a simulator.
 
-`TARGETS` lists them, `exported` makes one. A target is one entry there and one function of a
+`TARGETS` lists them, `export` makes one. A target is one entry there and one function of a
 `Model`; `code/` has programming languages, `robot/` robot descriptions, `fmu/` the co-simulation
 unit.
 """
 
-from .model import Model, as_model, read_model
-from .targets import TARGETS, Exported, ExportTarget, SourceFile, exported
+from .model import Model, as_model, model_of, read_model
+from .targets import TARGETS, Exported, ExportTarget, SourceFile, export
 
 __all__ = [
     "TARGETS",
@@ -15,6 +15,7 @@ __all__ = [
     "Model",
     "SourceFile",
     "as_model",
-    "exported",
+    "export",
+    "model_of",
     "read_model",
 ]

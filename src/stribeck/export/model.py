@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..friction import Law
-from ..identify.card import Card, read_card
+from ..identify.card import Card, Carded, card_of, read_card
 from ..identify.parameters import Parameters
 from ..rig import Rig
 from ..space import Array, Param
@@ -176,6 +176,17 @@ def as_model(card: Card) -> Model:
     return Model(
         card, parameters, values, hashlib.sha256(card.text().encode()).hexdigest(), "card.json"
     )
+
+
+def model_of(model: Model | Card | Carded | str | Path) -> Model:
+    """The model of a fit, of a card, or of the file of one.
+
+    Raises:
+        InputError: as `read_model`.
+    """
+    if isinstance(model, Model):
+        return model
+    return read_model(model) if isinstance(model, str | Path) else as_model(card_of(model))
 
 
 def _friction_of(card: Card) -> tuple[Parameters, Array]:

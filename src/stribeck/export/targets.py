@@ -6,24 +6,48 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple, Self
 
 from ..compensate.compensator import SETTINGS, Compensator
+from ..compensate.settings import read_settings
 from ..errors import InputError
+from ..identify.card import Card, Carded
+from ..presenters import presenter
+from ..text_file import page_bytes
 from ..units import unit
-from .model import Model
+from .model import Model, model_of
 
 
 class Exported(NamedTuple):
-    """What a target made.
+    """The files of a target.
 
     Args:
         files: Their contents by name; a single one may be named otherwise by who writes it.
         notes: What is lost on the way, and by how much, a sentence each.
+        folder: Whether the files belong into a folder, and are not a single one.
+        suffix: Of a single file.
     """
 
     files: dict[str, bytes]
     notes: tuple[str, ...] = ()
+    folder: bool = False
+    suffix: str = ""
+
+    def write(self, out: str | Path) -> list[Path]:
+        """Write the files, all or none, and return their paths.
+
+        Args:
+            out: A file, where the target is one, to which its extension is added if it has none;
+                elsewhere a folder.
+
+        Raises:
+            InputError: they cannot be written there.
+        """
+        written: list[Path] = presenter("files")(
+            self.files, out, folder=self.folder, suffix=self.suffix
+        )
+        return written
 
 
 @dataclass(frozen=True)
@@ -57,19 +81,41 @@ OPTIONS: Mapping[str, str] = {
     "settings": "--set",
     "compensation": "--compensation",
     "points": "--points",
-    "fastest": "--speed",
-    "source": "--into",
+    "speed": "--speed",
+    "into": "--into",
     "joint": "--joint",
 }
 
 
-def exported(model: Model, to: str, **options: Any) -> Exported:
-    """A model as a target has it.
+def export(
+    model: Model | Card | Carded | str | Path,
+    to: str,
+    *,
+    name: str | None = None,
+    settings: Mapping[str, float] | None = None,
+    compensation: Compensator | str | Path | None = None,
+    points: int | None = None,
+    speed: float | None = None,
+    into: str | Path | None = None,
+    joint: str | None = None,
+) -> Exported:
+    """An identified model for a controller, a drive or a simulator.
 
     Args:
-        model: What was identified.
-        to: A name in TARGETS.
-        options: Those of the target; None counts as not given.
+        model: A fit, its card, or the file of one.
+        to: A name in `TARGETS`: c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab, json.
+        name: What functions and files are called.
+        settings: Of the compensator, by name, as in `{"scale": 0.9}`; of mjcf: lugre, firm,
+            armature.
+        compensation: The compensator that the settings start from, such as that of a
+            `Compensation`, or the compensation.json that `compensate --out` left.
+        points: Of a table, 20 by default.
+        speed: Last speed of a table, in the unit that the rig shows.
+        into: Your MJCF or URDF file, which stays as it is.
+        joint: The joint of it to patch.
+
+    Returns:
+        The files; `write` puts them somewhere.
 
     Raises:
         InputError: no such target, an option that it has no use for or lacks, or a model that it
@@ -78,15 +124,24 @@ def exported(model: Model, to: str, **options: Any) -> Exported:
     target = TARGETS.get(to)
     if target is None:
         raise InputError(f"no target {to!r}: there are {', '.join(TARGETS)}")
-    known = {name: value for name, value in options.items() if value is not None}
-    for name in known:
-        if name not in target.options:
+    options = {
+        "name": name, "settings": settings, "compensation": compensation, "points": points,
+        "speed": speed, "into": into, "joint": joint,
+    }  # fmt: skip
+    known: dict[str, Any] = {o: value for o, value in options.items() if value is not None}
+    for option in known:
+        if option not in target.options:
             takes = ", ".join(OPTIONS[o] for o in target.options) or "no options"
-            raise InputError(f"{OPTIONS[name]} means nothing to {to}: it takes {takes}")
-    for name in target.needed:
-        if name not in known:
-            raise InputError(f"{to}: give {OPTIONS[name]}: {target.doc}")
-    return target.make(model, **known)
+            raise InputError(f"{OPTIONS[option]} means nothing to {to}: it takes {takes}")
+    for option in target.needed:
+        if option not in known:
+            raise InputError(f"{to}: give {OPTIONS[option]}: {target.doc}")
+    if isinstance(compensation, str | Path):
+        known["compensation"] = read_settings(compensation)
+    if into is not None:
+        known["into"] = SourceFile.read(Path(into))
+    exported = target.make(model_of(model), **known)
+    return exported._replace(folder=target.folder, suffix=target.suffix)
 
 
 def compensator(
@@ -152,11 +207,11 @@ def _compensator(
     return compensator(model, settings, compensation)
 
 
-def _table(model: Model, points: int | None = None, fastest: float | None = None) -> Exported:
+def _table(model: Model, points: int | None = None, speed: float | None = None) -> Exported:
     from .drive_table import POINTS, table, text  # noqa: PLC0415 - the same
 
     shown = model.rig.shows.get("velocity", model.speed_unit)
-    far = None if fastest is None else float(unit(shown).to_si(fastest))
+    far = None if speed is None else float(unit(shown).to_si(speed))
     drive_table = table(model, POINTS if points is None else points, far)
     worst = max(drive_table.plus.worst, drive_table.minus.worst)
     note = (
@@ -181,9 +236,21 @@ class SourceFile(NamedTuple):
     name: str
     data: bytes
 
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """A file, read.
+
+        Raises:
+            InputError: it cannot be.
+        """
+        try:
+            return cls(str(file), page_bytes(file))
+        except InputError as error:
+            raise InputError(f"{file}: {error}") from error
+
 
 def _mjcf(
-    model: Model, source: SourceFile, joint: str, settings: Mapping[str, float] | None = None
+    model: Model, into: SourceFile, joint: str, settings: Mapping[str, float] | None = None
 ) -> Exported:
     from .robot.mjcf import mjcf  # noqa: PLC0415 - the same
 
@@ -194,13 +261,13 @@ def _mjcf(
         if value not in (0.0, 1.0):
             raise InputError(f"{name} is 0 or 1, got {value:g}")
         chosen[name] = bool(value)
-    return _patched(partial(mjcf, **chosen), model, source, joint)
+    return _patched(partial(mjcf, **chosen), model, into, joint)
 
 
-def _urdf(model: Model, source: SourceFile, joint: str) -> Exported:
+def _urdf(model: Model, into: SourceFile, joint: str) -> Exported:
     from .robot.urdf import urdf  # noqa: PLC0415 - the same
 
-    return _patched(urdf, model, source, joint)
+    return _patched(urdf, model, into, joint)
 
 
 def _patched(
@@ -226,7 +293,7 @@ def _json(model: Model) -> Exported:
     return Exported({"card.json": model.card.text().encode()})
 
 
-_PATCH = ("source", "joint")
+_PATCH = ("into", "joint")
 TARGETS: Mapping[str, ExportTarget] = {
     target.name: target
     for target in (
@@ -241,7 +308,7 @@ TARGETS: Mapping[str, ExportTarget] = {
         _language("plcopen", "Friction", "the same blocks as PLCopen TC6 XML", suffix=".xml"),
         ExportTarget(
             "table", "a look-up table for a drive, its points placed for the least error", _table,
-            ("points", "fastest"), suffix=".csv",
+            ("points", "speed"), suffix=".csv",
         ),
         ExportTarget(
             "mjcf", "your MuJoCo model, one joint of it patched", _mjcf, (*_PATCH, "settings"),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..data.gate import mended
+from ..data.log_list import Columns, Logs, log_list
 from ..data.ranges import Range
 from ..errors import InputError
 
@@ -49,29 +50,44 @@ class DataSplit:
 
 
 def data_split(
-    recordings: Recording | Sequence[Recording],
+    logs: Logs,
     train: Sequence[Range | str] | Range | str | None,
     holdout: Sequence[Range | str] | Range | str | None,
     rig: Rig,
+    *,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
 ) -> DataSplit:
     """The data as callers give them: one or several logs, ranges as written or ready.
 
     Raises:
-        InputError: there is no recording, or a range cannot be read.
+        InputError: there is no log, one cannot be used, or a range cannot be read.
     """
     return DataSplit(
-        tuple(recording_list(recordings)),
+        tuple(recording_list(logs, rig, units=units, columns=columns)),
         tuple(range_list(train, rig)),
         tuple(range_list(holdout, rig)),
     )
 
 
-def recording_list(recordings: Recording | Sequence[Recording]) -> list[Recording]:
-    """One or several recordings as a list, what is certainly wrong in them put right and told."""
-    logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
-    if not logs:
-        raise InputError("no recording was given")
-    return [mended(log) for log in logs]
+def recording_list(
+    logs: Logs,
+    rig: Rig | None = None,
+    *,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
+) -> list[Recording]:
+    """One or several logs as a list, what is certainly wrong in them put right and told.
+
+    Args:
+        logs: Recordings, paths or frames.
+        rig: Whose logs have columns of their own.
+        units: As `log_list` takes them.
+        columns: The same.
+    """
+    usual = None if rig is None else rig.columns
+    recordings = log_list(logs, units=units, columns=columns, usual=usual)
+    return [mended(recording) for recording in recordings]
 
 
 def range_list(ranges: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:

@@ -7,7 +7,9 @@ from dataclasses import replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
+from ..constant import Stated
 from ..data.alignment import Delay, checked_delay
+from ..data.log_list import Columns, Logs
 from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
@@ -19,11 +21,11 @@ from .output_error import solve_output_error
 from .parameters import partition
 from .result import Fit
 from .search_settings import SearchSettings
-from .uncertainty.posterior import posterior, sampler
+from .uncertainty.posterior import posterior as draw_posterior
+from .uncertainty.posterior import sampler
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
-    from ..data.recording import Recording
     from .balance.velocity_source import VelocitySource
 
 #: Refits of redrawn residuals and samples of the posterior at most: a thousand times the usual.
@@ -31,16 +33,20 @@ MOST_DRAWS, MOST_SAMPLES = 200_000, 20_000_000
 
 
 def identify(
-    recordings: Recording | Sequence[Recording],
+    logs: Logs,
     *,
-    rig: str | Rig = "slide-bed",
+    rig: str | Rig,
     law: str | Law | None = None,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
+    constants: Mapping[str, Stated] | None = None,
+    exact: bool = False,
     method: str | None = None,
     train: Sequence[Range | str] | Range | str | None = None,
     holdout: Sequence[Range | str] | Range | str | None = None,
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    tied: Mapping[str, str] | None = None,
+    tie: Mapping[str, str] | None = None,
     seed: int | None = None,
     budget: int | None = None,
     repeats: int | None = None,
@@ -52,8 +58,8 @@ def identify(
     delay: Delay = "auto",
     velocity: VelocitySource = "auto",
     breakaway: Breakaway = "auto",
-    draws: int = 0,
-    samples: int = 0,
+    bootstrap: int = 0,
+    posterior: int = 0,
     progress: Progress | None = None,
 ) -> Fit:
     """Identify the friction of an axis.
@@ -65,15 +71,22 @@ def identify(
     not apply there.
 
     Args:
-        recordings: One or several logs of the axis.
-        rig: A rig or its name.
+        logs: One or several logs of the axis: recordings, paths of files, frames of polars or
+            pandas, or dicts of columns.
+        rig: A rig or its name; `RIGS` lists them, and `check` says what a log is good enough for.
         law: A law or its name; by default the rig's first.
+        units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads of files and frames
+            do not say it.
+        columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it.
+        constants: Constants of the rig that are this axis's, in the units the rig shows: a number
+            is exact, `(20, 5)` has a tolerance, as `Rig.set` takes them.
+        exact: Whether the other constants are this axis's, too, without a tolerance.
         method: A search method; `mbts` by default. It ends by itself once it has settled.
         train: Ranges to train on; everything by default.
         holdout: Ranges to validate on.
         fixed: Parameters to hold, in the units the rig shows.
         bounds: Search ranges that replace the rig's, in the units the rig shows.
-        tied: Parameters that equal others.
+        tie: Parameters that equal others, as in `{"F_V-": "F_V+"}`.
         seed: Seed of all repeats; 0 by default.
         budget: Evaluations of the cost for each repeat, polishing included; 8,000 by default.
             `mbts` settles sooner, as a rule.
@@ -92,24 +105,27 @@ def identify(
             velocity, the one that leaves less of the force.
         breakaway: `common` to all slips, `scattered` from slip to slip, or `auto`, as the log
             shows it; see `Objective`.
-        draws: Data sets of a block bootstrap of the residuals, whose intervals then stand beside
-            those of the profiles; none by default, 200 are usual.
-        samples: Of the posterior, which then stands beside them; none by default, 20,000 are
-            usual. It needs the extra `posterior`.
+        bootstrap: Data sets of a block bootstrap of the residuals, whose intervals then stand
+            beside those of the profiles; none by default, 200 are usual.
+        posterior: Samples of the posterior, which then stands beside them; none by default,
+            20,000 are usual. It needs the extra `posterior`.
         progress: Called with the searches after every step.
 
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    rig, law = rig_and_law(rig, law)
-    data = data_split(recordings, train, holdout, rig)
-    if samples:
+    rig, law = rig_and_law(rig, law, constants, exact=exact)
+    data = data_split(logs, train, holdout, rig, units=units, columns=columns)
+    if posterior:
         sampler()  # says at once if it is not there
     objective = Objective(loss, restart, breakaway)
-    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
-    if not isinstance(draws, Integral) or draws < 0:
-        raise InputError(f"draws must be a whole number >= 0, got {draws!r}")
-    for name, count, most in (("draws", draws, MOST_DRAWS), ("samples", samples, MOST_SAMPLES)):
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tie, objective=objective)
+    for name, count, most in (
+        ("bootstrap", bootstrap, MOST_DRAWS),
+        ("posterior", posterior, MOST_SAMPLES),
+    ):
+        if not isinstance(count, Integral) or count < 0:
+            raise InputError(f"{name} must be a whole number >= 0, got {count!r}")
         if count > most:
             raise InputError(f"{name} must be {most:,} at most, got {count}")
     search: dict[str, Any] = {
@@ -134,16 +150,16 @@ def identify(
         )
         from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
 
-        fit = solve_balance(parameters, data, draws=draws, delay=delay, velocity=velocity)
+        fit = solve_balance(parameters, data, draws=bootstrap, delay=delay, velocity=velocity)
     else:
         if velocity != "auto":
             raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")
         if not isinstance(checked_delay(delay), str):
             data = data.advanced(rig, float(delay))
         fit = solve_output_error(
-            parameters, data, SearchSettings(**search), draws=draws, progress=progress
+            parameters, data, SearchSettings(**search), draws=bootstrap, progress=progress
         )
-    return _sampled(fit, samples, 0 if seed is None else seed)
+    return _sampled(fit, posterior, 0 if seed is None else seed)
 
 
 def _sampled(fit: Fit, samples: int, seed: int) -> Fit:
@@ -151,7 +167,7 @@ def _sampled(fit: Fit, samples: int, seed: int) -> Fit:
     if not samples or fit.search.ended == "interrupted":
         return fit
     try:
-        drawn = posterior(fit.residuals, fit.uncertainty.x, samples=samples, seed=seed)
+        drawn = draw_posterior(fit.residuals, fit.uncertainty.x, samples=samples, seed=seed)
     except KeyboardInterrupt:
         note = "interrupted: the posterior was not sampled"
         search = replace(fit.search, ended="interrupted")

@@ -221,6 +221,11 @@ def _named(
     """A parameter's own name, given that or what its rig calls it."""
     if name in every:
         return name
+    if any(c.name == name for c in rig.constants):
+        raise InputError(
+            f"{name} is a constant of rig {rig.name}, no parameter: set it by constants="
+            f'{{"{name}": VALUE}} or {{"{name}": (VALUE, TOLERANCE)}}, or rig.set({name}=VALUE)'
+        )
     if name not in labels:
         raise InputError(
             f"law {law.name} on rig {rig.name} has no parameter {name!r}: "

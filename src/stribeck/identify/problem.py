@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..data.log_list import Logs
 from ..data.ranges import Range
 from ..errors import InputError
 from ..friction import Law
@@ -246,14 +247,14 @@ class MotionProblem:
 
 
 def problem(
-    recordings: Recording | Sequence[Recording],
+    logs: Logs,
     *,
-    rig: str | Rig = "slide-bed",
+    rig: str | Rig,
     law: str | Law | None = None,
     train: Sequence[Range | str] | Range | str | None = None,
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    tied: Mapping[str, str] | None = None,
+    tie: Mapping[str, str] | None = None,
     loss: Loss = "squares",
     restart: bool = False,
     breakaway: Breakaway = "common",
@@ -261,13 +262,13 @@ def problem(
     """The problem that `identify` searches on a rig whose law is identified by output error.
 
     Args:
-        recordings: One or several logs of the axis.
+        logs: One or several logs of the axis, as `identify` takes them.
         rig: A rig or its name in RIGS.
         law: A law or its name in LAWS; by default the rig's first.
         train: Ranges to use, as `112:295`; by default everything.
         fixed: See `partition`.
         bounds: See `partition`.
-        tied: See `partition`.
+        tie: See `partition`.
         loss: See `Objective`.
         restart: See `Objective`.
         breakaway: `common` or `scattered`; see `Objective`.
@@ -275,9 +276,9 @@ def problem(
     rig, law = rig_and_law(rig, law)
     rig = as_simulated(rig)
     objective = Objective(loss, restart, breakaway)
-    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tied, objective=objective)
-    logs = recording_list(recordings)
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tie, objective=objective)
+    recordings = recording_list(logs, rig)
     train_segments = [
-        s for r in ranges_or_all(train, rig) for s in segments(logs, rig, r, objective)
+        s for r in ranges_or_all(train, rig) for s in segments(recordings, rig, r, objective)
     ]
     return MotionProblem(parameters, train_segments)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 from ..friction import Law
 from ..optimize import Run
+from ..presenters import presenter
 from ..rig import Rig
 from ..space import Array
 from .conditions import Violation
+from .estimate_table import estimate_table
 from .log_spread import LogSpreads
 from .parameters import Parameters
 from .polish import Polished
@@ -19,11 +21,17 @@ from .uncertainty.assessment import Uncertainty
 from .uncertainty.estimates import Estimate
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    import polars as pl
+    from matplotlib.figure import Figure
+
     from ..data.ranges import Range
     from ..data.recording import Recording
     from .adequacy.effects import Effects
     from .balance.balance import Balance
     from .breakaway_scatter import Spread
+    from .card import Card
     from .combinations import Combination
     from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
@@ -129,7 +137,57 @@ class Fit:
         score = f"{self.score.name} = {self.score.value:.4g} {self.score.unit}"
         return f"<Fit of {self.law.name} on {self.rig.name}: {values} (SI); {score}>"
 
+    def _repr_html_(self) -> str:
+        return str(presenter("fit_html")(self))
+
     @property
     def values(self) -> dict[str, float]:
         """The complete parameter set by name, SI."""
         return self.parameters.values(self.p)
+
+    @property
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """The 95 % interval (low, high) of each parameter that is not fixed, by name, SI."""
+        return {
+            q.name: (float(e.low), float(e.high))
+            for q, e in zip(self.parameters.every, self.estimates, strict=True)
+            if e.verdict != "fixed"
+        }
+
+    def table(self) -> pl.DataFrame:
+        """Its parameters, a row each: value, interval, unit as the rig shows it, verdict, reason.
+
+        A frame of polars; `fit.table().to_pandas()` is one of pandas.
+        """
+        return estimate_table(self.parameters, self.estimates)
+
+    def card(self) -> Card:
+        """Its card: everything that was identified, and what that rests on, to be kept.
+
+        Raises:
+            InputError: a misfit is not a finite number, so that there is nothing to believe.
+        """
+        written: Card = presenter("card")(self)
+        return written
+
+    def plot(self, kind: str = "stribeck_curve") -> Figure:
+        """One of its figures.
+
+        Args:
+            kind: Its name, as of the files that `identify --out` writes: `stribeck_curve`,
+                `friction`, `training`, `convergence` ...
+
+        Raises:
+            InputError: this fit has no such figure; the line names those that it has.
+        """
+        figure: Figure = presenter("figure")(self, kind)
+        return figure
+
+    def report(self, path: str | Path) -> Path:
+        """Write its page, a file of HTML that needs no other, and return the path.
+
+        Raises:
+            InputError: it cannot be written there, or the fit has no card.
+        """
+        written: Path = presenter("report")(self, path)
+        return written

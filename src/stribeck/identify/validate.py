@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from ..data.alignment import Delay, checked_delay
+from ..data.log_list import Columns, Logs
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .balance.force_balance import balance_scores
+from .card import read_card
 from .data_split import ranges_or_all, recording_list
 from .parameters import Parameters
 from .score import Score, scores
@@ -32,31 +35,37 @@ class IdentifiedModel(Protocol):
 
 
 def validate(
-    model: IdentifiedModel,
-    recordings: Recording | Sequence[Recording],
+    model: IdentifiedModel | str | Path,
+    logs: Logs,
     within: Sequence[Range | str] | Range | str | None = None,
     *,
     delay: Delay = "auto",
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
 ) -> list[tuple[str, str, Score]]:
     """The misfit of an identified model on recordings: (log, range, score) a row.
 
     Args:
-        model: A card or a fit.
-        recordings: Logs to hold the model against.
+        model: A card, its file, or a fit.
+        logs: Logs to hold the model against, as `identify` takes them.
         within: Ranges to look at; each log as a whole by default.
         delay: Of the force after the motion in these logs, s; `auto`: as in the model's own;
             `off`: none.
+        units: Unit by column, as for `identify`.
+        columns: Column by channel, as for `identify`.
 
     Raises:
-        InputError: a log lacks what the rig needs, or holds no motion in a range.
+        InputError: no such card, or a log lacks what the rig needs, or holds no motion in a range.
     """
+    model = read_card(model) if isinstance(model, str | Path) else model
     parameters, p = model.model()
     named = {"auto": model.delay, "off": 0.0}
     checked = checked_delay(delay)
     seconds = named[checked] if isinstance(checked, str) else float(checked)
+    recordings = recording_list(logs, parameters.rig, units=units, columns=columns)
     return [
         (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
-        for log in (parameters.rig.in_step(log, seconds) for log in recording_list(recordings))
+        for log in (parameters.rig.in_step(log, seconds) for log in recordings)
         for r in ranges_or_all(within, parameters.rig)
     ]
 

@@ -80,6 +80,31 @@ def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
     write_files(folder, write)
 
 
+def with_suffix(file: Path, suffix: str) -> Path:
+    """A file's name with its extension, where it has none."""
+    return file if file.suffix or not suffix else file.with_name(f"{file.name}{suffix}")
+
+
+def write_exported(
+    files: Mapping[str, bytes], out: str | Path, *, folder: bool, suffix: str
+) -> list[Path]:
+    """Write what a target exported: one file, or several into a folder.
+
+    Raises:
+        InputError: they cannot be written there.
+    """
+    place = Path(out) if folder else with_suffix(Path(out), suffix)
+    if folder:
+        check_folder(place)
+        with held(place):
+            write_all(place, files)
+        return [place / name for name in files]
+    check_file(place, suffix)
+    (data,) = files.values()
+    write_data(place, data)
+    return [place]
+
+
 def write_files(folder: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill an empty folder, then move its files into `folder`, all or none.
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ..data.recording import Recording
-    from ..identify.parameters import Parameters
+    from ..rig import Rig
     from ..rig.twin import TestBed
     from ..space import Array
 
@@ -123,24 +123,18 @@ def check_motion(out: Path, log: Path) -> None:
         raise InputError(f"{out}: is the log itself: take another name for the motion")
 
 
-def write_motion(parameters: Parameters, p: Array, recording: Recording, out: Path) -> None:
-    """Write what a model does under a recording's command, in the units its rig shows."""
-    if recording.rotary and not getattr(parameters.rig, "rotary", False):
-        raise InputError(
-            f"{recording.label}: its position is an angle, and rig {parameters.rig.name} is "
-            "linear: take a log of that rig"
-        )
-    motion = parameters.rig.simulate(parameters.law, p[None], recording)
-    if not (np.isfinite(motion.position).all() and np.isfinite(motion.force).all()):
-        raise InputError(f"{recording.label}: the model cannot be simulated on it: check the card")
-    length = parameters.rig.shows.get("position", "rad" if recording.rotary else "m")
-    speed = parameters.rig.shows.get("velocity", "rad/s" if recording.rotary else "m/s")
-    force = "Nm" if recording.rotary else "N"
+def write_motion(rig: Rig, motion: Recording, out: Path) -> None:
+    """Write a simulated motion in the units that its rig shows."""
+    assert motion.velocity is not None  # noqa: S101 - a simulated motion has both
+    assert motion.force is not None  # noqa: S101
+    length = rig.shows.get("position", "rad" if motion.rotary else "m")
+    speed = rig.shows.get("velocity", "rad/s" if motion.rotary else "m/s")
+    force = "Nm" if motion.rotary else "N"
     columns = {
         "t_s": (motion.t, 9),
-        f"position_{length}": (unit(length).from_si(motion.position[0]), 9),
-        f"velocity_{speed.replace('/', '_')}": (unit(speed).from_si(motion.velocity[0]), 9),
-        f"force_{force}": (motion.force[0], 6),
+        f"position_{length}": (unit(length).from_si(motion.position), 9),
+        f"velocity_{speed.replace('/', '_')}": (unit(speed).from_si(motion.velocity), 9),
+        f"force_{force}": (motion.force, 6),
     }
     write_text(out, _csv(columns))
 

@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 GAIN = 1.05
 
 
-def show_plan(plan: Plan) -> None:
-    """Experiments in order, how to do them, and what they do not cure."""
-    out = console()
+def experiments_table(plan: Plan) -> Table:
+    """Experiments in order, with the factors by which they shrink intervals."""
     names = [g.name for g in plan.proposals[0].gains] if plan.proposals else []
     names = [*plan.doubtful, *(n for n in names if n not in plan.doubtful)]
     heads = ["rank", "experiment", "s", "score", *names]
@@ -32,11 +31,17 @@ def show_plan(plan: Plan) -> None:
         for k, p in enumerate(plan.proposals, 1)
     ]
     title = f"{plan.law} on {plan.rig}: what to record next, by how much intervals shrink"
-    show_table(Table.of_texts(title, heads, rows, labels=(0, 1)))
+    return Table.of_texts(title, heads, rows, labels=(0, 1))
+
+
+def show_plan(plan: Plan) -> None:
+    """Experiments in order, how to do them, and what they do not cure."""
+    out = console()
+    show_table(experiments_table(plan))
     out.print()
     for k, p in enumerate(plan.proposals, 1):
         show_paragraph(f"{p.experiment.name}: {p.experiment.words}", f"{k}. ", style="")
-    for text in _sentences(plan):
+    for text in plan_sentences(plan):
         out.print()
         show_paragraph(text, "")
     if plan.left:
@@ -53,7 +58,7 @@ def _gain(proposal: Proposal, name: str) -> Gain:
     return next(g for g in proposal.gains if g.name == name)
 
 
-def _sentences(plan: Plan) -> list[str]:
+def plan_sentences(plan: Plan) -> list[str]:
     """What the table does not say."""
     doubted = any(_doubted(plan, n) for n in plan.doubtful)
     these = ", ".join(f"{n} ({plan.cards[n].verdict})" if doubted else n for n in plan.doubtful)

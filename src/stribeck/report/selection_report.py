@@ -32,9 +32,9 @@ OF_A_SELECTION = re.compile(r"selection\.(json|png|svg)")
 FAR = 100
 
 
-def show_selection(selection: Selection) -> None:
-    """The laws in a table, the recommended one marked, and what a reader must know."""
-    out, s = console(), selection
+def laws_table(selection: Selection) -> Table:
+    """The laws with their errors, the recommended one marked."""
+    s = selection
     heads = ["", "law", "free", f"training/{s.unit}", f"held out/{s.unit}", "against the best"]
     rows = [
         [
@@ -49,7 +49,13 @@ def show_selection(selection: Selection) -> None:
     ]
     title = f"laws on {s.rig.name}, held out: {s.splits.text}; → recommended"
     labels = (0, 1, len(heads) - 1)
-    show_table(Table.of_texts(title, heads, rows, labels, unbroken=(1,), chosen=s.chosen))
+    return Table.of_texts(title, heads, rows, labels, unbroken=(1,), chosen=s.chosen)
+
+
+def show_selection(selection: Selection) -> None:
+    """The laws in a table, the recommended one marked, and what a reader must know."""
+    out, s = console(), selection
+    show_table(laws_table(s))
     out.print()
     show_table(_diagnoses(s))
     out.print()
@@ -190,9 +196,7 @@ def write_selection(selection: Selection, folder: Path) -> None:
 
 def write_card(selection: Selection, folder: Path) -> None:
     """Write the card of the recommended law, whose fit may have to be concluded for it."""
-    from ..identify.card import card  # noqa: PLC0415 - only what is kept is made into a card
-
-    write_text(folder / CARD, card(selection.fit).text())
+    write_text(folder / CARD, selection.fit.card().text())
 
 
 def write_figure(selection: Selection, folder: Path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+from ..constant import Stated
 from ..errors import InputError
 from ..friction import Law, law_named
 from . import RIGS
@@ -25,12 +27,25 @@ def rig_named(name: str) -> Rig:
     return RIGS[name]
 
 
-def rig_and_law(rig: str | Rig, law: str | Law | None) -> tuple[Rig, Law]:
+def rig_and_law(
+    rig: str | Rig,
+    law: str | Law | None,
+    constants: Mapping[str, Stated] | None = None,
+    *,
+    exact: bool = False,
+) -> tuple[Rig, Law]:
     """A rig and a law, looked up where they are names; by default the rig's first law.
+
+    Args:
+        rig: A rig, its name, or a .toml file.
+        law: A law or its name.
+        constants: Constants of the rig that are the user's, as `Rig.set` takes them.
+        exact: Whether the others are exact, too.
 
     Raises:
         InputError: there is none of that name.
     """
     rig = rig_named(rig) if isinstance(rig, str) else rig
+    rig = (rig.exact() if exact else rig).set(**(constants or {}))
     law = law or rig.laws[0]
     return rig, law_named(law) if isinstance(law, str) else law

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from ...units import unit
-from ..recording import CHANNELS
+from ..channels import CHANNELS
 
 if TYPE_CHECKING:
     from ..recording import Recording

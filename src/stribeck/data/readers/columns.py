@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...space import Array
 from ...text_file import page
 from ...units import Unit, unit
-from ..recording import CHANNELS
+from ..channels import CHANNELS
 from .heads import Head, meanings, take_apart
 from .raw_table import RawTable, listed, printable, shortened
 
@@ -172,13 +172,19 @@ def _mapped(table: RawTable, channel: str, entry: Entry) -> Choice:
     if written is None:
         written = _head(table, column).unit
     if written is None:
-        raise InputError(f"column {shortened(column)} has no unit: map it as "
-                         f'{channel} = "{shortened(column)} [{_unit_of(channel)}]"')  # fmt: skip
+        raise InputError(_unmapped_unit(table, column, channel))
     factor = entry.get("factor", 1.0)
     if isinstance(factor, str) and factor not in {**table.columns, **table.scalars}:
         raise InputError(f"the mapping says {channel} has the factor {shortened(factor)!r}, but "
                          "there is no such column or number")  # fmt: skip
     return Choice(column, _unit(channel, column, str(written)), factor)
+
+
+def _unmapped_unit(table: RawTable, column: str, channel: str) -> str:
+    name, example = shortened(column), _unit_of(channel)
+    if table.in_memory:
+        return f'column {name} has no unit: say it, as in units={{"{name}": "{example}"}}'
+    return f'column {name} has no unit: map it as {channel} = "{name} [{example}]"'
 
 
 def _needed(
@@ -193,27 +199,38 @@ def _needed(
         return candidates
     named = [h for h, head in heads.items() if channel in meanings(head)]
     if bare := [h for h in named if heads[h].unit is None]:
-        raise InputError(_without_unit(heads, bare[0], channel, chosen))
+        raise InputError(_without_unit(table, heads, bare[0], channel, chosen))
     for h in named:
         _fitting(channel, Choice(h, _unit(channel, h, heads[h].unit or "")), kinds)
+    key = f'"{channel}":' if table.in_memory else f"{channel} ="
     raise InputError(
         f"no {channel} column among {listed(table.columns) or 'none'}: name it like "
-        f'"{_EXAMPLE[channel]}" or map it: columns = {{{channel} = "head [{_unit_of(channel)}]"}}'
+        f'"{_EXAMPLE[channel]}" or map it: columns = {{{key} "head [{_unit_of(channel)}]"}}'
     )
 
 
 def _without_unit(
-    heads: Mapping[str, Head], first: str, channel: str, chosen: Mapping[str, Choice]
+    table: RawTable,
+    heads: Mapping[str, Head],
+    first: str,
+    channel: str,
+    chosen: Mapping[str, Choice],
 ) -> str:
     lacking = {channel: shortened(first)}
-    if channel == "time" and "position" not in chosen:  # say both at once
-        bare = [h for h, head in heads.items() if "position" in meanings(head) and not head.unit]
-        if bare and bare[0] != first:
-            lacking["position"] = shortened(bare[0])
-    channels = " and ".join(lacking.values())
+    # Of a file the channels that it cannot do without are said at once, of a frame all of them.
+    others = CHANNELS if table.in_memory else ["position"] if channel == "time" else []
+    for other in (c for c in others if c not in {*chosen, *lacking}):
+        bare = [h for h, head in heads.items() if other in meanings(head) and not head.unit]
+        if bare and shortened(bare[0]) not in lacking.values():
+            lacking[other] = shortened(bare[0])
+    *rest, last = lacking.values()
+    names, several = f"{', '.join(rest)} and {last}" if rest else last, "s" * bool(rest)
+    if table.in_memory:
+        units = ", ".join(f'"{h}": "{_unit_of(c)}"' for c, h in lacking.items())
+        return f"column{several} {names} without a unit: say it, as in units={{{units}}}"
     fix = ", ".join(f'{c} = "{h} [{_unit_of(c)}]"' for c, h in lacking.items())
     return (
-        f"column{'s' * (len(lacking) > 1)} {channels} without a unit: write it in the head, as in "
+        f"column{several} {names} without a unit: write it in the head, as in "
         f"{lacking[channel]} [{_unit_of(channel)}], or map it: columns = {{{fix}}}"
     )
 

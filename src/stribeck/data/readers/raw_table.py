@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...space import Array
 
 
@@ -23,6 +24,7 @@ class RawTable:
         scalars: Single numbers that the file keeps beside its columns.
         units: Units that the file states by type instead of in a head.
         notes: What was left out on the way, a sentence each.
+        in_memory: Whether it is no file but a frame of the caller's, whose units are an argument.
     """
 
     columns: Mapping[str, Array]
@@ -32,6 +34,21 @@ class RawTable:
     scalars: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    in_memory: bool = False
+
+    def with_units(self, units: Mapping[str, str]) -> RawTable:
+        """The same with units that the caller states, by column.
+
+        Raises:
+            InputError: there is no such column, or its unit is no text.
+        """
+        for name, written in units.items():
+            if name not in self.columns and name not in self.scalars:
+                names = listed({**self.columns, **self.scalars})
+                raise InputError(f"units: no column {shortened(str(name))!r}: there are {names}")
+            if not isinstance(written, str):
+                raise InputError(f'units: {shortened(name)}: the unit must be text such as "mm"')
+        return replace(self, units={**self.units, **units})
 
     def place(self, row: int) -> str:
         """How a message says where a row stands."""

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ..recording import CHANNELS, Recording, Source
+from ..recording import Recording, Source
+from .assembly import assembled
 from .budget import LARGEST, ReadBudget
-from .columns import Choice, Entry, choose, is_there, mapping
+from .columns import mapping
 from .delimited import read_text
 from .json_log import read_json
 from .matlab_file import read_matlab
 from .parquet import read_parquet
-from .raw_table import RawTable, printable, shortened
-from .repair import Mender, filled_extra
+from .raw_table import RawTable, printable
 
 _FORMATS: Mapping[str, Callable[[bytes], RawTable]] = {
     **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab"), read_text),
@@ -39,6 +39,7 @@ _MAGIC = {
 def read(
     path: str | Path,
     *,
+    units: Mapping[str, str] | None = None,
     columns: Mapping[str, Any] | str | Path | None = None,
     lenient: bool = False,
 ) -> Recording:
@@ -53,6 +54,7 @@ def read(
 
     Args:
         path: The file.
+        units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
         columns: Channel -> "head", "head [unit]", or a table with `column`, and, if wanted, `unit`
             and `factor` (a number or the name of a column); or the TOML file that says so.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
@@ -69,19 +71,11 @@ def read(
         columns_kept = len(table.columns) + len(table.scalars)  # a scalar becomes a column
         ReadBudget(len(data)).take_cells(len(table.places), columns_kept)
         source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
-        return _recording(table, _present(table, mapped) if lenient else mapped, source)
+        arguments = assembled(table.with_units(units or {}), mapped, lenient=lenient)
+        return Recording(**arguments, source=source)
     except InputError as error:
         sentence = str(error).removeprefix(f"{printable(file.name)}: ")
         raise InputError(printable(f"{file.name}: {sentence}")) from error
-
-
-def _present(table: RawTable, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
-    """The mapping without channels whose column is not there; time and position must be."""
-    return {
-        channel: entry
-        for channel, entry in mapped.items()
-        if channel in ("time", "position") or is_there(table, entry)
-    }
 
 
 def _bytes(file: Path) -> bytes:
@@ -115,36 +109,3 @@ def _format(file: Path) -> Callable[[bytes], RawTable]:
         if kind := next((w for magic, w in _MAGIC.items() if start.startswith(magic)), None):
             raise InputError(f"is {kind}")
     return _FORMATS[suffix]
-
-
-def _recording(table: RawTable, mapped: Mapping[str, Entry], source: Source) -> Recording:
-    chosen, notes = choose(table, mapped)
-    channels = {name: chosen[name].values(table) for name in ("time", *CHANNELS) if name in chosen}
-    used = {c.column for c in chosen.values()}
-    mender = Mender(table, channels, filled_extra(table, used), list(table.notes))
-    mender.notes += [f"column {shortened(n)} left out: it has text" for n in table.text]
-    mender.mend()
-    return Recording(
-        t=mender.channels.pop("time"),
-        **mender.channels,
-        extra=mender.extra,
-        rotary=_rotary(chosen),
-        source=source,
-        notes=(*mender.notes, *notes, *_scaled(chosen)),
-    )
-
-
-def _scaled(chosen: Mapping[str, Choice]) -> list[str]:
-    """A word on a force that is another quantity times a number."""
-    force = chosen.get("force")
-    if force is None or isinstance(force.factor, str) or abs(force.factor) == 1:
-        return []
-    note = (
-        f"force is {shortened(force.column)} times {force.factor:g}: every parameter of force and "
-        "mass scales with that factor, and is no better known than it is"
-    )
-    return [note]
-
-
-def _rotary(chosen: Mapping[str, Choice]) -> bool:
-    return chosen["position"].unit.dimension == "rad"

@@ -7,15 +7,21 @@ count as what was known before any data. Noise is as the fit left it, as correla
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...data.log_list import Columns, Logs
 from ...errors import InputError
+from ...presenters import presenter
 from ...space import Array
+from ..card import Card, card_of
+from ..card_logs import logs_beside
 from ..data_split import recording_list
+from ..result import Fit
 from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
 from .current_model import CurrentModel, current_model
@@ -25,7 +31,7 @@ from .proposals import Refusals, proposals
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
-    from ..card import Card, ParameterCard
+    from ..card import ParameterCard
 
 #: Parameter sets at which each experiment is looked at.
 DRAWS = 9
@@ -114,26 +120,34 @@ class Plan:
     seed: int
     interrupted: bool = False
 
+    def _repr_html_(self) -> str:
+        return str(presenter("plan_html")(self))
+
 
 def plan(
-    card: Card,
-    recordings: Recording | Sequence[Recording],
+    model: Card | Fit | str | Path,
+    logs: Logs | None = None,
     *,
     seconds: float | None = None,
     check: int = 0,
     seed: int = 0,
     count: int = DRAWS,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
 ) -> Plan:
     """Rank experiments by how much they would shrink the intervals of doubtful parameters.
 
     Args:
-        card: An identified model.
-        recordings: The logs that it was identified on.
+        model: A fit, its card, or the file of one.
+        logs: The logs that it was identified on, as `identify` takes them; by default those that
+            the fit has, or that lie beside the file.
         seconds: How long an experiment takes; as long as the data at hand by default, but no
             longer than two minutes.
         check: Twins on which the best three are tried out: simulated with noise and refitted.
         seed: Of the draws and of the twins.
         count: Parameter sets at which each experiment is looked at.
+        units: Unit by column, as for `identify`.
+        columns: Column by channel, as for `identify`.
 
     Raises:
         InputError: a card or logs that do not fit, nothing left to find, or a rig or law for
@@ -142,7 +156,8 @@ def plan(
     for name, value, least in (("check", check, 0), ("seed", seed, 0), ("draws", count, 1)):
         if value < least:
             raise InputError(f"{name} must be a whole number >= {least}, got {value}")
-    current = current_model(card, recording_list(recordings))
+    card, recordings = _card_and_logs(model, logs, units, columns)
+    current = current_model(card, recordings)
     axis = current.axis
     length = min(axis.trained, LONGEST) if seconds is None else seconds
     if not 0 < length < np.inf:
@@ -178,6 +193,25 @@ def plan(
         seed,
         interrupted=bool(left),
     )  # fmt: skip
+
+
+def _card_and_logs(
+    model: Card | Fit | str | Path,
+    logs: Logs | None,
+    units: Mapping[str, str] | None,
+    columns: Columns,
+) -> tuple[Card, list[Recording]]:
+    """The card of a model, and the logs that it was identified on."""
+    card = card_of(model)
+    rig = card.model()[0].rig
+    if logs is not None:
+        return card, recording_list(logs, rig, units=units, columns=columns)
+    if isinstance(model, Fit):  # its logs have been moved in time already
+        return card.model_copy(update={"force_delay_ms": 0.0}), list(model.recordings)
+    if isinstance(model, str | Path):
+        paths = logs_beside(card, Path(model))
+        return card, recording_list(paths, rig, units=units, columns=columns)
+    raise InputError("a card does not know its logs: give them after it")
 
 
 def _gained(

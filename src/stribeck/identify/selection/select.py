@@ -18,10 +18,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...constant import Stated
 from ...data.alignment import Delay, checked_delay
+from ...data.log_list import Columns, Logs
 from ...errors import InputError
 from ...friction import Law
 from ...optimize import Search
+from ...presenters import presenter
 from ...rig import Rig
 from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
@@ -51,7 +54,6 @@ from .trained_law import (
 
 if TYPE_CHECKING:
     from ...data.ranges import Range
-    from ...data.recording import Recording
 
 FOLDS = 5
 #: Each law is fitted anew in each of so many rounds at most.
@@ -129,15 +131,22 @@ class Selection:
         laws = ", ".join(f"{c.name} {c.held:.4g}" for c in self.candidates)
         return f"<Selection of {self.law} on {self.rig.name}; held out, {self.unit}: {laws}>"
 
+    def _repr_html_(self) -> str:
+        return str(presenter("selection_html")(self))
+
 
 def select(
-    recordings: Recording | Sequence[Recording],
+    logs: Logs,
     *,
-    rig: str | Rig = "slide-bed",
+    rig: str | Rig,
     laws: Sequence[str | Law] | None = None,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
+    constants: Mapping[str, Stated] | None = None,
+    exact: bool = False,
     train: Sequence[Range | str] | Range | str | None = None,
     holdout: Sequence[Range | str] | Range | str | None = None,
-    test: Recording | Sequence[Recording] | None = None,
+    test: Logs | None = None,
     fixed: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
     seed: int | None = None,
@@ -155,9 +164,13 @@ def select(
     where there are fewer than three logs, and every law is fitted anew in each round.
 
     Args:
-        recordings: Logs to train on.
+        logs: Logs to train on, as `identify` takes them.
         rig: A rig or its name.
         laws: Laws or their names; by default those that the rig was made for.
+        units: Unit by column, as for `identify`.
+        columns: Column by channel, as for `identify`.
+        constants: Constants of the rig that are this axis's, as for `identify`.
+        exact: Whether the other constants are this axis's, too, without a tolerance.
         train: Ranges to train on; everything by default.
         holdout: Ranges to hold out; they must not overlap what is trained on.
         test: Other logs to hold out as a whole.
@@ -174,9 +187,10 @@ def select(
     Raises:
         InputError: something asked for cannot be done with these recordings.
     """
-    parameter_sets = _parameters(rig, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
-    axis = parameter_sets[0].rig
-    logs, tests = recording_list(recordings), [] if test is None else recording_list(test)
+    axis, _ = rig_and_law(rig, None, constants, exact=exact)
+    parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
+    trained = recording_list(logs, axis, units=units, columns=columns)
+    tests = [] if test is None else recording_list(test, axis, units=units, columns=columns)
     simulated = axis.approach == "output_error"
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
         if value is not None and (not isinstance(value, Integral) or value < least):
@@ -195,14 +209,15 @@ def select(
             f"rig {axis.name} is solved by least squares, without a search: "
             f"{', '.join(idle)} does not apply"
         )
-    data = data_split(logs, train, holdout, axis)
+    data = data_split(trained, train, holdout, axis)
     parameter_sets, velocity_read = _with_velocity(parameter_sets, data, velocity)
     axis = parameter_sets[0].rig
     data = _synchronised(parameter_sets[-1], data, delay, velocity_read.source)
-    logs, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
+    trained, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
-    rounds = splits(logs, axis, data.train, data.holdout, tests, FOLDS if folds is None else folds)
+    count = FOLDS if folds is None else folds
+    rounds = splits(trained, axis, data.train, data.holdout, tests, count)
     parameter_sets, excluded = _answerable(parameter_sets, rounds)
     conditions = (*velocity_read.sentences, *_one_breakaway(parameter_sets, data))
     training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
@@ -285,7 +300,7 @@ def _synchronised(
 
 
 def _parameters(
-    rig: str | Rig,
+    axis: Rig,
     laws: Sequence[str | Law] | None,
     fixed: dict[str, float],
     bounds: dict[str, tuple[float, float]],
@@ -296,7 +311,6 @@ def _parameters(
     Raises:
         InputError: an unknown law, one that is given twice, or a name that no law knows.
     """
-    axis, _ = rig_and_law(rig, None)
     chosen = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
     names = [law.name for law in chosen]
     if twice := [n for n in names if names.count(n) > 1]:

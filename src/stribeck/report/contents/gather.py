@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ..._version import __version__
-from ...identify.card import card
 from ...units import unit
 from ..format import force_unit, unit_label
 from ..misfit import log_errors
@@ -159,7 +158,7 @@ class Contents:
         room = max(min(EACH, LOGS // len(logs)), 100)
         motions, hidden = self._motions(share)
         return Report(
-            card=card(fit),
+            card=fit.card(),
             road=self.frame.road,
             rotary=self.frame.rotary,
             applied=self.frame.applied,

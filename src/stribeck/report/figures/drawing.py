@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..contents.decimation import corners
-from .style import COLOURS, legend_above
+from .style import COLOURS, DPI, STYLE, legend_above
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,11 +36,21 @@ _SHADE = "#f1f4f6"
 _SYMBOLS = {"triangle-up": "^", "triangle-down": "v"}
 
 
+class PrintedFigure(Figure):
+    """A figure of matplotlib that shows itself in a notebook, whatever is imported there."""
+
+    def _repr_png_(self) -> bytes:
+        buffer = BytesIO()
+        with mpl.rc_context(STYLE):
+            self.savefig(buffer, format="png", dpi=DPI)
+        return buffer.getvalue()
+
+
 def draw(plot: Plot) -> Figure:
     """A plot of one view: its panels one above the other."""
     (view,) = plot.views
     width = _WIDTH if len(plot.panels) == 1 else _WIDE
-    figure = Figure(figsize=(width, plot.height / _PIXELS), layout="constrained")
+    figure = PrintedFigure(figsize=(width, plot.height / _PIXELS), layout="constrained")
     axes = _stack(figure, plot)
     _fill(axes, plot, view, _FINE)
     axes[0].set_title(plot.title)
@@ -51,7 +63,7 @@ def draw(plot: Plot) -> Figure:
 def draw_row(title: str, plots: Sequence[Plot], *, share_y: bool = False) -> Figure:
     """Plots of one panel and one view beside one another, under one title."""
     height = max(plot.height for plot in plots) / _PIXELS
-    figure = Figure(figsize=(4.8 * len(plots), height), layout="constrained")
+    figure = PrintedFigure(figsize=(4.8 * len(plots), height), layout="constrained")
     row = figure.subplots(1, len(plots), sharey=share_y, squeeze=False)[0]
     for axes, plot in zip(row, plots, strict=True):
         _fill([axes], plot, plot.views[0], _FINE)
@@ -84,7 +96,7 @@ def draw_views(plot: Plot, columns: int) -> Figure:
     cell = sum(heights) + _GAP * (len(heights) - 1)
     width = _LEFT + columns * _CELL + (columns - 1) * _BETWEEN + _RIGHT
     height = _ABOVE + rows * cell + (rows - 1) * _BELOW + _FOOT
-    figure = Figure(figsize=(width, height))
+    figure = PrintedFigure(figsize=(width, height))
     for k, view in enumerate(plot.views):
         x = _LEFT + (k % columns) * (_CELL + _BETWEEN)
         top = height - _ABOVE - (k // columns) * (cell + _BELOW)

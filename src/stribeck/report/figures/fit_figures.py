@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 
+from ...errors import InputError
 from ..contents.decimation import PRINT
 from ..contents.frame import Frame
 from ..contents.gather import Contents
@@ -27,9 +29,12 @@ from .search_plots import convergence_plot
 from .style import STYLE, save
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from matplotlib.figure import Figure
+
+    from ...identify.result import Fit
 
 
 def write_figures(contents: Contents, folder: Path) -> None:
@@ -44,28 +49,46 @@ def write_figures(contents: Contents, folder: Path) -> None:
 def draw_fit(contents: Contents, folder: Path) -> list[Path]:
     """Draw every figure that a fit has, as PNG and SVG, and return the files."""
     with mpl.rc_context(STYLE):
-        figures = fit_figures(contents)
-        return [file for name, figure in figures.items() for file in save(figure, folder, name)]
+        drawers = _drawers(contents)
+        return [file for name, draws in drawers.items() for file in save(draws(), folder, name)]
+
+
+def fit_figure(fit: Fit, kind: str) -> Figure:
+    """One figure of a fit, by the name of its files.
+
+    Raises:
+        InputError: the fit has no such figure.
+    """
+    with mpl.rc_context(STYLE):
+        drawers = _drawers(Contents(fit))
+        if kind not in drawers:
+            raise InputError(f"no figure {kind!r} of this fit: there are {', '.join(drawers)}")
+        return drawers[kind]()
 
 
 def fit_figures(contents: Contents) -> dict[str, Figure]:
     """Every figure that a fit has, by the name of its files."""
     with mpl.rc_context(STYLE):
-        balanced = contents.frame.road == "inverse"
-        figures = _balance(contents) if balanced else _simulation(contents)
-        figures["stribeck_curve"] = law_figure(contents)
-        return figures
+        return {name: draws() for name, draws in _drawers(contents).items()}
 
 
-def _simulation(contents: Contents) -> dict[str, Figure]:
-    fit, frame, figures = contents.fit, contents.frame, {}
+def _drawers(contents: Contents) -> dict[str, Callable[[], Figure]]:
+    """What draws each figure that a fit has, by the name of its files."""
+    balanced = contents.frame.road == "inverse"
+    figures = _balance(contents) if balanced else _simulation(contents)
+    return figures | {"stribeck_curve": partial(law_figure, contents)}
+
+
+def _simulation(contents: Contents) -> dict[str, Callable[[], Figure]]:
+    fit, frame = contents.fit, contents.frame
+    figures: dict[str, Callable[[], Figure]] = {}
     runs, smooth = contents.runs(), fit.score.baselines().get("smooth")
     convergence = convergence_plot(runs, fit.score.unit, smooth, printed=True)
     if convergence is not None:
         title = f"Convergence of {fit.search.method}"
         polished = any(run.polishing for run in runs)
         x = f"Evaluations of J; dot: {'after polishing' if polished else 'where it ended'}"
-        figures["convergence"] = draw(replace(convergence, title=title, x=x, height=400))
+        figures["convergence"] = partial(draw, replace(convergence, title=title, x=x, height=400))
     for part, traces in contents.motions:
         records = [contents.printed_motion(part, r) for r in traces]
         name, heading = "training", "Training"
@@ -77,24 +100,26 @@ def _simulation(contents: Contents) -> dict[str, Figure]:
         loops = applied_loops_plot(
             frame, [contents.printed_motion("training", r) for r in training]
         )
-        figures["loops"] = draw(loops) if len(loops.views) == 1 else draw_views(loops, 3)
+        figures["loops"] = (
+            partial(draw, loops) if len(loops.views) == 1 else partial(draw_views, loops, 3)
+        )
     elif (slips := slips_plot(frame, training)) is not None:
-        figures["slips"] = draw_views(slips, 3)
+        figures["slips"] = partial(draw_views, slips, 3)
     if contents.cloud is not None:
         law = contents.law(PRINT)
-        figures["friction"] = draw(curve_plot(frame, law, "Friction against velocity"))
+        figures["friction"] = partial(draw, curve_plot(frame, law, "Friction against velocity"))
     return figures
 
 
 def _motions(
     frame: Frame, records: list[MotionRecord], name: str, heading: str
-) -> dict[str, Figure]:
+) -> dict[str, Callable[[], Figure]]:
     """Few motions a figure each, many in one."""
     if len(records) > APART:
-        return {name: _many(frame, records, f"{heading}: {len(records)} motions")}
+        return {name: partial(_many, frame, records, f"{heading}: {len(records)} motions")}
     return {
-        name if len(records) == 1 else f"{name}_{k}": draw(
-            motion_plot(frame, m, f"{heading}: {m.label}")
+        name if len(records) == 1 else f"{name}_{k}": partial(
+            draw, motion_plot(frame, m, f"{heading}: {m.label}")
         )
         for k, m in enumerate(records, 1)
     }
@@ -105,7 +130,7 @@ def _many(frame: Frame, records: list[MotionRecord], title: str) -> Figure:
     return draw_views(plot, 4 if len(plot.views) > 6 else 3)  # noqa: PLR2004 - a matter of taste
 
 
-def _balance(contents: Contents) -> dict[str, Figure]:
+def _balance(contents: Contents) -> dict[str, Callable[[], Figure]]:
     """The figures of a force balance: force and residual in time, and friction against speed."""
     balance, frame = contents.fit.balance, contents.frame
     assert balance is not None  # noqa: S101 - drawn for such fits only
@@ -114,16 +139,17 @@ def _balance(contents: Contents) -> dict[str, Figure]:
     records = [contents.printed_motion("training", r) for r in training]
     if len(records) > APART:
         title = f"Force balance: {len(records)} logs, r{error}"
-        figures = {"force": _many(frame, records, title)}
+        figures: dict[str, Callable[[], Figure]] = {"force": partial(_many, frame, records, title)}
     else:
         figures = {
-            "force" if len(records) == 1 else f"force_{k}": draw(
-                motion_plot(frame, m, f"Force balance: {m.label}", f"R{error}")
+            "force" if len(records) == 1 else f"force_{k}": partial(
+                draw, motion_plot(frame, m, f"Force balance: {m.label}", f"R{error}")
             )
             for k, m in enumerate(records, 1)
         }
     law = contents.law(PRINT)
-    return {**figures, "friction": draw(curve_plot(frame, law, "Friction against velocity"))}
+    curve = curve_plot(frame, law, "Friction against velocity")
+    return {**figures, "friction": partial(draw, curve)}
 
 
 def law_figure(contents: Contents) -> Figure:

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ...identify.card import HoldoutCard, ObjectiveCard, ParameterCard
+from ...identify.card import Card, HoldoutCard, ObjectiveCard, ParameterCard
 from ...identify.uncertainty.sensitivity import ENDS
 from ...units import unit
 from ..contents.schema import LogRecord, Report
@@ -25,11 +25,10 @@ _ENDED = re.compile(
 )
 
 
-def parameters(report: Report) -> Table:
+def parameters(card: Card) -> Table:
     """Value, interval, why it ends, verdict and meaning of each parameter."""
-    card = report.card
     errors = any(p.standard_error is not None for p in card.parameters.values())
-    errors = errors and report.road == "inverse"
+    errors = errors and bool(card.balance)
     heads = ["parameter", "value", "unit", "95 % from", "to", "ended by"]
     heads += ["std. error"] * errors + ["verdict", "what the data say"]
     rows = []
@@ -52,9 +51,8 @@ def parameters(report: Report) -> Table:
     return Table.of_texts("Parameters", heads, rows, (0, 2, 5, last - 1, last), sentences=(5, last))
 
 
-def breakaway(report: Report) -> Table | None:
+def breakaway(card: Card) -> Table | None:
     """Mean and spread of each breakaway level that varies from slip to slip."""
-    card = report.card
     rows = []
     for name, b in card.breakaway.items():
         mean = card.parameters[name]
@@ -70,10 +68,10 @@ def breakaway(report: Report) -> Table | None:
     )
 
 
-def between_logs(report: Report) -> Table | None:
+def between_logs(card: Card) -> Table | None:
     """Mean and spread of the parameters over several logs."""
     rows = []
-    for name, b in report.card.between_logs.items():
+    for name, b in card.between_logs.items():
         rows.append([
             name, unit_label(b.unit), number(b.mean), number(b.low, 4), number(b.high, 4),
             number(b.sd, 3), number(b.sd_low, 3), number(b.sd_high, 3), str(b.logs),
@@ -100,9 +98,9 @@ def single_logs(report: Report) -> Table | None:
     return Table.of_texts("Each log by itself, with standard errors", heads, rows)
 
 
-def constants(report: Report) -> Table | None:
+def constants(card: Card) -> Table | None:
     """The constants of the rig that the fit rests on, as it has them, and who vouches for each."""
-    cards = report.card.constants
+    cards = card.constants
     if not cards:
         return None
     rows = [
@@ -130,12 +128,12 @@ def _bound(p: ParameterCard) -> str:
     return f"; at the {p.at_bound} end of its search range" if p.at_bound else ""
 
 
-def sampled(report: Report) -> Table | None:
+def sampled(card: Card) -> Table | None:
     """The posterior's intervals beside those of the profiles."""
-    drawn = report.card.posterior
+    drawn = card.posterior
     if drawn is None:
         return None
-    cards = report.card.parameters
+    cards = card.parameters
     rows = [
         [n, number(s.median, 4), unit_label(cards[n].unit), _known(cards[n].low),
          _known(cards[n].high), number(s.low, 4), number(s.high, 4)]
@@ -174,30 +172,29 @@ def resampled(report: Report) -> Table | None:
     )
 
 
-def misfit(report: Report) -> str:
+def misfit(card: Card) -> str:
     """What the misfit is called."""
-    return misfit_name(report.card.objective.name, "relative error of the force")
+    return misfit_name(card.objective.name, "relative error of the force")
 
 
-def scored(report: Report) -> list[tuple[str, ObjectiveCard | HoldoutCard]]:
+def scored(card: Card) -> list[tuple[str, ObjectiveCard | HoldoutCard]]:
     """The scores of the training data and of each range held out, with their names."""
-    card = report.card
     return [
         (", ".join(["training", *card.train]), card.objective),
         *((f"held out, {h.range}", h) for h in card.holdout),
     ]
 
 
-def beside(report: Report) -> str:
+def beside(card: Card) -> str:
     """What the table of misfits is called: a force balance has no baselines."""
-    return "Baselines" if any(s.baselines for _, s in scored(report)) else "Misfit"
+    return "Baselines" if any(s.baselines for _, s in scored(card)) else "Misfit"
 
 
-def baselines(report: Report) -> Table:
+def baselines(card: Card) -> Table:
     """The misfits beside what could be had without a model."""
-    scores = scored(report)
-    unit_shown = unit_label(report.card.objective.unit)
-    heads = [f"{misfit(report)} / {unit_shown}", "model"]
+    scores = scored(card)
+    unit_shown = unit_label(card.objective.unit)
+    heads = [f"{misfit(card)} / {unit_shown}", "model"]
     names = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
     present = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
     rows = [
@@ -208,11 +205,11 @@ def baselines(report: Report) -> Table:
     return Table.of_texts(title, [*heads, *present.values(), "samples"], rows)
 
 
-def staircases(report: Report) -> Table | None:
+def staircases(card: Card) -> Table | None:
     """How often and how far the axis slipped, and how the model did."""
-    shown = report.card.objective.unit
+    shown = card.objective.unit
     rows = []
-    for name, score in scored(report):
+    for name, score in scored(card):
         for s, mover in (
             (score.staircase.get("measured"), "axis"),
             (score.staircase.get("modelled"), "model"),
@@ -235,9 +232,12 @@ def errors(report: Report) -> Table | None:
     """The misfit on each log, where there are several; the greatest of very many."""
     if not report.errors:
         return None
-    names = [name for name, _ in scored(report)]
+    names = [name for name, _ in scored(report.card)]
     width = max(len(e.errors) for e in report.errors)
-    heads = [f"{misfit(report)} / {unit_label(report.card.objective.unit)}", "samples trained on"]
+    heads = [
+        f"{misfit(report.card)} / {unit_label(report.card.objective.unit)}",
+        "samples trained on",
+    ]
     every = sorted(
         report.errors, key=lambda e: -max((x for x in e.errors if x is not None), default=0.0)
     )
@@ -330,10 +330,10 @@ def strokes(report: Report, log: LogRecord) -> Table | None:
     return Table.of_texts(f"Strokes of {log.label}", heads, rows, (0, 1))
 
 
-def files(report: Report) -> Table:
+def files(card: Card) -> Table:
     """The logs by their bytes."""
     rows = [[d.file or "recording", f"{d.rows:,}", f"{d.used:,}", d.sha256 or DASH]
-            for d in report.card.data]  # fmt: skip
+            for d in card.data]  # fmt: skip
     return Table.of_texts("Logs", ["file", "rows", "used", "SHA-256"], rows, (0, 3))
 
 

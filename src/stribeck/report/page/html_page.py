@@ -125,7 +125,7 @@ def answer(report: Report) -> str:
     """The result in a line."""
     card = report.card
     score = card.objective
-    logs, misfit = len(card.data), fit_tables.misfit(report)
+    logs, misfit = len(card.data), fit_tables.misfit(report.card)
     source = f"{logs} logs" if logs > 1 else card.data[0].file or "a recording"
     text = f"From {source}: {misfit} {_error(score)} in training"
     smooth = score.baselines.get("smooth")
@@ -162,7 +162,7 @@ def tiles(report: Report) -> list[tuple[str, str]]:
     """The numbers that are looked for first."""
     card = report.card
     score = card.objective
-    name = f"{fit_tables.misfit(report)}, training"
+    name = f"{fit_tables.misfit(report.card)}, training"
     shown = [(name, _error(score))]
     shown += [(f"held out {h.range}", _error(h)) for h in card.holdout[:3]]
     free = [p for p in card.parameters.values() if p.verdict != "fixed"]
