@@ -11,10 +11,18 @@ from .units import number, unit
 
 #: Who vouches for a value: the user; the maker of a part of the axis; the source of the rig, whose
 #: machine it is of; an inference where that source is silent; nobody, as it is an example that the
-#: user is to replace; other constants, from which it follows; a standard; or nobody again, where
-#: it is no quantity of the axis but a setting of the simulation.
+#: user is to replace; other constants, from which it follows; a standard; a count, as of teeth; or
+#: nobody again, where it is no quantity of the axis but a setting of the simulation.
 Origin = Literal[
-    "yours", "nameplate", "the paper", "inferred", "example", "derived", "standard", "setting"
+    "yours",
+    "nameplate",
+    "the paper",
+    "inferred",
+    "example",
+    "derived",
+    "standard",
+    "counted",
+    "setting",
 ]
 
 #: Tolerance of a value that was not given for this axis, as a share of it: of another machine of

@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..drive import DriveChain
 from ..errors import InputError
 from ..presenters import presenter
 from ..space import Array
@@ -57,6 +58,8 @@ class Recording:
         rotary: Whether position is an angle.
         source: The file it was read from.
         notes: What was mended on the way in, a sentence each.
+        drive: The chain by which the force was made of what the drive recorded; None where the
+            force was measured as such.
 
     Raises:
         InputError: fewer than two samples, lengths that differ, a value that is not finite or
@@ -77,6 +80,7 @@ class Recording:
     rotary: bool = False
     source: Source = field(default_factory=Source)
     notes: tuple[str, ...] = ()
+    drive: DriveChain | None = None
 
     def __post_init__(self) -> None:
         for name in ("t", *CHANNELS):

@@ -136,6 +136,19 @@ class DriveChain:
         }
         return replace(self, numbers=numbers)
 
+    def alike(self, other: DriveChain) -> bool:
+        """Whether another chain is the same but for the values of its numbers."""
+        same = replace(other, numbers=self.numbers) == replace(self, numbers=self.numbers)
+        return same and set(self.numbers) == set(other.numbers)
+
+    def exponent(self, name: str) -> int | None:
+        """The power of a number with which all forces go; None where it is not one for all."""
+        if name in ("efficiency", "efficiency_backward") or name not in self.numbers:
+            return None
+        moved = self.numbers[name].constant
+        other = self.with_constants([replace(moved, value=2.0 * moved.value)])
+        return round(math.log2(other.gain / self.gain))
+
     @property
     def gain(self) -> float:
         """Force (torque, current) for one unit of the signal in SI, without losses."""
@@ -190,7 +203,7 @@ class DriveChain:
     def rotor_mass(self) -> float:
         """What the rotor adds to the mass (moment of inertia) at the axis, kg (kg m^2)."""
         inertia = self._value("rotor_inertia") or 0.0
-        return inertia / self._travel**2 if self.side == "axis" else inertia
+        return inertia / self.travel**2 if self.side == "axis" else inertia
 
     @property
     def known_mass(self) -> Constant | None:
@@ -254,10 +267,21 @@ class DriveChain:
                 raise InputError("a linear motor's force has no gear and no lead: leave them out")
             return gain, dimension
         force = "lead" in self.numbers
-        return gain / self._travel, _FORCE if force else _TORQUE
+        return gain / self.travel, _FORCE if force else _TORQUE
+
+    def factors(self) -> dict[str, float]:
+        """The factors of the gain, by what they are."""
+        acting = {n: self.numbers[n].value for n in ACTING if n in self.numbers}
+        words = {n: f"the factor of {n}" for n in acting}
+        result = {words[n]: value for n, value in acting.items() if n not in ("gear", "lead")}
+        if self.side == "axis" and "gear" in acting:
+            result["the gear ratio"] = acting["gear"]
+        if self.side == "axis" and "lead" in acting:
+            result["2 π over the lead"] = 2 * math.pi / acting["lead"]
+        return result
 
     @property
-    def _travel(self) -> float:
+    def travel(self) -> float:
         """Motion of the axis for one radian of the motor, m (rad)."""
         gear, lead = self._value("gear", 1.0), self._value("lead")
         return (lead / (2 * math.pi) if lead else 1.0) / (gear or 1.0)
@@ -271,7 +295,7 @@ class DriveChain:
 
     def _motion(self, written: str, order: int, factor: float) -> Unit:
         linear = "lead" in self.numbers and self.side == "axis"
-        travel = self._travel if self.side == "axis" else 1.0
+        travel = self.travel if self.side == "axis" else 1.0
         name = (_LINEAR if linear else _ROTARY)[order]
         return Unit(written, factor * travel, 0.0, unit(name).dimension)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..constant import Constant, quantity
+from ..constant import Constant, Origin, quantity
 from ..errors import InputError
 from ..units import unit
 from .drive_signal import BASES, Amplitude, sized
@@ -37,6 +37,8 @@ NUMBERS: Mapping[str, tuple[tuple[str, ...], str]] = {
 }
 #: Numbers on which the force depends: the constants that a rig takes over.
 ACTING = (*BASES, "scale", "kt", "gear", "lead", "efficiency", "efficiency_backward")
+#: Numbers that are counted, or cut to a standard: exact unless a tolerance is stated.
+_COUNTED = ("gear", "lead", "counts_per_turn")
 _SHARES = ("efficiency", "efficiency_backward")
 
 
@@ -103,10 +105,10 @@ def chain_number(name: str, stated: object, place: str) -> ChainNumber:
         raise InputError(
             f"{place}: {stated!r} must be {'within 0 and 1' if name in _SHARES else 'above 0'}"
         )
+    counted = name in _COUNTED and not given.tolerance
+    origin: Origin = "counted" if counted else given.origin
     source = given.source or ("given" if given.origin == "yours" else f"its {given.origin}")
-    constant = Constant(
-        name, value, bare, doc, source, given.origin, given.tolerance * measured.factor
-    )
+    constant = Constant(name, value, bare, doc, source, origin, given.tolerance * measured.factor)
     return ChainNumber(constant, amplitude)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..constant import Origin
+from ..drive import DriveChain
 from ..errors import InputError
 from ..friction import law_named
 from ..presenters import presenter
@@ -197,7 +198,7 @@ class ConstantCard(_Part):
 
 
 class CombinationCard(_Part):
-    """The sum of a parameter and a constant, in the unit given."""
+    """The sum of a parameter and a constant, or a ratio of parameters, in the unit given."""
 
     value: Finite
     unit: str
@@ -266,6 +267,7 @@ class Card(_Part):
     kind: str
     constants: dict[str, ConstantCard] = {}
     columns: dict[str, Any] = {}
+    drive: dict[str, Any] | None = None
     parameters: dict[str, ParameterCard]
     combinations: dict[str, CombinationCard] = {}
     breakaway: dict[str, BreakawayCard] = {}
@@ -293,6 +295,7 @@ class Card(_Part):
             "pace": self.pace,
             "force_delay_ms": self.force_delay_ms or None,
             "velocity": self.velocity,
+            "drive": self.drive,
         }
         absent = {name for name, value in optional.items() if value is None}
         data = self.model_dump(by_alias=True, exclude=absent)
@@ -316,6 +319,8 @@ class Card(_Part):
         if self.kind not in RIGS:
             raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
         shipped, law = RIGS[self.kind], law_named(self.law)
+        if self.drive is not None:
+            shipped = shipped.driven(DriveChain.of_table(self.drive))
         rig: Rig = replace(
             _with_constants(shipped, self.constants),
             name=self.rig,

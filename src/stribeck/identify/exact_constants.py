@@ -31,7 +31,11 @@ Slopes = Mapping[str, Mapping[str, float]]
 
 def is_exact(c: Constant) -> bool:
     """Whether a constant is a quantity of the axis, taken as exact, that could be otherwise."""
-    return c.origin not in ("setting", "derived", "standard") and not c.tolerance and bool(c.value)
+    return (
+        c.origin not in ("setting", "derived", "standard", "counted")
+        and not c.tolerance
+        and bool(c.value)
+    )
 
 
 def exact_slopes(problem: MotionProblem | FreeStartProblem, x: Array) -> tuple[Slopes, int]:
@@ -82,6 +86,8 @@ def exact_constants(
     constants = {c.name: c for c in parameters.rig.constants}
     clauses: dict[str, float] = {}
     for name, of_constant in slopes.items():
+        if constants[name].tolerance > 0:
+            continue
         moved: dict[str, float] = {}
         for q, e in zip(parameters.every, estimates, strict=True):
             if e.verdict == "identified" and e.value and q.name in of_constant:
@@ -102,7 +108,7 @@ def exact_constants(
 
 def scale(rig: Rig) -> list[str]:
     """A sentence that names what sets the scale of all forces, where no motion can tell it."""
-    if not rig.scale:
+    if not rig.scale or (rig.drive_chain is not None and rig.rests_on_force):
         return []
     proportional = f"forces, masses and stiffnesses are in proportion to {rig.scale}"
     return [

@@ -116,6 +116,7 @@ def identify(
     """
     rig, law = rig_and_law(rig, law, constants, exact=exact)
     data = data_split(logs, train, holdout, rig, units=units, columns=columns)
+    rig = rig.behind(data.recordings)
     if posterior:
         sampler()  # says at once if it is not there
     objective = Objective(loss, restart, breakaway)

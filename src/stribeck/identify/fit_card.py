@@ -62,6 +62,7 @@ def fit_card(fit: Fit) -> Card:
         kind=kind,
         constants=constant_cards(rig),
         columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
+        drive=None if rig.chain is None else rig.chain.table(),
         parameters=_parameters(fit),
         combinations=_combinations(fit),
         breakaway=_breakaway(fit),
@@ -178,13 +179,17 @@ def _posterior(fit: Fit) -> PosteriorCard | None:
 
 
 def _combinations(fit: Fit) -> dict[str, CombinationCard]:
-    """The sums of a parameter and a constant, in the unit people see."""
+    """Sums of a parameter and a constant, and ratios of parameters, in the unit people see."""
     entries = {}
     for c in fit.combinations:
         (q,) = [q for q in fit.parameters.every if q.name == c.parameter]
         value, low, high = (float(shown_in(fit.rig, q, x)) for x in (c.value, c.low, c.high))
         entries[f"{fit.rig.label(q.name)} + {c.constant}"] = CombinationCard(
             value=value, unit=c.unit, low=low, high=high, verdict=c.verdict, reason=c.reason
+        )
+    for r in fit.ratios:
+        entries[r.name] = CombinationCard(
+            value=r.value, unit=r.unit, low=r.low, high=r.high, verdict=r.verdict, reason=r.reason
         )
     return entries
 

@@ -276,8 +276,9 @@ def problem(
     rig, law = rig_and_law(rig, law)
     rig = as_simulated(rig)
     objective = Objective(loss, restart, breakaway)
-    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tie, objective=objective)
     recordings = recording_list(logs, rig)
+    rig = rig.behind(recordings)
+    parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tie, objective=objective)
     train_segments = [
         s for r in ranges_or_all(train, rig) for s in segments(recordings, rig, r, objective)
     ]

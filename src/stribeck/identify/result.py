@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .breakaway_scatter import Spread
     from .card import Card
     from .combinations import Combination
+    from .ratios import Ratio
     from .uncertainty.posterior import Posterior
     from .uncertainty.residuals import Residuals
 
@@ -86,6 +87,7 @@ class Fit:
             cannot say.
         delay: By how much the drive was behind the motion and has been moved back, s.
         combinations: Sums of a parameter and a constant that are known better than the parameter.
+        ratios: Of parameters that a common uncertainty of all forces leaves as they are.
         breakaway: How breakaway varies from slip to slip, where each slip has one of its own.
         differing: What the logs give one by one, and how that differs; empty for a single log.
     """
@@ -109,6 +111,7 @@ class Fit:
     effects: Effects | None = field(default=None, repr=False)
     delay: float = 0.0
     combinations: tuple[Combination, ...] = ()
+    ratios: tuple[Ratio, ...] = ()
     breakaway: tuple[Spread, ...] = ()
     differing: LogSpreads = field(default_factory=LogSpreads, repr=False)
 

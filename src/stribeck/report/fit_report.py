@@ -12,7 +12,7 @@ import numpy as np
 from ..identify.uncertainty.verdict import verdict_text
 from ..rig.rig import shown_difference, shown_in
 from ..units import unit
-from .format import DASH, force_unit, number
+from .format import DASH, number
 from .misfit import SEVERAL, balance_figures, log_errors, misfit_head, score_texts
 from .table import Table
 from .terminal import console, show_paragraph, show_table, show_warnings
@@ -45,6 +45,13 @@ def _parameters(fit: Fit) -> Table:
             verdict_text(e.verdict, e.reason, borderline=e.borderline),
         ])  # fmt: skip
     rows += [_sum(fit, c) for c in fit.combinations]
+    rows += [
+        [
+            r.name, number(r.value), r.unit, number(r.low, 4), number(r.high, 4), DASH,
+            verdict_text(r.verdict, r.reason),
+        ]
+        for r in fit.ratios
+    ]  # fmt: skip
     errors = ["std. error"] if fit.balance else []
     heads = ["parameter", "value", "unit", "95 % from", "to", *errors, "verdict"]
     labels = (0, 2, len(heads) - 1)
@@ -103,7 +110,7 @@ def show_fit(fit: Fit) -> None:
             out.print()
             show_table(table)
     if fit.balance is not None:
-        rows = balance_figures(fit.balance.figures(), force_unit(rotary=fit.rig.rotary))
+        rows = balance_figures(fit.balance.figures(), fit.rig.si_unit("force"))
         out.print()
         show_table(Table.of_texts("", ["force balance", ""], rows))
     else:

@@ -69,11 +69,6 @@ def unit_label(unit: str) -> str:
     return unit.replace("urad", "µrad").replace("um", "µm").replace("**2", "²")
 
 
-def force_unit(*, rotary: bool) -> str:
-    """The unit of an axis's forces, or of its torques."""
-    return "N m" if rotary else "N"
-
-
 def abbreviated(text: str, most: int) -> str:
     """A name of at most so many letters; what is left out is its middle."""
     if len(text) <= most:

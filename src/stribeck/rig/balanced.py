@@ -132,12 +132,13 @@ class BalancedRig(Rig):
                 f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
                 "use the rig that fits the axis"
             )
-        if recording.force is None:
+        force = self.force_of(recording)
+        if force is None:
             raise InputError(
                 f"{recording.label}: rig {self.name} needs the measured force of the drive: "
                 "map a column to force"
             )
-        return recording.force
+        return force
 
     def figures(self, recording: Recording) -> Mapping[str, float]:
         """What is told of a log beside its balance, by name with its unit; nothing as a rule."""

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..constant import Origin, toleranced
 from ..data.readers.columns import mapping
+from ..drive import DriveChain
 from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 #: Refusals in words that fit a rig file, in place of the checker's own.
 _WORDS = {
     "extra_forbidden": "a rig file has no such word: it has kind, name, doc, law, constants, "
-    "ranges and columns",
+    "ranges, columns and drive",
     "missing": "is missing: name the shipped rig that this one is a variant of",
     "finite_number": "must be a finite number",
     "float_type": "must be a number",
@@ -48,6 +49,7 @@ class _RigFile(BaseModel):
     constants: dict[str, Finite | Annotated[str, Field(strict=True)]] = {}
     ranges: dict[str, tuple[Finite, Finite]] = {}
     columns: dict[str, Any] = {}
+    drive: dict[str, Any] | None = None
 
 
 def rig_file(path: Path) -> Rig:
@@ -61,6 +63,8 @@ def rig_file(path: Path) -> Rig:
     ranges = { F_S = [20, 90], F_C = [5, 60] }
     columns = { position = "actual [mm]", command = "setpoint [mm]" }
     ```
+
+    A `[drive]` table says how the drive's signal becomes the force at the axis; see `DriveChain`.
 
     Raises:
         InputError: no such file, broken TOML, or a word or number that the kind does not know.
@@ -97,6 +101,7 @@ def _rig(content: _RigFile, name: str) -> Rig:
     if content.law is not None:
         law_named(content.law)  # says which laws there are
         laws = (content.law, *(law for law in kind.laws if law != content.law))
+    chain = None if content.drive is None else DriveChain.of_table(content.drive)
     rig = kind.set(
         **{
             n: _toleranced(n, value) if isinstance(value, str) else value
@@ -116,7 +121,7 @@ def _rig(content: _RigFile, name: str) -> Rig:
         if not low < high:
             raise InputError(f"ranges: {label}: {low} is not below {high}")
         ranges[key] = (in_si(rig, param, low), in_si(rig, param, high))
-    return replace(
+    custom = replace(
         rig,
         name=name,
         doc=content.doc or rig.doc,
@@ -125,6 +130,7 @@ def _rig(content: _RigFile, name: str) -> Rig:
         bounded=frozenset(ranges),
         columns={**rig.columns, **content.columns},
     )
+    return custom if chain is None else custom.driven(chain)
 
 
 def _toleranced(name: str, text: str) -> tuple[float, float, Origin]:

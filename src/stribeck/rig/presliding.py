@@ -20,6 +20,10 @@ from .stepped import SteppedRig
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
+    from .motion.track import Track
+
+#: Where a track has the force among its inputs, after normal load and temperature.
+_FORCE = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +44,22 @@ class PreslidingRig(SteppedRig):
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """The measured force."""
-        if recording.force is None:
+        force = self.force_of(recording)
+        if force is None:
             raise InputError(
                 f"{recording.label}: rig {self.name} needs the measured force of the drive: "
                 "map a column to force"
             )
-        return (recording.force,)
+        return (force,)
+
+    def with_constants(self, track: Track, recording: Recording) -> Track:
+        """The track with the force as this rig's drive makes it."""
+        track = super().with_constants(track, recording)
+        if self.drive_chain is None:
+            return track
+        inputs = track.inputs.copy()
+        inputs[_FORCE] = np.interp(track.t, recording.t, self.inputs(recording)[0])
+        return track._replace(inputs=inputs)
 
     def coefficients(self, values: Mapping[str, Any]) -> ForceConstants:
         """Mass and offset."""

@@ -12,7 +12,9 @@ import numpy as np
 
 from ..constant import Constant, Origin, Stated
 from ..data.alignment import MOTION_CHANNELS, advanced
+from ..data.power_flow import losses
 from ..data.recording import Recording
+from ..drive import DriveChain
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
@@ -34,6 +36,19 @@ _ROTARY = {
     "1/m": "1/rad",
     "N/m": "N m/rad",
     "kg": "kg m**2",
+}
+#: Currents are so much smaller than forces: what their search ranges are of these.
+_PER_NEWTON = 1e-3
+#: What a unit is where forces stay currents.
+_ELECTRIC = {
+    "N": "A",
+    "N m": "A",
+    "N s/m": "A s/m",
+    "N m s/rad": "A s/rad",
+    "N/m": "A/m",
+    "N m/rad": "A/rad",
+    "kg": "A s**2/m",
+    "kg m**2": "A s**2/rad",
 }
 
 
@@ -94,6 +109,8 @@ class Rig:
         scale: The channel that forces, masses and stiffnesses are in proportion to; empty where
             constants set the scale.
         loop: The controller around an axis that was identified without one.
+        drive_chain: The chain from what its drive records to the force at the axis, as stated; the
+            numbers that act are constants of the rig.
     """
 
     #: How its laws are identified: by simulating the motion, or by a balance of measured forces.
@@ -117,6 +134,7 @@ class Rig:
     known_scale: bool = False
     scale: str = ""
     loop: PositionLoop | None = None
+    drive_chain: DriveChain | None = None
 
     def __post_init__(self) -> None:
         for name in ("ranges", "shows", "labels", "columns"):
@@ -166,6 +184,67 @@ class Rig:
         return self._with(
             replace(c, value=values[c.name]) if c.name in values else c for c in self.constants
         )
+
+    @property
+    def rests_on_force(self) -> bool:
+        """Whether its fits rest on a measured force."""
+        return self.approach == "force_balance" or self.applied_force
+
+    def driven(self, chain: DriveChain) -> Self:
+        """The same rig behind a drive, the chain's numbers among its constants.
+
+        Raises:
+            InputError: it has another drive, or a constant of the same name.
+        """
+        if self.drive_chain is not None:
+            raise InputError(f"rig {self.name} has a drive already: state one")
+        names = {c.name for c in self.constants}
+        if clash := [c.name for c in chain.constants if c.name in names]:
+            raise InputError(f"rig {self.name} and its drive both have a constant {clash[0]}")
+        further = chain.constants if self.rests_on_force else ()
+        return replace(self, drive_chain=chain, constants=(*self.constants, *further))
+
+    @property
+    def chain(self) -> DriveChain | None:
+        """The chain of its drive with the numbers as its constants have them now."""
+        return None if self.drive_chain is None else self.drive_chain.with_constants(self.constants)
+
+    def behind(self, recordings: Iterable[Recording]) -> Self:
+        """The same rig behind the drive that its logs came through.
+
+        Raises:
+            InputError: the logs came through different chains.
+        """
+        rig = self
+        for log in recordings:
+            if log.drive is None:
+                continue
+            if rig.drive_chain is None:
+                rig = rig.driven(log.drive)
+            elif not rig.drive_chain.alike(log.drive):
+                raise InputError(
+                    f"{log.label}: its force came through another drive chain than that of "
+                    "the rig or of the logs before it: identify them one by one"
+                )
+        return rig
+
+    def force_of(self, recording: Recording) -> Array | None:
+        """The force of the drive in a log, (N,), by the chain as this rig has it; None if none."""
+        force, now = recording.force, self.chain
+        if force is None or now is None or not self.rests_on_force:
+            return force
+        then = recording.drive or self.drive_chain
+        if then is None or then == now:
+            return force
+        force = force * (now.gain / then.gain)
+        if now.lossy:
+            force = force * losses(recording, now) / losses(recording, then)
+        return force
+
+    @property
+    def in_amperes(self) -> bool:
+        """Whether its forces are a motor's current, because the chain has no torque constant."""
+        return self.drive_chain is not None and self.drive_chain.unit == "A" and self.rests_on_force
 
     @property
     def uncertain(self) -> tuple[Constant, ...]:
@@ -238,6 +317,8 @@ class Rig:
 
     def si_unit(self, quantity: Literal["position", "velocity", "force"]) -> str:
         """The SI unit of a quantity of its axis."""
+        if quantity == "force" and self.in_amperes:
+            return "A"
         linear = {"position": "m", "velocity": "m/s", "force": "N"}[quantity]
         return _ROTARY[linear] if self.rotary else linear
 
@@ -245,6 +326,10 @@ class Rig:
         declared = (param.lower, param.upper)
         lower, upper = self.ranges.get(param.name, self.ranges.get(stem(param.name), declared))
         written = _ROTARY.get(param.unit, param.unit) if self.rotary else param.unit
+        if self.in_amperes and written in _ELECTRIC:
+            written = _ELECTRIC[written]
+            if not {param.name, stem(param.name)} & self.bounded:
+                lower, upper = _PER_NEWTON * lower, _PER_NEWTON * upper
         return replace(param, lower=lower, upper=upper, log=param.log and lower > 0, unit=written)
 
     def _constants(self) -> str:

@@ -30,9 +30,16 @@ def constant_slopes(
         solve: Solves it again on a rig with other constants.
     """
     parameters = solution.system.parameters
+    chain = parameters.rig.chain
     slopes: dict[str, dict[str, float]] = {}
+    scaled: tuple[int, Constant] | None = None
     for c in parameters.rig.constants:
         if not (is_exact(c) or c.tolerance > 0):
+            continue
+        power = None if chain is None else chain.exponent(c.name)
+        if power and scaled:  # all forces go with it as with another: no need to solve again
+            per_share = scaled[1].value / scaled[0] * power / c.value
+            slopes[c.name] = {n: s * per_share for n, s in slopes[scaled[1].name].items()}
             continue
         rig = parameters.rig.estimated({c.name: (1 + STEP) * c.value})
         try:
@@ -41,6 +48,7 @@ def constant_slopes(
             continue
         change = (moved.values - solution.values) / (STEP * c.value)
         slopes[c.name] = dict(zip(solution.names, change.tolist(), strict=True))
+        scaled = (power, c) if power else scaled
     return slopes
 
 

@@ -18,6 +18,7 @@ from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
 from ..log_spread import LogPart, LogSpreads, log_spreads, spread_over_logs
 from ..parameters import Parameters
+from ..ratios import proportional, ratios
 from ..result import Fit, SearchRecord
 from ..score import HeldOut, Score
 from ..uncertainty.assessment import Uncertainty, uncertainty
@@ -27,6 +28,7 @@ from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
+from .known_mass import calibration, mass_violations
 from .regression import System
 from .synchronisation import Synchronised, synchronised
 from .training_rows import counting
@@ -109,9 +111,11 @@ def _balance_fit(
     judged, between = spread_over_logs(
         parameters, checks.widened(parameters, solved, unwidened), differing
     )
-    judged = with_tolerances(parameters, judged, slopes)
+    unscaled, judged = judged, with_tolerances(parameters, judged, slopes)
     seen = effects(balance_rows(solved, judged))
+    unscaled, _ = with_effects(parameters, unscaled, seen, recordings)
     judged, inadequate = with_effects(parameters, judged, seen, recordings)
+    scaled = proportional(parameters, p, slopes)
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
     violations = (
@@ -119,6 +123,7 @@ def _balance_fit(
         *between,
         *inadequate,
         *neighbour_violations(parameters, recordings),
+        *mass_violations(parameters, judged, scaled),
         *held_out_violations(score, holdout),
     )
     judged = lowered(parameters, judged, violations)
@@ -134,6 +139,7 @@ def _balance_fit(
         *correlation_warnings(parameters, correlation),
         *exact_constants(parameters, judged, slopes),
         *scale(parameters.rig),
+        *calibration(parameters, unscaled),
         *uncertain.notes(parameters, MISFIT),
         *solved.notes,
         *(f"{log.label}: {note}" for log in recordings for note in log.notes),
@@ -157,6 +163,7 @@ def _balance_fit(
         effects=seen,
         delay=data.delay,
         differing=differing,
+        ratios=ratios(parameters, unscaled, correlation, scaled),
     )
 
 

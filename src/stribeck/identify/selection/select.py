@@ -188,9 +188,10 @@ def select(
         InputError: something asked for cannot be done with these recordings.
     """
     axis, _ = rig_and_law(rig, None, constants, exact=exact)
-    parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
     trained = recording_list(logs, axis, units=units, columns=columns)
     tests = [] if test is None else recording_list(test, axis, units=units, columns=columns)
+    axis = axis.behind([*trained, *tests])
+    parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
     simulated = axis.approach == "output_error"
     for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
         if value is not None and (not isinstance(value, Integral) or value < least):

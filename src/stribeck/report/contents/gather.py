@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._version import __version__
 from ...units import unit
-from ..format import force_unit, unit_label
+from ..format import unit_label
 from ..misfit import log_errors
 from .adequacy_records import bins_records, effect_records
 from .decimation import PAGE, PRINT, Detail
@@ -95,7 +95,7 @@ class Contents:
         units = UnitsRecord(
             position=unit_label(rig.unit_shown("position")),
             velocity=unit_label(rig.unit_shown("velocity")),
-            force=force_unit(rotary=rig.rotary),
+            force=rig.si_unit("force"),
         )
         road: Literal["simulation", "inverse"] = (
             "simulation" if self.fit.balance is None else "inverse"

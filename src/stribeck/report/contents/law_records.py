@@ -8,7 +8,7 @@ import numpy as np
 
 from ...identify.card import directions_between
 from ...units import unit
-from ..format import force_unit, unit_label
+from ..format import unit_label
 from .confidence_band import BandSource, band
 from .decimation import Detail
 from .law_curve import (
@@ -67,7 +67,7 @@ def load_unit(fit: Fit) -> tuple[str, float]:
     """What a law is loaded by, with its unit, and how large that is in SI."""
     if "normal" not in fit.law.loads:
         return (
-            f"{'Torque' if fit.rig.rotary else 'Force'} / {force_unit(rotary=fit.rig.rotary)}",
+            f"{'Torque' if fit.rig.rotary else 'Force'} / {fit.rig.si_unit('force')}",
             1.0,
         )
     if any(log.pressure is not None for log in fit.recordings):

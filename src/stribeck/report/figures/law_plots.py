@@ -10,7 +10,7 @@ from ...units import unit
 from ..contents.frame import Frame
 from ..contents.law_curve import friction_under, greatest_load, law_parameters, loads
 from ..contents.schema import LawRecord, Report
-from ..format import force_unit, number
+from ..format import number
 from .motion_plots import extent, finite, position_label
 from .plot import Column, Group, Kind, Line, Note, Panel, Plot, Rule, View
 
@@ -162,7 +162,7 @@ def levels_plot(fit: Fit, frame: Frame, law: LawRecord) -> Plot:
     p = law_parameters(fit)
     named = dict(zip(fit.law.names, p, strict=True))
     static = any(n.startswith("v_SS") for n in named)
-    force = force_unit(rotary=fit.rig.rotary)
+    force = fit.rig.si_unit("force")
     scale = unit(fit.rig.unit_shown("velocity")).factor
     if fit.law.directional:
         plus = law.curve[0]
@@ -230,7 +230,7 @@ def load_curves_plot(fit: Fit, frame: Frame, fast: float) -> Plot:
     lines, notes = [], []
     for k, (share, role) in enumerate(((0.0, "measured"), (0.5, "accent"), (1.0, "model"))):
         F = [friction_under(fit.law, p, s, way, share * most) for s in v]
-        size = f"{share * most:.3g} {'' if normal else force_unit(rotary=fit.rig.rotary)}".strip()
+        size = f"{share * most:.3g} {'' if normal else fit.rig.si_unit('force')}".strip()
         name = size if share else "no load"
         columns[f"F{k}"] = F
         lines.append(Line("v", f"F{k}", role, name, same=True))

@@ -25,6 +25,13 @@ _ENDED = re.compile(
 )
 
 
+#: What a sum and a ratio are, for people.
+_TOGETHER = {
+    "+": "a parameter and a constant of the rig together",
+    "/": "a ratio, which an error common to all forces leaves as it is",
+}
+
+
 def parameters(card: Card) -> Table:
     """Value, interval, why it ends, verdict and meaning of each parameter."""
     errors = any(p.standard_error is not None for p in card.parameters.values())
@@ -44,7 +51,7 @@ def parameters(card: Card) -> Table:
     rows += [
         [name, number(c.value), unit_label(c.unit), _known(c.low), _known(c.high), DASH,
          *([DASH] if errors else []), c.verdict_text,
-         "a parameter and a constant of the rig together"]
+         _TOGETHER["/" if " / " in name else "+"]]
         for name, c in card.combinations.items()
     ]  # fmt: skip
     last = len(heads) - 1
