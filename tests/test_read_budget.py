@@ -169,7 +169,7 @@ HOSTILE = {
     ),
     "same.csv": (
         lambda: b"t_s,x_mm" + b",a" * 9_000 + b"\n" + b"1," * 9_001 + b"2" + b"\n",
-        "two columns are named a",
+        "has 1 usable sample",
     ),
     "quote.csv": (lambda: table(2, 20, "1,2") + b'\n"' + b"1,2\n" * 500_000, "read as a table"),
     "zeros.parquet": (

@@ -55,7 +55,7 @@ BAD_TEXT = {
     "empty": ("", "is empty"),
     "blank": ("\n\n  \n", "is empty"),
     "only a header": ("t_s,x_mm\n", "no rows of numbers"),
-    "no header": ("\n".join(ROWS), "no header"),
+    "no header": ("\n".join(ROWS), "no heads: name its columns by number"),
     "prose": ("Dear colleague,\nthe log follows.\n", "rows of"),
     "one column": ("x_mm\n" + "\n".join(map(str, range(N))), "at least two numbers"),
     "too few samples": ("\n".join(PLAIN.split("\n")[:5]), "4 usable samples"),
@@ -104,7 +104,6 @@ BAD_TEXT = {
     "position in newtons": (headed("t_s,position_N"), "position_N is in N"),
     "position in counts": (headed("t_s,position [counts]"), "position [counts] is in counts"),
     "time in metres": (headed("time [m],x_mm"), "time [m] is in m"),
-    "one head twice": (headed("t_s,x_mm,a,a", "1", "2"), "two columns are named a"),
     "two positions": (headed("t_s,x_mm,position_mm", "1"), "x_mm and position_mm"),
     "two forces": (headed("t_s,x_mm,F_N,force_kN", "1", "2"), "F_N and force_kN"),
     "decimal commas between commas": (
@@ -152,14 +151,9 @@ BAD_BYTES: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "binary": ("a.csv", lambda: bytes(range(256)) * 9, "is not text"),
     "excel": ("a.csv", lambda: b"PK\x03\x04" + bytes(99), "save it as CSV"),
     "old excel": ("a.csv", lambda: b"\xd0\xcf\x11\xe0" + bytes(99), "save it as CSV"),
-    "gzip": ("a.csv", lambda: b"\x1f\x8b" + bytes(99), "unpack it"),
-    "tdms": ("a.txt", lambda: b"TDSm" + bytes(99), "a TDMS file"),
-    "parquet named csv": ("a.csv", lambda: parquet(FRAME), "name it .parquet"),
-    "matlab named csv": ("a.csv", lambda: matlab(t_s=T), "name it .mat"),
-    "csv named parquet": ("a.parquet", PLAIN.encode, "not a whole Parquet file"),
-    "csv named mat": ("a.mat", PLAIN.encode, "not a MATLAB 5 to 7 file"),
-    "unknown kind": ("a.xlsx", lambda: b"PK\x03\x04", ".xlsx is not read"),
-    "no extension": ("a", PLAIN.encode, "no extension is not read"),
+    "gzip": ("a.csv", lambda: b"\x1f\x8b" + bytes(99), "broken gzip"),
+    "tdms": ("a.txt", lambda: b"TDSm" + bytes(99), "is not text"),
+    "unknown kind": ("a.xlsx", lambda: b"PK\x03\x04", "a zip or Excel file"),
     "truncated parquet": ("a.parquet", lambda: parquet(FRAME)[:-40], "copy or export it again"),
     "hollow parquet": ("a.parquet", lambda: b"PAR1" + bytes(60) + b"PAR1", "broken Parquet"),
     "parquet, time back": ("a.parquet", lambda: parquet(REVERSED), "row 21: time goes back"),
@@ -204,6 +198,7 @@ def test_paths_that_are_no_log(tmp_path: Path) -> None:
 def test_a_file_larger_than_the_limit_is_refused_unread(tmp_path: Path) -> None:
     path = tmp_path / "huge.csv"
     with path.open("wb") as f:
+        f.write(PLAIN.encode().ljust(5000, b"\n"))
         f.truncate((2 << 30) + 1)  # sparse: takes no room
     assert "larger than 2 GiB" in refusal(path)
 

@@ -34,7 +34,7 @@ class DataFrame(Protocol):
 Frame: TypeAlias = DataFrame | Mapping[str, Any] | np.ndarray[Any, Any]
 
 
-def frame_table(frame: Frame, units: Mapping[str, str] | None = None) -> RawTable:
+def frame_table(frame: Frame) -> RawTable:
     """A frame as the readers of files have a table; its rows are counted from 0.
 
     Times of day and durations become seconds, a number beside the columns of a dict a constant
@@ -42,10 +42,9 @@ def frame_table(frame: Frame, units: Mapping[str, str] | None = None) -> RawTabl
 
     Args:
         frame: Columns of equal length.
-        units: Unit by column, where a head does not say it.
 
     Raises:
-        InputError: this is no frame, its columns differ in length, or a unit is of no column.
+        InputError: this is no frame, or its columns differ in length.
     """
     columns: dict[str, Array] = {}
     scalars: dict[str, float] = {}
@@ -69,7 +68,7 @@ def frame_table(frame: Frame, units: Mapping[str, str] | None = None) -> RawTabl
     rows = _rows(columns)
     return RawTable(
         columns, np.arange(rows), "row", text, scalars, known, tuple(notes), in_memory=True
-    ).with_units(units or {})
+    )
 
 
 def _named(frame: Frame) -> Iterator[tuple[str, Any]]:

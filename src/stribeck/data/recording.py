@@ -17,7 +17,8 @@ from ..space import Array
 from .channels import CHANNELS
 from .frames import Frame, frame_table
 from .readers.assembly import assembled
-from .readers.columns import mapping
+from .readers.column_map import mapping
+from .readers.log_file import TablesInMemory
 from .readers.raw_table import printable
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
@@ -133,9 +134,11 @@ class Recording:
             InputError: the frame cannot be used as a log; the line says why, and what to do.
         """
         try:
-            table = frame_table(frame, units)
-            source = Source(printable(name), "", len(table.places))
-            return cls(**assembled(table, mapping(columns), lenient=lenient), source=source)
+            table = frame_table(frame)
+            arguments = assembled(
+                TablesInMemory((table,)), mapping(columns), units=units, lenient=lenient
+            )
+            return cls(**arguments, source=Source(printable(name), "", len(table.places)))
         except InputError as error:
             label = f"{printable(name)}: " * bool(name)
             raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error

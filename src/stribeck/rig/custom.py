@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ..constant import Origin, toleranced
-from ..data.readers.columns import mapping
+from ..data.readers.column_map import mapping
 from ..drive import DriveChain
 from ..errors import InputError
 from ..friction import law_named

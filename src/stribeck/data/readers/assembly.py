@@ -1,49 +1,176 @@
-"""From columns to channels: a raw table chosen from, in SI, mended, with notes on what was done."""
+"""From an opened log to channels: chosen, on one clock, in SI, mended, with notes on it all."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
 from ..channels import CHANNELS
-from .columns import Choice, Entry, choose, is_there
+from .budget import ALLOWANCE, CELL, ReadBudget
+from .choice import Choice
+from .codesys import TIME_UNIT_IS_OPEN
+from .column_map import Entry
+from .columns import Heads, choose, is_there
+from .joined import joined
+from .log_file import LogFile, ReadOptions
 from .raw_table import RawTable, shortened
 from .repair import Mender, filled_extra
 
+#: Cells that are kept beside the channels, for whoever names them later.
+_EXTRAS = ALLOWANCE // CELL
+#: Channels that keep their value until the next sample.
+_HELD = ("command",)
+
 
 def assembled(
-    table: RawTable, mapped: Mapping[str, Entry], *, lenient: bool = False
+    log: LogFile,
+    mapped: Mapping[str, Entry],
+    joint: str | None = None,
+    options: ReadOptions | None = None,
+    budget: ReadBudget | None = None,
+    *,
+    units: Mapping[str, str] | None = None,
+    lenient: bool = False,
 ) -> dict[str, Any]:
     """The arguments of a `Recording`, but for its source.
 
     Args:
-        table: Columns as they stand in a file or a frame.
-        mapped: Channel -> column, where heads do not say it.
+        log: What a reader opened, or a frame.
+        mapped: Channel -> column, where the heads do not say it.
+        joint: The joint whose columns are taken.
+        options: What the file does not say about itself.
+        budget: Of the read; None for arrays that are in memory.
+        units: Unit by column, where the heads do not say it.
         lenient: Whether a mapped column that is not there is no reason to refuse; time and
             position must be.
 
     Raises:
         InputError: a column that is needed is not there or has no unit, or the rows are no log.
     """
+    options = options or ReadOptions()
+    if TIME_UNIT_IS_OPEN in log.problems:
+        raise InputError(TIME_UNIT_IS_OPEN)
+    channels = log.channels
+    timed = any(c.clock for c in channels) or options.rate is not None
+    heads = Heads.of(log, joint, units or {}, timed=timed)
     if lenient:
-        mapped = {
-            channel: entry
-            for channel, entry in mapped.items()
-            if channel in ("time", "position") or is_there(table, entry)
-        }
-    chosen, notes = choose(table, mapped)
+        mapped = _present(heads, mapped)
+    chosen, notes = choose(heads, mapped)
+    wanted = {c.column for c in chosen.values()}
+    wanted |= {c.factor for c in chosen.values() if isinstance(c.factor, str)}
+    grid = (chosen.get("position") or chosen["velocity"]).column
+    table = _table(log, heads, wanted, grid, chosen)
+    if "time" not in chosen and table.t is None:
+        table = replace(table, t=np.arange(len(table.places)) / _stated(options))
+    if budget is not None:  # a scalar becomes a column
+        budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
+    return _mended(table, chosen, (*notes, *log.problems), options.window)
+
+
+def _stated(options: ReadOptions) -> float:
+    if options.rate is None or not 0.0 < options.rate < np.inf:
+        raise InputError(f"rate {options.rate}: give a number of Hz above 0")
+    return options.rate
+
+
+def _table(
+    log: LogFile, heads: Heads, wanted: set[str], grid: str, chosen: Mapping[str, Choice]
+) -> RawTable:
+    """The columns that are used, and others as long as the log is small, on one clock."""
+    rows = max((c.count for c in heads.columns.values()), default=0)
+    everything = rows * len(heads.columns) <= _EXTRAS
+    tables = log.tables(None if everything else {*wanted, *heads.scalars})
+    apart = [t for t in tables if grid in t.columns or wanted.intersection(t.columns)]
+    others = {n: v for t in tables for n, v in t.scalars.items()}
+    held = frozenset(chosen[c].column for c in _HELD if c in chosen)
+    apart = [
+        t if grid in t.columns else replace(
+            t, columns={n: a for n, a in t.columns.items() if n in wanted}
+        )
+        for t in apart
+    ]  # fmt: skip
+    table = replace(joined(apart, grid, held), scalars=others)
+    left = [n for n in heads.columns if n not in table.columns]
+    if left and not everything:
+        note = f"{len(left)} columns that no channel needs were left out"
+        table = replace(table, notes=(*table.notes, note))
+    return table
+
+
+def _present(heads: Heads, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
+    """The mapping without channels whose column is not there; time and position must be."""
+    return {
+        channel: entry
+        for channel, entry in mapped.items()
+        if channel in ("time", "position") or is_there(heads, entry)
+    }
+
+
+def _mended(
+    table: RawTable,
+    chosen: Mapping[str, Choice],
+    notes: tuple[str, ...],
+    window: tuple[float, float] | None,
+) -> dict[str, Any]:
+    """Channels and other columns in SI from the chosen columns, their defects mended and told."""
     channels = {name: chosen[name].values(table) for name in ("time", *CHANNELS) if name in chosen}
-    used = {c.column for c in chosen.values()}
-    mender = Mender(table, channels, filled_extra(table, used), list(table.notes))
+    if "time" not in channels:
+        assert table.t is not None  # noqa: S101 - a log without times has a rate
+        channels = {"time": table.t, **channels}
+    mender = Mender(table, channels, {}, list(table.notes))
+    if "position" not in channels:
+        mender.channels = {**channels, "position": _integral(channels)}
+        mender.notes.append(
+            f"position is the integral of {shortened(chosen['velocity'].column)}, from 0: it "
+            "drifts, and nothing that depends on position can be told"
+        )
+    mender.extra = filled_extra(table, {c.column for c in chosen.values()})
     mender.notes += [f"column {shortened(n)} left out: it has text" for n in table.text]
     mender.mend()
+    t = mender.channels.pop("time")
+    if abs(t[0]) > 0.5 * float(np.median(np.diff(t))):
+        mender.notes.append(f"time counts from the first sample, {t[0]:.9g} s on the log's clock")
+    rows = _rows(t - t[0], window)
     return {
-        "t": mender.channels.pop("time"),
-        **mender.channels,
-        "extra": mender.extra,
-        "rotary": chosen["position"].unit.dimension == "rad",
-        "notes": (*mender.notes, *notes, *_scaled(chosen)),
+        "t": t[rows] - t[rows][0],
+        **{name: values[rows] for name, values in mender.channels.items()},
+        "extra": {name: values[rows] for name, values in mender.extra.items()},
+        "rotary": (chosen.get("position") or chosen["velocity"]).rotary,
+        "notes": (*mender.notes, *(n for n in notes if n not in mender.notes), *_scaled(chosen)),
     }
+
+
+def _integral(channels: Mapping[str, Array]) -> Array:
+    """Positions from velocities by trapezia, from 0; nan where one of both is missing."""
+    t, v = channels["time"], channels["velocity"]
+    valid = np.isfinite(t) & np.isfinite(v)
+    steps = np.diff(t[valid]) * (v[valid][1:] + v[valid][:-1]) / 2.0
+    x = np.full(len(t), np.nan)
+    x[valid] = np.concatenate([[0.0], np.cumsum(steps)])
+    return x
+
+
+def _rows(t: Array, window: tuple[float, float] | None) -> slice:
+    """The samples of a window, s from the start.
+
+    Raises:
+        InputError: there are fewer than two.
+    """
+    if window is None:
+        return slice(0, len(t))
+    tolerance = 1e-6 * float(np.median(np.diff(t)))
+    first, last = np.searchsorted(t, [end - tolerance for end in window])
+    if last - first < 2:  # noqa: PLR2004 - a motion needs two
+        raise InputError(
+            f"{window[0]:g}s:{window[1]:g}s holds {last - first} samples: the log lasts "
+            f"{t[-1]:.4g} s"
+        )
+    return slice(int(first), int(last))
 
 
 def _scaled(chosen: Mapping[str, Choice]) -> list[str]:

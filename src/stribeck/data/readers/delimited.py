@@ -9,34 +9,59 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ...errors import InputError
 from ...space import Array
 from .budget import ReadBudget
+from .file_bytes import whole
 from .heads import is_unit
-from .raw_table import RawTable, shortened
+from .log_file import Reader, ReadOptions, TablesInMemory
+from .raw_table import RawTable, unique_names
+from .stamps import seconds
 
 if TYPE_CHECKING:
     import polars as pl
 
 _SNIFFED = 1 << 16
+#: Share of rows of one width from which on a table without heads is one.
+_ALIKE = 0.9
 _SMALL = 8 << 20  # bytes that NumPy parses in the time that polars takes to start
 _BARE = b"0123456789.eE+-\n"
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "nil"}
+_TRUTH = {"true": 1.0, "false": 0.0}
 _NULLS = sorted({s for m in _MISSING - {"nan"} for s in (m, m.upper(), m.capitalize())})
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?")
+_DATE_OR_GROUPED = re.compile(
+    r"\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}([T ]+\d.*)?|\d{1,2}:\d{2}(:\d.*)?|\d{8}T\d{6}.*|"
+    r"[+-]?\d{1,3}([,.' ]\d{3})+([.,]\d*)?"
+)
 _WORD_AND_UNIT = re.compile(r"[^\s\[(]+(?:\s{0,9}[\[(][^\])]{0,30}[\])])?")
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
+_UNUSED = re.compile(r"(?:not selected|unused|not used|none)(?: #\d+)?", re.IGNORECASE)
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+
+
+class _Converted(NamedTuple):
+    """Columns of words as numbers.
+
+    Args:
+        frame: The numbers, null where there is none.
+        cells: Column -> row and content of the first cell that is no number.
+        dates: Columns of dates, in s since the first.
+    """
+
+    frame: pl.DataFrame
+    cells: dict[str, tuple[int, str]]
+    dates: set[str]
 
 
 @dataclass(frozen=True)
@@ -56,15 +81,19 @@ def read_text(data: bytes) -> RawTable:
         InputError: it is not text, not a header with rows of numbers of one length below it, or
             too large a table.
     """
-    text = _utf8(data)
+    text = utf8(data)
     layout = _sniff(text)
     rows = text.count(b"\n") + 1 - layout.first
     ReadBudget(len(data)).take_cells(rows, layout.width)
     return _parse(text, layout)
 
 
-def _utf8(data: bytes) -> bytes:
-    """The text in UTF-8 with plain line ends."""
+def utf8(data: bytes) -> bytes:
+    """The text in UTF-8 with plain line ends.
+
+    Raises:
+        InputError: it is no text.
+    """
     encoding = next((e for mark, e in _MARKS if data.startswith(mark)), None) or _wide(data)
     try:
         if encoding:
@@ -94,8 +123,11 @@ def _sniff(text: bytes) -> _Layout:
     lines = lines[:-1] if len(text) > _SNIFFED and len(lines) > 1 else lines
     if not any(line.strip() for line in lines):
         raise InputError("is empty")
-    for strict in (True, False):
-        layouts = [x for s in _SEPARATORS if (x := _layout(lines, s, strict=strict))]
+    for strict, headless in ((True, False), (True, True), (False, False)):
+        layouts = [
+            x for s in _SEPARATORS
+            if (x := _layout(lines, s, strict=strict, headless=headless))
+        ]  # fmt: skip
         if layouts:
             return min(layouts, key=lambda x: x.first_numbers)
     if len(text) > _SNIFFED and len(lines) == 1:
@@ -103,32 +135,47 @@ def _sniff(text: bytes) -> _Layout:
     raise InputError(_what_is_wrong(lines))
 
 
-def _layout(lines: list[str], separator: str, *, strict: bool) -> _Layout | None:
-    """The first row of numbers under a header of as many fields, or None."""
+def _layout(lines: list[str], separator: str, *, strict: bool, headless: bool) -> _Layout | None:
+    """The first row of numbers under a header of as many fields, or without any, or None."""
     heads: list[str] = []
     first = 0
     for i, line in enumerate(lines):
         comment = next((c for c in _COMMENTS if line.lstrip().startswith(c)), None)
         fields = _split(line.lstrip()[len(comment) :] if comment else line, separator)
-        numbers = sum(map(_is_number, fields))
+        numbers = sum(_is_number(f) or _DATE_OR_GROUPED.fullmatch(f) is not None for f in fields)
         if len(_trimmed(fields)) < 2:  # noqa: PLR2004 - one field is no table
             continue
         if numbers == 0 and not all(map(_is_missing, fields)):
-            if heads and i == first and _are_units(fields, heads):
-                heads, first = _with_units(heads, fields), i + 1
+            if heads and i == first and len(fields) == len(heads) > 1:
+                heads, first = _with_second(heads, fields), i + 1
             else:
                 heads = _split(line.lstrip()[len(comment or "") :], separator, heads=True)
                 first = i + 1
-        elif comment is None and _is_row(fields, numbers, strict=strict) and _fit(heads, fields):
+        elif (
+            comment is None
+            and _is_row(fields, numbers, strict=strict)
+            and ((headless and not heads) or _fit(heads, fields))
+        ):
+            if headless and _of_width(lines[i:], separator, len(fields)) < _ALIKE:
+                return None
             return _Layout(
-                _trimmed(heads),
-                first,
+                [f"column {k}" for k, _ in enumerate(_trimmed(fields), 1)]
+                if headless
+                else _trimmed(heads),
+                i if headless else first,
                 i,
                 max(len(heads), len(fields)),
                 separator,
                 separator != "," and _decimal_comma(lines[i : i + 100], separator),
             )
     return None
+
+
+def _of_width(lines: list[str], separator: str, width: int) -> float:
+    """The share of lines that are rows of numbers of one width."""
+    filled = [line for line in lines if line.strip()]
+    rows = [fields for line in filled if _is_numbers(fields := _split(line, separator))]
+    return sum(len(fields) == width for fields in rows) / len(filled)
 
 
 def _split(line: str, separator: str, *, heads: bool = False) -> list[str]:
@@ -172,14 +219,16 @@ def _fit(heads: list[str], fields: list[str]) -> bool:
     )
 
 
-def _are_units(fields: list[str], heads: list[str]) -> bool:
-    fields = [f.strip("[]()") for f in fields]
-    return len(fields) == len(heads) and all(is_unit(f) or _is_missing(f) for f in fields)
+def _with_second(heads: list[str], second: list[str]) -> list[str]:
+    """Heads with a row beneath them that has units, or what each channel measures."""
+    return [_with_cell(h, cell) for h, cell in zip(heads, second, strict=True)]
 
 
-def _with_units(heads: list[str], units: list[str]) -> list[str]:
-    units = [u.strip("[]()") for u in units]
-    return [f"{h} [{u}]" if is_unit(u) else h for h, u in zip(heads, units, strict=True)]
+def _with_cell(head: str, cell: str) -> str:
+    bare = cell.strip("[]()")
+    if is_unit(bare):
+        return f"{head} [{bare}]"
+    return head if _is_missing(cell) else cell
 
 
 def _decimal_comma(lines: list[str], separator: str) -> bool:
@@ -196,8 +245,6 @@ def _what_is_wrong(lines: list[str]) -> str:
     if not rows:
         return "has no rows of at least two numbers: a log needs a header, time and position"
     line, s = rows[0]
-    if line == filled[0]:
-        return "has no header: put the column names with their units in its first line"
     n, heads = len(_split(line, s)), len(_split(filled[0], s, heads=True))
     hint = ": decimal commas need ; or tab between columns" if n == 2 * heads and s == "," else ""
     return f"line {lines.index(line) + 1} has {n} fields, the header {heads}{hint}"
@@ -213,9 +260,10 @@ def _parse(text: bytes, layout: _Layout) -> RawTable:
         return RawTable(dict(zip(names, bare.T.copy(), strict=True)), lines, "line")
     frame = _numbers(body, layout, comment)
     cells: dict[str, tuple[int, str]] = {}
+    dates: set[str] = set()
     if frame is None:
         _refuse_long_rows(body, layout, comment)
-        frame, cells = _words(body, layout, comment)
+        frame, cells, dates = _words(body, layout, comment)
     lines = _places(body, layout, comment, frame.height)
     _refuse_short_rows(body, layout, frame, lines)
     columns = {}
@@ -223,15 +271,18 @@ def _parse(text: bytes, layout: _Layout) -> RawTable:
         values = series.to_numpy().astype(float, copy=False)
         if heads[i] or not np.isnan(values).all() or series.name in cells:
             columns[heads[i] or f"column {i + 1}"] = values
-    named = {heads[int(i)] or f"column {int(i) + 1}": cell for i, cell in cells.items()}
-    return RawTable(columns, lines, "line", named)
+    unused = [name for name in columns if _UNUSED.fullmatch(name)]
+    for name in unused:
+        del columns[name]
+    notes = (f"{len(unused)} channels are not selected",) if unused else ()
+    written = {str(i): head or f"column {i + 1}" for i, head in enumerate(heads)}
+    no_numbers = {written[i]: cell for i, cell in cells.items()}
+    units = {written[i]: "s" for i in dates}
+    return RawTable(columns, lines, "line", no_numbers, units=units, notes=notes)
 
 
 def _heads(layout: _Layout) -> list[str]:
-    heads = layout.heads + [""] * (layout.width - len(layout.heads))
-    if doubled := sorted(h for h, count in Counter(heads).items() if h and count > 1):
-        raise InputError(f"two columns are named {shortened(doubled[0])}: rename one")
-    return heads
+    return unique_names(layout.heads + [""] * (layout.width - len(layout.heads)))
 
 
 def _bare(body: bytes, layout: _Layout) -> Array | None:
@@ -280,9 +331,7 @@ def _numbers(body: bytes, layout: _Layout, comment: str) -> pl.DataFrame | None:
         return None
 
 
-def _words(
-    body: bytes, layout: _Layout, comment: str
-) -> tuple[pl.DataFrame, dict[str, tuple[int, str]]]:
+def _words(body: bytes, layout: _Layout, comment: str) -> _Converted:
     """The body with what is no number left empty, and the first such cell of each column."""
     import polars as pl  # noqa: PLC0415 - as above
 
@@ -290,18 +339,41 @@ def _words(
         frame = _scan(body, layout, comment, pl.String)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise InputError("cannot be read as a table: save it as plain CSV") from error
-    numbers, cells = [], {}
+    numbers, cells, dates = [], {}, set()
     for series in frame.iter_columns():  # one by one: each is text and its lower case on the way
         words = series.str.strip_chars().str.strip_chars('"')
         missing = words.str.to_lowercase().is_in(sorted(_MISSING))
         words = pl.select(pl.when(~missing).then(words)).to_series()
         plain = words.str.replace(",", ".", literal=True) if layout.decimal_comma else words
-        numbers.append(plain.cast(pl.Float64, strict=False))
-        text = words.is_not_null() & numbers[-1].is_null()
-        if text.any():
+        values = plain.cast(pl.Float64, strict=False)
+        text = words.is_not_null() & values.is_null()
+        if text.any() and (t := seconds(words)) is not None:
+            dates.add(series.name)
+            values = pl.Series(series.name, t, nan_to_null=True)
+        elif text.any() and (other := _other_numbers(words, decimal_comma=layout.decimal_comma)):
+            (values,) = other
+        elif text.any():
             row = int(text.arg_true()[0])
             cells[series.name] = (row, str(words[row]))
-    return pl.DataFrame(numbers), cells
+        numbers.append(values)
+    return _Converted(pl.DataFrame(numbers), cells, dates)
+
+
+def _other_numbers(words: pl.Series, *, decimal_comma: bool) -> tuple[pl.Series] | None:
+    """True and false, or numbers with a mark each three digits; None if they are neither."""
+    import polars as pl  # noqa: PLC0415 - as above
+
+    values = words.str.to_lowercase().replace_strict(_TRUTH, default=None, return_dtype=pl.Float64)
+    if values.null_count() == words.null_count():
+        return (values,)
+    point = "," if decimal_comma else "."
+    mark = r"[.' \u{a0}\u{202f}]" if decimal_comma else r"[,' \u{a0}\u{202f}]"
+    grouped = rf"^[+-]?\d{{1,3}}(?:{mark}\d{{3}})*(?:[{point}]\d*)?$|^[+-]?\d*[{point}]?\d*$"
+    if not words.drop_nulls().str.contains(grouped).all():
+        return None
+    plain = words.str.replace_all(mark, "").str.replace(point, ".", literal=True)
+    values = plain.cast(pl.Float64, strict=False)
+    return (values,) if values.null_count() == words.null_count() else None
 
 
 def _places(body: bytes, layout: _Layout, comment: str, rows: int) -> np.ndarray[Any, Any]:
@@ -348,3 +420,21 @@ def _refuse_short_rows(
         line = next((line for i, line in lines if i == number), b"")
         if line.strip() and (width := _width(line, layout.separator)) < len(layout.heads):
             raise InputError(f"line {number} has {width} fields, the header {len(layout.heads)}")
+
+
+def _opens(_path: Path, head: bytes) -> bool:
+    marked = head.startswith(tuple(mark for mark, _ in _MARKS)) or _wide(head) is not None
+    return marked or not (_CONTROL.search(head) or b"\0" in head)
+
+
+def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
+    return TablesInMemory((read_text(whole(path)),))
+
+
+READER = Reader(
+    "text",
+    "columns of text: CSV, TSV, blanks; with or without heads, preamble and units",
+    (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab"),
+    _opens,
+    _open,
+)

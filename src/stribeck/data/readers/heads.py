@@ -7,25 +7,33 @@ from dataclasses import dataclass
 
 #: What people call a quantity. A name may stand in two lists: its unit then tells which is meant.
 _NAMES = {
-    "time": "t time timestamp time_stamp elapsed elapsed_time zeit",
+    "time": "t time timestamp time_stamp stamp elapsed elapsed_time zeit temps tempo tiempo "
+    "时间 時間",
     "position": "position pos x q qm angle theta phi displacement disp stroke joint_position "
-    "joint_angle weg winkel",
+    "joint_angle weg winkel posizione angolo posicion posición angulo ángulo 位置 角度 实际位置 "
+    "反馈位置 当前位置 実位置 現在位置 フィードバック位置",
     "command": "command cmd setpoint set_point target reference ref desired goal xd qd qg x_d q_d "
-    "soll sollwert",
+    "soll sollwert sollposition consigne 指令位置 目标位置 给定位置 目標位置",
     "velocity": "velocity vel speed v w omega qd dq qdot q_dot dx xdot x_dot joint_velocity rate "
-    "geschwindigkeit",
-    "acceleration": "acceleration accel acc a qdd ddq qddot q_ddot ddx xddot x_ddot",
-    "force": "force f torque tau moment effort load_force joint_torque motor_torque motor_force "
-    "kraft drehmoment",
-    "current": "current i iq i_q motor_current strom",
-    "voltage": "voltage u v motor_voltage spannung",
-    "temperature": "temperature temp t motor_temperature temperatur",
-    "pressure": "pressure p gauge_pressure chamber_pressure druck",
+    "geschwindigkeit drehzahl vitesse velocità velocita velocidad 速度 实际速度 转速 "
+    "実速度 回転速度 モータ回転速度",
+    "acceleration": "acceleration accel acc a qdd ddq qddot q_ddot ddx xddot x_ddot "
+    "beschleunigung accélération accelerazione aceleración 加速度",
+    "force": "force f torque tau trq moment effort load_force joint_torque motor_torque "
+    "motor_force kraft drehmoment couple coppia forza par fuerza 转矩 力矩 "
+    "扭矩 实际转矩 トルク 推力 実トルク",
+    "current": "current i iq i_q motor_current strom courant corrente corriente 电流 实际电流 電流 "
+    "実電流",
+    "voltage": "voltage u v motor_voltage spannung tension tensione tensión 电压 電圧",
+    "temperature": "temperature temp t motor_temperature temperatur température temperatura 温度",
+    "pressure": "pressure p gauge_pressure chamber_pressure druck pression pressione presión "
+    "压力 圧力",
 }
 _CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.split()]
-_MEASURED = {"meas", "measured", "act", "actual", "feedback", "ist"}
-_COMMANDED = {"cmd", "command", "commanded", "set", "setpoint", "target", "ref", "reference",
-              "des", "desired", "goal", "soll"}  # fmt: skip
+_MEASURED = {"meas", "measured", "act", "actual", "feedback", "fbk", "present", "ist", "reel",
+             "mesure", "mesuree", "effettiva", "effettivo", "real", "medida"}  # fmt: skip
+_COMMANDED = {"cmd", "command", "commanded", "set", "setpoint", "target", "ref", "reference", "req",
+              "des", "desired", "goal", "soll", "consigne", "comando", "consigna"}  # fmt: skip
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 _SYMBOLS = (
@@ -86,28 +94,41 @@ def is_unit(text: str) -> bool:
     )
 
 
-def meanings(head: Head) -> dict[str, int]:
-    """The channels that a head may name, with a rank: 0 says measured, 1 plain, 2 commanded.
+#: How well a name tells a channel, the better the less: what says measured, a plain name, one
+#: that ends a longer name, a commanded one.
+MEASURED, PLAIN, ENDS, COMMANDED = range(4)
 
-    A commanded position is the channel `command`; a commanded force is a force of rank 2 (better
-    than none); a commanded velocity is no channel.
+
+def meanings(head: Head) -> dict[str, int]:
+    """The channels that a head may name, with a rank.
+
+    A commanded position is the channel `command`; a commanded force is a force of rank
+    `COMMANDED` (better than none); a commanded velocity is no channel.
     """
-    plain = {channel: 1 for name, channel in _CHANNEL if name == head.stem}
-    if plain:
+    if plain := {channel: PLAIN for name, channel in _CHANNEL if name == head.stem}:
         return plain
     words = head.stem.split("_")
     qualifiers = [w for w in words if w in _MEASURED | _COMMANDED]
-    stem = "_".join(w for w in words if w not in qualifiers)
-    if len(qualifiers) != 1 or not stem:
-        return {}
-    bare = [channel for name, channel in _CHANNEL if name == stem]
-    if qualifiers[0] in _MEASURED:
-        return {c: 0 for c in bare if c != "command"}
-    return {
-        c: r
-        for b in bare
-        for c, r in {"position": [("command", 1)], "force": [("force", 2)]}.get(b, [])
-    }
+    rest = [w for w in words if w not in qualifiers]
+    if len(qualifiers) == 1 and (bare := _named("_".join(rest))):
+        if qualifiers[0] in _MEASURED:
+            return {c: MEASURED for c in bare if c != "command"}
+        return _commanded(bare)
+    for n in range(1, len(rest)):
+        if bare := _named("_".join(rest[n:])):
+            if not qualifiers:
+                return dict.fromkeys(bare, ENDS)
+            return _commanded(bare) if qualifiers[0] in _COMMANDED else dict.fromkeys(bare, ENDS)
+    return {}
+
+
+def _named(stem: str) -> list[str]:
+    return [channel for name, channel in _CHANNEL if name == stem]
+
+
+def _commanded(channels: list[str]) -> dict[str, int]:
+    ranks = {"position": ("command", PLAIN), "force": ("force", COMMANDED)}
+    return dict(ranks[c] for c in channels if c in ranks)
 
 
 def _stem(text: str) -> str:

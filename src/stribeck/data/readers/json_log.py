@@ -11,6 +11,7 @@ import re
 from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,13 @@ import numpy as np
 from ...errors import InputError
 from ...text_file import unique
 from .budget import ReadBudget, refuse_many
+from .file_bytes import whole
+from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, listed, shortened
 
 _BLANKS = " \t\n\r"
 _BLANK = re.compile(f"[{_BLANKS}]*")
+_BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:\{\s*(?:\"|$)|\[\s*(?:[\[{]|$))")
 _LIST = 400  # bytes of a list of ten numbers, and of its place in another
 _NONE = 'has no list of records such as [{"t": 0.0, "x": 1.2}, ...]'
 #: Whole numbers from here on are no measurements, and most are no floating-point numbers.
@@ -219,3 +223,14 @@ def _table(records: _Records, scalars: dict[str, float], notes: list[str]) -> Ra
         notes = [f"left out, not numbers: {listed(list(records.skipped))}", *notes]
     numbers = np.arange(1, records.rows + 1)
     return RawTable(columns, numbers, "record", records.text, scalars, {}, tuple(notes))
+
+
+def _opens(_path: Path, head: bytes) -> bool:
+    return _BEGINS.match(head) is not None
+
+
+def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
+    return TablesInMemory((read_json(whole(path)),))
+
+
+READER = Reader("json", "JSON: a list of records, alone or in an object", (".json",), _opens, _open)

@@ -16,12 +16,15 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
 from .budget import CELL, ReadBudget, refuse_many
+from .file_bytes import whole
+from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, listed, shortened
 
 _HEADER = 128
@@ -227,3 +230,14 @@ def _columns(name: str, values: np.ndarray[Any, Any]) -> dict[str, np.ndarray[An
     if 1 in values.shape:
         return {name: values.reshape(-1)}
     return {f"{name}_{i}": column for i, column in enumerate(values.T, 1)}
+
+
+def _opens(_path: Path, head: bytes) -> bool:
+    return head.startswith(b"MATLAB ")
+
+
+def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
+    return TablesInMemory((read_matlab(whole(path)),))
+
+
+READER = Reader("matlab", "MATLAB 5 to 7: vectors and matrices", (".mat",), _opens, _open)

@@ -13,6 +13,8 @@ import numpy as np
 
 from ...errors import InputError
 from .budget import CELL, ReadBudget
+from .file_bytes import whole
+from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, listed
 
 if TYPE_CHECKING:
@@ -58,3 +60,14 @@ def read_parquet(data: bytes) -> RawTable:
     skipped = contents["skipped"]
     notes = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
     return RawTable(columns, np.arange(1, rows + 1), "row", text, {}, contents["units"], notes)
+
+
+def _opens(_path: Path, head: bytes) -> bool:
+    return head.startswith(b"PAR1")
+
+
+def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
+    return TablesInMemory((read_parquet(whole(path)),))
+
+
+READER = Reader("parquet", "Parquet", (".parquet", ".pq"), _opens, _open)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError
 from ...space import Array
 
 
@@ -24,6 +23,9 @@ class RawTable:
         scalars: Single numbers that the file keeps beside its columns.
         units: Units that the file states by type instead of in a head.
         notes: What was left out on the way, a sentence each.
+        t: When each row was measured, s, (N,), if the format itself says so; None where a column
+            has to.
+        clock: What the clock of those times is called; tables of one name share it.
         in_memory: Whether it is no file but a frame of the caller's, whose units are an argument.
     """
 
@@ -34,21 +36,9 @@ class RawTable:
     scalars: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    t: Array | None = None
+    clock: str = ""
     in_memory: bool = False
-
-    def with_units(self, units: Mapping[str, str]) -> RawTable:
-        """The same with units that the caller states, by column.
-
-        Raises:
-            InputError: there is no such column, or its unit is no text.
-        """
-        for name, written in units.items():
-            if name not in self.columns and name not in self.scalars:
-                names = listed({**self.columns, **self.scalars})
-                raise InputError(f"units: no column {shortened(str(name))!r}: there are {names}")
-            if not isinstance(written, str):
-                raise InputError(f'units: {shortened(name)}: the unit must be text such as "mm"')
-        return replace(self, units={**self.units, **units})
 
     def place(self, row: int) -> str:
         """How a message says where a row stands."""
@@ -70,3 +60,17 @@ def shortened(text: str, limit: int = 40) -> str:
 def printable(text: str) -> str:
     """The same in one line without control characters."""
     return "".join(c if c.isprintable() else " " for c in text).strip()
+
+
+def unique_names(names: Sequence[str]) -> list[str]:
+    """Names of which none stands twice: a second `Torque` is `Torque #2`."""
+    taken: set[str] = set()
+    result = []
+    for name in names:
+        unique, k = name, 1
+        while unique and unique in taken:
+            k += 1
+            unique = f"{name} #{k}"
+        taken.add(unique)
+        result.append(unique)
+    return result

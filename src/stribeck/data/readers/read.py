@@ -2,38 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
 from ..recording import Recording, Source
+from . import file_bytes
 from .assembly import assembled
-from .budget import LARGEST, ReadBudget
-from .columns import mapping
-from .delimited import read_text
-from .json_log import read_json
-from .matlab_file import read_matlab
-from .parquet import read_parquet
-from .raw_table import RawTable, printable
+from .budget import ReadBudget
+from .column_map import mapping
+from .log_file import ReadOptions
+from .raw_table import printable
+from .registry import opened
 
-_FORMATS: Mapping[str, Callable[[bytes], RawTable]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab"), read_text),
-    **dict.fromkeys((".parquet", ".pq"), read_parquet),
-    ".mat": read_matlab,
-    ".json": read_json,
-}
-_MAGIC = {
-    b"PK\x03\x04": "a zip or Excel file: save it as CSV",
-    b"\xd0\xcf\x11\xe0": "an Excel file: save it as CSV",
-    b"\x1f\x8b": "a gzip archive: unpack it first",
-    b"\x89HDF": "an HDF5 file: export the log as CSV, Parquet or MATLAB 5",
-    b"TDSm": "a TDMS file: export the log as CSV",
-    b"%PDF": "a PDF: export the log as CSV",
-    b"PAR1": "a Parquet file: name it .parquet",
-    b"MATLAB": "a MATLAB file: name it .mat",
-}
+_WINDOW = re.compile(r"(?P<file>.+)@(?P<since>[\d.]+)s:(?P<until>[\d.]+)s")
 
 
 def read(
@@ -41,22 +26,30 @@ def read(
     *,
     units: Mapping[str, str] | None = None,
     columns: Mapping[str, Any] | str | Path | None = None,
+    joint: str | None = None,
+    rate: float | None = None,
+    options: ReadOptions | None = None,
     lenient: bool = False,
 ) -> Recording:
-    """Read a log: CSV and its kin, Parquet, MATLAB 5 to 7, JSON records.
+    """Read a log of any format of `readers`.
 
     Columns are known by their heads, which say the unit: `Time [ms]`, `position_mm`, `q_cmd_rad`,
     `tau_meas_Nm`. Where names are other, `columns` maps channels to them:
     `{"position": "qm [m]", "force": {"column": "vir", "factor": "gtau", "unit": "N"}}`, as a dict
     or a TOML file. Every other numeric column is kept in `extra` as written, and so is every
-    single number of a MATLAB or JSON file, as a constant column. Defects that do no harm are
-    mended and told in `notes`; the others are refused.
+    single number of a MATLAB or JSON file, as a constant column, unless the log is large. Defects
+    that do no harm are mended and told in `notes`; the others are refused. Time counts from the
+    first sample. A log without a position but with a velocity gets the integral of that.
 
     Args:
-        path: The file.
+        path: The file, or a folder that is one log; `axis.csv@10s:40s` for a part of it.
         units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
-        columns: Channel -> "head", "head [unit]", or a table with `column`, and, if wanted, `unit`
-            and `factor` (a number or the name of a column); or the TOML file that says so.
+        columns: Channel -> "head", "head [unit]", a column's number, or a table with `column`, and,
+            if wanted, `unit` and `factor` (a number or the name of a column); or the TOML file
+            that says so.
+        joint: The joint whose columns are taken, by name or number, where a log has several.
+        rate: Samples a second of a log without times.
+        options: What else a file may not say about itself.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
             says where its logs may have a channel, and asks for it if it needs it.
 
@@ -64,48 +57,36 @@ def read(
         InputError: the log cannot be used; the line says what is wrong, where, and what to do.
     """
     mapped = mapping(columns)
-    file = Path(path)
+    file, used = windowed(Path(path), options or ReadOptions())
+    used = used if rate is None else replace(used, rate=rate)
     try:
-        data = _bytes(file)
-        table = _format(file)(data)
-        columns_kept = len(table.columns) + len(table.scalars)  # a scalar becomes a column
-        ReadBudget(len(data)).take_cells(len(table.places), columns_kept)
-        source = Source(printable(file.name), hashlib.sha256(data).hexdigest(), len(table.places))
-        arguments = assembled(table.with_units(units or {}), mapped, lenient=lenient)
+        _, log = opened(file, used)
+        budget = ReadBudget(_size(file))
+        arguments = assembled(log, mapped, joint, used, budget, units=units, lenient=lenient)
+        rows = len(arguments["t"])
+        source = Source(printable(file.name), file_bytes.sha256(file), rows)
         return Recording(**arguments, source=source)
     except InputError as error:
         sentence = str(error).removeprefix(f"{printable(file.name)}: ")
         raise InputError(printable(f"{file.name}: {sentence}")) from error
 
 
-def _bytes(file: Path) -> bytes:
-    try:
-        if file.is_dir():
-            raise InputError("is a folder: name a log in it")
-        if file.exists() and not file.is_file():
-            raise InputError("is not a regular file")
-        if file.stat().st_size > LARGEST:
-            raise InputError("is larger than 2 GiB: cut it into parts")
-        data = file.read_bytes()
-    except FileNotFoundError as error:
-        raise InputError(f"no such file in {file.parent}") from error
-    except (OSError, ValueError) as error:  # a zero byte in a path is a ValueError
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}") from error
-    if not data:
-        raise InputError("is empty")
-    return data
+def windowed(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:
+    """A path without the window that may follow it, and the options with that.
+
+    Raises:
+        InputError: the window is empty.
+    """
+    match = _WINDOW.fullmatch(path.name)
+    if match is None or path.exists():
+        return path, options
+    since, until = float(match["since"]), float(match["until"])
+    if not since < until:
+        raise InputError(f"{path.name}: from {since:g} s to {until:g} s is no time")
+    return path.with_name(match["file"]), replace(options, window=(since, until))
 
 
-def _format(file: Path) -> Callable[[bytes], RawTable]:
-    """The reader for a file's extension, unless its first bytes say that it is something else."""
-    suffix = file.suffix.lower()
-    if suffix not in _FORMATS:
-        raise InputError(f"{suffix or 'no extension'} is not read: give CSV, TSV, TXT, Parquet, "
-                         "JSON or MATLAB 5 to 7 (.mat)")  # fmt: skip
-    if _FORMATS[suffix] is read_text:
-        with file.open("rb") as f:
-            start = f.read(8)
-        if kind := next((w for magic, w in _MAGIC.items() if start.startswith(magic)), None):
-            raise InputError(f"is {kind}")
-    return _FORMATS[suffix]
+def _size(file: Path) -> int:
+    """Bytes of a file, or of all in a folder."""
+    files = [p for p in file.rglob("*") if p.is_file()] if file.is_dir() else [file]
+    return sum(p.stat().st_size for p in files)

@@ -1,0 +1,125 @@
+"""What a channel is taken from: a column, its unit and a factor; and which units fit a channel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
+from ...units import Unit, unit
+from ..channels import CHANNELS
+from .raw_table import RawTable, shortened
+
+_ALSO = {"rad/s": "1/s", "rad/s**2": "1/s**2"}  # an angle may go unsaid
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The column of a channel: SI value = unit.to_si(factor * cell).
+
+    Args:
+        column: Its name in the log.
+        unit: Of its cells times the factor.
+        factor: A number, or the name of a column or constant.
+        reason: Why it was taken, for people.
+    """
+
+    column: str
+    unit: Unit
+    factor: float | str = 1.0
+    reason: str = "mapped"
+
+    @property
+    def rotary(self) -> bool:
+        """Whether its unit is one of angles."""
+        return self.unit.dimension.startswith(("rad", "1/"))
+
+    def values(self, table: RawTable) -> Array:
+        """The channel in SI, NaN where a cell is empty.
+
+        Raises:
+            InputError: the column has text, or its factor is not there.
+        """
+        for name in (self.column, self.factor):
+            if name in table.text:
+                row, cell = table.text[str(name)]
+                raise InputError(
+                    f"{table.place(row)}, column {shortened(str(name))}: {shortened(cell)!r} is "
+                    "not a number: correct it or empty the cell"
+                )
+        with np.errstate(over="ignore", invalid="ignore"):  # infinities are refused, with their row
+            return np.asarray(self.unit.to_si(_cells(table, self.column) * self._scale(table)))
+
+    def _scale(self, table: RawTable) -> float | Array:
+        return _cells(table, self.factor) if isinstance(self.factor, str) else self.factor
+
+
+def kinds_of(channel: str, *, rotary: bool | None = None) -> tuple[str, ...]:
+    """The dimensions that fit a channel, in SI units."""
+    if channel == "time":
+        return ("s",)
+    linear, angular = (unit(u).dimension for u in CHANNELS[channel])
+    kinds = {None: (linear, angular), True: (angular,), False: (linear,)}[rotary]
+    return kinds + tuple(_ALSO[k] for k in kinds if k in _ALSO)
+
+
+def unit_of_column(channel: str, column: str, written: str) -> Unit:
+    """A unit as a column states it.
+
+    Raises:
+        InputError: nobody knows it.
+    """
+    try:
+        return unit(_spelt(channel, written))
+    except InputError as error:
+        raise InputError(f"column {shortened(column)}: {error}") from error
+
+
+def known_unit(channel: str, written: str) -> Unit | None:
+    """The same, None if nobody knows it."""
+    try:
+        return unit(_spelt(channel, written))
+    except InputError:
+        return None
+
+
+def _spelt(channel: str, written: str) -> str:
+    """C is the coulomb, except that nobody logs a temperature in coulombs."""
+    return {"C": "degC"}.get(written, written) if channel == "temperature" else written
+
+
+def refuse_unfit(channel: str, choice: Choice, kinds: tuple[str, ...]) -> None:
+    """Refuse a column whose unit does not measure what its channel is.
+
+    Raises:
+        InputError: its dimension is none of the kinds.
+    """
+    if choice.unit.dimension not in kinds:
+        column, written = shortened(choice.column), shortened(choice.unit.written)
+        raise InputError(
+            f"column {column} is in {written or 'no unit'}, which does not measure "
+            f"{_kind_words(channel, kinds)}: map it as {channel} = "
+            f'{{column = "{column}", factor = ..., unit = "{usual_unit(channel)}"}}'
+        )
+
+
+def _kind_words(channel: str, kinds: tuple[str, ...]) -> str:
+    words = {"m": "a length", "rad": "an angle", "s": "time"}
+    if channel in ("position", "command", "time"):
+        return " or ".join(words[k] for k in kinds)
+    return f"the {channel} of {'an angular' if 'rad' in kinds[0] else 'this'} axis"
+
+
+def usual_unit(channel: str) -> str:
+    """The unit that an example shows for a channel."""
+    return {"time": "s", "position": "mm", "command": "mm"}.get(channel) or CHANNELS[channel][0]
+
+
+def _cells(table: RawTable, name: str) -> Array:
+    return (
+        table.columns[name]
+        if name in table.columns
+        else np.full(len(table.places), table.scalars[name])
+    )

@@ -1,0 +1,120 @@
+"""Channels of several clocks on the grid of one of them.
+
+The grid is the clock of the position. A channel that is slower is read between its samples on
+straight lines, a command as it was set last; one that is more than one and a half times as fast is
+averaged over each interval of the grid first, so that nothing above half its rate folds down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
+from .raw_table import RawTable, listed
+
+#: From how many samples to an interval of the grid on a channel is averaged.
+_FASTER = 1.5
+#: How many samples a grid has at least.
+_FEWEST = 2
+
+
+def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozenset()) -> RawTable:
+    """One table on the clock of the channel `grid`.
+
+    Args:
+        tables: A table a clock, in s of one common time.
+        grid: Name of a column.
+        held: Columns that keep their value until the next sample.
+
+    Raises:
+        InputError: the clocks have no time in common.
+    """
+    base = next(table for table in tables if grid in table.columns)
+    others = [t for t in tables if t is not base]
+    scalars = {n: v for table in tables for n, v in table.scalars.items()}
+    others = [t for t in others if t.columns]
+    if not others:
+        return replace(base, scalars=scalars)
+    if base.t is None or any(t.t is None for t in others):
+        raise InputError(f"{listed([grid])} and other channels share no clock: name fewer channels")
+    rows = _common(base, others)
+    columns = {n: a[rows] for n, a in base.columns.items()}
+    notes = [note for table in tables for note in table.notes]
+    for other in others:
+        columns |= {n: _resampled(base.t[rows], other, n, hold=n in held) for n in other.columns}
+        notes.append(_sentence(base, other, held))
+    return replace(
+        base, columns=columns, t=base.t[rows], places=base.places[rows], scalars=scalars,
+        text={n: c for table in tables for n, c in table.text.items()},
+        units={n: u for table in tables for n, u in table.units.items()}, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _common(base: RawTable, others: Sequence[RawTable]) -> slice:
+    """Rows of the base at which all others were recorded."""
+    assert base.t is not None  # noqa: S101 - as was checked
+    since = max(float(np.nanmin(t.t)) for t in others if t.t is not None)
+    until = min(float(np.nanmax(t.t)) for t in others if t.t is not None)
+    first = np.searchsorted(base.t, since)
+    last = np.searchsorted(base.t, until, side="right")
+    if last - first < _FEWEST:
+        raise InputError(
+            f"its channels have no time in common: one clock runs from {base.t[0]:.6g} to "
+            f"{base.t[-1]:.6g} s, another from {since:.6g} to {until:.6g} s"
+        )
+    return slice(int(first), int(last))
+
+
+def _resampled(grid: Array, other: RawTable, name: str, *, hold: bool) -> Array:
+    assert other.t is not None  # noqa: S101 - as was checked
+    finite = np.isfinite(other.columns[name]) & np.isfinite(other.t)
+    t, values = other.t[finite], other.columns[name][finite]
+    if len(t) == 0:
+        return np.full(len(grid), np.nan)
+    if hold:
+        return np.asarray(values[np.maximum(np.searchsorted(t, grid, side="right") - 1, 0)])
+    if _interval(t) * _FASTER < _interval(grid):
+        return _averaged(grid, t, values)
+    return np.interp(grid, t, values)
+
+
+def _averaged(grid: Array, t: Array, values: Array) -> Array:
+    """Means of straight lines between samples over the interval around each instant."""
+    total = np.concatenate([[0.0], np.cumsum(np.diff(t) * (values[1:] + values[:-1]) / 2.0)])
+    middles = 0.5 * (grid[1:] + grid[:-1])
+    edges = np.concatenate([[grid[0] - (middles[0] - grid[0])], middles,
+                            [grid[-1] + (grid[-1] - middles[-1])]])  # fmt: skip
+    edges = np.clip(edges, t[0], t[-1])
+    row = np.clip(np.searchsorted(t, edges, side="right") - 1, 0, len(t) - 2)
+    share = edges - t[row]
+    slope = (values[row + 1] - values[row]) / np.maximum(t[row + 1] - t[row], 1e-300)
+    integral = total[row] + share * (values[row] + 0.5 * slope * share)
+    width = np.diff(edges)
+    return np.where(
+        width > 0.0,
+        np.diff(integral) / np.where(width > 0.0, width, 1.0),
+        np.interp(grid, t, values),
+    )
+
+
+def _interval(t: Array) -> float:
+    return float(np.median(np.diff(t))) if len(t) > 1 else np.inf
+
+
+def _sentence(base: RawTable, other: RawTable, held: frozenset[str]) -> str:
+    """How channels of another clock were brought onto the grid."""
+    assert base.t is not None  # noqa: S101 - as was checked
+    assert other.t is not None  # noqa: S101 - as was checked
+    names = list(other.columns)
+    own, grid = _interval(other.t), _interval(base.t)
+    if own * _FASTER < grid:
+        how = f"averaged over the {1e3 * grid:.4g} ms between positions"
+    elif held.issuperset(names):
+        how = "held until the next sample"
+    else:
+        how = "read on straight lines between its samples"
+    return f"{listed(names)}, measured each {1e3 * own:.4g} ms: {how}"
