@@ -40,7 +40,7 @@ _HEAD_LINES = 200
 
 
 @dataclass(frozen=True)
-class _Heads:
+class _ScopeHeads:
     """The rows of properties.
 
     Args:
@@ -79,7 +79,7 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
 READER = Reader("twincat", "TwinCAT Scope, text export (Beckhoff)", (".csv", ".txt"), _opens, _open)
 
 
-def _heads(text: bytes, separator: str) -> _Heads:
+def _heads(text: bytes, separator: str) -> _ScopeHeads:
     lines = text.split(b"\n", _HEAD_LINES)[:_HEAD_LINES]
     rows: dict[str, list[str]] = {}
     block = 0
@@ -104,7 +104,7 @@ def _heads(text: bytes, separator: str) -> _Heads:
     raise InputError("its heads do not end: export it from TwinCAT Scope again")
 
 
-def _checked(rows: dict[str, list[str]], separator: str, first: int) -> _Heads:
+def _checked(rows: dict[str, list[str]], separator: str, first: int) -> _ScopeHeads:
     """The rows at one width, names among them.
 
     Raises:
@@ -118,7 +118,7 @@ def _checked(rows: dict[str, list[str]], separator: str, first: int) -> _Heads:
         rows[_NAME] = _joined_names(rows[_NAME], types)
         rows[_UNIT] = _without_kinds(rows.get(_UNIT, []))
     padded = {key: [*cells, *[""] * len(types)][: len(types)] for key, cells in rows.items()}
-    return _Heads(padded, times, first)
+    return _ScopeHeads(padded, times, first)
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -166,7 +166,7 @@ def _join_alike(names: list[str], at: int) -> None:
         bare, at = f"{word} {bare}", at - 2
 
 
-def _numbers(text: bytes, heads: _Heads, separator: str) -> pl.DataFrame:
+def _numbers(text: bytes, heads: _ScopeHeads, separator: str) -> pl.DataFrame:
     """The samples, null where a column has ended."""
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
 
@@ -200,7 +200,7 @@ def _numbers(text: bytes, heads: _Heads, separator: str) -> pl.DataFrame:
     return words.select(mixed.cast(pl.Float64, strict=False))
 
 
-def _grouped(frame: pl.DataFrame, heads: _Heads) -> tuple[RawTable, ...]:
+def _grouped(frame: pl.DataFrame, heads: _ScopeHeads) -> tuple[RawTable, ...]:
     """A table for each clock; groups of equal times share one."""
     names = unique_names([
         name or f"column {i + 1}" if i not in heads.times else ""
@@ -245,7 +245,7 @@ def _unit(cell: str) -> str:
     return "" if unit == "(None)" else unit
 
 
-def _told_scales(heads: _Heads) -> tuple[str, ...]:
+def _told_scales(heads: _ScopeHeads) -> tuple[str, ...]:
     """A sentence on each channel that the scope shows in another scale than it exports."""
     sentences = []
     for i in range(heads.width):

@@ -120,7 +120,7 @@ class _Translation:
     def add(self, entry: FunctionSource) -> None:
         """Translate an entry under its own name."""
         self.entries[entry.name] = entry
-        self.functions[entry.name] = _Reader(self, entry, entry.name).function()
+        self.functions[entry.name] = _FunctionReader(self, entry, entry.name).function()
 
     def translated_name(self, function: Any, name: str, lengths: Mapping[str, int]) -> str:
         """The name in the program of a function that gives a real number; translated once.
@@ -140,7 +140,7 @@ class _Translation:
         return self._names[key]
 
 
-class _Reader:
+class _FunctionReader:
     """Reads one function."""
 
     def __init__(self, translation: _Translation, entry: FunctionSource, name: str) -> None:
