@@ -100,7 +100,7 @@ IDENTIFY = [
     (["folder"], ["folder", "name a log"]),
     (["text.csv"], ["text.csv", "no rows of numbers"]),
     (["empty.csv"], ["empty.csv", "is empty"]),
-    (["file"], ["file", "is"]),
+    (["file"], ["file", "no rows of numbers"]),
     ([os.devnull], ["null", "not a regular file"]),
     (["a\nb\x1b[31m.csv"], ["a b", "no such file"]),
     (["\udcff.csv"], ["no such file"]),

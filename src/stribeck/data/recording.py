@@ -135,10 +135,10 @@ class Recording:
         """
         try:
             table = frame_table(frame)
-            arguments = assembled(
+            arguments, rows = assembled(
                 TablesInMemory((table,)), mapping(columns), units=units, lenient=lenient
             )
-            return cls(**arguments, source=Source(printable(name), "", len(table.places)))
+            return cls(**arguments, source=Source(printable(name), "", rows))
         except InputError as error:
             label = f"{printable(name)}: " * bool(name)
             raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,18 @@ _EXTRAS = ALLOWANCE // CELL
 _HELD = ("command",)
 
 
+class Assembly(NamedTuple):
+    """What a log came to.
+
+    Args:
+        arguments: Of its `Recording`, but for the source.
+        rows: Rows of the table that they are from.
+    """
+
+    arguments: dict[str, Any]
+    rows: int
+
+
 def assembled(
     log: LogFile,
     mapped: Mapping[str, Entry],
@@ -36,7 +48,7 @@ def assembled(
     *,
     units: Mapping[str, str] | None = None,
     lenient: bool = False,
-) -> dict[str, Any]:
+) -> Assembly:
     """The arguments of a `Recording`, but for its source.
 
     Args:
@@ -69,7 +81,8 @@ def assembled(
         table = replace(table, t=np.arange(len(table.places)) / _stated(options))
     if budget is not None:  # a scalar becomes a column
         budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
-    return _mended(table, chosen, (*notes, *log.problems), options.window)
+    arguments = _mended(table, chosen, (*notes, *log.problems), options.window)
+    return Assembly(arguments, len(table.places))
 
 
 def _stated(options: ReadOptions) -> float:

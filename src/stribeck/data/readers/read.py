@@ -62,8 +62,7 @@ def read(
     try:
         _, log = opened(file, used)
         budget = ReadBudget(_size(file))
-        arguments = assembled(log, mapped, joint, used, budget, units=units, lenient=lenient)
-        rows = len(arguments["t"])
+        arguments, rows = assembled(log, mapped, joint, used, budget, units=units, lenient=lenient)
         source = Source(printable(file.name), file_bytes.sha256(file), rows)
         return Recording(**arguments, source=source)
     except InputError as error:
