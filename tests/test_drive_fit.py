@@ -15,7 +15,7 @@ import pytest
 from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import strokes
-from stribeck import RIGS, Fit, InputError, Recording, card, identify, read_card, validate
+from stribeck import RIGS, Fit, InputError, Recording, identify, read_card, validate
 from stribeck.data.power_flow import through
 from stribeck.drive import DriveChain
 from stribeck.rig.custom import rig_file
@@ -102,7 +102,7 @@ def test_an_uncertain_scale_widens_levels_and_leaves_ratios() -> None:
 def test_a_card_has_the_chain_and_reads_the_next_log_with_it(tmp_path: Path) -> None:
     fit = fitted("0.64 N m ± 5 % (data sheet)")
     file = tmp_path / "card.json"
-    file.write_text(card(fit).text(), encoding="utf-8")
+    file.write_text(fit.card().text(), encoding="utf-8")
     written = read_card(file)
     assert written.constants["rated_torque"].tolerance == pytest.approx(0.032)
     assert written.combinations["M / F_C"].verdict == "identified"
@@ -175,9 +175,9 @@ def test_amperes_stay_amperes_and_say_so() -> None:
     assert any("friction is in A" in w for w in fit.warnings)
     (sentence,) = [w for w in fit.warnings if "the known mass asks for" in w]
     assert float(sentence.split('kt = "')[1].split(" ")[0]) == pytest.approx(0.2, rel=0.01)
-    parameters = card(fit).parameters
+    parameters = fit.card().parameters
     assert parameters["F_C"].unit == "A"
-    assert card(fit).model()[0].rig.in_amperes
+    assert fit.card().model()[0].rig.in_amperes
 
 
 def test_losses_of_the_gear_are_taken_off_by_the_way_of_the_power() -> None:
