@@ -133,7 +133,7 @@ def test_numbers_keep_their_tolerance_and_their_source() -> None:
     kt, gear = built.constants
     assert (kt.name, kt.source) == ("kt", "data sheet")
     assert kt.tolerance == pytest.approx(0.026)
-    assert (gear.origin, gear.tolerance) == ("yours", 0.0)
+    assert (gear.origin, gear.tolerance) == ("counted", 0.0)
     nameplate = chain(signal="% of rated torque", rated_torque="1.27 Nm nameplate").constants[0]
     assert nameplate.origin == "nameplate"
     assert nameplate.tolerance == pytest.approx(0.127)

@@ -16,7 +16,6 @@ from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import strokes
 from stribeck import RIGS, Fit, InputError, Recording, identify, read_card, validate
-from stribeck.data.power_flow import through
 from stribeck.drive import DriveChain
 from stribeck.rig.custom import rig_file
 
@@ -57,7 +56,7 @@ def log(
     written = chain.resolved("force", chain.signal.unit)
     assert written is not None
     bare, percent = motion(losses)
-    return through(replace(bare, force=written.to_si(signal * percent)), chain, "Torque")
+    return replace(bare, force=written.to_si(signal * percent)).through(chain, "Torque")
 
 
 @cache
@@ -163,9 +162,7 @@ def test_amperes_stay_amperes_and_say_so() -> None:
     chain = DriveChain.of_table({"signal": "A rms", "lead": "10 mm", "mass": "10 kg"})
     bare, percent = motion()
     current = percent / 100 * RATED * GEAR / 0.2
-    fit = identify(
-        through(replace(bare, force=current), chain), rig="forced", law="coulomb-viscous"
-    )
+    fit = identify(replace(bare, force=current).through(chain), rig="forced", law="coulomb-viscous")
     per_newton = LEAD / (2 * pi) / 0.2
     estimates = by_name(fit)
     assert estimates["F_C"].value == pytest.approx(F_C * per_newton, rel=0.01)
@@ -194,7 +191,7 @@ def test_a_chain_is_applied_once_and_is_one_for_all_logs() -> None:
     once = log()
     assert once.drive is not None
     with pytest.raises(InputError, match="apply it once"):
-        through(once, once.drive)
+        once.through(once.drive)
     other = log(efficiency="0.9")
     with pytest.raises(InputError, match="another drive chain"):
         identify([once, other], rig="forced", law="coulomb-viscous")
@@ -204,10 +201,10 @@ def test_a_simulated_axis_feels_the_force_of_its_own_chain() -> None:
     t = np.linspace(0.0, 1.0, 200)
     chain = DriveChain.of_table({"signal": "A", "kt": "0.5 N m/A ± 5 %", "lead": "10 mm"})
     push = Recording(t, 1e-6 * t, force=30.0 * np.sin(6 * t))
-    rig = RIGS["presliding"].behind([through(push, chain)])
+    rig = RIGS["presliding"].behind([push.through(chain)])
     (kt,) = rig.uncertain
     moved = rig.estimated({"kt": 1.1 * kt.value})
-    driven_log = through(push, chain)
+    driven_log = push.through(chain)
     track = rig.track(driven_log, slice(20, 180), 0.0, np.ones(160))  # type: ignore[attr-defined]
     again = moved.with_constants(track, driven_log)  # type: ignore[attr-defined]
     np.testing.assert_allclose(again.inputs[2], 1.1 * track.inputs[2], rtol=1e-12)

@@ -204,7 +204,8 @@ def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> li
     from ..data import read
 
     mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
-    recordings = [read(log, columns=mapping, lenient=columns is None) for log in logs]
+    drive = None if rig is None else rig.chain
+    recordings = [read(log, columns=mapping, drive=drive, lenient=columns is None) for log in logs]
     labels: dict[str, str] = {}
     for recording in recordings:
         if recording.source.sha256 in labels:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from ..drive import DriveChain
 from ..errors import InputError
 from .frames import Frame
 from .readers.read import read
@@ -25,6 +26,7 @@ def log_list(
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
     usual: Mapping[str, Any] | None = None,
+    drive: DriveChain | None = None,
 ) -> list[Recording]:
     """One or several logs as recordings.
 
@@ -34,6 +36,7 @@ def log_list(
         columns: Column by channel of files and frames, as `read` takes it.
         usual: The columns that a rig's logs have, which hold where `columns` says nothing, and
             need not be there.
+        drive: The chain of the rig's drive.
 
     Raises:
         InputError: there is none, or one cannot be used.
@@ -50,10 +53,14 @@ def log_list(
         if isinstance(log, Recording):
             recordings.append(log)
         elif isinstance(log, str | Path):
-            recordings.append(read(log, units=units, columns=chosen, lenient=not columns))
+            recordings.append(
+                read(log, units=units, columns=chosen, drive=drive, lenient=not columns)
+            )
         else:
             name = f"log {k}" if len(every) > 1 else ""
             recordings.append(
-                Recording.of(log, units=units, columns=chosen, lenient=not columns, name=name)
+                Recording.of(
+                    log, units=units, columns=chosen, drive=drive, lenient=not columns, name=name
+                )
             )
     return recordings

@@ -16,9 +16,10 @@ from ..presenters import presenter
 from ..space import Array
 from .channels import CHANNELS
 from .frames import Frame, frame_table
+from .power_flow import loss_factors
 from .readers.assembly import assembled
-from .readers.column_map import mapping
-from .readers.log_file import TablesInMemory
+from .readers.column_map import chain_of, mapping
+from .readers.log_file import ReadOptions, TablesInMemory
 from .readers.raw_table import printable
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
@@ -114,6 +115,7 @@ class Recording:
         *,
         units: Mapping[str, str] | None = None,
         columns: Mapping[str, Any] | str | Path | None = None,
+        drive: DriveChain | Mapping[str, Any] | None = None,
         lenient: bool = False,
         name: str = "",
     ) -> Self:
@@ -127,6 +129,7 @@ class Recording:
             units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
             columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it;
                 as `read` takes it.
+            drive: As for `read`.
             lenient: As for `read`.
             name: How messages and cards call it.
 
@@ -135,13 +138,42 @@ class Recording:
         """
         try:
             table = frame_table(frame)
-            arguments, rows = assembled(
-                TablesInMemory((table,)), mapping(columns), units=units, lenient=lenient
+            chain = chain_of(columns, drive)
+            arguments, rows, signal = assembled(
+                TablesInMemory((table,)),
+                mapping(columns),
+                options=ReadOptions(drive=chain),
+                units=units,
+                lenient=lenient,
             )
-            return cls(**arguments, source=Source(printable(name), "", rows))
+            recording = cls(**arguments, source=Source(printable(name), "", rows))
+            return recording.through(chain, signal) if chain and signal else recording
         except InputError as error:
             label = f"{printable(name)}: " * bool(name)
             raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error
+
+    def through(self, chain: DriveChain, column: str = "") -> Self:
+        """The same log behind a drive: its force was the signal times the gain of the chain.
+
+        Args:
+            chain: The drive's; its losses are still to be taken off.
+            column: The signal's head, for the note.
+
+        Raises:
+            InputError: it has no force, or one that a chain has been applied to.
+        """
+        if self.drive is not None:
+            raise InputError(
+                f"{self.label}: its force came through a drive chain already: apply it once"
+            )
+        if self.force is None:
+            raise InputError(
+                f"{self.label}: no column is the drive's {chain.signal.text}: map it, as in "
+                f'force = "head [{chain.signal.unit}]"'
+            )
+        share = loss_factors(chain, self.t, self.position, self.velocity, self.force)
+        notes = (*self.notes, chain.sentence(column))
+        return replace(self, force=self.force * share, drive=chain, notes=notes)
 
     def __len__(self) -> int:
         return len(self.t)

@@ -3,12 +3,13 @@
 from .chain import DriveChain
 from .conventions import CONVENTIONS, Convention, convention_named
 from .drive_file import drive_from
-from .refusals import missing_chain
+from .refusals import chain_needed, missing_chain
 
 __all__ = [
     "CONVENTIONS",
     "Convention",
     "DriveChain",
+    "chain_needed",
     "convention_named",
     "drive_from",
     "missing_chain",

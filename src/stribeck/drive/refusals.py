@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 from ..units import unit
+from .chain import counts_unknown
 from .chain_numbers import EXAMPLES
 from .drive_signal import BASES
 
 _SHARE = unit("%").dimension
 _COUNT = unit("count").dimension
 _CURRENT = unit("A").dimension
+
+
+def chain_needed(channel: str, written: str) -> str | None:
+    """What to write to make a channel of a column in such a unit; None where no chain would help.
+
+    Args:
+        channel: As recordings name it.
+        written: The unit of the column.
+    """
+    if channel == "force":
+        return missing_chain(written)
+    if channel in ("position", "command", "velocity", "acceleration"):
+        return counts_unknown(written) if "count" in unit(written).dimension else None
+    return None
 
 
 def missing_chain(written: str) -> str | None:

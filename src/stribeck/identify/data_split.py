@@ -85,8 +85,8 @@ def recording_list(
         units: As `log_list` takes them.
         columns: The same.
     """
-    usual = None if rig is None else rig.columns
-    recordings = log_list(logs, units=units, columns=columns, usual=usual)
+    usual, drive = (None, None) if rig is None else (rig.columns, rig.chain)
+    recordings = log_list(logs, units=units, columns=columns, usual=usual, drive=drive)
     return [mended(recording) for recording in recordings]
 
 

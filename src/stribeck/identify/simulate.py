@@ -43,7 +43,7 @@ def simulate(
     model = read_card(model) if isinstance(model, str | Path) else model
     parameters, p = model.model()
     rig = parameters.rig
-    (recording,) = log_list([log], units=units, columns=columns, usual=rig.columns)
+    (recording,) = log_list([log], units=units, columns=columns, usual=rig.columns, drive=rig.chain)
     if recording.rotary and not rig.rotary:
         raise InputError(
             f"{recording.label}: its position is an angle, and rig {rig.name} is linear: take a "

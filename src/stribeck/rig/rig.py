@@ -12,7 +12,7 @@ import numpy as np
 
 from ..constant import Constant, Origin, Stated
 from ..data.alignment import MOTION_CHANNELS, advanced
-from ..data.power_flow import losses
+from ..data.power_flow import loss_factors
 from ..data.recording import Recording
 from ..drive import DriveChain
 from ..errors import InputError
@@ -238,7 +238,9 @@ class Rig:
             return force
         force = force * (now.gain / then.gain)
         if now.lossy:
-            force = force * losses(recording, now) / losses(recording, then)
+            motion = recording.t, recording.position, recording.velocity
+            before = loss_factors(then, *motion, force)  # signs are all that it reads of a force
+            force = force * loss_factors(now, *motion, force) / before
         return force
 
     @property

@@ -33,10 +33,12 @@ class Assembly(NamedTuple):
     Args:
         arguments: Of its `Recording`, but for the source.
         rows: Rows of the table that they are from.
+        signal: The column that its force is made of by a drive chain; empty without one.
     """
 
     arguments: dict[str, Any]
     rows: int
+    signal: str = ""
 
 
 def assembled(
@@ -69,7 +71,7 @@ def assembled(
         raise InputError(TIME_UNIT_IS_OPEN)
     channels = log.channels
     timed = any(c.clock for c in channels) or options.rate is not None
-    heads = Heads.of(log, joint, units or {}, timed=timed)
+    heads = Heads.of(log, joint, units or {}, timed=timed, drive=options.drive)
     if lenient:
         mapped = _present(heads, mapped)
     chosen, notes = choose(heads, mapped)
@@ -82,7 +84,8 @@ def assembled(
     if budget is not None:  # a scalar becomes a column
         budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
     arguments = _mended(table, chosen, (*notes, *log.problems), options.window)
-    return Assembly(arguments, len(table.places))
+    signal = chosen["force"].column if options.drive and "force" in chosen else ""
+    return Assembly(arguments, len(table.places), signal)
 
 
 def _stated(options: ReadOptions) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...drive import chain_needed
 from ...errors import InputError
 from ...space import Array
 from ...units import Unit, unit
@@ -98,6 +99,8 @@ def refuse_unfit(channel: str, choice: Choice, kinds: tuple[str, ...]) -> None:
     """
     if choice.unit.dimension not in kinds:
         column, written = shortened(choice.column), shortened(choice.unit.written)
+        if needed := chain_needed(channel, choice.unit.written):
+            raise InputError(f"column {column} {needed}")
         raise InputError(
             f"column {column} is in {written or 'no unit'}, which does not measure "
             f"{_kind_words(channel, kinds)}: map it as {channel} = "

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ...drive import DriveChain, drive_from
 from ...errors import InputError
 from ...text_file import page
 from ..channels import CHANNELS
@@ -37,6 +38,23 @@ def mapping(columns: Mapping[str, Any] | str | Path | None) -> Mapping[str, Entr
     return read
 
 
+def chain_of(
+    columns: Mapping[str, Any] | str | Path | None, drive: DriveChain | Mapping[str, Any] | None
+) -> DriveChain | None:
+    """The drive chain of a caller, or that of the `[drive]` table of a TOML file.
+
+    Raises:
+        InputError: both are there, or a table is no chain.
+    """
+    stated = drive_from(Path(columns)) if isinstance(columns, str | Path) else None
+    if drive is None:
+        return stated
+    chain = drive if isinstance(drive, DriveChain) else DriveChain.of_table(drive)
+    if stated is not None and stated != chain:
+        raise InputError(f"the rig and {Path(str(columns)).name} both state a drive: state it once")
+    return chain
+
+
 def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
     name = printable(file.name)
     try:
@@ -45,7 +63,9 @@ def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
         raise InputError(f"{name}: cannot read the mapping: {error}") from error
     except (ValueError, RecursionError) as error:  # TOML and UTF-8 errors are ValueErrors
         raise InputError(f"{name}: the mapping is not TOML: {printable(str(error))}") from error
-    table = read.get("columns", read)
+    table = read.get("columns", {n: entry for n, entry in read.items() if n != "drive"})
+    if not table and "drive" in read:
+        return name, {}
     if not isinstance(table, dict):
         raise InputError(f'{name}: columns must be a table such as position = "x [mm]"')
     if not table:

@@ -6,14 +6,16 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ...drive import DriveChain
 from ...errors import InputError
-from ...units import Unit
+from ...units import Unit, unit
 from ..channels import CHANNELS
-from .choice import Choice, kinds_of, known_unit, refuse_unfit, unit_of_column, usual_unit
+from .choice import Choice, kinds_of, refuse_unfit, unit_of_column, usual_unit
 from .column_map import Entry
 from .heads import Head, meanings, take_apart
 from .log_file import Channel, LogFile
 from .raw_table import listed, shortened
+from .signal_choice import signal_of
 from .stamps import Epoch, epoch
 
 _EXAMPLE = {"time": "t [s]", "position": "x [mm]"}
@@ -30,6 +32,7 @@ class Heads:
         bare: Name -> the name without the joint that was asked for; columns of another joint or of
             none, but for times, are not in it.
         in_memory: Whether the log is a frame of the caller's, whose units are an argument.
+        drive: The chain from what the drive recorded to the force at the axis.
     """
 
     columns: Mapping[str, Channel]
@@ -37,6 +40,7 @@ class Heads:
     timed: bool
     bare: Mapping[str, str]
     in_memory: bool = False
+    drive: DriveChain | None = None
 
     @classmethod
     def of(
@@ -46,6 +50,7 @@ class Heads:
         units: Mapping[str, str],
         *,
         timed: bool,
+        drive: DriveChain | None = None,
     ) -> Heads:
         """Those of a log, with units that the caller states.
 
@@ -66,7 +71,34 @@ class Heads:
             timed,
             {n: n for n in columns} if joint is None else _of_joint(columns, joint),
             log.in_memory,
+            drive,
         )
+
+    def unit(self, channel: str, column: str, written: str) -> Unit:
+        """What a column is in, at the axis.
+
+        Raises:
+            InputError: nobody knows it, or how to get to the axis from there.
+        """
+        try:
+            through = self.drive.resolved(channel, written) if self.drive else None
+        except InputError as error:
+            raise InputError(f"column {shortened(column)} {error}") from error
+        return through or unit_of_column(channel, column, written)
+
+    def known(self, channel: str, written: str) -> Unit | None:
+        """The same, None if nobody knows it."""
+        try:
+            return self.unit(channel, "", written)
+        except InputError:
+            return None
+
+    def kinds(self, channel: str, *, rotary: bool | None = None) -> tuple[str, ...]:
+        """The dimensions that fit a channel, in SI units; a drive's force may be a current."""
+        kinds = kinds_of(channel, rotary=rotary)
+        if channel == "force" and self.drive is not None and self.drive.unit == "A":
+            kinds += (unit(self.drive.unit).dimension,)
+        return kinds
 
     def head(self, written: str) -> Head:
         """The name and unit of a column, its joint left out."""
@@ -112,34 +144,38 @@ def choose(heads: Heads, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
     """
     chosen = {channel: _mapped(heads, channel, entry) for channel, entry in mapped.items()}
     for channel, c in chosen.items():
-        refuse_unfit(channel, c, kinds_of(channel))
+        refuse_unfit(channel, c, heads.kinds(channel))
     used = {c.column for c in chosen.values()}
     names = {h: heads.head(h) for h in heads.columns if h not in used and h in heads.bare}
     for channel in ("time", "position"):
         if channel in chosen or (channel == "time" and heads.timed):
             continue
-        if channel == "position" and (velocity := _velocity(names, chosen)):
+        if channel == "position" and (velocity := _velocity(heads, names, chosen)):
             chosen["velocity"] = velocity
             continue
         chosen[channel] = _needed(heads, names, channel, kinds_of(channel), chosen)
     first = chosen.get("position") or chosen["velocity"]
     rotary = first.rotary
     for channel in (n for n in CHANNELS if n not in chosen):
-        kinds = kinds_of(channel, rotary=rotary)
+        kinds = heads.kinds(channel, rotary=rotary)
         if channel == "position":
             continue
-        if candidates := _ranked(names, channel, kinds):
+        if candidates := _ranked(heads, names, channel, kinds):
             chosen[channel] = candidates
+    if heads.drive is not None:
+        chosen |= signal_of(heads.drive, chosen, rotary=rotary)
     for channel, c in chosen.items():
-        refuse_unfit(channel, c, kinds_of(channel, rotary=rotary))
+        refuse_unfit(channel, c, heads.kinds(channel, rotary=rotary))
     return chosen, list(_unfit(names, chosen))
 
 
-def _velocity(names: Mapping[str, Head], chosen: Mapping[str, Choice]) -> Choice | None:
+def _velocity(
+    heads: Heads, names: Mapping[str, Head], chosen: Mapping[str, Choice]
+) -> Choice | None:
     """The velocity of a log in which no column is called a position."""
     if any("position" in meanings(head) for head in names.values()):
         return None
-    return chosen.get("velocity") or _ranked(names, "velocity", kinds_of("velocity"))
+    return chosen.get("velocity") or _ranked(heads, names, "velocity", heads.kinds("velocity"))
 
 
 def is_there(heads: Heads, entry: Entry) -> bool:
@@ -176,7 +212,7 @@ def _mapped(heads: Heads, channel: str, entry: Entry) -> Choice:
     if isinstance(factor, str) and factor not in {**heads.columns, **heads.scalars}:
         raise InputError(f"the mapping says {channel} has the factor {shortened(factor)!r}, but "
                          "there is no such column or number")  # fmt: skip
-    return Choice(column, unit_of_column(channel, column, written), factor)
+    return Choice(column, heads.unit(channel, column, written), factor)
 
 
 def _unmapped_unit(heads: Heads, column: str, channel: str) -> str:
@@ -208,7 +244,7 @@ def _needed(
     chosen: Mapping[str, Choice],
 ) -> Choice:
     """The column of time or position, or why there is none."""
-    if candidates := _ranked(names, channel, kinds):
+    if candidates := _ranked(heads, names, channel, kinds):
         return candidates
     named = [h for h, head in names.items() if channel in meanings(head)]
     if bare := [h for h in named if names[h].unit is None]:
@@ -216,7 +252,7 @@ def _needed(
             return _dated(bare[0], clock)
         raise InputError(_without_unit(heads, names, bare[0], channel, chosen))
     for h in named:
-        refuse_unfit(channel, Choice(h, unit_of_column(channel, h, names[h].unit or "")), kinds)
+        refuse_unfit(channel, Choice(h, heads.unit(channel, h, names[h].unit or "")), kinds)
     if next(iter(heads.columns), "") == "column 1":
         raise InputError(
             "has no heads: name its columns by number, as in "
@@ -259,12 +295,14 @@ def _without_unit(
     )
 
 
-def _ranked(heads: Mapping[str, Head], channel: str, kinds: tuple[str, ...]) -> Choice | None:
+def _ranked(
+    heads: Heads, names: Mapping[str, Head], channel: str, kinds: tuple[str, ...]
+) -> Choice | None:
     """The best candidate by name and unit."""
     ranked = []
-    for h, head in heads.items():
+    for h, head in names.items():
         rank = meanings(head).get(channel)
-        if rank is not None and head.unit is not None and (u := known_unit(channel, head.unit)):
+        if rank is not None and head.unit is not None and (u := heads.known(channel, head.unit)):
             ranked += [(rank, h, u)] * (u.dimension in kinds)
     if not ranked:
         return None
@@ -286,8 +324,9 @@ def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]
     for channel in CHANNELS:
         named = [h for h, head in heads.items() if channel in meanings(head) and h not in used]
         if channel not in chosen and named:
-            reason = (
-                "has no unit" if heads[named[0]].unit is None else "is in a unit that does not fit"
-            )
+            written = heads[named[0]].unit
+            reason = "has no unit" if written is None else "is in a unit that does not fit"
+            if channel == "force" and written in ("%", "‰"):
+                reason = f"is in {written} of what a [drive] table would say"
             notes.append(f"column {shortened(named[0])} {reason} and was not taken as {channel}")
     return notes

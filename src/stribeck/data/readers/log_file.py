@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from ...drive import DriveChain
 from ...space import Array
 from .raw_table import RawTable
 
@@ -47,12 +48,14 @@ class ReadOptions:
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts: its header's, or that of its log.
         window: First and last instant that is read, s from the start of the log; None for all.
+        drive: The chain from what the drive recorded to the force at the axis.
     """
 
     rate: float | None = None
     time_unit: str | None = None
     stamp: Literal["header", "log"] = "header"
     window: tuple[float, float] | None = None
+    drive: DriveChain | None = None
 
 
 class LogFile(Protocol):

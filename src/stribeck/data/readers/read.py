@@ -8,12 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ...drive import DriveChain
 from ...errors import InputError
 from ..recording import Recording, Source
 from . import file_bytes
 from .assembly import assembled
 from .budget import ReadBudget
-from .column_map import mapping
+from .column_map import chain_of, mapping
 from .log_file import ReadOptions
 from .raw_table import printable
 from .registry import opened
@@ -29,6 +30,7 @@ def read(
     joint: str | None = None,
     rate: float | None = None,
     options: ReadOptions | None = None,
+    drive: DriveChain | Mapping[str, Any] | None = None,
     lenient: bool = False,
 ) -> Recording:
     """Read a log of any format of `readers`.
@@ -50,6 +52,8 @@ def read(
         joint: The joint whose columns are taken, by name or number, where a log has several.
         rate: Samples a second of a log without times.
         options: What else a file may not say about itself.
+        drive: The chain from what the drive recorded to the force at the axis, or its table, as a
+            TOML file has it in `[drive]`.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
             says where its logs may have a channel, and asks for it if it needs it.
 
@@ -59,12 +63,16 @@ def read(
     mapped = mapping(columns)
     file, used = windowed(Path(path), options or ReadOptions())
     used = used if rate is None else replace(used, rate=rate)
+    used = replace(used, drive=chain_of(columns, drive))
     try:
         _, log = opened(file, used)
         budget = ReadBudget(_size(file))
-        arguments, rows = assembled(log, mapped, joint, used, budget, units=units, lenient=lenient)
+        arguments, rows, signal = assembled(
+            log, mapped, joint, used, budget, units=units, lenient=lenient
+        )
         source = Source(printable(file.name), file_bytes.sha256(file), rows)
-        return Recording(**arguments, source=source)
+        recording = Recording(**arguments, source=source)
+        return recording.through(used.drive, signal) if used.drive and signal else recording
     except InputError as error:
         sentence = str(error).removeprefix(f"{printable(file.name)}: ")
         raise InputError(printable(f"{file.name}: {sentence}")) from error
