@@ -1,7 +1,7 @@
 """Recommended compensators in foreign closed loops: what swings, and what is gained.
 
     python benchmarks/compensation.py [slide-bed|joint|servo|emps ...]     # measures
-    python benchmarks/compensation.py --show [onset]                       # prints the tables
+    python benchmarks/compensation.py --show [onset|cost]                  # prints the tables
 
 A card of each axis is compensated with `compensate`'s motions and sensors; what is recommended
 then runs in `tests/foreign/compensated.py`, on every axis that the card allows and on the true
@@ -56,10 +56,15 @@ FILE = Path(__file__).with_name("compensation.json")
 DATA = Path(__file__).parents[2] / "shared" / "data"
 #: Seconds of a ramp, and rows of it in which an axis settles, and which are judged.
 LONG, SHARE = 40.0, 0.3
+#: Sample time, s. Below which recommended scale it is told what the whole friction would do.
+PERIOD, ENOUGH = 1e-3, 0.8
 #: A swing counts from this share of the greatest error without compensation, and lasts that keeps
 #: the second one from one part of a ramp to the next. Turns of the error in the last half of a
 #: ramp, and in the last cycle of a sine.
 FLOOR, LASTING, TURNS = 0.01, 0.8, (4, 12)
+
+#: Who tells the onset.
+ENDS = ("stribeck", "foreign")
 
 Run = Callable[[Array, Settings, Array], LoopMotion]
 
@@ -186,7 +191,8 @@ def _servo() -> Case:
     return Case(
         written, _pd(written, loop_of, 5), np.array([known[n] for n in names]),
         (0.02, 0.05, 0.1, 0.2, 0.5), 3.0, 0.1,
-        {}, ("mrad", 1e3),
+        {"noise 0.5 mrad": Sensor(noise=5e-4), "12 bits": Sensor(2.0 * np.pi / 2**12)},
+        ("mrad", 1e3),
     )  # fmt: skip
 
 
@@ -206,7 +212,7 @@ def _emps() -> Case:
     )  # fmt: skip
     return Case(
         written, run, None, (2e-3, 5e-3, 10e-3, 20e-3, 50e-3), 0.5, 0.02,
-        {"steps of 1 um": Sensor(1e-6)}, ("mm", 1e3),
+        {"noise 10 um": Sensor(noise=1e-5), "steps of 1 um": Sensor(1e-6)}, ("mm", 1e3),
     )  # fmt: skip
 
 
@@ -275,18 +281,24 @@ def baselines(case: Case) -> dict[tuple[str, str], tuple[float, float, bool]]:
 def judged(
     case: Case, settings: Settings, without: Mapping[tuple[str, str], tuple[float, float, bool]]
 ) -> dict[str, Any]:
-    """Motions that hunt only with compensation, and the gain by motion: worst axis, truth."""
-    new, gains = [], dict[str, dict[str, float]]()
+    """Motions that hunt only with compensation, how far the ramps among them swing, and the gain.
+
+    The gain is by motion: worst axis, truth.
+    """
+    new, farthest, gains = [], 0.0, dict[str, dict[str, float]]()
     for axis, p in axes_of(case).items():
         for name, command in commands(case).items():
             moved = case.run(p, settings, command)
             rms, floor, hunted = without[axis, name]
             if hunts(name, command, moved, floor) and not hunted:
                 new.append(f"{axis}, {name}")
+                if name.startswith("ramp"):
+                    farthest = max(farthest, swing(command, moved, SHARE)[0])
             error = command - moved.position
             gains.setdefault(name, {})[axis] = rms / float(np.sqrt(np.mean(error * error)))
     return {
         "hunts": new,
+        "swing": farthest * case.unit[1],
         "motions": len(without),
         "without": sum(hunted for _, _, hunted in without.values()),
         "gain": {
@@ -299,41 +311,58 @@ def judged(
     }
 
 
-def onset(case: Case, result: Compensation) -> dict[str, Any]:
-    """Where feedback begins to hunt: by `compensate`, and in the foreign loop over its ramps."""
-    (feedback,) = [c for c in result.curves if c.mode == "feedback"]
-    shape = Compensator(drive=case.written.model()[0].rig["F_fm"]) if "F_fm" in (
-        case.written.constants
-    ) else Compensator()  # fmt: skip
-    axes = {n: p for n, p in axes_of(case).items() if n != "truth"}
+def believed(case: Case, sensor: Sensor) -> Compensator:
+    """The compensator's settings beside scale and mode, from the words of docs/compensation.md."""
+    noisy = 3.0 * np.sqrt(2.0) * sensor.noise  # of a difference of two readings
+    rests = 1e-3 * case.slow
+    constants = case.written.constants
+    drive = case.written.model()[0].rig["F_fm"] if "F_fm" in constants else 0.0
+    return Compensator(
+        dead_band=max((1.5 * sensor.resolution + noisy) / PERIOD, rests),
+        reference_band=rests, drive=drive,
+    )  # fmt: skip
+
+
+def settling(case: Case) -> list[tuple[Array, str, Array, float]]:
+    """Axes and ramps at the speeds of `compensate` that settle without compensation; floors."""
+    axes = [p for n, p in axes_of(case).items() if n != "truth"]
     ramps = {
         f"ramp {sign * v}": ramp(sign * v, min(LONG, case.travel / v))
         for v in (case.slow, 4 * case.slow) for sign in (1.0, -1.0)
     }  # fmt: skip
-    band = 1e-3 * case.slow
-
-    settles = []
-    for p in axes.values():
+    result = []
+    for p in axes:
         for name, command in ramps.items():
             free = case.run(p, Settings(), command)
             floor = FLOOR * float(np.abs(command - free.position).max())
             if not hunts(name, command, free, floor):
-                settles.append((p, name, command, floor))
+                result.append((p, name, command, floor))
+    return result
+
+
+def onset(
+    case: Case, result: Compensation, settles: list[tuple[Array, str, Array, float]]
+) -> dict[str, Any]:
+    """Where feedback begins to hunt: by `compensate`, and in the foreign loop over its ramps."""
+    (feedback,) = [c for c in result.curves if c.mode == "feedback"]
+    shape, sensor = believed(case, result.sensor), result.sensor
 
     def foreign(scale: float) -> bool:
-        s = settings_of(replace(shape, scale=scale, dead_band=band, reference_band=band), IDEAL)
-        return any(hunts(name, command, case.run(p, s, command), floor)
-                   for p, name, command, floor in settles)  # fmt: skip
+        s = settings_of(replace(shape, scale=scale), sensor)
+        return any(
+            hunts(name, command, case.run(p, s, command), max(floor, 2.0 * sensor.resolution))
+            for p, name, command, floor in settles
+        )
 
-    low, high = 0.0, max(float(feedback.scales[-1]), 0.1)
+    tried = float(feedback.scales[-1])
+    told = {"stribeck": None if feedback.onset is None else feedback.onset.scale, "tried": tried}
+    low, high = 0.0, max(tried, 0.1)
     if not foreign(high):
-        return {"stribeck": None if feedback.onset is None else feedback.onset.scale,
-                "foreign": None, "tried": high}  # fmt: skip
+        return told | {"foreign": None}
     while high - low > 0.0125:  # noqa: PLR2004 - a quarter of what is asked
         middle = 0.5 * (low + high)
         low, high = (low, middle) if foreign(middle) else (middle, high)
-    return {"stribeck": None if feedback.onset is None else feedback.onset.scale, "foreign": high,
-            "tried": float(feedback.scales[-1])}  # fmt: skip
+    return told | {"foreign": high}
 
 
 def measured(case: Case) -> dict[str, Any]:
@@ -344,7 +373,7 @@ def measured(case: Case) -> dict[str, Any]:
         for name, sensor in {"ideal": IDEAL, **case.sensors}.items()
     }
     seconds = (time.process_time() - began) / len(recommended)
-    without = baselines(case)
+    without, settles = baselines(case), settling(case)
     by_sensor = {}
     for name, result in recommended.items():
         c = result.compensator
@@ -353,12 +382,29 @@ def measured(case: Case) -> dict[str, Any]:
             "scale": None if c is None else c.scale,
             "axes": len(result.plants),
             **({} if c is None else judged(case, settings_of(c, result.sensor), without)),
+            "onset": onset(case, result, settles),
+            "more": more(case, result, without),
         }
     return {
         "law": case.written.law, "seconds": round(seconds, 1), "unit": case.unit[0],
-        "truth": case.truth is not None, "slow": case.slow * case.unit[1],
-        "sensors": by_sensor, "onset": onset(case, recommended["ideal"]),
+        "truth": case.truth is not None, "slow": case.slow * case.unit[1], "sensors": by_sensor,
     }  # fmt: skip
+
+
+def more(
+    case: Case, result: Compensation, without: Mapping[tuple[str, str], tuple[float, float, bool]]
+) -> dict[str, Any]:
+    """What the whole friction would do where less of it is recommended, by mode."""
+    c = result.compensator
+    if c is None or c.scale > ENOUGH:
+        return {}
+    shape = replace(c, scale=1.0, feedback=True)
+    modes = {"feedback": replace(shape, crossover=0.0), "crossover": shape}
+    return {
+        f"{name} 1": judged(case, settings_of(settings, result.sensor), without)
+        for name, settings in modes.items()
+        if name == "feedback" or shape.crossover
+    }
 
 
 # --- shown ----------------------------------------------------------------------------------------
@@ -369,11 +415,15 @@ def show(which: str) -> None:
     results = json.loads(FILE.read_text(encoding="utf-8"))
     if which == "onset":
         rows = [
-            [name, *(_scale(r["onset"][k], r["onset"]["tried"]) for k in ("stribeck", "foreign"))]
+            [name, sensor, *(_scale(s["onset"][k], s["onset"]["tried"]) for k in ENDS)]
             for name, r in results.items()
+            for sensor, s in r["sensors"].items()
         ]
-        heads = ["axis", "compensate", "foreign loop"]
+        heads = ["axis", "sensor", "compensate", "foreign loop"]
         show_table(Table.of_texts("scale from which feedback keeps an axis swinging", heads, rows))
+        return
+    if which == "cost":
+        show_cost(results)
         return
     rows = []
     for name, r in results.items():
@@ -389,6 +439,22 @@ def show(which: str) -> None:
             ])  # fmt: skip
     heads = ["axis", "sensor", "recommended", "without", "only with", "slow", "truth", "fast"]
     show_table(Table.of_texts("recommended compensators in foreign loops", heads, rows))
+
+
+def show_cost(results: Mapping[str, Any]) -> None:
+    """What is recommended, where that is less than the friction, beside the whole of it."""
+    rows = []
+    for name, r in results.items():
+        for sensor, s in r["sensors"].items():
+            if not s["more"]:
+                continue
+            for settings, tried in {f"{s['mode']} {s['scale']:.3g}": s, **s["more"]}.items():
+                hunts = len(tried["hunts"])
+                swings = f"{number(tried['swing'], 3)} {r['unit']}" if tried["swing"] else "none"
+                gain = _gain(tried["gain"], r["slow"])
+                rows.append([name, sensor, settings, *gain, str(hunts), swings])
+    heads = ["axis", "sensor", "compensator", "slow", "truth", "only with", "swing"]
+    show_table(Table.of_texts("the recommended compensator, and the whole friction", heads, rows))
 
 
 def _scale(value: float | None, tried: float) -> str:

@@ -12,9 +12,11 @@ from typing import Any
 import pytest
 
 from command import caller
-from stribeck import InputError
+from stribeck import InputError, read_card
 from stribeck.draft import PREFIX, Draft, settle
 from stribeck.report.folder import held, together, write_all, write_files
+from stribeck.report.motion_file import write_twin
+from stribeck.rig.twin import TestBed
 from test_select_truth import write_directional_logs
 
 #: Kills the process at one of its calls of a function.
@@ -176,22 +178,47 @@ def stribeck_(
     return caller(monkeypatch, capsys)
 
 
+OLDER_FIT = dict.fromkeys(
+    ("card.json", "report.json", "report.html", "training.png", "friction.svg"), b"older"
+)
+PAGE_OF_A_FIT = {"card.json", "report.json", "report.html"}
 IDENTIFY = ("identify", "a.csv", "--rig", "forced", "--law", "coulomb-viscous", "--out", "fit")
 
 
-def test_a_fit_killed_after_its_card_leaves_the_older_fit_whole(
-    stribeck_: Any, tmp_path: Path
+@pytest.mark.parametrize(
+    ("module", "name", "kept"),
+    [
+        ("stribeck.report.contents.gather", "Contents", {"card.json"}),
+        ("stribeck.report.figures.fit_figures", "save", PAGE_OF_A_FIT),
+    ],
+)
+def test_a_fit_that_is_killed_has_its_card_and_nothing_of_the_older_fit(
+    stribeck_: Any, tmp_path: Path, module: str, name: str, kept: set[str]
 ) -> None:
-    assert stribeck_(*IDENTIFY).status == 0
-    before = texts_of(tmp_path / "fit")
+    write_all(tmp_path / "fit", OLDER_FIT)
     words = ["stribeck", *(w.replace("a.csv", "b.csv") for w in IDENTIFY)]
     code = f"sys.argv = {words}\nfrom stribeck.cli import main\nmain()\n"
-    killed(tmp_path, "stribeck.report.figures.fit_figures", "write_figures", 1, code)
-    assert texts_of(tmp_path / "fit") == before
-    assert stribeck_("report", "fit").status == 0
-    assert texts_of(tmp_path / "fit") == before
+    killed(tmp_path, module, name, 1, code)
+    left = texts_of(tmp_path / "fit")
+    assert set(left) == kept
+    assert read_card(tmp_path / "fit" / "card.json").data[0].file == "b.csv"
+    status = stribeck_("report", "fit").status  # reads card and report as those of one fit
+    assert status == (0 if kept == PAGE_OF_A_FIT else 2)
     assert not [p for p in (tmp_path / "fit").iterdir() if p.name.startswith(PREFIX)]
-    # The card of one fit and the report of another: nobody renders that.
+
+
+@pytest.mark.usefixtures("stribeck_")
+def test_a_comparison_that_is_killed_while_it_is_drawn_is_kept(tmp_path: Path) -> None:
+    write_all(tmp_path / "fit", OLDER_FIT)
+    words = ["stribeck", "select", "b.csv", "--rig", "forced", "--laws",
+             "coulomb-viscous,coulomb-viscous-directional", "--out", "fit"]  # fmt: skip
+    code = f"sys.argv = {words}\nfrom stribeck.cli import main\nmain()\n"
+    killed(tmp_path, "stribeck.report.selection_report", "figure", 1, code)
+    assert set(texts_of(tmp_path / "fit")) == {"card.json", "selection.json"}
+    assert read_card(tmp_path / "fit" / "card.json").data[0].file == "b.csv"
+
+
+def test_a_card_and_a_report_of_two_fits_are_refused(stribeck_: Any, tmp_path: Path) -> None:
     assert stribeck_(*IDENTIFY[:-1], "other").status == 0
     card = tmp_path / "other" / "card.json"
     data = json.loads(card.read_text(encoding="utf-8"))
@@ -200,6 +227,22 @@ def test_a_fit_killed_after_its_card_leaves_the_older_fit_whole(
     refused = stribeck_("report", "other")
     assert refused.status == 2
     assert "card.json and report.json are not of one fit" in refused.err
+
+
+def test_log_and_truth_of_a_twin_move_into_place_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moved: list[list[str]] = []
+    publish = Draft.publish
+
+    def noted(draft: Draft, outdated: Any = ()) -> None:
+        moved.append(sorted(f.name for f in draft.files.iterdir()))
+        publish(draft, outdated)
+
+    monkeypatch.setattr(Draft, "publish", noted)
+    files = write_twin(TestBed(low=0.1, high=0.13), "up", 1, tmp_path / "bed.csv")
+    assert moved == [["bed.csv", "bed.truth.json"]]
+    assert all(f.exists() for f in files)
 
 
 def texts_of(folder: Path) -> dict[str, bytes]:

@@ -171,7 +171,10 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
 
 
 def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], None]) -> None:
-    """Write a fit into its folder, and show it before its figures are drawn."""
+    """Write a fit into its folder: its card in place of an older fit, then what can be made anew.
+
+    It is shown before its figures are drawn.
+    """
     from ..data.readers.raw_table import printable
     from ..report.contents.gather import Contents
     from ..report.contents.schema import OF_A_FIT
@@ -180,19 +183,18 @@ def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], 
     written = shown = False
     try:
         with together(out, OF_A_FIT) as place:
-            write_text(place / "card.json", card)  # first: without figures it is a fit, too
+            write_text(place / "card.json", card)  # hours of search, and a fit without figures
             written = True
-            show()
-            shown = True
-            from ..report.figures.fit_figures import write_figures
-            from ..report.page.html_page import write_report
+        show()
+        shown = True
+        from ..report.figures.fit_figures import write_figures
+        from ..report.page.html_page import write_report
 
-            contents = Contents(fit)
-            write_figures(contents, place)
-            clock.lap("figures")
-            command = ["stribeck", *map(printable, sys.argv[1:])]
-            write_report(contents.report(command), place)
-            clock.lap("report")
+        contents = Contents(fit)
+        write_report(contents.report(["stribeck", *map(printable, sys.argv[1:])]), out)
+        clock.lap("report")
+        write_figures(contents, out)
+        clock.lap("figures")
     except KeyboardInterrupt:
         if not written:
             raise
@@ -321,7 +323,10 @@ def _tell_selection(selection: Selection, out: Path | None, json: bool) -> None:
 
 
 def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) -> None:
-    """Write a comparison into its folder, and show it before its card and figure are made."""
+    """Write a comparison into its folder in place of older results, then its card and figure.
+
+    It is shown before these are made.
+    """
     from ..report.contents.schema import OF_A_FIT
     from ..report.folder import together
     from ..report.selection_report import OF_A_SELECTION, write_card, write_figure, write_selection
@@ -332,11 +337,11 @@ def _write_selection(selection: Selection, out: Path, show: Callable[[], None]) 
         with together(out, OF_A_FIT, OF_A_SELECTION) as place:
             write_selection(selection, place)
             left.pop(0)
-            show()
-            shown = True
-            write_card(selection, place)
-            left.pop(0)
-            write_figure(selection, place)
+        show()
+        shown = True
+        write_card(selection, out)
+        left.pop(0)
+        write_figure(selection, out)
     except KeyboardInterrupt:
         if "comparison" in left:
             raise

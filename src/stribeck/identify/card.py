@@ -61,12 +61,18 @@ class _Part(BaseModel):
 
 
 class ParameterCard(_Part):
-    """One parameter, in the unit given."""
+    """One parameter, in the unit given.
+
+    `others_at_low` and `others_at_high` are the other parameters as refitted where it is at that
+    end of its interval, each in its own unit; empty where they hardly move.
+    """
 
     value: Finite
     unit: str
     low: Finite | None
     high: Finite | None
+    others_at_low: dict[str, Finite] = {}
+    others_at_high: dict[str, Finite] = {}
     standard_error: Finite | None = None
     spread: Finite | None = None
     at_bound: Literal["lower", "upper"] | None

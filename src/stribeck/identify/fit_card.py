@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Literal
 
@@ -33,6 +34,7 @@ from .card import (
     constant_cards,
     kind_of,
 )
+from .interval_ends import interval_ends
 from .pace import paced
 from .result import Fit
 from .score import Score, simulated
@@ -243,7 +245,7 @@ def _conditions(fit: Fit) -> list[ConditionCard]:
 
 
 def _parameters(fit: Fit) -> dict[str, ParameterCard]:
-    parameters, cards = fit.parameters, {}
+    parameters, cards, others = fit.parameters, {}, _others(fit)
     for q, e in zip(parameters.every, fit.estimates, strict=True):
         if e.verdict == "fixed" and q.fixed == e.value:
             continue  # as the law holds it anyway
@@ -257,6 +259,8 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
             unit=e.unit,
             low=shown(e.low) if free else None,
             high=shown(e.high) if free else None,
+            others_at_low=others.get(q.name, ({}, {}))[0],
+            others_at_high=others.get(q.name, ({}, {}))[1],
             standard_error=shown(e.standard_error, shown_difference),
             spread=shown(e.spread, shown_difference),
             at_bound=e.at_bound,
@@ -271,3 +275,13 @@ def _parameters(fit: Fit) -> dict[str, ParameterCard]:
             meaning=e.meaning,
         )
     return cards
+
+
+def _others(fit: Fit) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
+    """The others at both ends of each parameter's interval, by label, in the units people see."""
+    params = {q.name: q for q in fit.parameters.every}
+
+    def shown(values: Mapping[str, float]) -> dict[str, float]:
+        return {fit.rig.label(n): float(shown_in(fit.rig, params[n], v)) for n, v in values.items()}
+
+    return {name: (shown(low), shown(high)) for name, (low, high) in interval_ends(fit).items()}

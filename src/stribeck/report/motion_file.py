@@ -12,7 +12,7 @@ from ..data.readers.raw_table import printable
 from ..errors import InputError
 from ..rig.rig import shown_in
 from ..units import unit
-from .folder import check_file, write_text
+from .folder import check_file, write_all, write_text
 
 #: Samples of a ramp, and of a run, that make a log.
 FEWEST, MOST = 10, 5_000_000
@@ -75,8 +75,8 @@ def write_twin(bed: TestBed, direction: Any, seed: int, out: Path) -> list[Path]
         "constants": {c.name: {"value": c.shown, "unit": c.unit} for c in bed.rig.constants},
         "software": {"stribeck": __version__},
     }
-    write_text(out, _csv(columns))
-    write_text(beside, json.dumps(truth, indent=2, ensure_ascii=False) + "\n")
+    texts = {out.name: _csv(columns), beside.name: json.dumps(truth, indent=2, ensure_ascii=False)}
+    write_all(out.parent, {name: f"{text.rstrip()}\n".encode() for name, text in texts.items()})
     return [out, beside]
 
 
