@@ -41,14 +41,12 @@ lock:
 		--no-emit-index-url --no-annotate --no-header --all-extras --upgrade \
 		--output-file $(LOCK) pyproject.toml
 
-# Known weaknesses of what is locked, and patterns of weakness in the source.
+# Patterns of weakness in the source, and known weaknesses of what is locked.
 audit:
 	$(PYTHON) -m venv .venv/audit
 	.venv/audit/bin/python -m pip install --quiet --disable-pip-version-check \
 		'bandit>=1.8,<2' 'pip-audit>=2.9,<3'
-	.venv/audit/bin/bandit --quiet --configfile pyproject.toml --recursive \
-		--severity-level medium src tools benchmarks
-	.venv/audit/bin/pip-audit --disable-pip --require-hashes --requirement $(LOCK)
+	.venv/audit/bin/python tools/audit.py $(LOCK) src tools benchmarks
 
 # Renews every block of output in the README and the docs, and their figures.
 docs: demo
