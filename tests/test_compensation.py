@@ -73,6 +73,32 @@ def bed(**ends: tuple[float | None, float | None]) -> Card:
     )  # fmt: skip
 
 
+def servo(*, together: bool = True) -> Card:
+    """A pendulum's servo of which k_t / R = 0.1 and F_V + k_t²/R = 0.03 are known.
+
+    Args:
+        together: Whether the card has the others at the end of each.
+    """
+    values: Given = {
+        "F_S": (0.07, None, None, "N m"), "F_C": (0.04, None, None, "N m"),
+        "F_V": (0.02, 0.005, 0.029, "N m s/rad"), "v_SS": (0.1, None, None, "rad/s"),
+        "k_t": (0.1, 0.01, 0.25, "N m/A"), "R": (1.0, 0.1, 2.5, "ohm"),
+        "armature": (1e-3, None, None, "kg m**2"), "q_offset": (0.0, None, None, "mrad"),
+    }  # fmt: skip
+    names = {q.name for q in RIGS["servo-pendulum"].parameters(_law("stribeck"))}
+    written = card_of("stribeck", "servo-pendulum", {n: v for n, v in values.items() if n in names})
+    low = {"k_t": 0.01, "R": 0.1, "F_V": 0.029}
+    high = {"k_t": 0.25, "R": 2.5, "F_V": 0.005}
+    others = {
+        n: {"others_at_low": {m: v for m, v in a.items() if m != n},
+            "others_at_high": {m: v for m, v in b.items() if m != n}}
+        for n, a, b in (("k_t", low, high), ("R", low, high), ("F_V", high, low))
+        if together
+    }  # fmt: skip
+    parts = {n: q.model_copy(update=others.get(n, {})) for n, q in written.parameters.items()}
+    return written.model_copy(update={"parameters": parts})
+
+
 def only(compensated: Compensation, mode: str) -> ScaleCurve:
     return next(c for c in compensated.curves if c.mode == mode)
 
@@ -247,6 +273,44 @@ def test_an_end_that_is_no_friction_is_left_out_and_told() -> None:
     axes, messages = plants(written, *written.model())
     assert "F_S low" not in axes
     assert any(s.startswith("F_S low: no friction") for s in messages)
+
+
+def test_axes_at_an_end_have_the_others_as_refitted_there() -> None:
+    """k_t and R of a servo whose position alone was logged: their ratio, and F_V + k_t²/R."""
+    written = servo()
+    parameters, p = written.model()
+    names = [q.name for q in parameters.every]
+    axes, _ = plants(written, parameters, p)
+    k_t, R, F_V = (names.index(n) for n in ("k_t", "R", "F_V"))
+    for axis in axes.values():
+        assert axis[k_t] / axis[R] == pytest.approx(p[k_t] / p[R], rel=1e-3)
+    for name in ("F_V low", "F_V high", "k_t low", "k_t high", "all friction low"):
+        axis = axes[name]
+        assert axis[F_V] + axis[k_t] ** 2 / axis[R] == pytest.approx(0.03, abs=1e-4)
+    alone = servo(together=False)
+    apart = plants(alone, *alone.model())[0]
+    assert apart["k_t low"][R] == p[R]
+
+
+def test_a_card_that_knows_a_ratio_alone_is_compensated() -> None:
+    """One axis with half of k_t, the others as they are, is none that the log allows."""
+    ramp = references(0.1, 0.5, 0.0, 1e-3)[1]
+    known, apart = (
+        compensation(servo(together=t), reference=ramp, mode="reference", scale=0.9)
+        for t in (True, False)
+    )
+    assert (known.mode, apart.mode) == ("reference", None)
+    harm = only(apart, "reference").harm
+    assert harm is not None
+    assert harm.plant in {"k_t low", "k_t high", "R low", "R high"}
+
+
+def test_a_card_that_names_no_parameter_of_its_own_is_refused() -> None:
+    written = bed(F_S=(140.0, 150.0))
+    strange = {"F_S": written.parameters["F_S"].model_copy(update={"others_at_low": {"k_t": 1.0}})}
+    written = written.model_copy(update={"parameters": {**written.parameters, **strange}})
+    with pytest.raises(InputError, match="F_S: beside its low end stands 'k_t', no parameter"):
+        plants(written, *written.model())
 
 
 def test_a_swing_that_gravity_makes_is_not_hunting() -> None:

@@ -79,22 +79,35 @@ def packed(*elements: bytes) -> bytes:
     return head + b"".join(struct.pack("<II", 15, len(s)) + s for s in streams)
 
 
-def many_elements() -> bytes:
-    """A matrix of 2.5 million elements that have nothing in them."""
-    return packed(element(14, described("x_mm", 1, 1) + struct.pack("<II", 9, 0) * 2_500_000))
+def stream(head: bytes, block: bytes, times: int) -> bytes:
+    """A zlib stream of a head and so many times a block, which is packed once."""
+    first, again = zlib.compressobj(9), zlib.compressobj(9, wbits=-15)
+    data = first.compress(head) + first.flush(zlib.Z_FULL_FLUSH)
+    data += (again.compress(block) + again.flush(zlib.Z_FULL_FLUSH)) * times
+    check = zlib.adler32(head)
+    for _ in range(times):
+        check = zlib.adler32(block, check)
+    return data + zlib.compressobj(9, wbits=-15).flush() + struct.pack(">I", check)
 
 
-def many_zeros() -> bytes:
-    """Sixty million zeros in one variable, and in the next."""
-    cells = 60_000_000
+def compressed(*streams: bytes) -> bytes:
+    """A MATLAB file of elements that are packed."""
+    return packed() + b"".join(struct.pack("<II", 15, len(s)) + s for s in streams)
+
+
+def many_elements(mebibytes: int) -> bytes:
+    """A matrix of elements that have nothing in them, 131,072 a mebibyte."""
+    block, head = struct.pack("<II", 9, 0) * (1 << 17), described("x_mm", 1, 1)
+    size = len(head) + mebibytes * len(block)
+    return compressed(stream(struct.pack("<II", 14, size) + head, block, mebibytes))
+
+
+def many_zeros(mebibytes: int) -> bytes:
+    """As many bytes of zeros in one variable, and in the next."""
+    cells = mebibytes << 20
     matrix = described("x_mm", cells, 1) + struct.pack("<II", 2, cells)
-    stream = zlib.compressobj(9)
-    start = struct.pack("<II", 14, len(matrix) + cells) + matrix
-    data = stream.compress(start) + b"".join(
-        stream.compress(bytes(1 << 20)) for _ in range(cells >> 20)
-    )
-    data += stream.compress(bytes(cells % (1 << 20))) + stream.flush()
-    return packed()[:128] + (struct.pack("<II", 15, len(data)) + data) * 2
+    zeros = stream(struct.pack("<II", 14, len(matrix) + cells) + matrix, bytes(1 << 20), mebibytes)
+    return compressed(zeros, zeros)
 
 
 def many_variables() -> bytes:
@@ -150,8 +163,10 @@ def still() -> bytes:
 
 
 HOSTILE = {
-    "elements.mat": (many_elements, "is a broken MATLAB file"),
-    "zeros.mat": (many_zeros, "the numbers up to x_mm need 1.4 GiB of memory, and 69"),
+    "elements.mat": (lambda: many_elements(17), "is a broken MATLAB file"),
+    "more.mat": (lambda: many_elements(135), "the numbers up to x_mm need 135 MiB of memory"),
+    "zeros.mat": (lambda: many_zeros(57), "the numbers up to x_mm need 1.39 GiB of memory, and 69"),
+    "bomb.mat": (lambda: many_zeros(1500), "need 36.6 GiB of memory, and 206 MiB is the most"),
     "variables.mat": (many_variables, "has 10,001 variables"),
     "still.mat": (still, "nothing moves: position is the same in all 600000 rows"),
     "matrix.mat": (wide_matrix, "has 2,000,000 columns in v"),

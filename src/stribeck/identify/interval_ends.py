@@ -7,6 +7,7 @@ them at its end and the others as estimated is none that the data allow.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,30 +31,34 @@ def interval_ends(fit: Fit) -> dict[str, tuple[dict[str, float], dict[str, float
     """
     parameters = fit.parameters
     every = Space(parameters.every)
-    estimates = dict(zip(every.names, fit.estimates, strict=True))
     profiles = {p.name: p for p in fit.uncertainty.profiles.profiles}
-    at, low, high = (
-        every.encode(np.array([values]))[0]
-        for values in (
-            fit.p,
-            [estimates[n].low for n in every.names],
-            [estimates[n].high for n in every.names],
-        )
-    )
+    of_each = [profiles.get(parameters.tied.get(n, n)) for n in every.names]
+    estimated = np.array([profile is not None for profile in of_each])
+
+    def encoded(values: Iterable[float]) -> Array:
+        u: Array = every.encode(np.array([list(values)]))[0]
+        return u
+
+    at = encoded(fit.p)
+    ends = [encoded(e.low for e in fit.estimates), encoded(e.high for e in fit.estimates)]
+    # What widens an interval after its profile says nothing of how parameters go together.
+    low = encoded(np.nan if p is None else p.low.end for p in of_each)
+    high = encoded(np.nan if p is None else p.high.end for p in of_each)
     result = {}
-    for k, name in enumerate(every.names):
-        profile = profiles.get(parameters.tied.get(name, name))
+    for k, (name, profile) in enumerate(zip(every.names, of_each, strict=True)):
         if profile is None:
             continue
-        ends = []
-        for end in (low, high):
+        others = estimated & (np.arange(len(at)) != k)
+        sides: list[dict[str, float]] = []
+        for end in ends:
             u = _refitted(profile, every, parameters, at, k, float(end[k]))
             half = np.where(u < at, at - low, high - at)
-            values, others = every.decode(u[None])[0], np.arange(len(u)) != k
             moves = bool((others & (np.abs(u - at) > MOVES * half)).any())
-            free = others & np.isfinite(half) & moves
-            ends.append({every.names[i]: float(values[i]) for i in np.flatnonzero(free)})
-        result[name] = (ends[0], ends[1])
+            values = every.decode(u[None])[0].tolist()
+            sides.append(
+                {every.names[i]: values[i] for i in np.flatnonzero(others)} if moves else {}
+            )
+        result[name] = (sides[0], sides[1])
     return result
 
 
