@@ -44,6 +44,7 @@ from stribeck.compensate.closed_loop import IDEAL, Sensor
 from stribeck.compensate.compensation import Compensation, compensate
 from stribeck.compensate.compensator import Compensator
 from stribeck.compensate.corners import plants
+from stribeck.compensate.scale_curve import MARGIN
 from stribeck.data.recording import Recording
 from stribeck.report.folder import write_text
 from stribeck.report.format import number
@@ -62,6 +63,8 @@ PERIOD, ENOUGH = 1e-3, 0.8
 #: the second one from one part of a ramp to the next. Turns of the error in the last half of a
 #: ramp, and in the last cycle of a sine.
 FLOOR, LASTING, TURNS = 0.01, 0.8, (4, 12)
+#: An axis that is so many times its command's travel away (0.1 m or rad at least) has run away.
+FAR = 100.0
 
 #: Who tells the onset.
 ENDS = ("stribeck", "foreign")
@@ -109,7 +112,10 @@ def _bed() -> Case:
         c, m = curve(axis), curve(p)
         return simulate_bed(bed, c, c, (m, m), s, command, h=5e-5)
 
-    sensors = {"noise 0.3 mm": Sensor(noise=3e-4), "steps of 0.0977 mm": Sensor(9.77e-5)}
+    sensors = {
+        "noise 0.3 mm": Sensor(noise=3e-4), "steps of 0.0977 mm": Sensor(9.77e-5),
+        "steps of 1 um": Sensor(1e-6),
+    }  # fmt: skip
     speeds = (2e-3, 5e-3, 10e-3, 20e-3, 50e-3)
     return Case(
         written, run, np.array(PUBLISHED["left"]), speeds, np.inf, 5e-3, sensors, ("mm", 1e3)
@@ -154,7 +160,8 @@ def _joint() -> Case:
     true = np.array([0.58, 0.34, 0.12, 0.06, 1.0, J, 0.3, 0.0, 0.0])
     return Case(
         written, run, true, (0.02, 0.05, 0.1, 0.2, 0.5), 3.0, 0.05,
-        {}, ("mrad", 1e3),
+        {"noise 0.1 mrad": Sensor(noise=1e-4), "14 bits": Sensor(2.0 * np.pi / 2**14)},
+        ("mrad", 1e3),
     )  # fmt: skip
 
 
@@ -236,10 +243,9 @@ def commands(case: Case) -> dict[str, Array]:
 
 
 def hunts(name: str, command: Array, moved: LoopMotion, floor: float) -> bool:
-    """Whether an axis swings on, or rests behind its reference, at the end of a motion."""
-    if not np.isfinite(moved.position).all():
-        return True
-    if stands(command, moved) > 0.0:
+    """Whether an axis runs away, or swings on or rests behind its reference at a motion's end."""
+    away = np.abs(moved.position - command[0]).max()
+    if not away < FAR * max(float(np.ptp(command)), 0.1) or stands(command, moved) > 0.0:
         return True
     on_ramp = name.startswith("ramp")
     last = (command - moved.position)[-len(command) // (2 if on_ramp else 3) :]
@@ -323,16 +329,25 @@ def believed(case: Case, sensor: Sensor) -> Compensator:
     )  # fmt: skip
 
 
+def there_and_back(speed: float, seconds: float) -> Array:
+    """A ramp that turns after a quarter of its time: what lasts at its end has lasted since."""
+    there = ramp(speed, seconds / 4)
+    way_back = speed * PERIOD * np.arange(1.0, round(0.75 * seconds / PERIOD) + 1)
+    return np.concatenate([there, there[-1] - way_back])
+
+
 def settling(case: Case) -> list[tuple[Array, str, Array, float]]:
-    """Axes and ramps at the speeds of `compensate` that settle without compensation; floors."""
+    """Axes and motions at the speeds of `compensate` that settle without compensation; floors."""
     axes = [p for n, p in axes_of(case).items() if n != "truth"]
-    ramps = {
-        f"ramp {sign * v}": ramp(sign * v, min(LONG, case.travel / v))
-        for v in (case.slow, 4 * case.slow) for sign in (1.0, -1.0)
-    }  # fmt: skip
+    motions = {"sine": sine(2 * case.slow, min(5.0 * case.slow, case.travel / 2), 3)}
+    for v in (case.slow, 4 * case.slow):
+        seconds = min(LONG, case.travel / v)
+        for sign in (1.0, -1.0):
+            motions[f"ramp {sign * v}"] = ramp(sign * v, seconds)
+            motions[f"ramp back {sign * v}"] = there_and_back(sign * v, seconds)
     result = []
     for p in axes:
-        for name, command in ramps.items():
+        for name, command in motions.items():
             free = case.run(p, Settings(), command)
             floor = FLOOR * float(np.abs(command - free.position).max())
             if not hunts(name, command, free, floor):
@@ -343,7 +358,7 @@ def settling(case: Case) -> list[tuple[Array, str, Array, float]]:
 def onset(
     case: Case, result: Compensation, settles: list[tuple[Array, str, Array, float]]
 ) -> dict[str, Any]:
-    """Where feedback begins to hunt: by `compensate`, and in the foreign loop over its ramps."""
+    """Where feedback begins to hunt: by `compensate`, and in the foreign loop."""
     (feedback,) = [c for c in result.curves if c.mode == "feedback"]
     shape, sensor = believed(case, result.sensor), result.sensor
 
@@ -356,7 +371,7 @@ def onset(
 
     tried = float(feedback.scales[-1])
     told = {"stribeck": None if feedback.onset is None else feedback.onset.scale, "tried": tried}
-    low, high = 0.0, max(tried, 0.1)
+    low, high = 0.0, tried + MARGIN
     if not foreign(high):
         return told | {"foreign": None}
     while high - low > 0.0125:  # noqa: PLR2004 - a quarter of what is asked
