@@ -296,7 +296,7 @@ def test_a_card_that_knows_a_ratio_alone_is_compensated() -> None:
     """One axis with half of k_t, the others as they are, is none that the log allows."""
     ramp = references(0.1, 0.5, 0.0, 1e-3)[1]
     known, apart = (
-        compensation(servo(together=t), reference=ramp, mode="reference", scale=0.9)
+        compensate(servo(together=t), reference=ramp, mode="reference", scale=0.9)
         for t in (True, False)
     )
     assert (known.mode, apart.mode) == ("reference", None)

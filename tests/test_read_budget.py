@@ -8,6 +8,7 @@ import struct
 import subprocess
 import sys
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -162,7 +163,7 @@ def still() -> bytes:
     return buffer.getvalue()
 
 
-HOSTILE = {
+HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "elements.mat": (lambda: many_elements(17), "is a broken MATLAB file"),
     "more.mat": (lambda: many_elements(135), "the numbers up to x_mm need 135 MiB of memory"),
     "zeros.mat": (lambda: many_zeros(57), "the numbers up to x_mm need 1.39 GiB of memory, and 69"),
