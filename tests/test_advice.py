@@ -8,10 +8,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-import typer
 
 import stribeck
-from stribeck.cli import COMMANDS, application
+from stribeck.cli import command_line
 
 SOURCE = Path(stribeck.__file__).parent
 #: Which commands say what a folder or file says, the nearest first; elsewhere any command may.
@@ -36,7 +35,7 @@ CALL = re.compile(r"\b[A-Za-z_]+\([a-z_]+=")
 @cache
 def options() -> dict[str, set[str]]:
     """The options of each command."""
-    commands = typer.main.get_command(application(COMMANDS)).commands  # type: ignore[attr-defined]
+    commands = command_line().commands
     return {
         name: {opt for p in command.params for opt in (*p.opts, *p.secondary_opts)}
         | {"--help", "--version"}

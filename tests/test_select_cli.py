@@ -172,7 +172,7 @@ def test_ctrl_c_before_a_law_is_done_writes_nothing(
         (["a.csv", "--rig", "forced", "--laws", ","], "no law was given"),
         (["a.csv", "--rig", "forced", "--set", "bogus=1"], "no law here has a parameter 'bogus'"),
         (["a.csv", "--rig", "forced", "--test", "a.csv"], "the same log as"),
-        (["--rig", "forced", "--test", "a.csv", "b.csv"], "Missing argument 'LOG...'"),
+        (["--rig", "forced", "--test", "a.csv", "b.csv"], "Missing argument 'LOG'"),
         (["a.csv", "--rig", "forced", "--holdout", "1s:4s"], "give --train as well"),
         (["a.csv", "--rig", "forced", "--folds", "400"], "is too short for 400 folds"),
         (["a.csv", "--rig", "forced", "--out", "a.csv"], "is a file, not a folder"),

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -32,6 +32,8 @@ COMMANDS = (
     laws, methods, rigs, drives, warm, version,
 )  # fmt: skip
 
+#: Set by a shell that completes a line.
+_COMPLETE = "_STRIBECK_COMPLETE"
 #: Objects made between two looks of the garbage collector: the 200,000 that a start makes stay,
 #: and looking through them every 700, as Python does, takes an eighth of the start.
 GC_THRESHOLD = 300_000
@@ -52,9 +54,11 @@ def main() -> None:
 
 def _run() -> None:
     try:
+        if _COMPLETE in os.environ:  # a shell asks what may come next
+            command_line()(prog_name="stribeck")
         arguments = spread(checked(sys.argv[1:])) or ["--help"]
         called = [c for c in COMMANDS if c.__name__ == arguments[0]]
-        command = typer.main.get_command(application(called or COMMANDS))
+        command = command_line(called or COMMANDS)
         with notices(), command.make_context("stribeck", arguments) as context:
             context.command.invoke(context)
     except typer.Exit as done:
@@ -77,20 +81,33 @@ def _run() -> None:
         crash(error)
 
 
-def application(commands: Sequence[Callable[..., None]] = COMMANDS) -> typer.Typer:
-    """The command line with some of its commands: to build all takes longer than to run some."""
+def command_line(commands: Sequence[Callable[..., None]] = COMMANDS) -> typer.core.TyperGroup:
+    """The command line with some of its commands: to build all takes longer than to run some.
+
+    Only all of them are completed by a shell, and only then can that be installed.
+    """
     app = typer.Typer(
         name="stribeck",
         help="From a motion log to a friction model you can trust.",
-        add_completion=False,
+        add_completion=commands is COMMANDS,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_options)
     for command in commands:
-        app.command()(command)
-    return app
+        app.command(short_help=(command.__doc__ or "").partition("\n")[0])(command)
+    group = cast("typer.core.TyperGroup", typer.main.get_command(app))
+    parameters: list[Any] = [p for c in group.commands.values() for p in c.params]
+    for parameter in parameters:
+        if parameter.param_type_name == "argument":
+            # The name of an argument says what it is: LOG, and not LOG <list[Path]>.
+            parameter.display_type_rich = _nothing
+    return group
+
+
+def _nothing(ctx: object) -> None:
+    del ctx
 
 
 def _open_streams() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Sequence
+from json import dumps
 from typing import Any, NoReturn
 
 import typer
@@ -18,6 +20,18 @@ def fail(message: str, status: int) -> NoReturn:
         line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
     typer.echo(f"stribeck: {line}", err=True)
     sys.exit(status)
+
+
+def show_files(files: Iterable[object], notes: Sequence[str] = (), *, json: bool) -> None:
+    """Print the files that were written, a line each, and notes on stderr; or both as JSON."""
+    if json:
+        document = {"files": [str(file) for file in files], "notes": list(notes)}
+        typer.echo(dumps(document, indent=2, ensure_ascii=False))
+        return
+    for file in files:
+        typer.echo(file)
+    for note in notes:
+        typer.echo(f"note: {note}", err=True)
 
 
 def misused(error: typer.TyperException) -> str:

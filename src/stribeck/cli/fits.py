@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -9,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ..errors import InputError
-from .exits import fail
+from .completions import law_names, laws_named, method_names
+from .exits import fail, show_files
 from .inputs import (
     Bounds,
     Columns,
@@ -35,6 +37,7 @@ from .inputs import (
     with_constants,
 )
 from .interruption import interruption
+from .likely_rig import no_rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -47,35 +50,44 @@ if TYPE_CHECKING:
 
 def identify(
     logs: Logs,
-    rig: RigName,
-    law: Annotated[str | None, typer.Option(metavar="L", help="A friction law (see `laws`).")] = None,
+    rig: RigName = None,
+    law: Annotated[str | None, typer.Option(metavar="LAW", help="A friction law (see `laws`); the rig's first by default.", autocompletion=law_names)] = None,
     directional: Annotated[bool, typer.Option("--directional", help="Parameters for each direction.")] = False,
-    method: Annotated[str | None, typer.Option(metavar="M", help="A search method (see `methods`).")] = None,
+    method: Annotated[str | None, typer.Option(metavar="METHOD", help="A search method (see `methods`); mbts by default.", autocompletion=method_names)] = None,
     train: Train = None,
-    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to validate on.")] = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to validate on; none by default.")] = None,
     set_: Set = None,
     exact: Exact = False,
     bounds: Bounds = None,
     tie: Annotated[list[str] | None, typer.Option(metavar="NAME=OTHER", help="Make one parameter equal another.")] = None,
     setting: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="A setting of the method.")] = None,
     seed: Seed = None,
-    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each repeat.")] = None,
-    repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches.")] = None,
-    target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J.")] = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each repeat; 8000 by default.")] = None,
+    repeats: Annotated[int | None, typer.Option(metavar="N", help="Independent searches; 3 by default.")] = None,
+    target: Annotated[float | None, typer.Option(metavar="J", help="End a search at this J; none by default.")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's run: to J < 4.5 or 1000 rounds, one search, no polishing.")] = False,
     loss: LossOption = "squares",
     restart: Annotated[bool, typer.Option("--restart", help="Simulate from rest to rest, not through.")] = False,
     delay: DelayText = "auto",
     velocity: Annotated[str, typer.Option(metavar="auto|recorded|position", help="The velocity of a force balance.")] = "auto",
     breakaway: Annotated[str, typer.Option(metavar="auto|common|scattered", help="One breakaway, or each slip's own.")] = "auto",
-    bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say).")] = 0,
-    posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say).")] = 0,
+    bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say); none by default.", show_default=False)] = 0,
+    posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say); none by default.", show_default=False)] = 0,
     columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json, figures and report.html there.")] = None,
+    figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Whether figures are drawn into --out; the page has its own.")] = True,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print no result and no progress: what goes wrong alone.")] = False,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Identify the friction of an axis from recordings of it."""
     check_there(logs)
+    rig = rig or no_rig(logs, columns, json=json)
+    if quiet and out is None and not json:
+        raise InputError("--quiet: then nothing is left of the result: give --out DIR, or --json")
+    if quiet:
+        logging.getLogger("stribeck").setLevel(logging.WARNING)  # nor what is compiled
+    if not figures and out is None:
+        raise InputError("--no-figures: figures are drawn with --out DIR alone")
 
     from ..report.folder import check_folder, held
     from ..report.search_progress import SearchProgress
@@ -116,7 +128,7 @@ def identify(
     recordings = read_logs(logs, chosen, columns)
     clock.lap("reading")
     with held(out):
-        with SearchProgress(chosen.unit_shown("position")) as progress:
+        with SearchProgress(chosen.unit_shown("position"), quiet=quiet) as progress:
             fit = identified(
                 recordings,
                 rig=chosen,
@@ -140,10 +152,12 @@ def identify(
             )
         clock.lap("search", fit.search.seconds)
         clock.lap("uncertainty")
-        _tell(fit, out, json, clock)
+        _tell(fit, out, clock, json=json, quiet=quiet, figures=figures)
 
 
-def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
+def _tell(
+    fit: Fit, out: Path | None, clock: Stopwatch, *, json: bool, quiet: bool, figures: bool
+) -> None:
     from ..report.fit_report import show_fit
     from ..report.terminal import show_time
 
@@ -152,7 +166,7 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     def show() -> None:
         if json:
             typer.echo(text, nl=False)
-        else:
+        elif not quiet:
             show_fit(fit)
         sys.stdout.flush()  # to be read while the figures are drawn
         clock.lap("card")
@@ -160,17 +174,25 @@ def _tell(fit: Fit, out: Path | None, json: bool, clock: Stopwatch) -> None:
     if out is None:
         show()
     else:
-        _write(fit, text, out, clock, show)
-    if not json:
+        _write(fit, text, out, clock, show, figures=figures)
+    if not (json or quiet):
         if out is not None:
-            typer.echo(f"\ncard, figures and report.html in {out}")
+            typer.echo(f"\ncard{', figures' * figures} and report.html in {out}")
         show_time(clock)
     if fit.search.ended == "interrupted":
         place = f"in {out / 'card.json'}" if out is not None else "printed above"
         fail(f"interrupted: the partial result is {place}", interruption.status)
 
 
-def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], None]) -> None:
+def _write(
+    fit: Fit,
+    card: str,
+    out: Path,
+    clock: Stopwatch,
+    show: Callable[[], None],
+    *,
+    figures: bool,
+) -> None:
     """Write a fit into its folder: its card in place of an older fit, then what can be made anew.
 
     It is shown before its figures are drawn.
@@ -193,7 +215,8 @@ def _write(fit: Fit, card: str, out: Path, clock: Stopwatch, show: Callable[[], 
         contents = Contents(fit)
         write_report(contents.report(["stribeck", *map(printable, sys.argv[1:])]), out)
         clock.lap("report")
-        write_figures(contents, out)
+        if figures:
+            write_figures(contents, out)
         clock.lap("figures")
     except KeyboardInterrupt:
         if not written:
@@ -225,6 +248,7 @@ def _paper(rig: Rig, settings: dict[str, Any]) -> dict[str, Any]:
 
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `identify --out` wrote.")],
+    json: Annotated[bool, typer.Option("--json", help="Print the file written as JSON.")] = False,
 ) -> None:  # fmt: skip
     """Make the page of a fit again from its report.json: one file, to look at and to print."""
     from ..report.contents.schema import check_report_folder
@@ -233,21 +257,21 @@ def report(
 
     check_report_folder(folder)
     with held(folder):
-        typer.echo(write_page(folder))
+        show_files([write_page(folder)], json=json)
 
 
 def select(
     logs: Logs,
-    rig: RigName,
-    laws: Annotated[str | None, typer.Option(metavar="A,B,...", help="Laws to compare; those of the rig by default.")] = None,
+    rig: RigName = None,
+    laws: Annotated[str | None, typer.Option(metavar="A,B,...", help="Laws to compare; those of the rig by default.", autocompletion=laws_named)] = None,
     train: Train = None,
-    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to hold out.")] = None,
-    test: Annotated[list[Path] | None, typer.Option(metavar="LOG...", help="Other logs to hold out as a whole.")] = None,
+    holdout: Annotated[list[str] | None, typer.Option(metavar="A:B", help="Positions (or times) to hold out; by default logs, or parts of them, in turn.")] = None,
+    test: Annotated[list[Path] | None, typer.Option(metavar="LOG", help="Other logs to hold out as a whole.")] = None,
     set_: Set = None,
     exact: Exact = False,
     bounds: Bounds = None,
     seed: Seed = None,
-    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit.")] = None,
+    budget: Annotated[int | None, typer.Option(metavar="N", help="Evaluations for each fit; 4000 by default.")] = None,
     delay: DelayText = "auto",
     velocity: Annotated[str, typer.Option(metavar="auto|recorded|position", help="The velocity of a force balance.")] = "auto",
     folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
@@ -258,6 +282,7 @@ def select(
 ) -> None:  # fmt: skip
     """Compare friction laws on data held out, and recommend the simplest that holds."""
     check_there([*logs, *(test or [])])
+    rig = rig or no_rig(logs, columns, json=json)
 
     from ..report.folder import check_folder, held
     from ..report.search_progress import SelectionProgress

@@ -10,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from ..units import number
+from .completions import rig_names
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,14 +24,20 @@ if TYPE_CHECKING:
 CardFile = Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")]
 Logs = Annotated[
     list[Path],
-    typer.Argument(metavar="LOG...", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON."),
+    typer.Argument(metavar="LOG", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON."),
 ]
 Columns = Annotated[
     Path | None,
     typer.Option(metavar="MAP.toml", help="Which column is what, where the heads do not say."),
 ]
 RigName = Annotated[
-    str, typer.Option("--rig", metavar="RIG", help="A rig's name (see `rigs`) or a TOML file.")
+    str | None,
+    typer.Option(
+        "--rig",
+        metavar="RIG",
+        help="A rig's name (see `rigs`) or a TOML file; without it the log's likely one is told.",
+        autocompletion=rig_names,
+    ),
 ]
 Set = Annotated[
     list[str] | None,
@@ -43,7 +50,7 @@ Bounds = Annotated[
 ]
 Train = Annotated[
     list[str] | None,
-    typer.Option(metavar="A:B", help="Positions (or 10s:40s) to train on."),
+    typer.Option(metavar="A:B", help="Positions (or 10s:40s) to train on; all by default."),
 ]
 Exact = Annotated[
     bool,
@@ -61,7 +68,7 @@ DelayText = Annotated[
         help="By how many ms the force (or command) is after the motion; auto looks for it.",
     ),
 ]
-Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches.")]
+Seed = Annotated[int | None, typer.Option(metavar="N", help="Seed of the searches; 0 by default.")]
 
 #: No setting of a method is a greater whole number.
 LARGEST_SETTING = 10**15

@@ -6,33 +6,62 @@ from typing import Annotated
 
 import typer
 
+from .completions import drive_names, law_names, method_names, rig_names
+from .inputs import Json
 
-def laws(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+
+def laws(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The law to explain; all are listed by default.", autocompletion=law_names)] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
     """List the friction laws, or explain one."""
+    if json:
+        from ..report.registry_documents import laws_text
+
+        typer.echo(laws_text(name), nl=False)
+        return
     from ..report.registries import show_laws
 
     show_laws(name)
 
 
-def methods(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+def methods(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The method to explain; all are listed by default.", autocompletion=method_names)] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
     """List the search methods, or explain one."""
+    if json:
+        from ..report.registry_documents import methods_text
+
+        typer.echo(methods_text(name), nl=False)
+        return
     from ..report.registries import show_methods
 
     show_methods(name)
 
 
-def rigs(name: Annotated[str | None, typer.Argument(metavar="NAME")] = None) -> None:
+def rigs(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The rig, or its TOML file, to show; all are listed by default.", autocompletion=rig_names)] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
     """List the rigs, or show one with its constants."""
-    from ..report.registries import show_rigs
     from ..rig.lookup import rig_named
 
-    show_rigs(rig_named(name) if name is not None else None)
+    rig = rig_named(name) if name is not None else None
+    if json:
+        from ..report.registry_documents import rigs_text
+
+        typer.echo(rigs_text(rig), nl=False)
+        return
+    from ..report.registries import show_rigs
+
+    show_rigs(rig)
 
 
 def drives(
-    name: Annotated[str | None, typer.Argument(metavar="NAME")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
-) -> None:
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The convention to explain; all are listed by default.", autocompletion=drive_names)] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
     """List what drives record of their torque, or explain one convention with its document."""
     from ..report.registries import drives_text, show_drives
 

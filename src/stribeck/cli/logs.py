@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from ..errors import InputError
+from .completions import rig_names
+from .exits import show_files
 from .inputs import Columns, Json, above_zero, read_logs
 
 if TYPE_CHECKING:
@@ -45,6 +47,7 @@ def twin(
         typer.Option(metavar="current|voltage", help="What the drive holds from sample to sample."),
     ] = "current",
     supply: Annotated[float, typer.Option(metavar="V", help="Voltage of the supply.")] = 24.0,
+    json: Annotated[bool, typer.Option("--json", help="Print the files written as JSON.")] = False,
 ) -> None:
     """Record the paper's test bed, simulated with its sensors; the truth is written beside the log."""
     from ..report.motion_file import write_twin
@@ -59,15 +62,15 @@ def twin(
         speed=speed * 1e-3, echo_noise=noise * 1e-3, rate=rate, echo_rate=echo_rate,
         loop=cast("Loop", loop), mode=cast("Mode", mode), held=cast("Held", drive), supply=supply,
     )  # fmt: skip
-    for file in write_twin(bed, direction, seed, out):
-        typer.echo(file)
+    show_files(write_twin(bed, direction, seed, out), json=json)
 
 
 def check(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.")],
     columns: Columns = None,
     rig: Annotated[
-        str | None, typer.Option(metavar="RIG", help="Read the log as this rig's.")
+        str | None,
+        typer.Option(metavar="RIG", help="Read the log as this rig's.", autocompletion=rig_names),
     ] = None,
     json: Json = False,
 ) -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ..errors import InputError
-from .exits import fail
+from .completions import rig_names, target_names
+from .exits import fail, show_files
 from .inputs import (
     CardFile,
     Columns,
@@ -34,7 +35,7 @@ def validate(
     card: CardFile,
     logs: Logs,
     range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
-    max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error.")] = None,
+    max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error; no limit by default.")] = None,
     delay: DelayText = "auto",
     columns: Columns = None,
     json: Json = False,
@@ -70,9 +71,9 @@ def validate(
 
 def plan(
     card: CardFile,
-    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="The logs of the card; by default those that it names, beside it.")] = None,
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG", help="The logs of the card; by default those that it names, beside it.")] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Length of an experiment; as long as the data, two minutes at most, by default.")] = None,
-    check: Annotated[int, typer.Option(metavar="N", help="Try the best three on N twins, simulated and refitted.")] = 0,
+    check: Annotated[int, typer.Option(metavar="N", help="Try the best three on N twins, simulated and refitted; none by default.", show_default=False)] = 0,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the draws and twins.")] = 0,
     columns: Columns = None,
     json: Json = False,
@@ -102,7 +103,7 @@ def plan(
 
 def compensate(
     card: CardFile,
-    rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.")] = None,
+    rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.", autocompletion=rig_names)] = None,
     loop: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Gains, period, delay, limit and sensor of its position loop.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="Of the slowest motion, in the rig's unit; the card's logs' by default.")] = None,
     period: Annotated[float | None, typer.Option(metavar="MS", help="Sample time of the controller; 1 ms by default.")] = None,
@@ -205,6 +206,7 @@ def simulate(
     ],
     out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to write the motion.")],
     columns: Columns = None,
+    json: Json = False,
 ) -> None:
     """Simulate an identified model under the command of a log."""
     from ..identify.simulate import simulate as simulated
@@ -214,12 +216,12 @@ def simulate(
     written, parameters, _ = card_model(card)
     (recording,) = read_logs([log], parameters.rig, columns)
     write_motion(parameters.rig, simulated(written, recording), out)
-    typer.echo(out)
+    show_files([out], json=json)
 
 
 def export(
     card: CardFile,
-    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.")],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.", autocompletion=target_names)],
     out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c, matlab: the folder) to write; a text goes to the terminal without it.")] = None,
     name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
     set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1.")] = None,
@@ -228,6 +230,7 @@ def export(
     speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
     into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,
     joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the files written and the notes as JSON.")] = False,
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""
     from ..export import TARGETS
@@ -237,6 +240,8 @@ def export(
     target = TARGETS.get(to)
     if target is None:
         raise InputError(f"--to {to}: there are {', '.join(TARGETS)}")
+    if out is None and json:
+        raise InputError("--json: a text is printed as it is: give --out with it")
     if out is None and (target.folder or not target.text):
         raise InputError(f"--to {to}: give --out, a {'folder' if target.folder else 'file'}")
     if out is not None:
@@ -260,8 +265,4 @@ def export(
     if out is None:
         (data,) = files.files.values()
         typer.echo(data, nl=False)
-    else:
-        for file in files.write(out):
-            typer.echo(file)
-    for note in files.notes:
-        typer.echo(f"note: {note}", err=True)
+    show_files([] if out is None else files.write(out), files.notes, json=json)

@@ -18,7 +18,7 @@ from .gate.fault import shown
 from .log_list import Columns, Log, log_list
 from .resolution import step
 from .segmentation import Segments, Slip, Stroke, segment
-from .verdicts import ForceTests, verdicts
+from .verdicts import ForceTests, likely_rig, verdicts
 
 if TYPE_CHECKING:
     from .recording import Recording
@@ -55,6 +55,8 @@ class Quality:
         presliding: Stiffness of the contact, if force cycles below breakaway; else None.
         notes: What was mended when the log was read.
         verdict: What the log is good enough for and what not, a sentence each.
+        rig: The rig that it suggests; empty where none does.
+        rig_reason: Why.
     """
 
     file: str
@@ -79,6 +81,8 @@ class Quality:
     presliding: Presliding | None
     notes: tuple[str, ...]
     verdict: tuple[str, ...]
+    rig: str = ""
+    rig_reason: str = ""
 
     @property
     def median_jump(self) -> float:
@@ -121,7 +125,8 @@ class Quality:
             *(("mended", note) for note in self.notes),
             *(("fault", sentence) for sentence in self.faults),
         ]
-        return table + [("verdict", line) for line in self.verdict]
+        likely = [("likely rig", f"{self.rig}: {self.rig_reason}")] * bool(self.rig)
+        return [*table, *(("verdict", line) for line in self.verdict), *likely]
 
     def _span(self, name: str) -> str:
         si = CHANNELS[name][self.rotary]
@@ -176,6 +181,7 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
     channels = recording.channels()
     speeds = np.quantile(np.abs(_moving(recording, segments)), [0.1, 0.5, 0.9]).tolist()
     tests = ForceTests(ramps(recording), presliding(recording))
+    rig, reason = likely_rig(recording, segments, tests)
     return Quality(
         file=recording.label,
         rows=len(recording),
@@ -199,6 +205,8 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
         notes=recording.notes,
         faults=tuple(fault.sentence for fault in faults(recording)),
         verdict=tuple(verdicts(recording, segments, tests)),
+        rig=rig,
+        rig_reason=reason,
     )
 
 

@@ -80,6 +80,48 @@ def verdicts(recording: Recording, segments: Segments, tests: ForceTests) -> lis
     return [line for line in notes if line]
 
 
+def likely_rig(recording: Recording, segments: Segments, tests: ForceTests) -> tuple[str, str]:
+    """The rig that a log suggests, empty where none does, and why.
+
+    Args:
+        recording: The log, mended.
+        segments: Its strokes, rests and slips.
+        tests: Its ramps and cycles of force.
+    """
+    tested = tests.of(len(segments.slips))
+    turned = "-rotary" * recording.rotary
+    sticky = not tested and _sticky(segments)
+    measured = recording.force is not None and bool(np.ptp(recording.force) > 0)
+    if tested:
+        return f"presliding{turned}", tested
+    if sticky and not recording.rotary:
+        return "slide-bed", f"stick-slip, {_slips(recording, segments)}"
+    if measured and not _by_position(recording):
+        if coarse := _coarse(recording, segments):
+            return f"presliding{turned}", f"force measured, {coarse}"
+        pressed = recording.pressure is not None and not recording.rotary
+        return ("cylinder", "force and pressure measured") if pressed else (
+            f"forced{turned}", "force measured"
+        )  # fmt: skip
+    return _without_force(recording)
+
+
+def _without_force(recording: Recording) -> tuple[str, str]:
+    """The rig of a log that does not stick and has no measured force, and why."""
+    if recording.rotary and recording.command is not None:
+        voltage = recording.voltage is not None
+        return ("servo-pendulum" if voltage else "joint",
+                f"command{' and voltage' * voltage} recorded, no force")  # fmt: skip
+    lacking = "no measured force" if recording.force is None else "its force is no measurement"
+    substitutes = [n for n in ("current", "voltage") if getattr(recording, n) is not None]
+    way = (
+        f"map {substitutes[0]} to force by its factor"
+        if substitutes
+        else "record the force of its drive, or its current"
+    )
+    return "", f"{lacking} and no stick-slip: {way}"
+
+
 def _sticky(segments: Segments) -> bool:
     """Whether the axis sticks and slips: several slips, most of them a part of their stroke."""
     return (

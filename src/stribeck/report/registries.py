@@ -98,28 +98,34 @@ def show_methods(name: str | None) -> None:
     """List the search methods, or explain one with its settings."""
     out = console()
     if name is None:
-        rows = [[n, _head(kind)] for n, kind in METHODS.items()]
+        rows = [[n, summary(kind)] for n, kind in METHODS.items()]
         show_table(Table.of_texts("", ["method", "what it does"], rows, labels=range(2)))
         return
     if name not in METHODS:
         raise InputError(f"no method {name!r}: there are {', '.join(METHODS)}")
     kind: Any = METHODS[name]
-    meanings = _meanings(kind)
+    said = meanings(kind)
     rows = [
-        [f.name, str(f.default) if f.default is not MISSING else "", meanings.get(f.name, "")]
+        [f.name, str(f.default) if f.default is not MISSING else "", said.get(f.name, "")]
         for f in fields(kind)
     ]
-    out.print(f"{name}: {_head(kind)}\n")
+    out.print(f"{name}: {summary(kind)}\n")
     title, heads = "settings (--setting NAME=VALUE)", ["setting", "default", "meaning"]
     show_table(Table.of_texts(title, heads, rows, labels=range(3)))
 
 
-def show_rigs(rig: Rig | None) -> None:
-    """List the rigs, or show one with its constants, parameters and log columns."""
+def show_rigs(rig: Rig | None, likely: str = "") -> None:
+    """List the rigs, the likely one marked; or show one with its constants and columns."""
     out = console()
     if rig is None:
-        rows = [[n, _APPROACHES[r.approach][0], r.doc] for n, r in RIGS.items()]
-        show_table(Table.of_texts("", ["rig", "fitted by", "what it is"], rows, labels=range(3)))
+        marks = [[("→" if n == likely else "")] * bool(likely) for n in RIGS]
+        rows = [
+            [*mark, n, _APPROACHES[r.approach][0], r.doc]
+            for mark, (n, r) in zip(marks, RIGS.items(), strict=True)
+        ]
+        heads = [*[""] * bool(likely), "rig", "fitted by", "what it is"]
+        chosen = [*RIGS].index(likely) if likely else None
+        show_table(Table.of_texts("", heads, rows, labels=range(len(heads)), chosen=chosen))
         return
     out.print(f"{rig.name}: {rig.doc}")
     for line in (f"identified by {_APPROACHES[rig.approach][1]}", rig.cite):
@@ -158,11 +164,12 @@ def _range(rig: Rig, param: Any) -> str:
     return f"{shown_in(rig, param, param.lower):g} to {shown_in(rig, param, param.upper):g}"
 
 
-def _head(kind: Any) -> str:
+def summary(kind: Any) -> str:
+    """What a method does, in a sentence: the first of its docstring."""
     return (inspect.getdoc(kind) or "").split("\n\n")[0].replace("\n", " ")
 
 
-def _meanings(kind: Any) -> dict[str, str]:
+def meanings(kind: Any) -> dict[str, str]:
     """What the docstrings of a method and of those it is made of say of each setting."""
     meanings: dict[str, str] = {}
     for cls in kind.__mro__:

@@ -29,7 +29,8 @@ class SearchProgress:
     second one, or one outside the search, interrupts at once. So does a SIGTERM that is handled.
     """
 
-    def __init__(self, unit: str) -> None:
+    def __init__(self, unit: str, *, quiet: bool = False) -> None:
+        self._quiet = quiet
         self._unit, self._last_line = unit, time.monotonic()
         self._bar: Progress | None = None
         self._searching = False
@@ -57,6 +58,8 @@ class SearchProgress:
             KeyboardInterrupt: Ctrl-C was pressed during the step.
         """
         self._step(searches)
+        if self._quiet:
+            return
         done = sum(len(s.trace) for s in searches)
         total = sum(s.budget if s.ended is None else len(s.trace) for s in searches)
         best = f"{number(min(s.shown for s in searches), 4)} {self._unit}"

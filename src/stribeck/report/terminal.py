@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import sys
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, cast
 
 from rich.console import Console
 from rich.text import Text
@@ -34,10 +35,25 @@ def show_table(table: Table) -> None:
     console().print(table.terminal())
 
 
+class _Unpadded(io.TextIOBase):
+    """Standard output without the blanks that fill a table's last column."""
+
+    def write(self, text: str) -> int:
+        sys.stdout.write(re.sub(r"[ \t]+(?=\n|$)", "", text))
+        return len(text)
+
+    def flush(self) -> None:
+        sys.stdout.flush()
+
+
 def console() -> Console:
     """Standard output; where it is no terminal, lines are as long as they need to be."""
-    wide = sys.stdout.isatty() or "COLUMNS" in os.environ
-    return _Output(highlight=False, markup=False, emoji=False, width=None if wide else UNCUT)
+    if sys.stdout.isatty():
+        return _Output(highlight=False, markup=False, emoji=False)
+    width = None if "COLUMNS" in os.environ else UNCUT
+    return _Output(
+        file=cast("IO[str]", _Unpadded()), highlight=False, markup=False, emoji=False, width=width
+    )
 
 
 def show_warnings(warnings: Sequence[str]) -> None:
