@@ -3,13 +3,15 @@
     python benchmarks/figure3_loop.py [--seeds N] [--show]
 
 Each seed is a ramp up, fitted over 112 to 295 mm with the constants exact: the ideal loop with one
-breakaway for all slips, the loop through the sensors so, and slip by slip. Answers are lines of
+breakaway for all slips; the loop through the sensors so, slip by slip without its force, and as
+`identify` does by default: slip by slip, by what the controller read. Answers are lines of
 docs/data/figure3_loop.jsonl: an interrupted run goes on from there.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +24,11 @@ from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from stribeck.rig.twin import TestBed
 
 FILE = Path(__file__).parents[1] / "docs" / "data" / "figure3_loop.jsonl"
-#: Loop of the log, and breakaway of the fit.
-FITS = (("ideal", "common"), ("sensors", "common"), ("sensors", "scattered"))
+#: Loop of the log, and how it is fitted: with one breakaway for all slips, slip by slip where the
+#: log has no force, or by what the controller read.
+FITS = (
+    ("ideal", "common"), ("sensors", "common"), ("sensors", "scattered"), ("sensors", "reading"),
+)  # fmt: skip
 TRUTH = dict(
     zip(("F_S", "F_C", "F_V", "v_SS", "exponent", "k_spring"), PUBLISHED["right"], strict=True)
 )
@@ -33,11 +38,13 @@ FREE = tuple(name for name in TRUTH if name != "exponent")
 def fitted(seed: int, loop: str, breakaway: str) -> Answer:
     """The estimates of one log."""
     log = TestBed(loop=loop).run("up", seed=seed).recording  # type: ignore[arg-type]
+    if breakaway == "scattered":
+        log = replace(log, force=None, current=None)
     answer: Answer = {"seed": seed, "loop": loop, "breakaway": breakaway}
     try:
         fit = identify(
             log, rig=SLIDE_BED.exact(), law="stribeck", train="112:295",
-            breakaway=breakaway,  # type: ignore[arg-type]
+            breakaway="auto" if breakaway == "reading" else breakaway,  # type: ignore[arg-type]
         )  # fmt: skip
     except InputError as error:  # too few slips to go slip by slip
         return answer | {"refused": str(error)}

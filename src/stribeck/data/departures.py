@@ -48,6 +48,9 @@ class SlipOnset:
         seconds: How long the axis took for the first part of its way, s.
         uncertain: How far from `position` it may have rested, by the steps and the noise of its
             sensor, m or rad.
+        instant: When it begins, s, where a force is known that is held from sample to sample and
+            flickers: `before` is then the sample at which the axis bore most, and `after` the one
+            that broke it away. Else None: half-way between the two.
     """
 
     before: float
@@ -56,6 +59,7 @@ class SlipOnset:
     direction: int
     seconds: float
     uncertain: float = 0.0
+    instant: float | None = None
 
 
 def departures(recording: Recording, segments: Segments) -> list[Departure]:

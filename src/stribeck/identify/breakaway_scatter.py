@@ -20,7 +20,7 @@ from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
 from .onset_levels import onset_levels
-from .own_breakaway import column, pulls, uniform
+from .own_breakaway import column, onset_of, pulls, uniform
 from .random_effects import TAIL, spread_of
 
 if TYPE_CHECKING:
@@ -84,12 +84,14 @@ class Scatter:
         least: Lower end of its 95 % interval.
         sd: Standard deviation, N or N m.
         slips: How many slips tell it.
+        read: Whether it is known what the controller read in some of them.
     """
 
     share: float
     least: float
     sd: float
     slips: int
+    read: bool = False
 
     @property
     def evident(self) -> bool:
@@ -111,7 +113,8 @@ def scatter(parameters: Parameters, slips: Sequence[Segment]) -> Scatter:
         float(np.sqrt(max(levels.squares / x - levels.rounding, 0.0)))
         for x in (levels.dof, float(chdtri(levels.dof, TAIL)))
     )
-    return Scatter(sd / levels.mean, least / levels.mean, sd, levels.slips)
+    read = any(onset_of(s).instant is not None for s in slips)
+    return Scatter(sd / levels.mean, least / levels.mean, sd, levels.slips, read)
 
 
 def first_weights(parameters: Parameters, slips: Sequence[Segment]) -> BreakawayWeights:

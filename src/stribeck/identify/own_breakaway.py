@@ -23,6 +23,7 @@ from ..friction.orders import orders
 from ..rig.rig import Motion, stem
 from ..rig.simulated import SimulatedRig
 from ..space import Array
+from .known_holds import moved_holds
 
 if TYPE_CHECKING:
     from .segment import Segment
@@ -34,6 +35,8 @@ BREAKAWAY = "F_S"
 _MOVED, _MOVES = 2.0, 4
 #: Times that a slip is simulated only to see when it begins, where that is not known well.
 _PASSES = 2
+#: By how much later a slip is begun to see what that changes, s.
+_LATER = 1e-4
 
 
 def onset_of(segment: Segment) -> SlipOnset:
@@ -140,18 +143,16 @@ def simulated_slip(
     if not levelled:
         segment = replace(segment, onset=replace(onset, uncertain=0.0))
     rate = rise / (onset.after - onset.before)
-    if rig.holds_force and not rough:  # it tells the sample
+    held = onset.instant is not None  # then the pull says under which of its readings
+    if held or (rig.holds_force and not rough):  # it tells the sample
         rate = np.zeros_like(F)
     later = np.zeros_like(F)
     for _ in range(_PASSES if rough else 0):
-        later = later + _timed(rig, law, p, segment, F + later * rate)[2]
-    x, v, late, shift = _timed(rig, law, p, segment, F + later * rate)
-    return SimulatedSlip(
-        x + shift[:, None] - late[:, None] * v,
-        v,
-        later + late,
-        F + (later + (not rig.holds_force) * late) * rate,
-    )
+        later = later + _timed(rig, law, p, segment, F + later * rate, later).late
+    slip = _timed(rig, law, p, segment, F + later * rate, later)
+    late = later + slip.late
+    taken = later if rig.holds_force else late
+    return replace(slip, late=late, breakaway=F + taken * rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,17 +173,30 @@ class SimulatedSlip:
 
 
 def _timed(
-    rig: SimulatedRig, law: Law, p: Array, segment: Segment, F: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Positions and velocities under a breakaway; how much later, and higher, they fit best.
+    rig: SimulatedRig, law: Law, p: Array, segment: Segment, F: Array, later: Array
+) -> SimulatedSlip:
+    """Slips under a breakaway, as much later, and higher, as they fit best.
 
     Higher or lower by no more than the level at which the axis rested is uncertain.
+
+    Args:
+        rig: The rig.
+        law: The law.
+        p: (n, k) complete parameter sets.
+        segment: The slip.
+        F: Its breakaway, (n,).
+        later: Than its onset, where a held force leaves that open, s, (n,).
     """
     onset, counts = onset_of(segment), segment.track.score > 0
-    x, v = rig.states(law, with_breakaway(law, p, segment, F), segment.track)
-    off, speed = segment.track.measured - x, v
+    own = with_breakaway(law, p, segment, F)
+    if onset.instant is None:
+        x, v = rig.states(law, own, segment.track)
+        speeds = v
+    else:
+        x, v, speeds = _held(rig, law, own, segment, onset.instant + later)
+    off, speed = segment.track.measured - x, speeds
     if not counts.all():
-        off, speed = off[:, counts], v[:, counts]
+        off, speed = off[:, counts], speed[:, counts]
     most, uncertain = max(_MOVED * (onset.after - onset.before), onset.seconds), onset.uncertain
     shift = np.zeros(len(x))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -191,7 +205,22 @@ def _timed(
             late = _later(off - mean[:, None], speed - speed.mean(axis=1, keepdims=True), most)
             shift = np.clip(mean + late * speed.mean(axis=1), -uncertain, uncertain)
             shift[~np.isfinite(shift)] = 0.0
-        return x, v, _later(off - shift[:, None], speed, most), shift
+        late = _later(off - shift[:, None], speed, most)
+    return SimulatedSlip(x + shift[:, None] - late[:, None] * speeds, v, late, F)
+
+
+def _held(
+    rig: SimulatedRig, law: Law, p: Array, segment: Segment, instants: Array
+) -> tuple[Array, Array, Array]:
+    """Positions and velocities of slips that begin at some instants; what each second later takes.
+
+    A force that is held is not late with the slip, so that this is not its velocity.
+    """
+    onset = onset_of(segment)
+    twice = np.concatenate([instants, instants + _LATER])
+    motion = rig.held_slips(law, np.tile(p, (2, 1)), segment.track, twice, onset.direction)
+    x, after = np.split(motion.position, 2)
+    return x, motion.velocity[: len(p)], (x - after) / _LATER
 
 
 def _later(off: Array, speed: Array, most: float) -> Array:
@@ -215,7 +244,12 @@ def slip_motion(rig: SimulatedRig, law: Law, p: Array, segment: Segment) -> Moti
         return rig.move(law, p, segment.track)
     F, rise = pulls(rig, law, p, [segment])
     slip = simulated_slip(rig, law, p, segment, F[:, 0], rise[:, 0], rough=True)
-    motion = rig.move(law, with_breakaway(law, p, segment, slip.breakaway), segment.track)
+    own = with_breakaway(law, p, segment, slip.breakaway)
+    if (instant := segment.onset.instant) is None:
+        motion = rig.move(law, own, segment.track)
+    else:
+        instants = instant + slip.late
+        motion = rig.held_slips(law, own, segment.track, instants, segment.onset.direction)
     return replace(motion, position=slip.position, velocity=slip.velocity)
 
 
@@ -229,9 +263,16 @@ def moved_onsets(
     moved = list(segments)
     for _ in range(_MOVES):
         F, rise = pulls(rig, law, p[None], moved)
-        for k, s in enumerate(moved):
-            slip = simulated_slip(rig, law, p[None], s, F[:, k], rise[:, k], rough=True)
-            moved[k] = replace(s, onset=_moved(rig, s, float(slip.late[0])))
+        slips = [
+            simulated_slip(rig, law, p[None], s, F[:, k], rise[:, k], rough=True)
+            for k, s in enumerate(moved)
+        ]
+        late = [float(slip.late[0]) for slip in slips]
+        held = moved_holds(rig, moved, late)
+        moved = [
+            replace(s, onset=held[k] if k in held else _moved(rig, s, late[k]))
+            for k, s in enumerate(moved)
+        ]
     return tuple(moved)
 
 

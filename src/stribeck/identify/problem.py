@@ -22,6 +22,7 @@ from ..space import Array, Space
 from ..units import unit
 from .breakaway_scatter import BreakawayWeights, first_weights, level_columns
 from .data_split import ranges_or_all, recording_list
+from .known_holds import place_in_hold
 from .loss import FINER, KNEE, Breakaway, Loss, Objective, pseudo_huber
 from .own_breakaway import onset_inputs, pulls, simulated_slip, uniform
 from .parameters import Parameters, partition
@@ -46,10 +47,12 @@ class MotionProblem:
 
     Where each slip has a breakaway of its own, a segment is a slip, and after the residuals of the
     motions there is one for each slip: its breakaway less the mean, over the standard deviation
-    of that, times the noise (`weights`).
+    of that, times the noise (`weights`). Where it is known what the controller of a loop read,
+    there is another for each slip, once these are settled: how long after its controller has read
+    it begins, less how long that takes on average, over the standard deviation, times the noise.
 
     `scale` is `unit` in SI, `logs` how many residuals each segment has, in order; with slips, those
-    of all motions. `priors` counts those of breakaway: a random effect is drawn anew for each slip,
+    of all motions. `priors` counts those of onsets: a random effect is drawn anew for each slip,
     whatever the errors of its motion are like.
     """
 
@@ -82,7 +85,11 @@ class MotionProblem:
         self._plain = not (self._rig.floating or freed or self.weights is not None)
         if self.weights is not None:
             self._onsets = onset_inputs(self._rig, self.train)
-            self.logs, self.priors = (self.samples,), len(self.train)
+            places = {k: place_in_hold(s) for k, s in enumerate(self.train)}
+            held = [(k, *place) for k, place in places.items() if place is not None]
+            self._holds = held if self.weights.settled else []
+            self.logs = (self.samples,)
+            self.priors = len(self.train) + len(self._holds)
 
     def __call__(self, x: Array, /) -> Array:
         """(n, dim) free parameter sets to (n,) values of J."""
@@ -131,6 +138,9 @@ class MotionProblem:
         sd = np.array([weights.sd[self.parameters.names[k]] for k in columns])
         off = np.stack([slip.breakaway for slip in slips], axis=1) - p[:, columns]
         blocks.append(weights.noise * off / np.hypot(sd, uniform(rise)))
+        for k, since, length in self._holds:
+            later, open_by = self._rig.breakaway_delay(np.abs(rise[:, k]), length)
+            blocks.append((weights.noise * (since + slips[k].late - later) / open_by)[:, None])
         result[physical] = np.concatenate(blocks, axis=1)
         return result
 

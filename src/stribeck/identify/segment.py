@@ -19,6 +19,7 @@ from ..errors import InputError
 from ..rig.motion.track import Track, extremes
 from ..rig.simulated import SimulatedRig
 from ..space import Array
+from .held_onset import held_onset
 from .loss import SQUARES, Objective
 
 if TYPE_CHECKING:
@@ -251,9 +252,12 @@ def _slips(passage: _Passage) -> list[Segment]:
         x0 = float(recording.position[still].mean())
         score = _counting(recording, rig)[samples].astype(float)
         track = _short(rig.track(recording, samples, x0, score))._replace(v0=0.0)
+        track = rig.as_read(track, recording, samples)
         resolved = 0.5 * segmentation.step
         resolved += 2.0 * segmentation.noise / float(np.sqrt(still.stop - still.start))
         onset = replace(_onset(recording, rig, samples, m, x0), uncertain=resolved)
+        if track.stretch.size:
+            onset = held_onset(rig, track, onset, 0.5 * (onset.before + onset.after))
         result.append(Segment(recording, samples, begin, track, slice(begin, begin), onset))
     if not result:
         raise InputError(

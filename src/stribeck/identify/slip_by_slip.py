@@ -14,6 +14,7 @@ from ..optimize.lockstep import Counted
 from ..rig.simulated import as_simulated
 from ..space import Array
 from .breakaway_scatter import BreakawayWeights, Scatter, Spread, scatter, spreads
+from .known_holds import is_held
 from .own_breakaway import BREAKAWAY, breakaway_columns, moved_onsets
 from .polish import polish
 from .problem import MotionProblem
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 #: How often weights and onsets are renewed at the best fit, and what its refit may cost for each
 #: parameter.
 _ROUNDS, _REFIT = 3, 60
+#: Least share of the variance of a level that its slips are taken to give.
+_LEAST = 0.01
 #: Other minima are settled up to this many times the least misfit, and those within this share of
 #: each other are one; a round that brings less is the last.
 NEARLY, SAME = 2.0, 0.01
@@ -38,6 +41,8 @@ def by_slip_where_needed(
     parameters: Parameters, data: DataSplit
 ) -> tuple[Parameters, Scatter | None]:
     """The parameters with breakaway common or scattered, and the scatter if the log shows one.
+
+    Where a log tells what its controller read, slip by slip is the way to go by that.
 
     Raises:
         InputError: scattered breakaway is asked for where the slips do not tell it.
@@ -64,8 +69,8 @@ def by_slip_where_needed(
         if objective.by_slip:
             raise
         return replace(parameters, objective=common), None
-    if objective.by_slip:
-        return parameters, observed
+    if objective.by_slip or (has_level and observed.read):
+        return replace(parameters, objective=scattered), observed
     if not observed.evident:
         return replace(parameters, objective=common), None
     return replace(parameters, objective=scattered if has_level else common), observed
@@ -73,8 +78,19 @@ def by_slip_where_needed(
 
 def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:
     """What a reader is told where slips begin under forces that are not the same."""
-    if seen is None or not seen.evident:
+    if seen is None:
         return []
+    sentences = _scattered(parameters, seen) if seen.evident else []
+    if seen.read and parameters.objective.by_slip:
+        sentences.append(
+            f"the force of the log follows its reading: each of {seen.slips} slips is simulated "
+            "under the force that the controller held, and J is that of single slips; --breakaway "
+            "common takes the log for one motion in a loop that sees the axis without a sensor"
+        )
+    return sentences
+
+
+def _scattered(parameters: Parameters, seen: Scatter) -> list[str]:
     fact = f"breakaway scatters by {seen.share:.0%} from slip to slip ({seen.slips} slips)"
     if parameters.objective.by_slip:
         sentence = (
@@ -146,13 +162,44 @@ def _weighed_at(problem: MotionProblem, x: Array) -> tuple[MotionProblem, int]:
         train,
         _leverage(at.J, look.curvature, first.samples, len(train)),
     )
+    shares = _shares(parameters, look.curvature, at.J, first.samples, train)
     weighed = BreakawayWeights(
         noise,
         {s.parameter: s.sd for s in own},
-        {s.parameter: s.dof for s in own},
+        {s.parameter: _effective(s.dof, shares.get(s.parameter, 1.0)) for s in own},
         settled=True,
     )
     return problem.weighed(weighed, train), counted.rows + 1
+
+
+def _shares(
+    parameters: Parameters, curvature: Array, J: Array, data: int, slips: Sequence[Segment]
+) -> dict[str, float]:
+    """The share of the variance of each free parameter that the onsets of slips give.
+
+    None where it is not known what the controller read: an onset is then seen by its motion.
+
+    Args:
+        parameters: Rig and law.
+        curvature: Pseudo-inverse of that of the misfit, (dim, dim).
+        J: Slopes of the residuals, (dim, N).
+        data: Rows before those of the breakaways.
+        slips: The slips.
+    """
+    if not all(is_held(s) for s in slips):
+        return {}
+    names = [q.name for q in parameters.free]
+    rows = J[:, data : data + len(slips)]
+    given = np.square(curvature[: len(names)] @ rows).sum(axis=1)
+    return dict(zip(names, (given / np.diag(curvature)[: len(names)]).tolist(), strict=True))
+
+
+def _effective(dof: float, share: float) -> float:
+    """Degrees of freedom of a level of whose variance slips give a share (Satterthwaite 1946).
+
+    The rest comes from samples, of which there are many.
+    """
+    return float(dof / max(min(share, 1.0), _LEAST) ** 2)
 
 
 def fitted_spreads(

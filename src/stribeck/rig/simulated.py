@@ -100,6 +100,44 @@ class SimulatedRig(Rig):
         """Whether the force of the drive changes at samples alone."""
         return False
 
+    def as_read(self, track: Track, recording: Recording, rows: slice) -> Track:
+        """A track with the stretch that its controller read, where the log of its rows tells it."""
+        del recording, rows
+        return track
+
+    def rough_pull(self, track: Track, position: float) -> Array:
+        """What roughly pulls at an axis at rest at the samples of a track with a stretch, (N,).
+
+        As `pull` has it in the middle of the search ranges.
+        """
+        del track, position
+        raise InputError(f"rig {self.name} does not say what its controller reads")
+
+    def held_slips(
+        self, law: Law, p: Array, track: Track, instants: Array, direction: int
+    ) -> Motion:
+        """The motion of (n, k) parameter sets over a track with a stretch.
+
+        Args:
+            law: The law.
+            p: Parameter sets.
+            track: The track.
+            instants: At which each breaks away from where it starts, s, (n,).
+            direction: In which they do, +1 or -1.
+        """
+        del law, p, track, instants, direction
+        raise InputError(f"rig {self.name} does not say what its controller reads")
+
+    def breakaway_delay(self, excess: Array, length: float) -> tuple[Array, Array]:
+        """How long a slip takes to begin under a force that is held: mean and sd, s, (n,) each.
+
+        Args:
+            excess: What it may exceed it by at most, N, (n,).
+            length: Of the hold, s.
+        """
+        del excess, length
+        raise InputError(f"rig {self.name} does not say what its controller reads")
+
     def resting(self, track: Track, instant: float, position: float) -> Array | None:
         """What pulls at an axis at rest, as `pull` reads it, (m,); None if the rig cannot say.
 

@@ -17,6 +17,7 @@ from .controller import Controller
 from .equation import FIRST, SECOND, Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
+from .loop_reading import read_stretch
 from .motion import reference
 from .motion.command import Drive
 from .motion.drives import (
@@ -29,6 +30,7 @@ from .motion.drives import (
     SlideConstants,
 )
 from .motion.event_driven import misfits, trajectories
+from .motion.held_slip import HeldCourse, held_slips
 from .motion.track import Track
 from .rig import Motion
 from .simulated import SimulatedRig
@@ -40,6 +42,8 @@ if TYPE_CHECKING:
 Scheme = Literal["fast", "reference", "paper"]
 
 _PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
+#: What the beginning of a slip is open by at least, as a share of a controller's hold.
+_READ = 0.1
 #: The way by which a step may be off, m.
 TOLERANCE = 1e-10
 
@@ -291,17 +295,58 @@ class SlideBed(SimulatedRig):
         command = np.interp(track.t, track.knots_t, track.knots_x)
         return Motion(track.t, x, v, self.motor_force(command - x))
 
+    def as_read(self, track: Track, recording: Recording, rows: slice) -> Track:
+        """As `SimulatedRig.as_read`: by the flicker of the logged force at rest."""
+        stretch = read_stretch(recording, (self["k_hat+"], self["k_hat-"]))
+        return track if stretch is None else track._replace(stretch=stretch[rows])
+
+    def rough_pull(self, track: Track, position: float) -> Array:
+        """Motor and spring; see `SimulatedRig`."""
+        (spring,) = self.params
+        e = np.interp(track.t, track.knots_t, track.knots_x) - position
+        return self.motor_force(track.stretch) + 0.5 * (spring.lower + spring.upper) * e
+
+    def held_slips(
+        self, law: Law, p: Array, track: Track, instants: Array, direction: int
+    ) -> Motion:
+        """As `SimulatedRig.held_slips`; a law that does not jump is no law of slips."""
+        laws, c = self.split(law, p)
+        changes = np.flatnonzero(np.diff(track.stretch)) + 1
+        inner = (track.knots_t > track.t[0]) & (track.knots_t < track.t[-1])
+        edges = np.unique(np.concatenate([track.t[:1], track.t[changes], track.knots_t[inner]]))
+        edges = np.append(edges, track.t[-1])
+        at = np.searchsorted(track.t, edges, side="right") - 1
+        course = HeldCourse(
+            edges, np.interp(edges, track.knots_t, track.knots_x), track.stretch[at]
+        )
+        x, v = held_slips(
+            law, laws, c, course, instants, direction, track.t, track.x0, self.slip_tolerance
+        )
+        return Motion(track.t, x, v, np.tile(self.motor_force(track.stretch), (len(x), 1)))
+
+    def breakaway_delay(self, excess: Array, length: float) -> tuple[Array, Array]:
+        """As `SimulatedRig.breakaway_delay`: dp over an excess anywhere below what it may be."""
+        least = np.minimum(self["dp"] / np.maximum(excess, 1e-9), length)  # at the whole excess
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = np.where(least > 0.0, least * (1.0 + np.log(length / least)), 0.0)
+        variance = np.maximum(least * (2.0 * length - least) - mean**2, 0.0)
+        return mean, np.hypot(np.sqrt(variance), _READ * length)
+
     def resting(self, track: Track, instant: float, position: float) -> Array:
-        """The stretch e at an instant; see `SimulatedRig`."""
-        return np.array([float(np.interp(instant, track.knots_t, track.knots_x)) - position])
+        """The stretch at an instant, and as the controller reads it; see `SimulatedRig`."""
+        e = float(np.interp(instant, track.knots_t, track.knots_x)) - position
+        if not track.stretch.size:
+            return np.array([e, e])
+        at = max(int(np.searchsorted(track.t, instant, side="right")) - 1, 0)
+        return np.array([e, float(track.stretch[at])])
 
     def pull(self, law: Law, p: Array, resting: Array) -> Array:
-        """Spring and motor, less its friction, at stretches e; see `SimulatedRig`."""
+        """Spring and motor, less its friction, at stretches and readings; see `SimulatedRig`."""
         _, c = self.split(law, p)
-        e, c = resting[:, 0], c[:, :, None]
-        k_hat = np.where(e > 0, c[:, K_HAT_P], c[:, K_HAT_M])
+        (e, read), c = resting.T, c[:, :, None]
+        motor = np.where(read > 0, c[:, K_HAT_P], c[:, K_HAT_M]) * read
         k_spring = np.where(e > 0, c[:, K_SPRING_P], c[:, K_SPRING_M])
-        pull: Array = k_hat * e - np.clip(k_hat * e, -c[:, F_FM], c[:, F_FM]) + k_spring * e
+        pull: Array = motor - np.clip(motor, -c[:, F_FM], c[:, F_FM]) + k_spring * e
         return pull
 
     def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
@@ -319,6 +364,23 @@ class SlideBed(SimulatedRig):
         total: Array = reduce(np.add, each)
         return total
 
+    def imbalance(
+        self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
+    ) -> Array | None:
+        """As `SimulatedRig.imbalance`; by what the controller read where that is known."""
+        if not (track.stretch.size and law.static):
+            return super().imbalance(law, p, track, motion)
+        from .balanced import slips  # noqa: PLC0415 - compiled code that others need not load
+
+        x, v, a = motion
+        e = np.interp(track.t, track.knots_t, track.knots_x) - x
+        drive = self.pull(law, p, np.column_stack([e, track.stretch]))
+        left = drive - self._motor(v, a) - self["m"] * a
+        return np.array(
+            [own - slips(law.slip, v, np.ascontiguousarray(row))
+             for own, row in zip(left, p, strict=True)]
+        )  # fmt: skip
+
     def friction(self, law: Law, p: Array, e: Array, v: Array, a: Array) -> Array:
         """Measured friction: what is left of the drive force at stretches e, speeds v, and a.
 
@@ -326,10 +388,12 @@ class SlideBed(SimulatedRig):
         """
         _, c = self.split(law, p)
         drive = np.array([reference.drive(c[0], float(s)) for s in e])
-        motor = np.clip(
-            self["K_kt"] * (self["J_m"] * a + self["D_m"] * v), -self["F_m_max"], self["F_m_max"]
-        )
-        return drive - motor - self["m"] * a
+        return drive - self._motor(v, a) - self["m"] * a
+
+    def _motor(self, v: Array, a: Array) -> Array:
+        """F_m, what accelerates and damps the motor, at speeds v and accelerations a."""
+        force: Array = self["K_kt"] * (self["J_m"] * a + self["D_m"] * v)
+        return np.clip(force, -self["F_m_max"], self["F_m_max"])
 
 
 def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:

@@ -142,7 +142,8 @@ def _even(track: Track, t: Array) -> Track:
             for values, held in zip(track.inputs, track.held, strict=True)
         ]
     ).reshape(len(track.inputs), len(grid))
-    return track._replace(t=grid, inputs=inputs)
+    stretch = track.stretch[before] if track.stretch.size else track.stretch
+    return track._replace(t=grid, inputs=inputs, stretch=stretch)
 
 
 def _filtering(model: Array, rate: float, share_lost: float) -> Filtering:

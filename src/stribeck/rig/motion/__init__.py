@@ -2,9 +2,9 @@
 
 `event_driven` is the slide bed's, `implicit` steps everything else under one of its `drives`:
 `passage` from one sample to the next, by the `drive_force` and the `velocity` that balances it.
+`held_slip` is a slip of the slide bed under what its controller is known to have read;
 `sampled_loop` is the loop of the test bed, with its sensors; `reference` is plain steps to compare
-with, `force_imbalance` what a measured motion leaves of
-the equation of motion. They run over a `track`, made of a log and its
-`command`, or for a search over one of fewer samples (`thinning`), and deal their rows out over the
-`row_pool`.
+with, `force_imbalance` what a measured motion leaves of the equation of motion. They run over a
+`track`, made of a log and its `command`, or for a search over one of fewer samples (`thinning`),
+and deal their rows out over the `row_pool`.
 """

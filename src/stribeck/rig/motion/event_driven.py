@@ -105,7 +105,7 @@ def command_at(knots_t: Array, knots_x: Array, j: int, time: float) -> tuple[flo
 
 
 @compiled()
-def _after(time: float, span: float) -> float:
+def later(time: float, span: float) -> float:
     """The time after a span: later even where the span is lost in the last digit."""
     return max(time + span, np.nextafter(time, np.inf))  # type: ignore[no-any-return]
 
@@ -193,10 +193,10 @@ def _breakaway(
         if span == np.inf:
             return np.inf, 0.0, j
         P += (excess + 0.5 * growth * span) * span
-        time = _after(time, span)
+        time = later(time, span)
         if growth < 0.0 and excess + growth * span <= 1e-12 * abs(level_p - level_m):
             P, side = 0.0, 0.0  # the force fell back into the stick band
-            time = _after(time, 1e-9)
+            time = later(time, 1e-9)
 
 
 class Piece(NamedTuple):
@@ -228,18 +228,19 @@ class Piece(NamedTuple):
 
 
 @compiled()
-def _piece(c: Array, e: float, clamped: float) -> Piece:
+def _piece(c: Array, e: float, clamped: float, held: float) -> Piece:
     """The piece in force at a stretch, with the motor clamped (+1.0, -1.0) or not (0.0)."""
+    offset = held
     if e > 0.0:
-        slope, offset, e_low = c[K_SPRING_P], 0.0, 0.0
+        slope, e_low = c[K_SPRING_P], 0.0
         e_high = c[F_FM] / c[K_HAT_P] if c[K_HAT_P] > 0.0 else np.inf
         if e > e_high:
-            slope, offset, e_low, e_high = slope + c[K_HAT_P], -c[F_FM], e_high, np.inf
+            slope, offset, e_low, e_high = slope + c[K_HAT_P], held - c[F_FM], e_high, np.inf
     else:
-        slope, offset, e_high = c[K_SPRING_M], 0.0, 0.0
+        slope, e_high = c[K_SPRING_M], 0.0
         e_low = -c[F_FM] / c[K_HAT_M] if c[K_HAT_M] > 0.0 else -np.inf
         if e < e_low:
-            slope, offset, e_low, e_high = slope + c[K_HAT_M], c[F_FM], -np.inf, e_low
+            slope, offset, e_low, e_high = slope + c[K_HAT_M], held + c[F_FM], -np.inf, e_low
     if clamped != 0.0:
         # The unclamped force would be K_J a' + K_D v of a' = (m a + clamp - K_D v) / (m + K_J).
         share = c[INERTIA] / (c[MASS] + c[INERTIA])
@@ -255,9 +256,11 @@ def _piece(c: Array, e: float, clamped: float) -> Piece:
 
 
 @compiled()
-def _side_of_clamp(slip: Any, p: Array, c: Array, e: float, v: float, s: float) -> float:
+def _side_of_clamp(
+    slip: Any, p: Array, c: Array, e: float, v: float, s: float, held: float
+) -> float:
     """+1.0, 0.0 or -1.0: where the motor's inertia and damping force is against its clamp."""
-    net = drive_force(e, c) - slip(s * abs(v), p)
+    net = drive_force(e, c) + held - slip(s * abs(v), p)
     a = (net - c[DAMPING] * v) / (c[MASS] + c[INERTIA])
     motor = c[INERTIA] * a + c[DAMPING] * v
     if abs(motor) <= c[CLAMP]:
@@ -436,6 +439,7 @@ def leg(
     wish: float,
     tolerance: float,
     path: Array,
+    held: float,
 ) -> tuple[int, float, float, float, int, float, int]:
     """Integrate a slip in direction s while the command moves at one rate; fill its path.
 
@@ -452,12 +456,13 @@ def leg(
         wish: Length of the first step, s; 0.0 where it is to be found.
         tolerance: Scales the error allowed in a step.
         path: (LEG, WIDTH), is written.
+        held: Force of a drive that does not go with the stretch, N.
 
     Returns:
         Rows written, how long the leg took, the travel, the velocity at its end, how it ended,
         the next wish, and the steps tried.
     """
-    piece = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s))
+    piece = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s, held), held)
     k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
     time, moved, tries, m = 0.0, 0.0, 0, 0
     if wish <= 0.0:
@@ -555,7 +560,7 @@ def leg(
                 clamped = 1.0 if how == _CLAMP_P else -1.0
         nudge = (rate - v) * 1e-9  # onto the far side of a bend
         heavy = piece.inverse
-        piece = _piece(c, e + nudge, clamped)
+        piece = _piece(c, e + nudge, clamped, held)
         k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
         wish = h * factor
         if piece.inverse != heavy:  # all goes faster with less mass, and slower with more
@@ -565,7 +570,7 @@ def leg(
 
 
 @compiled()
-def _passed(t: Array, i: int, time: float, pace: float) -> int:
+def samples_passed(t: Array, i: int, time: float, pace: float) -> int:
     """How many samples are at or before a time, i of which are known to be.
 
     A guess from the mean rate is right at once where samples are even; else halving finds it.
@@ -592,7 +597,7 @@ def _passed(t: Array, i: int, time: float, pace: float) -> int:
 
 
 @compiled()
-def _possible(c: Array) -> bool:
+def possible(c: Array) -> bool:
     """Whether constants can be simulated: a mass, and nothing below zero or undefined."""
     for k in range(len(c)):
         unlimited = k in (F_FM, CLAMP)
@@ -602,7 +607,7 @@ def _possible(c: Array) -> bool:
 
 
 @compiled(fastmath={"contract"})
-def _read(
+def read_samples(
     path: Array,
     rows: int,
     time: float,
@@ -660,7 +665,7 @@ def _walk(
 ) -> float:
     """Simulate one candidate over one track; return its sum of squared misfits, m^2."""
     level_p, level_m = slip(0.0, p), slip(-0.0, p)
-    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0 and _possible(c)):
+    if not (0.0 <= level_p < np.inf and -np.inf < level_m <= 0.0 and possible(c)):
         return np.nan
     reach_p = stretch_at(level_p, c[K_HAT_P], c[K_SPRING_P], c[F_FM])
     reach_m = -stretch_at(-level_m, c[K_HAT_M], c[K_SPRING_M], c[F_FM])
@@ -677,7 +682,7 @@ def _walk(
             c, knots_t, knots_x, extremes, j, time, x, level_m, level_p, reach_m, reach_p
         )  # fmt: skip
         first = i
-        i = _passed(t, i, time, pace)
+        i = samples_passed(t, i, time, pace)
         if store:
             out_x[first:i] = x
             out_v[first:i] = 0.0
@@ -698,10 +703,10 @@ def _walk(
             and time + known_span <= end
         )
         if again:
-            i, miss = _read(path, known, time, x, t, i, measured, score, out_x, out_v, store)
+            i, miss = read_samples(path, known, time, x, t, i, measured, score, out_x, out_v, store)
             sse += miss
             x += known_travel
-            time = _after(time, known_span)
+            time = later(time, known_span)
             if i == n:
                 return sse  # type: ignore[no-any-return]
             continue
@@ -710,17 +715,17 @@ def _walk(
         while True:
             level = level_p if s > 0.0 else level_m
             rows, span, travel, v, how, wish, tries = leg(
-                slip, p, c, xi - x, v, rate, s, level, end - time, wish, tolerance, path
+                slip, p, c, xi - x, v, rate, s, level, end - time, wish, tolerance, path, 0.0
             )
             steps += tries
             if how == FAILED or steps > most:
                 return np.nan
-            i, miss = _read(path, rows, time, x, t, i, measured, score, out_x, out_v, store)
+            i, miss = read_samples(path, rows, time, x, t, i, measured, score, out_x, out_v, store)
             sse += miss
             x += travel
             if i == n:
                 return sse  # type: ignore[no-any-return]
-            time = _after(time, span)
+            time = later(time, span)
             if how == REST:
                 if whole:
                     known, known_span, known_travel = rows, span, travel

@@ -34,6 +34,8 @@ class Track(NamedTuple):
         held: Which of the inputs keep a value until the next sample, (m,); the others are linear
             between samples.
         given: What the log says of its axis, SI, in the order in which its rig reads it.
+        stretch: Command less position as the controller read it, held until it did again, at the
+            samples, m, (N,); empty where it goes by the position itself.
     """
 
     knots_t: Array
@@ -48,6 +50,7 @@ class Track(NamedTuple):
     inputs: Array = np.empty((0, 0))
     held: Array = np.empty(0)
     given: Array = np.empty(0)
+    stretch: Array = np.empty(0)
 
 
 def track(
