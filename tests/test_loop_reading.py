@@ -14,7 +14,6 @@ from foreign.clock import Array
 from foreign.friction import Curve
 from stribeck import Recording, identify
 from stribeck.friction import LAWS
-from stribeck.identify.card import card
 from stribeck.identify.held_onset import held_onsets
 from stribeck.identify.loss import Objective
 from stribeck.identify.own_breakaway import moved_onsets, onset_of, pulls
@@ -165,5 +164,5 @@ def test_a_fit_by_what_was_read_holds_the_truth_and_claims_something() -> None:
 
 
 def test_its_card_validates_by_what_was_read() -> None:
-    (row,) = validate(card(fitted()), logged(loop(4)))
+    (row,) = validate(fitted().card(), logged(loop(4)))
     assert row[2].value < 0.35
