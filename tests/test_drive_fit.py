@@ -14,8 +14,8 @@ import pytest
 
 from foreign import driven, sensors
 from foreign.friction import coulomb_viscous
-from foreign.strokes import strokes
-from stribeck import RIGS, Fit, InputError, Recording, identify, read_card, validate
+from foreign.strokes import sines, strokes
+from stribeck import RIGS, Fit, InputError, Recording, export, identify, read_card, validate
 from stribeck.drive import DriveChain
 from stribeck.rig.custom import rig_file
 
@@ -172,9 +172,13 @@ def test_amperes_stay_amperes_and_say_so() -> None:
     assert any("friction is in A" in w for w in fit.warnings)
     (sentence,) = [w for w in fit.warnings if "the known mass asks for" in w]
     assert float(sentence.split('kt = "')[1].split(" ")[0]) == pytest.approx(0.2, rel=0.01)
-    parameters = fit.card().parameters
-    assert parameters["F_C"].unit == "A"
-    assert fit.card().model()[0].rig.in_amperes
+    written = fit.card()
+    assert written.parameters["F_C"].unit == "A"
+    assert written.model()[0].rig.in_amperes
+    (header,) = [f for f in export(written, "c").files.values() if b"friction in A" in f]
+    assert b"N s/m" not in header
+    with pytest.raises(InputError, match="friction is in A"):
+        export(written, "fmu")
 
 
 def test_losses_of_the_gear_are_taken_off_by_the_way_of_the_power() -> None:
@@ -209,3 +213,47 @@ def test_a_simulated_axis_feels_the_force_of_its_own_chain() -> None:
     again = moved.with_constants(track, driven_log)  # type: ignore[attr-defined]
     np.testing.assert_allclose(again.inputs[2], 1.1 * track.inputs[2], rtol=1e-12)
     np.testing.assert_allclose(again.inputs[2], 33.0 * np.sin(6 * t[20:180]), rtol=1e-9, atol=1e-9)
+
+
+@cache
+def pendulum(weight: float, seed: int) -> Recording:
+    """A log of an arm of 0.3 N m with a weight at 0.15 m, its motor's current beside it.
+
+    0.05 N m/A behind a gear of 6; the log states weight and arm.
+    """
+    rng = np.random.default_rng(seed)
+    t, q = sines(6.0, np.array([0.6, 0.4]), np.array([0.3, 0.7]), dt=4e-3)
+    curve = coulomb_viscous(0.2, 0.05)
+    extras = driven.Extras(g_sin=0.3 + weight * 9.80665 * 0.15)
+    loop = driven.Loop(kp=60.0, kd=3.0, tick=4e-3)
+    inertia = 0.02 + weight * 0.15**2
+    motion = driven.simulate(inertia, curve, curve, loop, t, q, extras, dt=4e-3)
+    table = sensors.noisy(motion._asdict(), "force", 0.02, rng)
+    stated = {"mass": np.full(len(t), weight), "length": np.full(len(t), 0.15)}
+    return Recording(
+        table["t"], table["position"], force=table["force"] / 0.3, extra=stated, rotary=True
+    )
+
+
+def loaded(gear: str, **table: str) -> Fit:
+    chain = DriveChain.of_table({"signal": "A", "gear": gear, **table})
+    logs = [pendulum(weight, k) for k, weight in enumerate([0.0, 0.5, 1.0, 1.5, 2.0])]
+    logs = [replace(log, force=chain.gain * np.asarray(log.force)) for log in logs]
+    return identify(
+        [log.through(chain) for log in logs], rig="forced-pendulum", law="coulomb-viscous"
+    )
+
+
+def test_known_loads_give_the_torque_constant() -> None:
+    (sentence,) = [w for w in loaded("6").warnings if "the loads that the logs state" in w]
+    value, tolerance = sentence.split('kt = "')[1].split(" N m/A")[0].split(" ± ")
+    assert abs(float(value) - 0.05) < float(tolerance) < 0.003
+
+
+def test_known_loads_show_a_gear_that_was_left_out() -> None:
+    fit = loaded("1", kt="0.05 N m/A")
+    (sentence,) = [v.sentence for v in fit.violations if "loads that 5 logs state" in v.sentence]
+    assert "pull with 6." in sentence or "pull with 5.9" in sentence
+    assert not any(e.verdict == "identified" for e in fit.estimates)
+    right = loaded("6", kt="0.05 N m/A")
+    assert not [v for v in right.violations if "loads" in v.sentence]

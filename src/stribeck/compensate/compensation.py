@@ -203,8 +203,9 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
     """A rig with a controller: its own, or the one stated.
 
     Raises:
-        InputError: it has one of its own, or none and none is stated.
+        InputError: it has one of its own, or none and none is stated; or its friction is in A.
     """
+    rig.check_newtons("a controller's output")
     if loop is not None:
         if rig.controller() is not None and not isinstance(rig, BalancedRig):
             raise InputError(

@@ -221,13 +221,14 @@ class DriveChain:
         amount = f"1 {self.signal.unit} is {abs(step.factor * self.gain):.4g} {self.unit}"
         if self.unit == "A":
             return (
-                f"{start} and stays a current, as the chain has no kt: friction is in {self._size}"
+                f"{start} and stays a current, as the chain has no kt: friction is in {self.size}"
             )
         where = "at the axis" if self.side == "axis" else "at the motor's shaft"
         return f"{start} with {numbers or 'no number'}: {amount} {where}, where friction is"
 
     @property
-    def _size(self) -> str:
+    def size(self) -> str:
+        """What its amperes are: A, A rms or A peak."""
         number = self.numbers.get(self.signal.base) or self.numbers.get("scale")
         return f"A {number.amplitude if number else self.signal.amplitude}".strip()
 

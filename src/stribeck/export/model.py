@@ -65,7 +65,7 @@ class Model:
     @property
     def force_unit(self) -> str:
         """Of friction, SI."""
-        return "N m" if self.rig.rotary else "N"
+        return self.rig.si_unit("force")
 
     @property
     def speed_unit(self) -> str:
@@ -93,6 +93,7 @@ class Model:
         """
         law, card = self.law, self.card
         force = "torque" if self.rig.rotary else "force"
+        force = "current" if self.rig.in_amperes else force
         odd = f", but for the speeds of the table: {table_speeds}." if table_speeds else "."
         lines = [
             f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",

@@ -276,6 +276,7 @@ def _patched(
     source: SourceFile,
     joint: str,
 ) -> Exported:
+    model.rig.check_newtons("the model of a robot")
     try:
         patched, notes = patch(model, source.data, joint)
     except InputError as error:
@@ -284,6 +285,7 @@ def _patched(
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:
+    model.rig.check_newtons("a functional mock-up unit")
     from .fmu.build import fmu  # noqa: PLC0415 - the same
 
     return Exported({f"{name}.fmu": fmu(model, name)})

@@ -248,6 +248,22 @@ class Rig:
         """Whether its forces are a motor's current, because the chain has no torque constant."""
         return self.drive_chain is not None and self.drive_chain.unit == "A" and self.rests_on_force
 
+    def check_newtons(self, purpose: str) -> None:
+        """Refuse what takes forces where there are only currents.
+
+        Args:
+            purpose: What takes them, for the message.
+
+        Raises:
+            InputError: friction is in amperes.
+        """
+        if self.in_amperes:
+            raise InputError(
+                f"friction is in A, as the drive's chain has no kt, and {purpose} takes "
+                f'{"N m" if self.rotary else "N"}: state kt = "0.52 N m/A rms" in its [drive] '
+                "table and identify again"
+            )
+
     @property
     def uncertain(self) -> tuple[Constant, ...]:
         """The constants that have a tolerance."""

@@ -28,6 +28,7 @@ from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
+from .known_load import load_notes
 from .known_mass import calibration, mass_violations
 from .regression import System
 from .synchronisation import Synchronised, synchronised
@@ -115,6 +116,7 @@ def _balance_fit(
     seen = effects(balance_rows(solved, judged))
     unscaled, _ = with_effects(parameters, unscaled, seen, recordings)
     judged, inadequate = with_effects(parameters, judged, seen, recordings)
+    misloaded, loaded = load_notes(parameters, recordings, differing)
     scaled = proportional(parameters, p, slopes)
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
@@ -124,6 +126,7 @@ def _balance_fit(
         *inadequate,
         *neighbour_violations(parameters, recordings),
         *mass_violations(parameters, judged, scaled),
+        *misloaded,
         *held_out_violations(score, holdout),
     )
     judged = lowered(parameters, judged, violations)
@@ -140,6 +143,7 @@ def _balance_fit(
         *exact_constants(parameters, judged, slopes),
         *scale(parameters.rig),
         *calibration(parameters, unscaled),
+        *loaded,
         *uncertain.notes(parameters, MISFIT),
         *solved.notes,
         *(f"{log.label}: {note}" for log in recordings for note in log.notes),

@@ -69,7 +69,7 @@ def calibration(parameters: Parameters, estimates: Sequence[Estimate]) -> list[s
     spread = math.hypot(max(e.high - e.value, e.value - e.low) / HALF_WIDTH / e.value, sd / mass)
     if parameters.rig.in_amperes:
         turns = parameters.rig.rotary or "lead" in chain.numbers
-        name, written = "kt", "N m/A" if turns else "N/A"
+        name, written = "kt", f"{'N m' if turns else 'N'}/{chain.size}"
         kt = mass / e.value * (chain.travel if turns else 1.0)
     else:
         name = next((n for n in ("kt", "scale", chain.signal.base) if n in chain.numbers), "")
