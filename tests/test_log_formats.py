@@ -192,7 +192,7 @@ def test_a_trace_asks_for_its_unit_of_time(tmp_path: Path) -> None:
     columns = {"position": "axis.fActPos [mm]", "force": "axis.fForce [N]"}
     with pytest.raises(InputError, match=r"give --time-unit ms or us$"):
         read(path, columns=columns)
-    log = read(path, columns=columns, options=ReadOptions(time_unit="us"))
+    log = read(path, columns=columns, time_unit="us")
     np.testing.assert_allclose(log.t, T, atol=1e-12)
     np.testing.assert_allclose(log.position, 1e-3 * X)
 

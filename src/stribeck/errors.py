@@ -13,3 +13,7 @@ class InputError(ValueError):
     def __init__(self, message: str) -> None:
         line = "".join(c if c.isprintable() else " " for c in message)
         super().__init__(" ".join(line.split()))
+
+
+class ChoiceError(InputError):
+    """The channels of a log cannot be told from its heads: what they are has to be said."""

@@ -21,14 +21,14 @@ from .exits import fail, misused
 from .fits import identify, report, select
 from .interruption import interruption
 from .lists import drives, laws, methods, rigs, version
-from .logs import check, twin
+from .logs import check, contents, twin
 from .models import compensate, export, plan, simulate, validate
 from .notices import notices, quiet
 from .warm import warm
 
 #: The commands, in the order in which `--help` lists them.
 COMMANDS = (
-    twin, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
+    twin, contents, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
     laws, methods, rigs, drives, warm, version,
 )  # fmt: skip
 

@@ -6,7 +6,17 @@ from ..errors import InputError
 
 #: Options that may be given more than once.
 REPEATABLE = frozenset(
-    {"--train", "--holdout", "--set", "--bounds", "--tie", "--setting", "--range", "--test"}
+    {
+        "--train",
+        "--holdout",
+        "--set",
+        "--bounds",
+        "--tie",
+        "--setting",
+        "--range",
+        "--test",
+        "--column",
+    }
 )
 #: Options that take all that follows up to the next one.
 GREEDY = frozenset({"--test"})

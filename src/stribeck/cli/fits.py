@@ -14,7 +14,6 @@ from .completions import law_names, laws_named, method_names
 from .exits import fail, show_files
 from .inputs import (
     Bounds,
-    Columns,
     DelayText,
     Exact,
     Json,
@@ -32,12 +31,12 @@ from .inputs import (
     intervals,
     law_name,
     pairs,
-    read_logs,
     setting_value,
     with_constants,
 )
 from .interruption import interruption
 from .likely_rig import no_rig
+from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,6 +47,7 @@ if TYPE_CHECKING:
     from ..rig import Rig
 
 
+@reads_logs
 def identify(
     logs: Logs,
     rig: RigName = None,
@@ -73,15 +73,15 @@ def identify(
     breakaway: Annotated[str, typer.Option(metavar="auto|common|scattered", help="One breakaway, or each slip's own.")] = "auto",
     bootstrap: Annotated[int, typer.Option(metavar="N", help="Refits of redrawn residuals (200, say); none by default.", show_default=False)] = 0,
     posterior: Annotated[int, typer.Option(metavar="N", help="Samples of the posterior (20000, say); none by default.", show_default=False)] = 0,
-    columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write card.json, figures and report.html there.")] = None,
     figures: Annotated[bool, typer.Option("--figures/--no-figures", help="Whether figures are drawn into --out; the page has its own.")] = True,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print no result and no progress: what goes wrong alone.")] = False,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
     """Identify the friction of an axis from recordings of it."""
     check_there(logs)
-    rig = rig or no_rig(logs, columns, json=json)
+    rig = rig or no_rig(logs, reading, json=json)
     if quiet and out is None and not json:
         raise InputError("--quiet: then nothing is left of the result: give --out DIR, or --json")
     if quiet:
@@ -125,7 +125,7 @@ def identify(
 
     clock = Stopwatch.of_process()
     clock.lap("start-up")
-    recordings = read_logs(logs, chosen, columns)
+    recordings = reading.recordings(logs, chosen)
     clock.lap("reading")
     with held(out):
         with SearchProgress(chosen.unit_shown("position"), quiet=quiet) as progress:
@@ -260,6 +260,7 @@ def report(
         show_files([write_page(folder)], json=json)
 
 
+@reads_logs
 def select(
     logs: Logs,
     rig: RigName = None,
@@ -276,13 +277,13 @@ def select(
     velocity: Annotated[str, typer.Option(metavar="auto|recorded|position", help="The velocity of a force balance.")] = "auto",
     folds: Annotated[int | None, typer.Option(metavar="K", help="Rounds, where nothing is given to hold out; 5 by default.")] = None,
     loss: LossOption = "squares",
-    columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write selection.json, the card of the recommended law and a figure there.")] = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
     """Compare friction laws on data held out, and recommend the simplest that holds."""
     check_there([*logs, *(test or [])])
-    rig = rig or no_rig(logs, columns, json=json)
+    rig = rig or no_rig(logs, reading, json=json)
 
     from ..report.folder import check_folder, held
     from ..report.search_progress import SelectionProgress
@@ -296,7 +297,7 @@ def select(
     each_once("--train", train)
     each_once("--holdout", holdout)
     late = delay_value(delay)
-    recordings = read_logs([*logs, *(test or [])], chosen, columns)
+    recordings = reading.recordings([*logs, *(test or [])], chosen)
 
     # What fits is loaded once there is something to fit.
     from ..identify.selection.select import select as selected

@@ -15,7 +15,6 @@ from .completions import rig_names
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..data import Recording
     from ..data.alignment import Delay
     from ..identify.card import Card
     from ..identify.parameters import Parameters
@@ -24,11 +23,7 @@ if TYPE_CHECKING:
 CardFile = Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")]
 Logs = Annotated[
     list[Path],
-    typer.Argument(metavar="LOG", help="Recordings: CSV, TSV, Parquet, MATLAB, JSON."),
-]
-Columns = Annotated[
-    Path | None,
-    typer.Option(metavar="MAP.toml", help="Which column is what, where the heads do not say."),
+    typer.Argument(metavar="LOG", help="Recordings; axis.csv@10s:40s is a part of one."),
 ]
 RigName = Annotated[
     str | None,
@@ -204,19 +199,3 @@ def check_there(logs: Sequence[Path]) -> None:
             raise InputError(f"{log.name}: no such file in {log.parent}") from error
         except OSError:  # whatever it is, its reader says it
             return
-
-
-def read_logs(logs: Sequence[Path], rig: Rig | None, columns: Path | None) -> list[Recording]:
-    """Recordings, their columns as a map or the rig says; each log only once."""
-    from ..data import read
-
-    mapping: Any = columns or (dict(rig.columns) if rig is not None and rig.columns else None)
-    drive = None if rig is None else rig.chain
-    recordings = [read(log, columns=mapping, drive=drive, lenient=columns is None) for log in logs]
-    labels: dict[str, str] = {}
-    for recording in recordings:
-        if recording.source.sha256 in labels:
-            first = labels[recording.source.sha256]
-            raise InputError(f"{recording.label}: the same log as {first}: give it once")
-        labels[recording.source.sha256] = recording.label
-    return recordings

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import NoReturn
 
 from .exits import fail
-from .inputs import read_logs
+from .reading import Reading
 
 
-def no_rig(logs: Sequence[Path], columns: Path | None, *, json: bool) -> NoReturn:
+def no_rig(logs: Sequence[Path], reading: Reading, *, json: bool) -> NoReturn:
     """List the rigs with the one that the first log suggests, say the whole command, and exit."""
     from ..data import check
     from ..report.registries import show_rigs
 
-    (recording,) = read_logs(logs[:1], None, columns)
+    (recording,) = reading.recordings(logs[:1], None)
     quality = check(recording)
     if not json:
         show_rigs(None, likely=quality.rig)

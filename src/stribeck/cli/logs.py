@@ -10,7 +10,8 @@ import typer
 from ..errors import InputError
 from .completions import rig_names
 from .exits import show_files
-from .inputs import Columns, Json, above_zero, read_logs
+from .inputs import Json, above_zero
+from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
     from ..rig.twin import Held, Loop, Mode
@@ -65,23 +66,41 @@ def twin(
     show_files(write_twin(bed, direction, seed, out), json=json)
 
 
+@reads_logs
 def check(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A recording.")],
-    columns: Columns = None,
     rig: Annotated[
         str | None,
         typer.Option(metavar="RIG", help="Read the log as this rig's.", autocompletion=rig_names),
     ] = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
     from ..data import check as quality_of
     from ..report.quality_report import quality_text, show_quality
     from ..rig.lookup import rig_named
 
-    (recording,) = read_logs([log], rig_named(rig) if rig is not None else None, columns)
+    (recording,) = reading.recordings([log], rig_named(rig) if rig is not None else None)
     quality = quality_of(recording)
     if json:
         typer.echo(quality_text(quality), nl=False)
     else:
         show_quality(quality)
+
+
+@reads_logs
+def contents(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A log, or a folder that is one.")],
+    json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
+) -> None:
+    """Say which channels a log has, and what would be taken for what."""
+    from ..data.readers.contents import contents as contents_of
+    from ..report.contents_report import contents_text, show_contents
+
+    result = contents_of(file, columns=reading.map(), **reading.words)
+    if json:
+        typer.echo(contents_text(result), nl=False)
+    else:
+        show_contents(result)

@@ -14,7 +14,6 @@ from .completions import rig_names, target_names
 from .exits import fail, show_files
 from .inputs import (
     CardFile,
-    Columns,
     DelayText,
     Json,
     Logs,
@@ -23,22 +22,23 @@ from .inputs import (
     delay_value,
     each_once,
     numbers,
-    read_logs,
 )
 from .interruption import interruption
+from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
     from ..identify.card import Card as WrittenCard
 
 
+@reads_logs
 def validate(
     card: CardFile,
     logs: Logs,
     range_: Annotated[list[str] | None, typer.Option("--range", metavar="A:B", help="Positions or times; all by default.")] = None,
     max_error: Annotated[float | None, typer.Option(metavar="X", help="Exit with status 1 above this error; no limit by default.")] = None,
     delay: DelayText = "auto",
-    columns: Columns = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
     """Hold an identified model against other recordings."""
     from ..identify.validate import untrained_directions
@@ -50,7 +50,7 @@ def validate(
     each_once("--range", range_)
     late = delay_value(delay)
     written, parameters, _ = card_model(card)
-    recordings = read_logs(logs, parameters.rig, columns)
+    recordings = reading.recordings(logs, parameters.rig)
     rows = validated(written, recordings, range_ or None, delay=late)
     for sentence in untrained_directions(written, recordings, range_ or None):
         typer.echo(f"warning: {sentence}", err=True)
@@ -69,14 +69,15 @@ def validate(
         raise typer.Exit(1)
 
 
+@reads_logs
 def plan(
     card: CardFile,
     logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG", help="The logs of the card; by default those that it names, beside it.")] = None,
     seconds: Annotated[float | None, typer.Option(metavar="S", help="Length of an experiment; as long as the data, two minutes at most, by default.")] = None,
     check: Annotated[int, typer.Option(metavar="N", help="Try the best three on N twins, simulated and refitted; none by default.", show_default=False)] = 0,
     seed: Annotated[int, typer.Option(metavar="N", help="Seed of the draws and twins.")] = 0,
-    columns: Columns = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
     """Rank experiments by how much they would tell of what is badly known."""
     from ..identify.card import read_card
@@ -86,7 +87,7 @@ def plan(
         above_zero("--seconds", seconds)
     logs = logs or logs_beside(read_card(card), card)
     written, parameters, _ = card_model(card)
-    recordings = read_logs(logs, parameters.rig, columns)
+    recordings = reading.recordings(logs, parameters.rig)
 
     # Compiled code is loaded once the logs are known to be there.
     from ..identify.design.plan import plan as planned
@@ -101,6 +102,7 @@ def plan(
         fail("interrupted: the partial result is printed above", interruption.status)
 
 
+@reads_logs
 def compensate(
     card: CardFile,
     rig: Annotated[str | None, typer.Option(metavar="RIG", help="The axis to compensate; the card's by default.", autocompletion=rig_names)] = None,
@@ -112,9 +114,9 @@ def compensate(
     reference: Annotated[Path | None, typer.Option(metavar="LOG", help="Follow the command of a log.")] = None,
     resolution: Annotated[float | None, typer.Option(metavar="X", help="A count of the position sensor, in the rig's unit.")] = None,
     noise: Annotated[float | None, typer.Option(metavar="X", help="Noise of the position sensor, in the rig's unit.")] = None,
-    columns: Columns = None,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write compensation.json and a figure there.")] = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:  # fmt: skip
     """Say how much of a friction may be compensated, and what that gains."""
     from ..report.folder import check_folder, held
@@ -147,7 +149,7 @@ def compensate(
     )
 
     around(rig_used, stated.controller)
-    recordings = read_logs(logs, rig_used, columns)
+    recordings = reading.recordings(logs, rig_used)
     sample = stated.period if period is None else period * 1e-3
     to_si = unit(rig_used.unit_shown("position")).to_si
     per_second = unit(rig_used.unit_shown("velocity")).to_si
@@ -199,14 +201,15 @@ def _followed_logs(
         ) from error
 
 
+@reads_logs
 def simulate(
     card: CardFile,
     log: Annotated[
         Path, typer.Argument(metavar="LOG", help="A recording whose command is to be followed.")
     ],
     out: Annotated[Path, typer.Option(metavar="FILE.csv", help="Where to write the motion.")],
-    columns: Columns = None,
     json: Json = False,
+    reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:
     """Simulate an identified model under the command of a log."""
     from ..identify.simulate import simulate as simulated
@@ -214,7 +217,7 @@ def simulate(
 
     check_motion(out, log)
     written, parameters, _ = card_model(card)
-    (recording,) = read_logs([log], parameters.rig, columns)
+    (recording,) = reading.recordings([log], parameters.rig)
     write_motion(parameters.rig, simulated(written, recording), out)
     show_files([out], json=json)
 

@@ -18,8 +18,8 @@ from .channels import CHANNELS
 from .frames import Frame, frame_table
 from .power_flow import loss_factors
 from .readers.assembly import assembled
-from .readers.column_map import chain_of, mapping
-from .readers.log_file import ReadOptions, TablesInMemory
+from .readers.log_file import TablesInMemory
+from .readers.log_map import LogMap
 from .readers.raw_table import printable
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
@@ -34,11 +34,13 @@ class Source:
         file: File name without its folder; empty for arrays from memory.
         sha256: Hash of the file's bytes; empty for arrays from memory.
         rows: Rows of data in the file.
+        map: How it was read, as `read` takes it for `columns`; empty where heads said it all.
     """
 
     file: str = ""
     sha256: str = ""
     rows: int = 0
+    map: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,16 +140,13 @@ class Recording:
         """
         try:
             table = frame_table(frame)
-            chain = chain_of(columns, drive)
-            arguments, rows, signal = assembled(
-                TablesInMemory((table,)),
-                mapping(columns),
-                options=ReadOptions(drive=chain),
-                units=units,
-                lenient=lenient,
-            )
-            recording = cls(**arguments, source=Source(printable(name), "", rows))
-            return recording.through(chain, signal) if chain and signal else recording
+            used = LogMap.of(columns).driven(drive)
+            assembly = assembled(TablesInMemory((table,)), used, units=units, lenient=lenient)
+            source = Source(printable(name), "", assembly.rows)
+            recording = cls(**assembly.arguments, source=source)
+            if used.drive is None or not assembly.signal:
+                return recording
+            return recording.through(used.drive, assembly.signal)
         except InputError as error:
             label = f"{printable(name)}: " * bool(name)
             raise InputError(printable(f"{label}{str(error).removeprefix(label)}")) from error

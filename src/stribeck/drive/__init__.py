@@ -2,7 +2,6 @@
 
 from .chain import DriveChain
 from .conventions import CONVENTIONS, Convention, convention_named
-from .drive_file import drive_from
 from .refusals import chain_needed, missing_chain
 
 __all__ = [
@@ -11,6 +10,5 @@ __all__ = [
     "DriveChain",
     "chain_needed",
     "convention_named",
-    "drive_from",
     "missing_chain",
 ]

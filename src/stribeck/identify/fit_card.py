@@ -63,7 +63,7 @@ def fit_card(fit: Fit) -> Card:
         rig=rig.name,
         kind=kind,
         constants=constant_cards(rig),
-        columns=dict(rig.columns) if dict(rig.columns) != dict(RIGS[kind].columns) else {},
+        columns=_columns(fit, kind),
         drive=None if rig.chain is None else rig.chain.table(),
         parameters=_parameters(fit),
         combinations=_combinations(fit),
@@ -285,3 +285,9 @@ def _others(fit: Fit) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
         return {fit.rig.label(n): float(shown_in(fit.rig, params[n], v)) for n, v in values.items()}
 
     return {name: (shown(low), shown(high)) for name, (low, high) in interval_ends(fit).items()}
+
+
+def _columns(fit: Fit, kind: str) -> dict[str, Any]:
+    """How the first log was read, or else its rig's columns where they are not the kind's own."""
+    stated = fit.recordings[0].source.map or fit.rig.columns
+    return dict(stated) if dict(stated) != dict(RIGS[kind].columns) else {}

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import ChoiceError, InputError
 from ...space import Array
 from ..channels import CHANNELS
 from .budget import ALLOWANCE, CELL, ReadBudget
@@ -17,7 +17,8 @@ from .codesys import TIME_UNIT_IS_OPEN
 from .column_map import Entry
 from .columns import Heads, choose, is_there
 from .joined import joined
-from .log_file import LogFile, ReadOptions
+from .log_file import LogFile
+from .log_map import LogMap
 from .raw_table import RawTable, shortened
 from .repair import Mender, filled_extra
 
@@ -33,19 +34,20 @@ class Assembly(NamedTuple):
     Args:
         arguments: Of its `Recording`, but for the source.
         rows: Rows of the table that they are from.
+        columns: Channel -> column, all that were taken.
         signal: The column that its force is made of by a drive chain; empty without one.
     """
 
     arguments: dict[str, Any]
     rows: int
+    columns: dict[str, Entry]
     signal: str = ""
 
 
 def assembled(
     log: LogFile,
-    mapped: Mapping[str, Entry],
-    joint: str | None = None,
-    options: ReadOptions | None = None,
+    used: LogMap,
+    window: tuple[float, float] | None = None,
     budget: ReadBudget | None = None,
     *,
     units: Mapping[str, str] | None = None,
@@ -55,43 +57,38 @@ def assembled(
 
     Args:
         log: What a reader opened, or a frame.
-        mapped: Channel -> column, where the heads do not say it.
-        joint: The joint whose columns are taken.
-        options: What the file does not say about itself.
+        used: Channel -> column, where the heads do not say it, and what else they do not.
+        window: Of the log, s from its start.
         budget: Of the read; None for arrays that are in memory.
         units: Unit by column, where the heads do not say it.
         lenient: Whether a mapped column that is not there is no reason to refuse; time and
             position must be.
 
     Raises:
-        InputError: a column that is needed is not there or has no unit, or the rows are no log.
+        ChoiceError: a column that is needed is not there or has no unit.
+        InputError: the rows are no log.
     """
-    options = options or ReadOptions()
     if TIME_UNIT_IS_OPEN in log.problems:
         raise InputError(TIME_UNIT_IS_OPEN)
-    channels = log.channels
-    timed = any(c.clock for c in channels) or options.rate is not None
-    heads = Heads.of(log, joint, units or {}, timed=timed, drive=options.drive)
-    if lenient:
-        mapped = _present(heads, mapped)
-    chosen, notes = choose(heads, mapped)
+    timed = any(c.clock for c in log.channels) or used.rate is not None
+    heads = Heads.of(log, used.joint, units or {}, timed=timed, drive=used.drive)
+    mapped = _present(heads, used.columns) if lenient else used.columns
+    try:
+        chosen, notes = choose(heads, mapped)
+    except InputError as error:
+        raise ChoiceError(str(error)) from error
     wanted = {c.column for c in chosen.values()}
     wanted |= {c.factor for c in chosen.values() if isinstance(c.factor, str)}
     grid = (chosen.get("position") or chosen["velocity"]).column
     table = _table(log, heads, wanted, grid, chosen)
-    if "time" not in chosen and table.t is None:
-        table = replace(table, t=np.arange(len(table.places)) / _stated(options))
+    if "time" not in chosen and table.t is None and used.rate is not None:
+        table = replace(table, t=np.arange(len(table.places)) / used.rate)
     if budget is not None:  # a scalar becomes a column
         budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
-    arguments = _mended(table, chosen, (*notes, *log.problems), options.window)
-    signal = chosen["force"].column if options.drive and "force" in chosen else ""
-    return Assembly(arguments, len(table.places), signal)
-
-
-def _stated(options: ReadOptions) -> float:
-    if options.rate is None or not 0.0 < options.rate < np.inf:
-        raise InputError(f"rate {options.rate}: give a number of Hz above 0")
-    return options.rate
+    arguments = _mended(table, chosen, (*notes, *log.problems), window)
+    columns = {n: entry for n, c in chosen.items() if (entry := c.entry())}
+    signal = chosen["force"].column if used.drive and "force" in chosen else ""
+    return Assembly(arguments, len(table.places), columns, signal)
 
 
 def _table(

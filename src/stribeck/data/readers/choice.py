@@ -11,6 +11,7 @@ from ...errors import InputError
 from ...space import Array
 from ...units import Unit, unit
 from ..channels import CHANNELS
+from .column_map import Entry
 from .raw_table import RawTable, shortened
 
 _ALSO = {"rad/s": "1/s", "rad/s**2": "1/s**2"}  # an angle may go unsaid
@@ -25,12 +26,21 @@ class Choice:
         unit: Of its cells times the factor.
         factor: A number, or the name of a column or constant.
         reason: Why it was taken, for people.
+        dated: Whether its numbers are dates, and the unit a clock's tick.
     """
 
     column: str
     unit: Unit
     factor: float | str = 1.0
     reason: str = "mapped"
+    dated: bool = False
+
+    def entry(self) -> Entry | None:
+        """The same as a map has it; None of dates, whose clock is known anew."""
+        if self.dated:
+            return None
+        factor = {} if self.factor == 1.0 else {"factor": self.factor}
+        return {"column": self.column, "unit": self.unit.written, **factor}
 
     @property
     def rotary(self) -> bool:

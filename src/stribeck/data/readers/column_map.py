@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...drive import DriveChain, drive_from
 from ...errors import InputError
 from ...text_file import page
 from ..channels import CHANNELS
@@ -18,59 +17,33 @@ from .raw_table import printable, shortened
 Entry = str | Mapping[str, str | float]
 
 
-def mapping(columns: Mapping[str, Any] | str | Path | None) -> Mapping[str, Entry]:
-    """A mapping from a dict or a TOML file (its `[columns]` table, or the whole of it).
+def mapping(columns: Mapping[str, Any], name: str = "columns") -> Mapping[str, Entry]:
+    """A mapping that makes sense; `name` is how messages call it.
 
     Raises:
-        InputError: the file is missing or not TOML, a key is no channel, an entry makes no sense.
+        InputError: a key is no channel, or an entry makes no sense.
     """
-    if columns is None:
-        return {}
-    if isinstance(columns, Mapping):
-        name, read = "columns", columns
-    else:
-        name, read = _toml(Path(columns))
-    for channel, entry in read.items():
+    for channel, entry in columns.items():
         if channel not in ("time", *CHANNELS):
             raise InputError(f"{name}: no channel {shortened(str(channel))!r}: there are time, "
                              f"{', '.join(CHANNELS)}")  # fmt: skip
         _checked(f"{name}: {channel}", entry)
-    return read
+    return columns
 
 
-def chain_of(
-    columns: Mapping[str, Any] | str | Path | None, drive: DriveChain | Mapping[str, Any] | None
-) -> DriveChain | None:
-    """The drive chain of a caller, or that of the `[drive]` table of a TOML file.
+def toml_table(file: Path) -> tuple[str, Mapping[str, Any]]:
+    """How messages call a TOML file, and what is in it.
 
     Raises:
-        InputError: both are there, or a table is no chain.
+        InputError: it is missing or not TOML.
     """
-    stated = drive_from(Path(columns)) if isinstance(columns, str | Path) else None
-    if drive is None:
-        return stated
-    chain = drive if isinstance(drive, DriveChain) else DriveChain.of_table(drive)
-    if stated is not None and stated != chain:
-        raise InputError(f"the rig and {Path(str(columns)).name} both state a drive: state it once")
-    return chain
-
-
-def _toml(file: Path) -> tuple[str, Mapping[str, Entry]]:
     name = printable(file.name)
     try:
-        read = tomllib.loads(page(file))
+        return name, tomllib.loads(page(file))
     except InputError as error:
         raise InputError(f"{name}: cannot read the mapping: {error}") from error
     except (ValueError, RecursionError) as error:  # TOML and UTF-8 errors are ValueErrors
         raise InputError(f"{name}: the mapping is not TOML: {printable(str(error))}") from error
-    table = read.get("columns", {n: entry for n, entry in read.items() if n != "drive"})
-    if not table and "drive" in read:
-        return name, {}
-    if not isinstance(table, dict):
-        raise InputError(f'{name}: columns must be a table such as position = "x [mm]"')
-    if not table:
-        raise InputError(f'{name}: the mapping is empty: write position = "x [mm]", say')
-    return name, table
 
 
 def _checked(place: str, entry: object) -> None:

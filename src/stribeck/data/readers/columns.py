@@ -233,7 +233,7 @@ def _epoch(heads: Heads, column: str) -> Epoch | None:
 
 def _dated(column: str, clock: Epoch) -> Choice:
     tick = Unit(clock.title, clock.tick, 0.0, "s")
-    return Choice(column, tick, reason=f"its numbers are dates: {clock.title}")
+    return Choice(column, tick, reason=f"its numbers are dates: {clock.title}", dated=True)
 
 
 def _needed(
@@ -253,6 +253,10 @@ def _needed(
         raise InputError(_without_unit(heads, names, bare[0], channel, chosen))
     for h in named:
         refuse_unfit(channel, Choice(h, heads.unit(channel, h, names[h].unit or "")), kinds)
+    if channel == "position" and not named:
+        unsaid = [h for h, head in names.items() if "velocity" in meanings(head) and not head.unit]
+        if unsaid:
+            raise InputError(_without_unit(heads, names, unsaid[0], "velocity", chosen))
     if next(iter(heads.columns), "") == "column 1":
         raise InputError(
             "has no heads: name its columns by number, as in "

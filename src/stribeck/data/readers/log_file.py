@@ -9,7 +9,6 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from ...drive import DriveChain
 from ...space import Array
 from .raw_table import RawTable
 
@@ -48,14 +47,12 @@ class ReadOptions:
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts: its header's, or that of its log.
         window: First and last instant that is read, s from the start of the log; None for all.
-        drive: The chain from what the drive recorded to the force at the axis.
     """
 
     rate: float | None = None
     time_unit: str | None = None
     stamp: Literal["header", "log"] = "header"
     window: tuple[float, float] | None = None
-    drive: DriveChain | None = None
 
 
 class LogFile(Protocol):
@@ -181,4 +178,5 @@ def timing(t: Array) -> tuple[float | None, tuple[float, float] | None]:
         return None, None
     intervals = np.diff(t)
     middle = float(np.median(intervals)) if len(intervals) else 0.0
-    return (1.0 / middle if middle > 0.0 else None), (float(t[0]), float(t[-1]))
+    rate = float(f"{1.0 / middle:.9g}") if middle > 0.0 else None  # times are rounded, too
+    return rate, (float(t[0]), float(t[-1]))

@@ -14,8 +14,8 @@ from ..recording import Recording, Source
 from . import file_bytes
 from .assembly import assembled
 from .budget import ReadBudget
-from .column_map import chain_of, mapping
-from .log_file import ReadOptions
+from .log_file import LogFile
+from .log_map import FILE, LogMap, save_map, saved_map
 from .raw_table import printable
 from .registry import opened
 
@@ -29,9 +29,11 @@ def read(
     columns: Mapping[str, Any] | str | Path | None = None,
     joint: str | None = None,
     rate: float | None = None,
-    options: ReadOptions | None = None,
+    time_unit: str | None = None,
+    stamp: str | None = None,
     drive: DriveChain | Mapping[str, Any] | None = None,
     lenient: bool = False,
+    keep_map: bool = False,
 ) -> Recording:
     """Read a log of any format of `readers`.
 
@@ -51,46 +53,71 @@ def read(
             that says so.
         joint: The joint whose columns are taken, by name or number, where a log has several.
         rate: Samples a second of a log without times.
-        options: What else a file may not say about itself.
+        time_unit: Of times whose unit the format leaves open: ms or us, say.
+        stamp: Which time of a message counts: its `header`'s, or that of its `log`.
         drive: The chain from what the drive recorded to the force at the axis, or its table, as a
             TOML file has it in `[drive]`.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
             says where its logs may have a channel, and asks for it if it needs it.
+        keep_map: Whether what was chosen is kept beside the log, for others with the same heads.
 
     Raises:
         InputError: the log cannot be used; the line says what is wrong, where, and what to do.
     """
-    mapped = mapping(columns)
-    file, used = windowed(Path(path), options or ReadOptions())
-    used = used if rate is None else replace(used, rate=rate)
-    used = replace(used, drive=chain_of(columns, drive))
+    words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp}
+    stated = LogMap.of(columns).with_words(words).driven(drive)
+    file, window = windowed(Path(path))
     try:
-        _, log = opened(file, used)
-        budget = ReadBudget(_size(file))
-        arguments, rows, signal = assembled(
-            log, mapped, joint, used, budget, units=units, lenient=lenient
+        _, log = opened(file, stated.options(window))
+        saved = saved_map(file.parent, heads_of(log)) if columns is None or lenient else None
+        used = stated
+        if saved is not None:
+            used, lenient = saved.with_words(words).driven(stated.drive), False
+            _, log = opened(file, used.options(window))
+        assembly = assembled(
+            log, used, window, ReadBudget(_size(file)), units=units, lenient=lenient
         )
-        source = Source(printable(file.name), file_bytes.sha256(file), rows)
-        recording = Recording(**arguments, source=source)
-        return recording.through(used.drive, signal) if used.drive and signal else recording
+        complete = replace(used, columns=assembly.columns)
+        if keep_map:
+            save_map(file.parent, heads_of(log), complete)
+        told = used != LogMap() and (not lenient or any(words.values()))
+        source = Source(
+            printable(file.name),
+            file_bytes.sha256(file),
+            assembly.rows,
+            complete.table() if told else {},
+        )
+        notes = [f"columns are as {FILE} beside it says"] if saved is not None else []
+        arguments = assembly.arguments
+        recording = Recording(
+            **{**arguments, "notes": (*notes, *arguments["notes"])}, source=source
+        )
+        if used.drive is None or not assembly.signal:
+            return recording
+        return recording.through(used.drive, assembly.signal)
     except InputError as error:
         sentence = str(error).removeprefix(f"{printable(file.name)}: ")
-        raise InputError(printable(f"{file.name}: {sentence}")) from error
+        raise type(error)(printable(f"{file.name}: {sentence}")) from error
 
 
-def windowed(path: Path, options: ReadOptions) -> tuple[Path, ReadOptions]:
-    """A path without the window that may follow it, and the options with that.
+def heads_of(log: LogFile) -> list[str]:
+    """The names of a log's channels, by which it is known again."""
+    return [c.name for c in log.channels]
+
+
+def windowed(path: Path) -> tuple[Path, tuple[float, float] | None]:
+    """A path without the window that may follow it, and the window, s from the start.
 
     Raises:
         InputError: the window is empty.
     """
     match = _WINDOW.fullmatch(path.name)
     if match is None or path.exists():
-        return path, options
+        return path, None
     since, until = float(match["since"]), float(match["until"])
     if not since < until:
         raise InputError(f"{path.name}: from {since:g} s to {until:g} s is no time")
-    return path.with_name(match["file"]), replace(options, window=(since, until))
+    return path.with_name(match["file"]), (since, until)
 
 
 def _size(file: Path) -> int:
