@@ -12,7 +12,7 @@ import pytest
 
 from command import Completed, caller
 from stribeck.data import read
-from stribeck.data.readers.contents import contents
+from stribeck.data.readers.log_contents import contents
 from stribeck.data.readers.log_map import FILE, LogMap, save_map, saved_map
 from stribeck.errors import ChoiceError, InputError
 from stribeck.identify.card import read_card

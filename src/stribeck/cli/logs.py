@@ -96,7 +96,7 @@ def contents(
     reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:
     """Say which channels a log has, and what would be taken for what."""
-    from ..data.readers.contents import contents as contents_of
+    from ..data.readers.log_contents import contents as contents_of
     from ..report.contents_report import contents_text, show_contents
 
     result = contents_of(file, columns=reading.map(), **reading.words)

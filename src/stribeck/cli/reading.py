@@ -108,7 +108,7 @@ class Reading:
                 **self.words,
             )
         except ChoiceError:
-            from ..data.readers.contents import contents
+            from ..data.readers.log_contents import contents
             from ..report.contents_report import contents_table
 
             result = contents(log, columns=stated, **self.words)

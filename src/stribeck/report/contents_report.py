@@ -9,11 +9,11 @@ from .table import Table
 from .terminal import console, show_table
 
 if TYPE_CHECKING:
-    from ..data.readers.contents import Contents
+    from ..data.readers.log_contents import LogContents
     from ..data.readers.log_file import Channel
 
 
-def contents_table(contents: Contents) -> Table:
+def contents_table(contents: LogContents) -> Table:
     """Its channels, and which of them are taken for what."""
     taken = {c.column: f"{channel}, {c.reason}" for channel, c in contents.taken.items()}
     rows = [
@@ -33,18 +33,18 @@ def contents_table(contents: Contents) -> Table:
     return Table.of_texts(title, heads, rows, labels=(1, 2, 7))
 
 
-def _guess(contents: Contents, channel: Channel) -> str:
+def _guess(contents: LogContents, channel: Channel) -> str:
     """What a column may be that was not taken."""
     names = " or ".join(contents.guesses.get(channel.name, ()))
     return f"{names}?{' (no unit)' * (channel.unit is None)}" if names else ""
 
 
-def _head_unit(contents: Contents, name: str) -> str:
+def _head_unit(contents: LogContents, name: str) -> str:
     """The unit of a column that is taken, which its head or a map says."""
     return next((c.unit.written for c in contents.taken.values() if c.column == name), "")
 
 
-def show_contents(contents: Contents) -> None:
+def show_contents(contents: LogContents) -> None:
     """Print what is in a log, and what is open."""
     show_table(contents_table(contents))
     out = console()
@@ -55,12 +55,12 @@ def show_contents(contents: Contents) -> None:
     )
 
 
-def _ready(contents: Contents) -> str:
+def _ready(contents: LogContents) -> str:
     names = ", ".join(f"{channel} from {c.column}" for channel, c in contents.taken.items())
     return f"check and identify take {names}"
 
 
-def contents_text(contents: Contents) -> str:
+def contents_text(contents: LogContents) -> str:
     """The same as JSON."""
     return json_text(
         {
@@ -78,7 +78,7 @@ def contents_text(contents: Contents) -> str:
     )
 
 
-def _channel(contents: Contents, channel: Channel) -> dict[str, Any]:
+def _channel(contents: LogContents, channel: Channel) -> dict[str, Any]:
     span, ends = channel.span or (None, None), channel.ends or (None, None)
     return {
         "name": channel.name,

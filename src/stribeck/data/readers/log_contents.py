@@ -22,7 +22,7 @@ from .registry import opened
 
 
 @dataclass(frozen=True)
-class Contents:
+class LogContents:
     """What is in a log.
 
     Args:
@@ -52,7 +52,7 @@ def contents(
     rate: float | None = None,
     time_unit: str | None = None,
     stamp: str | None = None,
-) -> Contents:
+) -> LogContents:
     """What is in a log of any format of `readers`; the arguments are those of `read`.
 
     Raises:
@@ -88,7 +88,9 @@ def contents(
         f"{name} has text: {cell[:20]!r} in {place}" for name, (place, cell) in log.text.items()
     ]
     problems = (*log.problems, *texts, *notes)
-    return Contents(printable(file.name), reader.name, channels, taken, guesses, problems, lacking)
+    return LogContents(
+        printable(file.name), reader.name, channels, taken, guesses, problems, lacking
+    )
 
 
 def _written_unit(name: str) -> str | None:
