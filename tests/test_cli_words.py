@@ -45,6 +45,9 @@ OTHER = {
     "twin": {},
 }
 OTHER["validate"]["card"] = "model"
+#: How logs are read is one argument in Python, `columns={"columns": {...}, "joint": "2"}`, and
+#: `read(..., keep_map=True)` keeps it.
+READING = dict.fromkeys(("column", "joint", "rate", "time_unit", "stamp", "save_map"), "columns")
 #: Keywords of Python alone: objects that no command line can hold, and units, which a map holds.
 PYTHON = {
     "identify": {"units", "fixed", "progress", "polishing"},
@@ -67,8 +70,9 @@ def test_options_and_keywords_have_the_same_names(name: str) -> None:
         (p.opts[0] if p.param_type_name == "option" else p.name or "").strip("-").replace("-", "_")
         for p in GROUP.commands[name].params
     } - PRINTED
-    assert set(OTHER[name]) <= options, "an exception that is none"
-    in_python = {OTHER[name].get(option, option) for option in options} - {"model"} | (
+    other = OTHER[name] | (READING if "column" in options else {})
+    assert set(other) <= options, "an exception that is none"
+    in_python = {other.get(option, option) for option in options} - {"model"} | (
         {"model"} & keywords
     )
     assert in_python | PYTHON[name] == keywords
