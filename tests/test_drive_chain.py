@@ -33,8 +33,8 @@ DOCUMENTED = [
     ({"convention": "nanotec", "rated_torque": "2 N m"}, 500.0, 1.0),
     ({"convention": "nanotec", "rated_torque": "2 N m"}, 1100.0, 2.2),
     # Bonfiglioli, 12.5.25: 1000 is the rated torque; -1 is -0.1 %.
-    ({"convention": "bonfiglioli-active-cube", "rated_torque": "30 N m"}, 1000.0, 30.0),
-    ({"convention": "bonfiglioli-active-cube", "rated_torque": "30 N m"}, -1.0, -0.03),
+    ({"convention": "active-cube", "rated_torque": "30 N m"}, 1000.0, 30.0),
+    ({"convention": "active-cube", "rated_torque": "30 N m"}, -1.0, -0.03),
     # EL72x1, 2001:11: M = value/1000 x (rated current/sqrt 2) x kt, and without the root.
     (
         {"convention": "el72x1-peak", "rated_current": "2.7 A peak", "kt": "0.1 Nm/A rms"},
@@ -52,7 +52,7 @@ DOCUMENTED = [
     # Panasonic MINAS E: the rated torque is 2000.
     ({"convention": "panasonic-minas-e", "scale": "0.00064 N m"}, 2000.0, 1.28),
     # MR-J2S-A, 5.2.2: 8 V is the maximum torque, here 3.84 N m.
-    ({"convention": "mitsubishi-mr-j2s-analog", "scale": "0.48 N m/V"}, 8.0, 3.84),
+    ({"convention": "mr-j2s-analog", "scale": "0.48 N m/V"}, 8.0, 3.84),
     # Robotis: XM430, a unit of about 2.69 mA; 1193 units are the limit of 3.2 A. XL330: 1 mA.
     ({"convention": "dynamixel-xm430", "kt": "1 N m/A"}, 1193.0, 3.209),
     ({"convention": "dynamixel-xl330", "kt": "1 N m/A"}, 1750.0, 1.75),
@@ -175,9 +175,11 @@ def test_counts_ask_for_the_counts_of_a_turn() -> None:
 def test_percent_alone_lists_what_it_can_mean() -> None:
     line = missing_chain("%")
     assert line is not None
-    for base in ("rated", "standstill", "peak"):
-        for quantity in ("torque", "current"):
-            assert f'signal = "% of {base} {quantity}", {base}_{quantity} = "' in line
+    for quantity in ("torque", "current"):
+        assert f'signal = "% of rated {quantity}", rated_{quantity} = "' in line
+        assert f"standstill_{quantity}" in line
+        assert f"peak_{quantity}" in line
+    assert 'kt = "' in line
     assert "stribeck drives" in line
     assert missing_chain("N") is None
     assert missing_chain("1") is None

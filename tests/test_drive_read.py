@@ -81,7 +81,7 @@ def test_percent_alone_is_refused_with_what_it_can_mean(tmp_path: Path) -> None:
         read(log, columns={"force": "Torque [%]"})
     line = str(refused.value)
     assert 'signal = "% of rated torque", rated_torque = "' in line
-    assert 'signal = "% of standstill current", standstill_current = "' in line
+    assert 'signal = "% of rated current", rated_current = "' in line
     notes = read(log).notes  # nobody asked for the force
     assert any("a [drive] table would say" in note for note in notes)
 

@@ -54,7 +54,7 @@ _DECLARED = (
         {"signal": "‰ of rated current"}, ("rated_current", "kt"),
         "‰ of the motor rated current, 0x6075, which is in mA, of direct current, rms or peak, "
         "as the drive has it",
-        "Elmo, CANopen DSP 402 Implementation Guide, object 0x6075",
+        "Elmo, CANopen DSP 402 guide, object 0x6075; Bonfiglioli CM-EtherCAT, 12.5.26",
         "https://www.manualsdir.com/manuals/558390/elmomc-canopen-dsp-402-implementation-guide.html?page=112",
     ),
     Convention(
@@ -97,7 +97,7 @@ _DECLARED = (
         "AX8xxx object description, 6077", f"{_INFOSYS}/ax8xxx_object/18798585483.html",
     ),
     Convention(
-        "bonfiglioli-active-cube", "Bonfiglioli Active Cube", "0x6077 torque actual value",
+        "active-cube", "Bonfiglioli Active Cube", "0x6077 torque actual value",
         _TORQUE, ("rated_torque",), "1000 is the rated motor torque",
         "CM-EtherCAT, 12.5.25", "https://manualshive.com/ru/manual/bonfiglioli-vectron/"
         "active-cube-series/2787057?page=90",
@@ -119,7 +119,7 @@ _DECLARED = (
     Convention(
         "el72x1-peak", "Beckhoff EL72x1, EP7211 with 0x2002:54 = 0", "0x6077 torque actual value",
         {"signal": "‰ of rated current"}, ("rated_current", "kt"),
-        "0.1 % of the rated current, 0x2003:12, which is a peak value; kt, 0x2003:16, is of rms: "
+        "0.1 % of the rated current, which is a peak value; kt, 0x2003:16, is of rms: "
         "M = value/1000 · rated current/√2 · kt",
         "EL72x1, input/output data, 2001:11", f"{_INFOSYS}/el72x1/1976658571.html",
         examples={"rated_current": "2.4 A peak"},
@@ -151,7 +151,7 @@ _DECLARED = (
         "https://manualshive.com/en/manual/mitsubishi-electric/mr-j4/238382?page=539",
     ),
     Convention(
-        "mitsubishi-mr-j2s-analog", "Mitsubishi MR-J2S-A", "analog output, generated torque",
+        "mr-j2s-analog", "Mitsubishi MR-J2S-A", "analog output, generated torque",
         {"signal": "V"}, ("scale",), "8 V is the maximum torque",
         "MR-J2S-A instruction manual, 5.2.2",
         "http://www.manualsdir.com/manuals/121327/mitsubishi-electronics-melservo-mr-j2s-a.html",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..units import unit
 from .chain import counts_unknown
 from .chain_numbers import EXAMPLES
-from .drive_signal import BASES
 
 _SHARE = unit("%").dimension
 _COUNT = unit("count").dimension
@@ -33,12 +32,14 @@ def missing_chain(written: str) -> str | None:
         written: The unit of the column.
     """
     dimension = unit(written).dimension
-    if dimension == _SHARE and written.strip() not in ("", "1", "-", "dimensionless"):
-        bases = "; ".join(_lines(base, written.strip()) for base in BASES if "force" not in base)
+    share = written.strip()
+    if dimension == _SHARE and share not in ("", "1", "-", "dimensionless"):
+        torque, current = (_line(share, q) for q in ("torque", "current"))
         return (
-            f"is in {written.strip()}, which does not say of what: write a [drive] table in the "
-            f"rig or the column map, with {bases}; with lead and gear where there are (see "
-            "`stribeck drives` for what makers document)"
+            f"is in {share}, which does not say of what: write a [drive] table in the rig or the "
+            f'column map with {torque}; or with {current}, kt = "{EXAMPLES["kt"]}"; or the same '
+            "of standstill_torque, peak_torque, standstill_current, peak_current; and lead and "
+            "gear where there are: `stribeck drives` lists what makers mean"
         )
     if dimension == _COUNT:
         return (
@@ -53,8 +54,7 @@ def missing_chain(written: str) -> str | None:
     return None
 
 
-def _lines(base: str, written: str) -> str:
-    share = f'signal = "{written} of {base.replace("_", " ")}"'
-    if base.endswith("current"):
-        return f'{share}, {base} = "{EXAMPLES[base]}", kt = "{EXAMPLES["kt"]}"'
-    return f'{share}, {base} = "1.27 N m ± 10 %"'
+def _line(share: str, quantity: str) -> str:
+    """How a share of a rated quantity is written."""
+    example = EXAMPLES.get(f"rated_{quantity}", "1.27 N m ± 10 %")
+    return f'signal = "{share} of rated {quantity}", rated_{quantity} = "{example}"'
