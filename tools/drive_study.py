@@ -16,7 +16,7 @@ from math import sqrt
 from pathlib import Path
 
 from stribeck import identify, read
-from stribeck.data.readers.column_map import chain_of, mapping
+from stribeck.data.readers.log_map import LogMap
 from stribeck.identify.balance.known_load import stated_loads
 
 #: A motor's data sheet: rated, standstill and peak torque, rated current, torque constant.
@@ -46,7 +46,7 @@ def percent(log: Path, columns: Path) -> None:
         numbers = {n: SHEET[n] for n in needed}
         if name == "el72x1-peak":  # the same number, which that drive takes for a peak value
             numbers["rated_current"] = "2.6 A peak"
-        recording = read(log, columns=mapping(columns), drive={"convention": name, **numbers})
+        recording = read(log, columns=LogMap.of(columns).columns, drive={"convention": name, **numbers})
         fit = identify(recording, rig="forced-rotary", law="coulomb-viscous", fixed={"offset": 0.0})
         F_C, F_V, J = (fit.values[n] for n in ("F_C", "F_V", "M"))
         print(
@@ -57,7 +57,7 @@ def percent(log: Path, columns: Path) -> None:
 
 def scale(log: Path, columns: Path) -> None:
     """Print intervals of levels and of their ratio for tolerances of the scale."""
-    chain = chain_of(columns, None)
+    chain = LogMap.of(columns).drive
     assert chain is not None  # noqa: S101 - the map that this is called with has one
     table = chain.table()
     number = list(chain.numbers)[-1]
@@ -66,7 +66,7 @@ def scale(log: Path, columns: Path) -> None:
     print(f"{number} ±  " + "".join(f"{head:16}" for head in heads).rstrip())
     for tolerance in TOLERANCES:
         table[number] = f"{value.shown:g} {value.unit} ± {tolerance} %"
-        recording = read(log, columns=mapping(columns), drive=table)
+        recording = read(log, columns=LogMap.of(columns).columns, drive=table)
         fit = identify(recording, rig="forced", law="coulomb-viscous")
         ends = {e.name: (e.low, e.high) for e in fit.estimates}
         ends |= {r.name: (r.low, r.high) for r in fit.ratios}
