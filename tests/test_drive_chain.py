@@ -159,6 +159,12 @@ def test_numbers_keep_their_tolerance_and_their_source() -> None:
         ({"signal": "N m", "reversed": "yes"}, "true or false"),
         ({"signal": "N m", "kd": "5"}, "no 'kd'"),
         ({"convention": "nix"}, "no drive convention 'nix'"),
+        ({"signal": "N m", "gear": 1e300}, "its numbers make"),
+        ({"signal": "N m", "gear": 10**400}, "not a finite number"),
+        ({"signal": "A", "kt": " " * 10**6 + "0.5 N m/A"}, "too long"),
+        ({"signal": "% of " + "rated " * 10**5 + "torque"}, "too long"),
+        ({"signal": "N m", "gear": [5]}, "a number with its unit in quotes"),
+        ({"signal": 5}, "must be text"),
     ],
 )
 def test_what_is_no_chain_is_refused_in_a_line(table: dict[str, object], says: str) -> None:

@@ -46,7 +46,8 @@ def percent(log: Path, columns: Path) -> None:
         numbers = {n: SHEET[n] for n in needed}
         if name == "el72x1-peak":  # the same number, which that drive takes for a peak value
             numbers["rated_current"] = "2.6 A peak"
-        recording = read(log, columns=LogMap.of(columns).columns, drive={"convention": name, **numbers})
+        drive = {"convention": name, **numbers}
+        recording = read(log, columns=LogMap.of(columns).columns, drive=drive)
         fit = identify(recording, rig="forced-rotary", law="coulomb-viscous", fixed={"offset": 0.0})
         F_C, F_V, J = (fit.values[n] for n in ("F_C", "F_V", "M"))
         print(

@@ -120,6 +120,8 @@ def constant(
 #: What a value with a tolerance is called where there is none.
 _WRITTEN = "a number, nor VALUE±TOLERANCE"
 _NAMEPLATE: Origin = "nameplate"
+#: A quantity is a line, not a page: a pattern may take the square of its length.
+_LONGEST, _QUANTITY = 500, "a number with its unit, tolerance and source"
 _SOURCED = re.compile(r"(.*\S)\s+\(([^()]+)\)\s*")
 _SPLIT = re.compile(r"±|\+/?-")
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?[A-Za-z]+)\s*([^\d\s+-].*)?")
@@ -157,6 +159,8 @@ def quantity(text: str, place: str) -> Quantity:
     Raises:
         InputError: it is not that.
     """
+    if len(text) > _LONGEST:
+        raise InputError(f"{place}: {text[:40]!r}... is too long for {_QUANTITY}")
     stated = _SOURCED.fullmatch(text)
     source = stated[2].strip() if stated else ""
     plain = (stated[1] if stated else text).strip()

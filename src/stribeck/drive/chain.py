@@ -33,6 +33,10 @@ _CURRENT, _TORQUE, _FORCE = (unit(u).dimension for u in ("A", "N m", "N"))
 _COUNT = {unit(u).dimension: n for n, u in enumerate(("count", "count/s", "count/s**2"))}
 _ANGLE = {unit(u).dimension: n for n, u in enumerate(("rad", "rad/s", "rad/s**2"))}
 _LINEAR, _ROTARY = (("m", "m/s", "m/s**2"), ("rad", "rad/s", "rad/s**2"))
+#: No unit of a signal is more, in SI.
+_GREATEST = 1e30
+#: A word of a table, letters.
+_LONGEST = 100
 _MOTION = ("position", "command", "velocity", "acceleration")
 
 
@@ -63,7 +67,8 @@ class DriveChain:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", MappingProxyType(dict(self.numbers)))
-        self._computed  # noqa: B018 - says what is missing
+        if not 0.0 < abs(self.gain) < _GREATEST:
+            raise InputError(f"its numbers make {self.gain:g} {self.unit} of one unit: check them")
         if self.side == "motor" and self._has("efficiency", "efficiency_backward"):
             raise InputError("efficiency acts behind the motor: leave it out with side = 'motor'")
 
@@ -333,6 +338,8 @@ def _text(table: Mapping[str, Any], key: str, place: str) -> str:
     value = table.get(key, "")
     if not isinstance(value, str):
         raise InputError(f"{place}.{key}: must be text in quotes")
+    if len(value) > _LONGEST:
+        raise InputError(f"{place}.{key}: {value[:40]!r}... is too long")
     return value.strip()
 
 
