@@ -195,6 +195,7 @@ def test_percent_alone_lists_what_it_can_mean() -> None:
 def run(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., Completed]:
+    monkeypatch.delenv("COLUMNS", raising=False)  # names are not broken where nobody says a width
     return caller(monkeypatch, capsys)
 
 
