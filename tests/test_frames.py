@@ -132,7 +132,7 @@ def test_notes_and_extra_columns_are_those_of_the_file(tmp_path: Path) -> None:
     file = read(tmp_path / "log.csv")
     memory = Recording.of(frame, name="log.csv")
     assert memory.notes == file.notes
-    assert len(memory.notes) == 6
+    assert len(memory.notes) == 5
     assert_same(memory, file)
     assert memory.label == file.label
     assert list(Recording.of({**HEADS, "gtau": 2.5}).extra) == ["gtau"]

@@ -308,7 +308,13 @@ def test_jitter_is_kept_and_reported(tmp_path: Path) -> None:
     r = read(path)
     np.testing.assert_allclose(r.t, t - t[0], atol=1e-15)
     assert any("irregular" in note for note in r.notes)
-    assert "time counts from the first sample, 0.03 s on the log's clock" in r.notes
+
+
+def test_time_counts_from_the_first_sample(tmp_path: Path) -> None:
+    columns().with_columns(pl.Series("t_s", T + 7.5)).write_csv(tmp_path / "log.csv")
+    r = read(tmp_path / "log.csv")
+    np.testing.assert_allclose(r.t, T, atol=1e-12)
+    assert "time counts from the first sample, 7.5 s on the log's clock" in r.notes
 
 
 def test_rows_after_the_clock_stopped_are_dropped(tmp_path: Path) -> None:

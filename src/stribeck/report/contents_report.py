@@ -50,9 +50,7 @@ def show_contents(contents: LogContents) -> None:
     out = console()
     for sentence in contents.problems:
         out.print(f"note: {sentence}")
-    out.print(
-        f"to be identified from: {contents.lacking}" if contents.lacking else _ready(contents)
-    )
+    out.print(f"no recording yet: {contents.lacking}" if contents.lacking else _ready(contents))
 
 
 def _ready(contents: LogContents) -> str:

@@ -24,6 +24,8 @@ from .repair import Mender, filled_extra
 
 #: Cells that are kept beside the channels, for whoever names them later.
 _EXTRAS = ALLOWANCE // CELL
+#: Samples by which the first one is after zero before that is told.
+_LATE = 10
 #: Channels that keep their value until the next sample.
 _HELD = ("command",)
 
@@ -146,7 +148,7 @@ def _mended(
     mender.notes += [f"column {shortened(n)} left out: it has text" for n in table.text]
     mender.mend()
     t = mender.channels.pop("time")
-    if abs(t[0]) > 0.5 * float(np.median(np.diff(t))):
+    if abs(t[0]) > _LATE * float(np.median(np.diff(t))):
         mender.notes.append(f"time counts from the first sample, {t[0]:.9g} s on the log's clock")
     rows = _rows(t - t[0], window)
     return {

@@ -233,7 +233,7 @@ def _epoch(heads: Heads, column: str) -> Epoch | None:
 
 def _dated(column: str, clock: Epoch) -> Choice:
     tick = Unit(clock.title, clock.tick, 0.0, "s")
-    return Choice(column, tick, reason=f"its numbers are dates: {clock.title}", dated=True)
+    return Choice(column, tick, reason=f"dates: {clock.title}", dated=True)
 
 
 def _needed(
@@ -318,7 +318,7 @@ def _ranked(
             f"columns {a} and {b} both look like the {channel}: map one, as in "
             f'--column {channel}="{a}"'
         )
-    return Choice(*first, reason="by its name and unit")
+    return Choice(*first, reason="by its head")
 
 
 def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]:
