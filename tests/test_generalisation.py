@@ -12,6 +12,7 @@ from stribeck.identify.adequacy.generalisation import (
     moving_joints,
     neighbour_violations,
 )
+from stribeck.identify.held_out_scope import held_out_scope
 from stribeck.identify.parameters import Parameters
 from stribeck.identify.score import HeldOut, Score
 
@@ -46,3 +47,23 @@ def test_a_held_out_error_far_above_training_is_told(error: float, told: object)
     violations = held_out_violations(score(1.0), [HeldOut(None, score(error), (), ())])
     assert bool(violations) is told
     assert not any(v.caps for v in violations)
+
+
+def test_a_range_in_which_nothing_moves_tests_nothing() -> None:
+    """Ten seconds of rest under a sensor's noise, beside the motion after it."""
+    t = np.arange(0.0, 20.0, 0.01)
+    position = np.where(t < 10.0, 0.0, 0.05 * (t - 10.0))
+    position = position + 1e-4 * np.random.default_rng(1).standard_normal(len(t))
+    moving = Recording(t, position)
+    rest, motion = slice(0, 1000), t >= 10.0
+    rig = RIGS["forced"]
+    assert held_out_scope([(moving, rest)], rig) == ("nothing: the axis does not move in it", False)
+    text, moves = held_out_scope([(moving, motion)], rig)
+    assert (text.split(", ")[0], moves) == ("9.99 s", True)
+    assert held_out_scope([(moving, rest), (moving, motion)], rig).moves
+    score = Score("relative_error", 1.0, "%", float("nan"), float("nan"), 200)
+    scope = held_out_scope([(moving, rest)], rig)
+    (violation,) = held_out_violations(score, [HeldOut(None, score, (), (), scope)])
+    assert violation.sentence.startswith(
+        "hold-out all tests nothing: the axis does not move in it;"
+    )

@@ -96,6 +96,27 @@ def test_nothing_is_wider_than_a_phone(window: Browser, page: Path, *, dark: boo
     assert window.complaints == []
 
 
+def test_parameters_are_cards_on_a_phone_and_a_table_on_a_desk(window: Browser, page: Path) -> None:
+    """Each cell stands below the other beside its head, and is as wide as the screen allows."""
+    look = """[...document.querySelectorAll('.cards tbody tr:first-child > *')].map((cell) => ({
+      left: cell.getBoundingClientRect().left, top: cell.getBoundingClientRect().top,
+      head: getComputedStyle(cell, '::before').content,
+    }))"""
+    window.size(390, 844, phone=True)
+    window.open(page)
+    name, *cells = window.run(look)
+    assert len({cell["left"] for cell in cells}) == 1
+    assert [cell["top"] for cell in cells] == sorted(cell["top"] for cell in cells)
+    assert cells[0]["head"] == '"value"'
+    assert cells[-2]["head"] == '"verdict"'
+    assert window.run("document.querySelector('.cards thead').getBoundingClientRect().width") <= 1
+    window.size(1280, 900)
+    window.open(page)
+    name, *cells = window.run(look)
+    assert {cell["top"] for cell in cells} == {name["top"]}
+    assert {cell["head"] for cell in cells} == {"none"}
+
+
 def test_names_of_logs_are_text_wherever_they_stand(desk_page: Browser) -> None:
     assert (
         desk_page.run("document.querySelectorAll('main b[onclick], main a[href^=http]').length")

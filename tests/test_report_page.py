@@ -156,9 +156,36 @@ def test_no_warning_is_said_too(report: Report) -> None:
 
 def test_sections_come_in_the_order_in_which_they_are_asked_for(report: Report) -> None:
     page = Page(render(report))
-    expected = ["warnings", "measured", "strokes", "fit", "residuals", "adequacy", "friction",
-              "parameters", "profiles", "search", "baselines", "provenance"]  # fmt: skip
+    expected = ["warnings", "parameters", "friction", "fit", "baselines", "residuals", "adequacy",
+              "profiles", "search", "measured", "strokes", "provenance"]  # fmt: skip
     assert [a["id"] for a in page.named("h2")] == expected
+    links = [str(a["href"]).removeprefix("#") for a in page.named("a")]
+    assert links == ["main", *expected[1:]]
+
+
+def test_the_misfit_is_explained_where_it_stands(report: Report, balance_fit: Fit) -> None:
+    text = Page(render(report)).text
+    assert text.index("J, training") < text.index("J is the root mean square of measured less")
+    assert text.index("J is the root mean square") < text.index("95 % from")
+    balanced = Page(render(Contents(balance_fit).report())).text
+    assert "The relative error is that of the force" in balanced
+    assert "J is the root" not in balanced
+
+
+def test_what_a_held_out_range_tests_is_told(report: Report) -> None:
+    text = Page(render(report)).text
+    first, second = report.card.holdout
+    assert first.tests in text
+    assert second.tests in text
+    seconds, travel, slips = second.tests.split(", ")
+    assert seconds.endswith(" s")
+    assert 45 < float(travel.split(" ")[0]) < 60  # 127 to 68 mm, by whole slips
+    assert slips == "1 slip"  # which ends in it; no rest follows the last one
+    idle = first.model_copy(update={"moves": False})
+    card = report.card.model_copy(update={"holdout": [idle]})
+    page = Page(render(report.model_copy(update={"card": card}))).text
+    assert "which tests nothing: the axis does not move there" in page
+    assert "tests nothing" not in text
 
 
 def test_what_has_nothing_to_say_is_absent(balance_fit: Fit) -> None:

@@ -129,9 +129,11 @@ class ObjectiveCard(_Part):
 
 
 class HoldoutCard(_Part):
-    """The misfit on a range that was not trained on."""
+    """The misfit on a range that was not trained on, and what that tests."""
 
     range: str
+    tests: str = ""
+    moves: bool = True
     value: Finite
     unit: str
     baselines: dict[str, Finite] = {}

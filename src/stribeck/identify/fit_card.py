@@ -87,6 +87,8 @@ def fit_card(fit: Fit) -> Card:
         holdout=[
             HoldoutCard(
                 range=h.within.text if h.within else "all",
+                tests=h.scope.text,
+                moves=h.scope.moves,
                 value=h.score.value,
                 unit=h.score.unit,
                 baselines=h.score.baselines(),

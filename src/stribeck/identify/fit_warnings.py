@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..data.recording import Recording
-from ..data.resolution import noise, step
 from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
@@ -20,7 +18,7 @@ from .score import Score
 from .segment import Segment, SegmentSplit, directions_of, recordings_of
 from .sliding_check import never_slid
 from .uncertainty.estimates import Estimate
-from .uncertainty.sensor_noise import rest_noise
+from .uncertainty.sensor_noise import sensor_noise
 
 #: A repeat of the search confirms an answer if its misfit is within this factor of the best.
 RIVAL = 1.1
@@ -28,8 +26,6 @@ RIVAL = 1.1
 LITTLE = 0.5
 #: A misfit above this many times the sensor's own noise leaves something unexplained.
 NOISY = 1.5
-
-_SENSOR_NOISE: WeakKeyDictionary[Recording, float] = WeakKeyDictionary()
 
 
 def _resting(score: Score, floor: float) -> list[str]:
@@ -116,16 +112,8 @@ def noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
     Third differences of the motion show it, and rests where they are flat; over logs it is a root
     of the mean square, as J is.
     """
-    floor = float(np.sqrt(np.mean(np.square([_sensor_noise(log) for log in logs]))))
+    floor = float(np.sqrt(np.mean(np.square([sensor_noise(log) for log in logs]))))
     return float(unit(rig.shows.get("position", "m")).from_si(floor))
-
-
-def _sensor_noise(log: Recording) -> float:
-    """Noise and quantisation of a log's position, m or rad; looked at once."""
-    if log not in _SENSOR_NOISE:
-        seen = float(np.hypot(noise(log), step(log.position) / np.sqrt(12)))
-        _SENSOR_NOISE[log] = float(np.fmax(seen, rest_noise([log])))
-    return _SENSOR_NOISE[log]
 
 
 def output_error_warnings(

@@ -12,6 +12,7 @@ import numpy as np
 from ..rig.simulated import as_simulated
 from ..space import Array
 from ..units import unit
+from .held_out_scope import Scope, held_out_scope
 from .own_breakaway import slip_motion
 from .stick_slip_statistics import StickSlipStatistics, stick_slip_statistics
 
@@ -62,12 +63,14 @@ class HeldOut:
         score: Its score.
         segments: Where in the recordings it lies.
         motions: What the model did there, a motion a segment.
+        scope: What it tests.
     """
 
     within: Range | None
     score: Score
     segments: tuple[Segment, ...]
     motions: tuple[Motion, ...]
+    scope: Scope = Scope("", moves=True)  # noqa: RUF009 - a tuple
 
 
 def held_out(
@@ -75,7 +78,8 @@ def held_out(
 ) -> HeldOut:
     """Score a complete parameter set (SI) on the segments of a range."""
     motions = tuple(simulated(parameters, p, segments))
-    return HeldOut(part, scores(parameters, p, segments), tuple(segments), motions)
+    scope = held_out_scope(((s.recording, s.rows) for s in segments), parameters.rig)
+    return HeldOut(part, scores(parameters, p, segments), tuple(segments), motions, scope)
 
 
 def simulated(parameters: Parameters, p: Array, segments: Sequence[Segment]) -> list[Motion]:

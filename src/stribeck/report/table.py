@@ -218,14 +218,18 @@ class Table:
         return Markup("\n".join(lines))  # noqa: S704 - every text in it is escaped
 
     def _html_cell(self, column: int, text: str, *, right: bool) -> str:
+        from markupsafe import escape  # noqa: PLC0415 - as above
+
+        head = f' data-head="{escape(self.heads[column])}"'
         if self.heads[column] == "verdict":
-            return f'<td><span class="chip {text.split(" ", maxsplit=1)[0]}">{text}</span></td>'
+            chip = f'<span class="chip {text.split(" ", maxsplit=1)[0]}">{text}</span>'
+            return f"<td{head}>{chip}</td>"
         kind = "n" if right else ""
         if column in self.sentences:
             kind = "wide" if column == len(self.heads) - 1 else "narrow"
         elif self.heads[column] == "SHA-256":
             kind = "hash"
-        return f"<td{_class(kind)}>{text}</td>"
+        return f"<td{_class(kind)}{head}>{text}</td>"
 
     @property
     def _end(self) -> list[str]:

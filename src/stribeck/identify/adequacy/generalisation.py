@@ -33,13 +33,23 @@ _MOVES = 0.05
 
 
 def held_out_violations(score: Score, holdout: Sequence[HeldOut]) -> list[Violation]:
-    """Ranges whose error is far above that of training, a sentence each.
+    """Ranges that test nothing, or whose error is far above that of training, a sentence each.
 
     Args:
         score: Of the training data.
         holdout: Each range held out, with its score.
     """
-    return [
+    idle = [
+        Violation(
+            "data",
+            f"hold-out {'all' if h.within is None else h.within.text} tests nothing: the axis "
+            "does not move in it; hold out a range in which it moves",
+            caps=False,
+        )
+        for h in holdout
+        if not h.scope.moves
+    ]
+    return idle + [
         Violation(
             "model",
             f"hold-out {'all' if h.within is None else h.within.text} has "
@@ -49,7 +59,9 @@ def held_out_violations(score: Score, holdout: Sequence[HeldOut]) -> list[Violat
             caps=False,
         )
         for h in holdout
-        if h.score.samples >= FEWEST and h.score.value > HELD_OUT * score.value > 0
+        if h.scope.moves
+        and h.score.samples >= FEWEST
+        and h.score.value > HELD_OUT * score.value > 0
     ]
 
 

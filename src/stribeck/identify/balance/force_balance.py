@@ -16,6 +16,7 @@ from ..adequacy.generalisation import held_out_violations, neighbour_violations
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
+from ..held_out_scope import held_out_scope
 from ..log_spread import LogPart, LogSpreads, log_spreads, spread_over_logs
 from ..parameters import Parameters
 from ..ratios import proportional, ratios
@@ -191,7 +192,11 @@ def _held_out(
 ) -> HeldOut:
     chosen, rows = counting(logs, [] if part is None else [part])
     prediction = balance.validate(chosen, parameters, p, rows=rows)
-    return HeldOut(part, _score(prediction), (), ())
+    scope = held_out_scope(
+        ((log, slice(None) if r is None else r) for log, r in zip(chosen, rows, strict=True)),
+        parameters.rig,
+    )
+    return HeldOut(part, _score(prediction), (), (), scope)
 
 
 def _score(prediction: balance.Prediction) -> Score:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ...data.repeated_samples import is_new
+from ...data.resolution import noise, step
 from ...data.segmentation import rests
 from ...space import Array
 
@@ -19,6 +21,16 @@ FEWEST, CUT = 12, 0.1
 #: A rest is flat if a parabola leaves at least this share of what a line leaves: an axis that still
 #: swings or creeps to its rest leaves less, noise that remembers twenty samples more.
 BENT = 0.5
+
+_SEEN: WeakKeyDictionary[Recording, float] = WeakKeyDictionary()
+
+
+def sensor_noise(log: Recording) -> float:
+    """Noise and quantisation of a log's position, m or rad; looked at once."""
+    if log not in _SEEN:
+        seen = float(np.hypot(noise(log), step(log.position) / np.sqrt(12)))
+        _SEEN[log] = float(np.fmax(seen, rest_noise([log])))
+    return _SEEN[log]
 
 
 def rest_noise(recordings: Sequence[Recording]) -> float:

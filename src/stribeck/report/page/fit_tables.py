@@ -197,19 +197,48 @@ def beside(card: Card) -> str:
     return "Baselines" if any(s.baselines for _, s in scored(card)) else "Misfit"
 
 
+def explained(card: Card) -> str:
+    """What the misfit is, for who has not met it."""
+    how = (
+        ", each slip simulated from the rest before it"
+        if card.objective.restart or card.objective.breakaway == "scattered"
+        else ", the whole motion simulated from its start"
+    )
+    best = "0 were a perfect fit, and the noise of the sensor is the best to hope for"
+    if card.objective.name == "position_rmse":
+        return f"J is the root mean square of measured less modelled positions{how}: {best}."
+    if card.objective.name == "position_mae":
+        return f"The error is the mean size of measured less modelled positions{how}: {best}."
+    return (
+        "The relative error is that of the force: the size of measured less modelled forces as a "
+        "share of that of the measured ones, over the samples that count."
+    )
+
+
 def baselines(card: Card) -> Table:
-    """The misfits beside what could be had without a model."""
+    """The misfits beside what could be had without a model, and what is tested."""
     scores = scored(card)
     unit_shown = unit_label(card.objective.unit)
     heads = [f"{misfit(card)} / {unit_shown}", "model"]
     names = {"smooth": "best smooth motion, no stick-slip", "still": "an axis that never moves"}
     present = {k: name for k, name in names.items() if any(k in s.baselines for _, s in scores)}
+    told = any(h.tests for h in card.holdout)
     rows = [
-        [name, number(s.value, 4), *(_known(s.baselines.get(k)) for k in present), f"{s.samples:,}"]
+        [
+            name,
+            number(s.value, 4),
+            *(_known(s.baselines.get(k)) for k in present),
+            f"{s.samples:,}",
+            *([getattr(s, "tests", "") or DASH] * told),
+        ]
         for name, s in scores
     ]
     title = "Misfit of the model and of none" if present else "Misfit of the model"
-    return Table.of_texts(title, [*heads, *present.values(), "samples"], rows)
+    heads += [*present.values(), "samples", *["what it tests"] * told]
+    last = len(heads) - 1
+    return Table.of_texts(
+        title, heads, rows, (0, last) if told else (0,), sentences=(last,) if told else ()
+    )
 
 
 def staircases(card: Card) -> Table | None:

@@ -83,14 +83,14 @@ def write_page(folder: Path) -> Path:
 
 def render(report: Report) -> str:
     """The page as text: HTML with all it needs inside."""
-    groups: dict[str, list[Group]] = {
-        "log": _listed(log_group(report)),
+    groups: dict[str, list[Group]] = {  # in the order of the page
+        "friction": friction_groups(report),
         "fit": fit_groups(report),
         "residual": _listed(residual_group(report)),
         "adequacy": adequacy_groups(report),
-        "friction": friction_groups(report),
         "profile": profile_groups(report),
         "convergence": _listed(convergence_group(report)),
+        "log": _listed(log_group(report)),
     }
     script, library = _asset("page.js"), _library()
     specs = {p.id: _spec(p) for plots in groups.values() for p in every_plot(plots)}
@@ -133,9 +133,13 @@ def answer(report: Report) -> str:
         smooth_error = f"{number(smooth, 3)} {unit_label(score.unit)}"
         text += f" (the best smooth motion without stick-slip: {smooth_error})"
     if card.holdout:
-        held_out = ", ".join(f"{_error(h)} on {h.range}" for h in card.holdout)
+        held_out = ", ".join(f"{_error(h)} on {h.range}{_idle(h)}" for h in card.holdout)
         text += f"; held out: {held_out}"
     return f"{text}. {_verdicts(report)}."
+
+
+def _idle(held_out: HoldoutCard) -> str:
+    return "" if held_out.moves else " (which tests nothing: the axis does not move there)"
 
 
 def _error(score: ObjectiveCard | HoldoutCard) -> str:
@@ -164,7 +168,9 @@ def tiles(report: Report) -> list[tuple[str, str]]:
     score = card.objective
     name = f"{fit_tables.misfit(report.card)}, training"
     shown = [(name, _error(score))]
-    shown += [(f"held out {h.range}", _error(h)) for h in card.holdout[:3]]
+    shown += [
+        (f"held out {h.range}", _error(h) if h.moves else "tests nothing") for h in card.holdout[:3]
+    ]
     free = [p for p in card.parameters.values() if p.verdict != "fixed"]
     if free:
         identified = sum(p.verdict == "identified" for p in free)
