@@ -74,7 +74,7 @@ def table(answers: list[Answer]) -> Table:
                 loop, breakaway, name, f"{sum(held)} of {len(held)}", str(sum(identified)),
                 f"{100 * width:.1f}", str(lies),
             ])  # fmt: skip
-    heads = ("loop", "breakaway", "", "held", "identified", "width / %", "identified, off, outside")
+    heads = ("loop", "fit", "", "held", "identified", "width / %", "identified, off, outside")
     return Table.of_texts("95 % intervals on the ramp up", heads, rows, (0, 1, 2))
 
 

@@ -352,4 +352,4 @@ def test_a_comparison_of_laws_says_that_it_has_one_breakaway_for_all() -> None:
         budget=300,
     )
     (sentence,) = (s for s in selection.sentences if s.startswith("Breakaway scatters by"))
-    assert "here all laws have one for all" in sentence
+    assert "here all laws have one breakaway for all" in sentence

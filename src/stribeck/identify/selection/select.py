@@ -273,7 +273,7 @@ def _capital(sentence: str) -> str:
 
 
 def _one_breakaway(parameter_sets: Sequence[Parameters], data: DataSplit) -> tuple[str, ...]:
-    """A word on breakaway that scatters, where `identify` gives each slip its own."""
+    """A word on slips that `identify` takes one by one, where one breakaway is for all here."""
     level = next((p for p in parameter_sets if breakaway_columns(p.law) is not None), None)
     if level is None or level.rig.approach != "output_error":
         return ()
@@ -281,9 +281,15 @@ def _one_breakaway(parameter_sets: Sequence[Parameters], data: DataSplit) -> tup
     _, seen = by_slip_where_needed(auto, data)
     if seen is None:
         return ()
-    text = (
+    why = (
         f"Breakaway scatters by {seen.share:.0%} from slip to slip ({seen.slips} slips): identify "
-        "gives each slip its own; here all laws have one for all, since those without F_S can "
+        "gives each slip its own"
+        if seen.evident
+        else "The force of the log follows its reading: identify goes slip by slip, under the "
+        "force that the controller held"
+    )
+    text = (
+        f"{why}; here all laws have one breakaway for all, since those without F_S can "
         "have no other. No law then tells when a slip comes, and a "
         "drop may be missed."
     )
