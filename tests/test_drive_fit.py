@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from foreign import driven, sensors
+from foreign import driven, presliding, sensors
 from foreign.friction import coulomb_viscous
 from foreign.strokes import sines, strokes
 from stribeck import RIGS, Fit, InputError, Recording, export, identify, read_card, validate
 from stribeck.drive import DriveChain
+from stribeck.report.fit_report import show_fit
 from stribeck.rig.custom import rig_file
 
 #: kg, N, N s/m; the motor behind a screw of 10 mm, and a reduction of 3.
@@ -257,3 +258,25 @@ def test_known_loads_show_a_gear_that_was_left_out() -> None:
     assert not any(e.verdict == "identified" for e in fit.estimates)
     right = loaded("6", kt="0.05 N m/A")
     assert not [v for v in right.violations if "loads" in v.sentence]
+
+
+def test_a_simulated_axis_has_wide_levels_and_narrow_ratios(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A Dahl slide below breakaway, 1e6 N/m and 12 N, by its motor's current."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, 4.0, 0.004)
+    force = (7.0 + 3.0 * np.sin(2 * t)) * np.sin(pi * t)
+    motion = presliding.simulate(5.0, presliding.dahl(1e6, 12.0, 200.0), t, force, dt=0.004)
+    position = motion.position + 2e-8 * rng.standard_normal(len(motion.t))
+    chain = DriveChain.of_table({"signal": "A", "kt": "0.5 N m/A ± 5 %", "lead": "10 mm"})
+    log = Recording(motion.t, position, force=motion.force).through(chain)
+    fit = identify(log, rig="presliding", law="dahl", repeats=1, budget=1000)
+    level = by_name(fit)["F_C"]
+    assert (level.high - level.low) / 2 / level.value == pytest.approx(0.049, rel=0.02)
+    ratio = next(r for r in fit.ratios if r.name == "sigma_0 / F_C")
+    assert ratio.low < 1e6 / 12.0 < ratio.high
+    assert (ratio.high - ratio.low) / 2 / ratio.value < 0.002
+    show_fit(fit)
+    line = next(x for x in capsys.readouterr().out.splitlines() if x.startswith("sigma_0 / F_C"))
+    assert line.split()[-1] == "identified"

@@ -26,6 +26,7 @@ from .motion_delay import delay_violations
 from .multistart import Optimum
 from .other_loss import other_loss_violations
 from .position_drift import drift_violations
+from .ratios import Ratio, proportional, ratios
 from .result import Fit
 from .score import HeldOut, Score, held_out, scores
 from .segment import SegmentSplit, recordings_of
@@ -100,6 +101,7 @@ class _Judgement:
         combinations: Sums of a parameter and a constant that are known better.
         differing: What the logs give one by one.
         slopes: Of the parameters over exact constants.
+        ratios: Of parameters that an uncertain scale of all forces leaves as they are.
     """
 
     estimates: tuple[Estimate, ...]
@@ -108,6 +110,7 @@ class _Judgement:
     combinations: tuple[Combination, ...]
     differing: LogSpreads
     slopes: Slopes
+    ratios: tuple[Ratio, ...]
 
 
 def output_error_fit(
@@ -154,6 +157,7 @@ def output_error_fit(
         effects=judgement.effects,
         delay=data.delay,
         combinations=judgement.combinations,
+        ratios=judgement.ratios,
         breakaway=fitted_spreads(parameters, p, solved.train, uncertain.profiles),
         differing=judgement.differing,
     )
@@ -208,9 +212,19 @@ def _judged(
         *neighbour_violations(parameters, logs),
         *held_out_violations(score, holdout),
     ]
+    scaled = proportional(parameters, solved.p, _slopes(ruled))
+    of_scale = ratios(parameters, judged, solved.correlation, scaled, common=True)
     judged = lowered(parameters, judged, violations)
     judged = without_partners(parameters, judged, solved.correlation)
-    return _Judgement(judged, tuple(violations), left_over, sums, differing, slopes)
+    return _Judgement(judged, tuple(violations), left_over, sums, differing, slopes, of_scale)
+
+
+def _slopes(ruled: Sequence[Ruling]) -> Slopes:
+    """Slopes of parameters over constants, by the names of both."""
+    slopes: dict[str, dict[str, float]] = {}
+    for r in ruled:
+        slopes.setdefault(r.constant, {})[r.parameter] = r.slope
+    return slopes
 
 
 def _ruled(solved: _SolvedProblem, work: Work) -> tuple[list[Ruling], tuple[Combination, ...]]:

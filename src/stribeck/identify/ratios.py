@@ -79,14 +79,17 @@ def ratios(
     estimates: Sequence[Estimate],
     correlation: Array,
     scaled: frozenset[str],
+    *,
+    common: bool = False,
 ) -> tuple[Ratio, ...]:
     """Ratios of the parameters of one scale, where the scale is not exact.
 
     Args:
         parameters: Rig, law and what is free.
-        estimates: As in `parameters.every`, their intervals without the scale's uncertainty.
+        estimates: As in `parameters.every`.
         correlation: Of the free parameters, (dim, dim).
         scaled: Names of those that go with the scale.
+        common: Whether intervals and correlation hold the scale's uncertainty.
     """
     chain = parameters.rig.chain
     if chain is None or not any(c.tolerance for c in chain.constants):
@@ -106,17 +109,27 @@ def ratios(
     for name, e in known.items():
         if name != reference:
             rho = float(correlation[free.index(name), free.index(reference)])
-            result.append(_ratio(e, below, rho, parameters))
+            half = _half_width(e, below, rho, common=common)
+            result.append(_ratio(e, below, half, parameters))
     return tuple(result)
 
 
-def _ratio(above: Estimate, below: Estimate, rho: float, parameters: Parameters) -> Ratio:
-    """A ratio; what of an interval is more than its standard error is taken as of its own."""
-    a, b = (e.standard_error / e.value for e in (above, below))
-    extra = sum(
-        max(_spread(e) ** 2 - (e.standard_error / e.value) ** 2, 0.0) for e in (above, below)
-    )
-    half = HALF_WIDTH * math.sqrt(max(a * a + b * b - 2 * rho * a * b, 0.0) + extra)
+def _half_width(above: Estimate, below: Estimate, rho: float, *, common: bool) -> float:
+    """Half of the interval of a ratio, as a share of it.
+
+    Without the scale's uncertainty, what of an interval is more than its standard error is of its
+    parameter alone; with it, the correlation is of the intervals as they are.
+    """
+    if common:
+        a, b, extra = _spread(above), _spread(below), 0.0
+    else:
+        a, b = (e.standard_error / e.value for e in (above, below))
+        extra = sum(max(_spread(e) ** 2 - r * r, 0.0) for e, r in ((above, a), (below, b)))
+    return HALF_WIDTH * math.sqrt(max(a * a + b * b - 2 * rho * a * b, 0.0) + extra)
+
+
+def _ratio(above: Estimate, below: Estimate, half: float, parameters: Parameters) -> Ratio:
+    """A ratio of two estimates, its interval so large a share of it to each side."""
     units = [parameters.rig.unit_of(q) for e in (above, below) for q in parameters.every
              if parameters.rig.label(q.name) == e.name]  # fmt: skip
     same = units[0] == units[1]

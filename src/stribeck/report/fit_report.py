@@ -47,7 +47,8 @@ def _parameters(fit: Fit) -> Table:
     rows += [_sum(fit, c) for c in fit.combinations]
     rows += [
         [
-            r.name, number(r.value), r.unit, number(r.low, 4), number(r.high, 4), DASH,
+            r.name, number(r.value), r.unit, number(r.low, 4), number(r.high, 4),
+            *([DASH] if fit.balance else []),
             verdict_text(r.verdict, r.reason),
         ]
         for r in fit.ratios
