@@ -31,7 +31,8 @@ class Objective:
             of that than of the friction.
         breakaway: `common` to all slips, or `scattered`: then the slips are simulated one by one,
             each with a breakaway of its own, and F_S is their mean. `auto` is scattered where the
-            log shows that slips begin under forces that are not the same.
+            log shows that slips begin under forces that are not the same, or what the controller
+            read.
     """
 
     loss: Loss = "squares"

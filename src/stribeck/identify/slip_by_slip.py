@@ -77,7 +77,7 @@ def by_slip_where_needed(
 
 
 def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:
-    """What a reader is told where slips begin under forces that are not the same."""
+    """What a reader is told of slips that are fitted one by one, or should be."""
     if seen is None:
         return []
     sentences = _scattered(parameters, seen) if seen.evident else []
