@@ -14,6 +14,7 @@ from ..recording import Recording, Source
 from . import file_bytes
 from .assembly import assembled
 from .budget import ReadBudget
+from .isolated import size_on_disk
 from .log_file import LogFile
 from .log_map import FILE, LogMap, save_map, saved_map
 from .raw_table import printable
@@ -75,7 +76,7 @@ def read(
             used, lenient = saved.with_words(words).driven(stated.drive), False
             _, log = opened(file, used.options(window))
         assembly = assembled(
-            log, used, window, ReadBudget(_size(file)), units=units, lenient=lenient
+            log, used, window, ReadBudget(size_on_disk(file)), units=units, lenient=lenient
         )
         complete = replace(used, columns=assembly.columns)
         if keep_map:
@@ -118,9 +119,3 @@ def windowed(path: Path) -> tuple[Path, tuple[float, float] | None]:
     if not since < until:
         raise InputError(f"{path.name}: from {since:g} s to {until:g} s is no time")
     return path.with_name(match["file"]), (since, until)
-
-
-def _size(file: Path) -> int:
-    """Bytes of a file, or of all in a folder."""
-    files = [p for p in file.rglob("*") if p.is_file()] if file.is_dir() else [file]
-    return sum(p.stat().st_size for p in files)

@@ -14,12 +14,14 @@ from .log_file import LogFile, Reader, ReadOptions
 
 #: The modules of the readers, each with its `READER`; what says most about itself before the rest,
 #: plain text last.
-_MODULES = ("parquet", "matlab_file", "twincat", "codesys", "json_log", "delimited")
+_MODULES = (
+    "parquet", "hdf5_file", "tdms", "mdf4", "ros_bag", "ulog",
+    "matlab_file", "twincat", "codesys", "json_log", "delimited",
+)  # fmt: skip
 #: Of other packages: objects that are a `Reader`.
 ENTRY_POINTS = "stribeck.readers"
 #: First bytes of what no reader opens.
 _REFUSED = {
-    b"\x89HDF": "MATLAB 7.3 or HDF5: save it again with save(..., '-v7')",
     b"\x1f\x8b": "a broken gzip archive: copy or export it again",
     b"PK\x03\x04": "a zip or Excel file: save it as CSV",
     b"\xd0\xcf\x11\xe0": "an Excel file: save it as CSV",
@@ -43,7 +45,7 @@ def opened(path: Path, options: ReadOptions) -> tuple[Reader, LogFile]:
     """
     first = head(checked(path))
     for reader in readers().values():
-        if reader.folders >= path.is_dir() and reader.opens(path, first):
+        if (reader.folders or not path.is_dir()) and reader.opens(path, first):
             return reader, reader.open(path, options)
     if path.is_dir():
         raise InputError("is a folder: name a log in it")

@@ -1,0 +1,259 @@
+"""HDF5 and MATLAB 7.3, by h5py: datasets are channels by their path, columns of a matrix by number.
+
+Only what lies in the file itself is followed: links to other files are passed by. MATLAB writes
+its matrices transposed, and cells and structures as references into `#refs#`, which are no samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from .isolated import IsolatedFormat
+from .lazy_log import LazyLog
+from .log_file import Channel, Reader, ReadOptions
+from .raw_table import RawTable, listed, shortened
+
+LIBRARIES = ("h5py",)
+_MAGIC = b"\x89HDF\r\n\x1a\n"
+_MATLAB = b"MATLAB 7.3"
+#: HDF5 may begin at 0, or behind a block of 512 bytes or twice that, and so on.
+_STARTS = (0, 512, 1024, 2048)
+_UNITS = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
+_MATLAB_NUMBERS = ("double", "single", "logical", *(f"{u}int{n}" for u in ("", "u")
+                                                    for n in (8, 16, 32, 64)))  # fmt: skip
+_MOST_OBJECTS = 20_000
+_WIDEST = 512  # a wider matrix is an image or a map
+_BLOCK = 1 << 20  # numbers that are read at a time
+
+
+@dataclass(frozen=True)
+class _Series:
+    """A dataset that is columns.
+
+    Args:
+        path: Of the dataset.
+        dataset: Of h5py.
+        names: A name for each of its columns.
+        fields: The members of its records, empty for plain numbers.
+        transposed: Whether its rows are columns.
+        count: Samples.
+        unit: As its attributes state it.
+    """
+
+    path: str
+    dataset: Any
+    names: tuple[str, ...]
+    fields: tuple[str, ...]
+    transposed: bool
+    count: int
+    unit: str | None
+
+    def rows(self, start: int, stop: int) -> np.ndarray[Any, Any]:
+        """A block of samples, (rows, columns)."""
+        if self.fields:
+            records = self.dataset[start:stop]
+            return np.column_stack([records[f].astype(float) for f in self.fields])
+        if self.dataset.ndim == 1:
+            return np.asarray(self.dataset[start:stop], dtype=float)[:, None]
+        if self.transposed:
+            return np.asarray(self.dataset[:, start:stop], dtype=float).T
+        return np.asarray(self.dataset[start:stop], dtype=float)
+
+    def columns(self, wanted: Collection[str]) -> dict[str, np.ndarray[Any, Any]]:
+        """Those of its columns, (N,) each, read in blocks."""
+        kept = [i for i, name in enumerate(self.names) if name in wanted]
+        block = max(_BLOCK // len(self.names), 1)
+        if self.dataset.chunks and not self.transposed:  # each is unpacked once
+            block = -(-block // self.dataset.chunks[0]) * self.dataset.chunks[0]
+        values = np.empty((len(kept), self.count))
+        for start in range(0, self.count, block):
+            stop = min(start + block, self.count)
+            values[:, start:stop] = self.rows(start, stop)[:, kept].T
+        return {self.names[i]: values[k] for k, i in enumerate(kept)}
+
+
+def library_log(path: Path, options: ReadOptions) -> LazyLog:
+    """An HDF5 file, in the process that has h5py.
+
+    Raises:
+        InputError: it has no group of the name that was asked for.
+    """
+    import h5py  # noqa: PLC0415 - an extra
+
+    file = h5py.File(path, "r")
+    prefix = "" if options.part is None else _group(file, options.part)
+    found = [(p.removeprefix(prefix), d) for p, d in _datasets(file) if p.startswith(prefix)]
+    lengths = {d.shape[0] for _, d in found if d.ndim == 1}
+    series: list[_Series] = []
+    scalars: dict[str, float] = {}
+    skipped = []
+    for name, dataset in found:
+        if _is_scalar(dataset):
+            scalars[name] = float(np.asarray(dataset[()], dtype=float).reshape(-1)[0])
+        elif entry := _series(name, dataset, lengths):
+            series.append(entry)
+        else:
+            skipped.append(name)
+    channels = [c for s in series for c in _channels(s)]
+    channels += [Channel(n, None, 1, ends=(v, v), constant=True) for n, v in scalars.items()]
+
+    def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
+        return _tables(series, scalars, wanted)
+
+    problems = (f"left out, not columns of numbers: {listed(skipped)}",) if skipped else ()
+    return LazyLog(tuple(channels), load, problems)
+
+
+_FORMAT = IsolatedFormat("hdf5_file", LIBRARIES, "an HDF5 file")
+
+
+def _opens(_path: Path, head: bytes) -> bool:
+    return any(head[k : k + len(_MAGIC)] == _MAGIC for k in _STARTS) or head.startswith(_MATLAB)
+
+
+READER = Reader(
+    "hdf5",
+    "HDF5 and MATLAB 7.3: datasets by path",
+    (".h5", ".hdf5", ".hdf", ".mat"),
+    _opens,
+    _FORMAT.open,
+    extra="logs",
+    library="h5py (BSD-3-Clause)",
+)
+
+
+def _datasets(file: Any) -> Iterator[tuple[str, Any]]:
+    """Datasets with their paths; each object once, and none of another file."""
+    import h5py  # noqa: PLC0415 - an extra
+
+    waiting = [("", file)]
+    passed = set()
+    while waiting:
+        path, group = waiting.pop()
+        inside = []
+        for name in group:
+            if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                continue
+            entry = group[name]
+            address = h5py.h5o.get_info(entry.id).addr
+            if address in passed:
+                continue
+            passed.add(address)
+            if len(passed) > _MOST_OBJECTS:
+                raise InputError(f"has more than {_MOST_OBJECTS:,} objects: is it a log?")
+            if isinstance(entry, h5py.Group):
+                inside.append((f"{path}{name}/", entry))
+            elif isinstance(entry, h5py.Dataset) and not (entry.is_virtual or entry.external):
+                yield f"{path}{name}", entry
+        waiting += reversed(inside)
+
+
+def _group(file: Any, part: str) -> str:
+    """The path of a group by its whole path or its last name, with a slash behind it."""
+    paths = {f"{p.rpartition('/')[0]}/" for p, _ in _datasets(file) if "/" in p}
+    parents = {p[: i + 1] for p in paths for i, c in enumerate(p) if c == "/"}
+    part = part.strip("/")
+    fits = [p for p in parents if p == f"{part}/" or p.endswith(f"/{part}/")]
+    if not fits:
+        raise InputError(f"has no group {shortened(part)}: there are {listed(sorted(parents))}")
+    return min(fits, key=len)
+
+
+def _is_scalar(dataset: Any) -> bool:
+    return dataset.shape is not None and dataset.size == 1 and _numbers(dataset)
+
+
+def _numbers(dataset: Any) -> bool:
+    """Whether its cells are numbers, and no text or references that are kept as such."""
+    kind = dataset.attrs.get("MATLAB_class")
+    if kind is not None and _text(kind) not in _MATLAB_NUMBERS:
+        return False
+    return dataset.dtype.kind in "iufb" and "MATLAB_empty" not in dataset.attrs
+
+
+def _series(name: str, dataset: Any, lengths: Collection[int]) -> _Series | None:
+    """A dataset as columns, None if it is none."""
+    shape = dataset.shape
+    if not shape or 0 in shape or len(shape) > 2:  # noqa: PLR2004 - rows, columns
+        return None
+    unit = _unit(dataset.attrs)
+    members = dataset.dtype.fields
+    if members and len(shape) == 1:
+        fields = tuple(f for f, (kind, *_) in members.items() if kind.kind in "iufb")
+        names = tuple(f"{name}/{f}" for f in fields)
+        return _Series(name, dataset, names, fields, False, shape[0], unit) if fields else None
+    if not _numbers(dataset):
+        return None
+    if len(shape) == 1:
+        return _Series(name, dataset, (name,), (), False, shape[0], unit)
+    transposed = _is_transposed(dataset, lengths)
+    count, width = reversed(shape) if transposed else shape
+    if width > _WIDEST:
+        return None
+    names = (name,) if width == 1 else tuple(f"{name}_{i}" for i in range(1, width + 1))
+    return _Series(name, dataset, names, (), transposed, count, unit)
+
+
+def _is_transposed(dataset: Any, lengths: Collection[int]) -> bool:
+    """Whether samples run along the second axis.
+
+    As MATLAB writes a column, and its matrices of rows of samples; elsewhere where that axis alone
+    is as long as a vector beside it, or as most samples are more than most channels.
+    """
+    first, second = dataset.shape
+    if "MATLAB_class" in dataset.attrs:
+        return bool(second > 1 and first <= _WIDEST)
+    if (first in lengths) != (second in lengths):
+        return second in lengths
+    return bool(second > first and (first == 1 or second > _WIDEST))
+
+
+def _unit(attributes: Mapping[str, Any]) -> str | None:
+    written = next((attributes[k] for k in _UNITS if k in attributes), None)
+    return None if written is None else _text(written) or None
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        value = value.reshape(-1)[0] if value.size else ""
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
+
+
+def _channels(series: _Series) -> list[Channel]:
+    ends = series.rows(0, 1)[0], series.rows(series.count - 1, series.count)[0]
+    return [
+        Channel(
+            name,
+            series.unit,
+            series.count,
+            ends=(float(a), float(b)) if np.isfinite([a, b]).all() else None,
+        )
+        for name, a, b in zip(series.names, *ends, strict=True)
+    ]
+
+
+def _tables(
+    series: Sequence[_Series], scalars: Mapping[str, float], wanted: Collection[str]
+) -> tuple[RawTable, ...]:
+    """A table for each length: datasets that are as long belong together."""
+    tables: dict[int, tuple[dict[str, Any], dict[str, str]]] = {}
+    for s in series:
+        if columns := s.columns(wanted) if set(s.names).intersection(wanted) else {}:
+            table = tables.setdefault(s.count, ({}, {}))
+            table[0].update(columns)
+            table[1].update(dict.fromkeys(columns, s.unit) if s.unit else {})
+    kept = {n: v for n, v in scalars.items() if n in wanted}
+    if kept:
+        largest = max(tables, default=0)
+        tables.setdefault(largest, ({}, {}))
+    return tuple(
+        RawTable(columns, np.arange(1, count + 1), "row", units=units,
+                 scalars=kept if count == max(tables) else {})
+        for count, (columns, units) in tables.items()
+    )  # fmt: skip

@@ -1,0 +1,213 @@
+"""Files that somebody else's library reads, in a process with limits: `library_process`."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO, Any, Self
+
+import numpy as np
+
+from ...errors import InputError
+from ...space import Array
+from .budget import CELL, ReadBudget, refuse_many
+from .log_file import Channel, ReadOptions
+from .raw_table import RawTable, shortened
+
+_PROGRAM = Path(__file__).with_name("library_process.py")
+_ENVIRONMENT = {"RUST_BACKTRACE": "0", "POLARS_MAX_THREADS": "4", "OPENBLAS_NUM_THREADS": "1"}
+#: Seconds of the processor that a read may take, and more for each MiB of the file.
+_SECONDS, _SECONDS_MIB = 20, 4
+#: Bytes of the line of JSON that heads an answer, at most: ten thousand channels.
+_LINE = 64 << 20
+_PIECE = 8 << 20
+
+
+@dataclass(frozen=True)
+class IsolatedFormat:
+    """A format whose module here has `library_log(path, options)` and names its `LIBRARIES`.
+
+    Args:
+        module: Of this folder.
+        libraries: What is imported to read it.
+        content: What a file of it is, as in `an HDF5 file`.
+        extra: What is installed for it; empty for what is there.
+    """
+
+    module: str
+    libraries: tuple[str, ...]
+    content: str
+    extra: str = "logs"
+
+    def open(self, path: Path, options: ReadOptions) -> IsolatedLog:
+        """What is in a file.
+
+        Raises:
+            InputError: the library is not installed, or the file is broken.
+        """
+        if any(find_spec(library.partition(".")[0]) is None for library in self.libraries):
+            raise InputError(f'is {self.content}: pip install "stribeck[{self.extra}]"')
+        with _Answer(self, path, {"options": asdict(options)}) as answer:
+            entry = answer.head
+        refuse_many(len(entry["channels"]), "channels")
+        channels = tuple(_channel(c) for c in entry["channels"])
+        if not any(not c.constant and c.count for c in channels):
+            left = "; ".join(entry["problems"][:3])
+            raise InputError(f"has no channels of numbers{f': {left}' if left else ''}")
+        text = {name: (place, cell) for name, (place, cell) in entry["text"].items()}
+        return IsolatedLog(self, path, options, channels, text, tuple(entry["problems"]))
+
+
+@dataclass(frozen=True, eq=False)
+class IsolatedLog:
+    """A file that is read by a process when samples are asked for.
+
+    Args:
+        format: What reads it.
+        path: The file or folder.
+        options: How.
+        channels: What is in it.
+        text: Column of text -> the place and the content of its first cell that is no number.
+        problems: A sentence each.
+    """
+
+    format: IsolatedFormat
+    path: Path
+    options: ReadOptions
+    channels: tuple[Channel, ...]
+    text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()
+    in_memory: bool = False
+
+    def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
+        """Samples of channels, a table a clock.
+
+        Raises:
+            InputError: they are broken, or take more memory than the file's size allows.
+        """
+        asked = [c for c in self.channels if names is None or c.name in names]
+        budget = ReadBudget(size_on_disk(self.path))
+        cells = sum(c.count for c in asked)
+        budget.take(cells * CELL, f"{cells:,} numbers of {len(asked):,} channels")
+        request = {"options": asdict(self.options), "names": [c.name for c in asked]}
+        with _Answer(self.format, self.path, request) as answer:
+            heads = answer.head["tables"]
+            budget.take_cells(sum(h["rows"] * len(h["columns"]) for h in heads), 1)
+            return tuple(_table(head, answer) for head in heads)
+
+
+def size_on_disk(file: Path) -> int:
+    """Bytes of a file, or of all in a folder."""
+    files = [p for p in file.rglob("*") if p.is_file()] if file.is_dir() else [file]
+    return sum(p.stat().st_size for p in files)
+
+
+class _Answer:
+    """What the process says; used in a `with`, which ends it.
+
+    Raises:
+        InputError: the file is broken.
+    """
+
+    def __init__(self, kind: IsolatedFormat, path: Path, request: Mapping[str, Any]) -> None:
+        size = size_on_disk(path)
+        seconds = _SECONDS + _SECONDS_MIB * (size >> 20)
+        limits = str(ReadBudget(size).total), str(seconds)
+        self._kind = kind
+        self._process = subprocess.Popen(  # noqa: S603 - this Python, this package's own file
+            [sys.executable, "-P", str(_PROGRAM), kind.module, str(path), *limits],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": os.pathsep.join(sys.path)},
+        )
+        self.head: dict[str, Any] = {}
+        self._request = json.dumps(request).encode()
+
+    def __enter__(self) -> Self:
+        try:
+            self._stdin.write(self._request)
+            self._stdin.close()
+            line = self._stdout.readline(_LINE)
+        except OSError:  # it ended before it had read that
+            line = b""
+        try:
+            self.head = json.loads(line)
+        except ValueError as error:
+            self._end()
+            raise self._broken("it unpacks to too much, or does not end") from error
+        if "refused" in self.head:
+            self._end()
+            raise InputError(self.head["refused"])
+        if "broken" in self.head:
+            self._end()
+            raise self._broken(self.head["broken"])
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def numbers(self, count: int) -> Array:
+        """The next of the numbers."""
+        values = np.empty(count)
+        cells = values.view(np.uint8)
+        at = 0
+        while at < len(cells):
+            piece = self._stdout.read(min(_PIECE, len(cells) - at))
+            if not piece:
+                raise self._broken("it ends early")
+            cells[at : at + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
+            at += len(piece)
+        return values
+
+    @property
+    def _stdin(self) -> IO[bytes]:
+        assert self._process.stdin is not None  # noqa: S101 - a pipe
+        return self._process.stdin
+
+    @property
+    def _stdout(self) -> IO[bytes]:
+        assert self._process.stdout is not None  # noqa: S101 - a pipe
+        return self._process.stdout
+
+    def _broken(self, words: str) -> InputError:
+        library = self._kind.libraries[0].partition(".")[0]
+        return InputError(
+            f"is {self._kind.content} that {library} cannot read ({shortened(words, 100)}): copy "
+            "or export it again"
+        )
+
+    def _end(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._stdout.close()
+        with suppress(OSError):  # what was written and never read
+            self._stdin.close()
+
+
+def _channel(entry: Mapping[str, Any]) -> Channel:
+    pairs = {k: tuple(entry[k]) for k in ("span", "ends") if entry[k] is not None}
+    return Channel(**{**entry, **pairs})
+
+
+def _table(head: Mapping[str, Any], answer: _Answer) -> RawTable:
+    rows = head["rows"]
+    t = answer.numbers(rows) if head["timed"] else None
+    return RawTable(
+        {name: answer.numbers(rows) for name in head["columns"]},
+        np.arange(1, rows + 1),
+        head["word"],
+        {name: (row, cell) for name, (row, cell) in head["text"].items()},
+        head["scalars"],
+        head["units"],
+        tuple(head["notes"]),
+        t,
+        head["clock"],
+    )

@@ -1,0 +1,123 @@
+"""The program that reads a file by somebody else's library, for `isolated`: path in, numbers out.
+
+    python -P library_process.py MODULE PATH BYTES SECONDS < request.json > answer
+
+A damaged file can make a library crash, loop, or ask for all memory there is. So it runs in a
+process of its own, with `BYTES` of memory beside what its imports took, and `SECONDS` of the
+processor. `MODULE` is a module of this folder that has `library_log`. The request says with which
+options, and which channels; the answer is a line of JSON and then the numbers, float64, column by
+column. Of this package only what that module imports is loaded, not what `stribeck` as a whole is.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .log_file import LogFile
+    from .raw_table import RawTable
+
+#: Memory that threads of libraries take beside what they read: bytes.
+THREADS = 128 << 20
+_CHUNK = 1 << 20
+_PACKAGES = ("stribeck", "stribeck.data", "stribeck.data.readers")
+
+
+def main() -> None:
+    """Read the request from standard input, write the answer."""
+    module, path, memory, seconds = sys.argv[1:]
+    request = json.load(sys.stdin)
+    warnings.simplefilter("ignore")
+    output, sys.stdout = sys.stdout.buffer, sys.stderr  # some libraries print
+    _bare_packages()
+    reader = import_module(f"{_PACKAGES[-1]}.{module}")
+    for library in reader.LIBRARIES:
+        import_module(library)
+    _limit(THREADS + int(memory), int(seconds))
+    try:
+        options = import_module(f"{_PACKAGES[-1]}.log_file").ReadOptions(**request["options"])
+        log = reader.library_log(Path(path), options)
+        if "names" in request:
+            _write_tables(log.tables(request["names"]), output)
+        else:
+            _write_line(_contents(log), output)
+    except MemoryError:
+        _write_line({"broken": "it unpacks to too much"}, output)
+    except Exception as error:  # noqa: BLE001 - whatever a library raises on a damaged file
+        kind = "refused" if type(error).__name__ == "InputError" else "broken"
+        _write_line({kind: str(error) or type(error).__name__}, output)
+
+
+def _bare_packages() -> None:
+    """Packages without what their `__init__` imports: a compiler, among others."""
+    root = Path(__file__).resolve().parents[2]
+    for name in _PACKAGES:
+        package = ModuleType(name)
+        package.__path__ = [str(root.joinpath(*name.split(".")[1:]))]
+        sys.modules[name] = package
+
+
+def _limit(memory: int, seconds: int) -> None:
+    """No more bytes than these beside what this process has already; on Linux alone."""
+    with suppress(ImportError, ValueError, OSError):
+        import resource  # noqa: PLC0415 - there is none on Windows
+
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[5])
+        hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+        used = pages * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_DATA, (used + memory, hard))
+        hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, hard))
+
+
+def _contents(log: LogFile) -> Mapping[str, Any]:
+    return {
+        "channels": [asdict(channel) for channel in log.channels],
+        "text": dict(log.text),
+        "problems": log.problems,
+    }
+
+
+def _write_tables(tables: tuple[RawTable, ...], output: BinaryIO) -> None:
+    heads = [
+        {
+            "rows": len(table.places),
+            "columns": list(table.columns),
+            "timed": table.t is not None,
+            "clock": table.clock,
+            "word": table.word,
+            "units": dict(table.units),
+            "scalars": dict(table.scalars),
+            "text": dict(table.text),
+            "notes": table.notes,
+        }
+        for table in tables
+    ]
+    _write_line({"tables": heads}, output)
+    for table in tables:
+        for values in (*([] if table.t is None else [table.t]), *table.columns.values()):
+            output.writelines(_pieces(values))
+
+
+def _pieces(values: np.ndarray[Any, Any]) -> Iterator[bytes]:
+    for start in range(0, len(values), _CHUNK):
+        yield np.asarray(values[start : start + _CHUNK], dtype=np.float64).tobytes()
+
+
+def _write_line(entry: Mapping[str, Any], output: BinaryIO) -> None:
+    output.write(json.dumps(entry).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    main()
