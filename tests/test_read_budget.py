@@ -194,9 +194,9 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     ),
     "texts.parquet": (
         lambda: parquet(t_s=[0.0] * 9, x_mm=[1.0] * 9, w=["a" * 50_000_000] * 3 + [None] * 6),
-        "or unpacks to more than 64",
+        "polars cannot read",
     ),
-    "damaged.parquet": (damaged_parquet, "is a broken Parquet file"),
+    "damaged.parquet": (damaged_parquet, "is a Parquet file that polars cannot read"),
 }
 
 

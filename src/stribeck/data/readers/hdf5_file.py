@@ -6,7 +6,7 @@ its matrices transposed, and cells and structures as references into `#refs#`, w
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from .arrays import by_length, matrix_names
 from .isolated import IsolatedFormat
 from .lazy_log import LazyLog
 from .log_file import Channel, Reader, ReadOptions
@@ -104,7 +105,14 @@ def library_log(path: Path, options: ReadOptions) -> LazyLog:
     channels += [Channel(n, None, 1, ends=(v, v), constant=True) for n, v in scalars.items()]
 
     def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
-        return _tables(series, scalars, wanted)
+        columns = {
+            n: a
+            for s in series
+            if set(s.names).intersection(wanted)
+            for n, a in s.columns(wanted).items()
+        }
+        units = {n: s.unit for s in series if s.unit for n in s.names}
+        return by_length(columns, units, {n: v for n, v in scalars.items() if n in wanted})
 
     problems = (f"left out, not columns of numbers: {listed(skipped)}",) if skipped else ()
     return LazyLog(tuple(channels), load, problems)
@@ -196,7 +204,7 @@ def _series(name: str, dataset: Any, lengths: Collection[int]) -> _Series | None
     count, width = reversed(shape) if transposed else shape
     if width > _WIDEST:
         return None
-    names = (name,) if width == 1 else tuple(f"{name}_{i}" for i in range(1, width + 1))
+    names = matrix_names(name, width)
     return _Series(name, dataset, names, (), transposed, count, unit)
 
 
@@ -236,24 +244,3 @@ def _channels(series: _Series) -> list[Channel]:
         )
         for name, a, b in zip(series.names, *ends, strict=True)
     ]
-
-
-def _tables(
-    series: Sequence[_Series], scalars: Mapping[str, float], wanted: Collection[str]
-) -> tuple[RawTable, ...]:
-    """A table for each length: datasets that are as long belong together."""
-    tables: dict[int, tuple[dict[str, Any], dict[str, str]]] = {}
-    for s in series:
-        if columns := s.columns(wanted) if set(s.names).intersection(wanted) else {}:
-            table = tables.setdefault(s.count, ({}, {}))
-            table[0].update(columns)
-            table[1].update(dict.fromkeys(columns, s.unit) if s.unit else {})
-    kept = {n: v for n, v in scalars.items() if n in wanted}
-    if kept:
-        largest = max(tables, default=0)
-        tables.setdefault(largest, ({}, {}))
-    return tuple(
-        RawTable(columns, np.arange(1, count + 1), "row", units=units,
-                 scalars=kept if count == max(tables) else {})
-        for count, (columns, units) in tables.items()
-    )  # fmt: skip

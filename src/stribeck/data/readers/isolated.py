@@ -6,6 +6,8 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
+from collections import Counter
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
@@ -17,8 +19,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
-from .budget import CELL, ReadBudget, refuse_many
-from .log_file import Channel, ReadOptions
+from .budget import ReadBudget, refuse_many
+from .log_file import Channel, ReadOptions, TablesInMemory
 from .raw_table import RawTable, shortened
 
 _PROGRAM = Path(__file__).with_name("library_process.py")
@@ -56,13 +58,16 @@ class IsolatedFormat:
             raise InputError(f'is {self.content}: pip install "stribeck[{self.extra}]"')
         with _Answer(self, path, {"options": asdict(options)}) as answer:
             entry = answer.head
+            tables = None if entry["tables"] is None else answer.tables()
         refuse_many(len(entry["channels"]), "channels")
         channels = tuple(_channel(c) for c in entry["channels"])
-        if not any(not c.constant and c.count for c in channels):
+        if channels and not any(c.count for c in channels):
+            raise InputError("is empty")
+        if all(c.constant for c in channels):
             left = "; ".join(entry["problems"][:3])
             raise InputError(f"has no channels of numbers{f': {left}' if left else ''}")
         text = {name: (place, cell) for name, (place, cell) in entry["text"].items()}
-        return IsolatedLog(self, path, options, channels, text, tuple(entry["problems"]))
+        return IsolatedLog(self, path, options, channels, text, tuple(entry["problems"]), tables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +81,7 @@ class IsolatedLog:
         channels: What is in it.
         text: Column of text -> the place and the content of its first cell that is no number.
         problems: A sentence each.
+        few: All samples, if they are few enough to come with the contents.
     """
 
     format: IsolatedFormat
@@ -84,6 +90,7 @@ class IsolatedLog:
     channels: tuple[Channel, ...]
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
+    few: tuple[RawTable, ...] | None = None
     in_memory: bool = False
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
@@ -94,13 +101,13 @@ class IsolatedLog:
         """
         asked = [c for c in self.channels if names is None or c.name in names]
         budget = ReadBudget(size_on_disk(self.path))
-        cells = sum(c.count for c in asked)
-        budget.take(cells * CELL, f"{cells:,} numbers of {len(asked):,} channels")
+        for rows, columns in Counter(c.count for c in asked).items():
+            budget.take_cells(rows, columns)
+        if self.few is not None:
+            return TablesInMemory(self.few).tables(names)
         request = {"options": asdict(self.options), "names": [c.name for c in asked]}
         with _Answer(self.format, self.path, request) as answer:
-            heads = answer.head["tables"]
-            budget.take_cells(sum(h["rows"] * len(h["columns"]) for h in heads), 1)
-            return tuple(_table(head, answer) for head in heads)
+            return answer.tables()
 
 
 def size_on_disk(file: Path) -> int:
@@ -114,18 +121,20 @@ class _Answer:
 
     Raises:
         InputError: the file is broken.
+        RuntimeError: the program that reads it has an error.
     """
 
     def __init__(self, kind: IsolatedFormat, path: Path, request: Mapping[str, Any]) -> None:
-        size = size_on_disk(path)
+        self._size = size = size_on_disk(path)
         seconds = _SECONDS + _SECONDS_MIB * (size >> 20)
         limits = str(ReadBudget(size).total), str(seconds)
         self._kind = kind
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
         self._process = subprocess.Popen(  # noqa: S603 - this Python, this package's own file
             [sys.executable, "-P", str(_PROGRAM), kind.module, str(path), *limits],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=self._errors,
             env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": os.pathsep.join(sys.path)},
         )
         self.head: dict[str, Any] = {}
@@ -141,6 +150,7 @@ class _Answer:
         try:
             self.head = json.loads(line)
         except ValueError as error:
+            self._refuse_own_error()
             self._end()
             raise self._broken("it unpacks to too much, or does not end") from error
         if "refused" in self.head:
@@ -153,6 +163,17 @@ class _Answer:
 
     def __exit__(self, *_: object) -> None:
         self._end()
+
+    def tables(self) -> tuple[RawTable, ...]:
+        """Those that the head of the answer announces.
+
+        Raises:
+            InputError: they are more than was asked for, or end early.
+        """
+        budget = ReadBudget(self._size)
+        for head in self.head["tables"]:
+            budget.take_cells(head["rows"], len(head["columns"]))
+        return tuple(_table(head, self) for head in self.head["tables"])
 
     def numbers(self, count: int) -> Array:
         """The next of the numbers."""
@@ -177,6 +198,18 @@ class _Answer:
         assert self._process.stdout is not None  # noqa: S101 - a pipe
         return self._process.stdout
 
+    def _refuse_own_error(self) -> None:
+        """Tell an error of the program, which ends as Python does, from one of a library.
+
+        Raises:
+            RuntimeError: it ended with one.
+        """
+        if self._process.wait() == 1:
+            self._errors.seek(0)
+            words = self._errors.read().decode(errors="replace")
+            self._end()
+            raise RuntimeError(words)
+
     def _broken(self, words: str) -> InputError:
         library = self._kind.libraries[0].partition(".")[0]
         return InputError(
@@ -188,6 +221,7 @@ class _Answer:
         self._process.kill()
         self._process.wait()
         self._stdout.close()
+        self._errors.close()
         with suppress(OSError):  # what was written and never read
             self._stdin.close()
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from importlib import import_module
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Memory that threads of libraries take beside what they read: bytes.
 THREADS = 128 << 20
+#: As many numbers come with the contents.
+FEW = 1 << 20
 _CHUNK = 1 << 20
 _PACKAGES = ("stribeck", "stribeck.data", "stribeck.data.readers")
 
@@ -51,10 +53,10 @@ def main() -> None:
         if "names" in request:
             _write_tables(log.tables(request["names"]), output)
         else:
-            _write_line(_contents(log), output)
+            _write_contents(log, output)
     except MemoryError:
         _write_line({"broken": "it unpacks to too much"}, output)
-    except Exception as error:  # noqa: BLE001 - whatever a library raises on a damaged file
+    except BaseException as error:  # noqa: BLE001 - whatever a library raises on a damaged file
         kind = "refused" if type(error).__name__ == "InputError" else "broken"
         _write_line({kind: str(error) or type(error).__name__}, output)
 
@@ -81,38 +83,45 @@ def _limit(memory: int, seconds: int) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, hard))
 
 
-def _contents(log: LogFile) -> Mapping[str, Any]:
-    return {
+def _write_contents(log: LogFile, output: BinaryIO) -> None:
+    """The channels, and their samples as well if these are few: it saves another process."""
+    contents = {
         "channels": [asdict(channel) for channel in log.channels],
         "text": dict(log.text),
         "problems": log.problems,
     }
+    few = sum(channel.count for channel in log.channels) <= FEW
+    tables = log.tables() if few else None
+    heads = None if tables is None else [_head(table) for table in tables]
+    _write_line({**contents, "tables": heads}, output)
+    _write_numbers(tables or (), output)
 
 
 def _write_tables(tables: tuple[RawTable, ...], output: BinaryIO) -> None:
-    heads = [
-        {
-            "rows": len(table.places),
-            "columns": list(table.columns),
-            "timed": table.t is not None,
-            "clock": table.clock,
-            "word": table.word,
-            "units": dict(table.units),
-            "scalars": dict(table.scalars),
-            "text": dict(table.text),
-            "notes": table.notes,
-        }
-        for table in tables
-    ]
-    _write_line({"tables": heads}, output)
+    _write_line({"tables": [_head(table) for table in tables]}, output)
+    _write_numbers(tables, output)
+
+
+def _head(table: RawTable) -> Mapping[str, Any]:
+    return {
+        "rows": len(table.places),
+        "columns": list(table.columns),
+        "timed": table.t is not None,
+        "clock": table.clock,
+        "word": table.word,
+        "units": dict(table.units),
+        "scalars": dict(table.scalars),
+        "text": dict(table.text),
+        "notes": table.notes,
+    }
+
+
+def _write_numbers(tables: tuple[RawTable, ...], output: BinaryIO) -> None:
     for table in tables:
         for values in (*([] if table.t is None else [table.t]), *table.columns.values()):
-            output.writelines(_pieces(values))
-
-
-def _pieces(values: np.ndarray[Any, Any]) -> Iterator[bytes]:
-    for start in range(0, len(values), _CHUNK):
-        yield np.asarray(values[start : start + _CHUNK], dtype=np.float64).tobytes()
+            for start in range(0, len(values), _CHUNK):
+                piece = np.asarray(values[start : start + _CHUNK], dtype=np.float64)
+                output.write(piece.tobytes())
 
 
 def _write_line(entry: Mapping[str, Any], output: BinaryIO) -> None:

@@ -15,8 +15,8 @@ from .log_file import LogFile, Reader, ReadOptions
 #: The modules of the readers, each with its `READER`; what says most about itself before the rest,
 #: plain text last.
 _MODULES = (
-    "parquet", "hdf5_file", "tdms", "mdf4", "ros_bag", "ulog",
-    "matlab_file", "twincat", "codesys", "json_log", "delimited",
+    "parquet", "feather", "lerobot", "npz", "hdf5_file", "tdms", "mdf4", "ros_bag", "ulog",
+    "matlab_file", "twincat", "codesys", "lvm", "signal_express", "json_log", "delimited",
 )  # fmt: skip
 #: Of other packages: objects that are a `Reader`.
 ENTRY_POINTS = "stribeck.readers"

@@ -10,17 +10,17 @@ share a column of times are settings of the export.
 from __future__ import annotations
 
 import csv
-import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import InputError
 from ...space import Array
 from .budget import ReadBudget
+from .cells import number_columns
 from .delimited import utf8
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
@@ -35,7 +35,6 @@ _START = "Starttime of export"
 _NAME, _UNIT, _TYPE = "Name", "Unit", "Data-Type"
 _SCALES = (("ScaleFactor", 1.0), ("Offset", 0.0), ("Unit ScaleFactor", 1.0), ("Unit Offset", 0.0))
 _MILLISECOND = 1e-3
-_NULLS = ["", " "]
 _HEAD_LINES = 200
 
 
@@ -168,36 +167,9 @@ def _join_alike(names: list[str], at: int) -> None:
 
 def _numbers(text: bytes, heads: _ScopeHeads, separator: str) -> pl.DataFrame:
     """The samples, null where a column has ended."""
-    import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
-
     body = text.split(b"\n", heads.first)[heads.first].replace(b"\r", b"")
     body = re.sub(rb"\n?EOF\s*$", b"\n", body)
-    sample = body[: 1 << 16]
-    comma = separator != "," and b"," in sample and b"." not in sample
-    comma |= separator == "," and re.search(rb'"-?\d+,\d+"', sample) is not None
-    options: dict[str, Any] = {
-        "separator": separator,
-        "has_header": False,
-        "null_values": _NULLS,
-        "missing_columns": "insert",
-        "quote_char": '"' if b'"' in body else None,
-    }
-    names = [str(i) for i in range(heads.width)]
-    try:
-        return pl.read_csv(
-            io.BytesIO(body),
-            schema=dict.fromkeys(names, pl.Float64),
-            decimal_comma=comma,
-            **options,
-        )
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException):
-        pass
-    try:
-        words = pl.read_csv(io.BytesIO(body), schema=dict.fromkeys(names, pl.String), **options)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        raise InputError("its samples cannot be read as columns: export it again") from error
-    mixed = pl.col(pl.String).str.strip_chars().str.replace(",", ".", literal=True)
-    return words.select(mixed.cast(pl.Float64, strict=False))
+    return number_columns(body, heads.width, separator)
 
 
 def _grouped(frame: pl.DataFrame, heads: _ScopeHeads) -> tuple[RawTable, ...]:

@@ -1,0 +1,111 @@
+"""A lazy frame of polars as a log: its columns of numbers and times, lists taken apart."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .arrays import matrix_names
+from .lazy_log import LazyLog
+from .log_file import Channel
+from .raw_table import RawTable, listed
+
+if TYPE_CHECKING:
+    import polars as pl
+
+_TICKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_WIDEST = 512  # a longer list is an image or a map
+
+
+def frame_log(
+    lazy: pl.LazyFrame,
+    elements: Mapping[str, Sequence[str]] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> LazyLog:
+    """The columns of a frame that are numbers, times or lists of numbers.
+
+    Args:
+        lazy: Read by column.
+        elements: Column of lists -> names of the channels that its elements are. Lists of a
+            length that neither this nor their type says are left out.
+        units: Column -> unit, where the file says it.
+    """
+    import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
+
+    schema = lazy.collect_schema()
+    rows = int(lazy.select(pl.len()).collect().item())
+    units = dict(units or {})
+    units |= {n: "s" for n, kind in schema.items() if isinstance(kind, pl.Datetime | pl.Duration)}
+    expressions: dict[str, pl.Expr] = {}
+    skipped = []
+    text = {}
+    for name, kind in schema.items():
+        if kind.is_numeric() or kind == pl.Boolean or name in units:
+            expressions[name] = _seconds(name, kind)
+        elif isinstance(kind, pl.List | pl.Array):
+            taken = _elements(name, kind, (elements or {}).get(name, ()))
+            expressions |= taken
+            skipped += [] if taken else [name]
+        elif kind == pl.String and (cell := _first_text(lazy, name, rows)):
+            text[name] = cell
+        elif kind != pl.Null:
+            skipped.append(name)
+
+    def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
+        kept = [expressions[n].alias(n) for n in wanted if n in expressions]
+        frame = lazy.select(kept).collect() if kept else pl.DataFrame()
+        columns: dict[str, Any] = {s.name: s.to_numpy() for s in frame.iter_columns()}
+        columns |= {n: np.full(rows, np.nan) for n in text if n in wanted}
+        table = RawTable(
+            columns,
+            np.arange(1, rows + 1),
+            "row",
+            {n: (row, cell) for n, (row, cell) in text.items() if n in wanted},
+            units={n: u for n, u in units.items() if n in wanted},
+        )
+        return (table,)
+
+    channels = [Channel(n, units.get(n), rows) for n in (*expressions, *text)]
+    problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
+    places = {n: (f"row {row + 1}", cell) for n, (row, cell) in text.items()}
+    return LazyLog(tuple(channels), load, problems, places)
+
+
+def _seconds(name: str, kind: Any) -> pl.Expr:
+    import polars as pl  # noqa: PLC0415 - as above
+
+    column = pl.col(name)
+    if isinstance(kind, pl.Datetime | pl.Duration):
+        return column.to_physical().cast(pl.Float64) * _TICKS[kind.time_unit]
+    return column.cast(pl.Float64)
+
+
+def _elements(name: str, kind: Any, names: Sequence[str]) -> dict[str, pl.Expr]:
+    """The elements of lists whose length is known before any is read."""
+    import polars as pl  # noqa: PLC0415 - as above
+
+    if not (kind.inner.is_numeric() or kind.inner == pl.Boolean):
+        return {}
+    column = pl.col(name)
+    if isinstance(kind, pl.Array):
+        column, width = column.arr.to_list(), kind.size
+        names = names if len(names) == width else matrix_names(name, width)
+    if not 0 < len(names) <= _WIDEST:
+        return {}
+    return {
+        head: column.list.get(i, null_on_oob=True).cast(pl.Float64) for i, head in enumerate(names)
+    }
+
+
+def _first_text(lazy: pl.LazyFrame, name: str, rows: int) -> tuple[int, str] | None:
+    """The row and the text of the first cell of a column that is not empty."""
+    import polars as pl  # noqa: PLC0415 - as above
+
+    if rows == 0:
+        return None
+    filled = lazy.select(pl.col(name).is_not_null().arg_true().first()).collect().item()
+    row = int(filled or 0)
+    cell = lazy.slice(row, 1).select(name).collect().item()
+    return None if cell is None else (row, str(cell)[:200])
