@@ -177,8 +177,8 @@ def test_an_episode_of_lerobot_is_a_log(version: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"has 2 episodes, 0 to 1: name one, as in --episode 0$"):
         log_of(path)
     with pytest.raises(InputError, match="has no episode 7: there are 0 to 1"):
-        log_of(path, part="7")
-    reader, log = log_of(path, part="1")
+        log_of(path, episode="7")
+    reader, log = log_of(path, episode="1")
     assert reader == "lerobot"
     assert [c.name for c in log.channels] == [
         "observation.state/elbow.pos", "observation.state/wrist.pos",
@@ -188,7 +188,7 @@ def test_an_episode_of_lerobot_is_a_log(version: str, tmp_path: Path) -> None:
         "position": "observation.state/elbow.pos [rad]",
         "command": "action/elbow.pos [rad]",
     }
-    recording = read(path, columns=columns, options=ReadOptions(part="1"))
+    recording = read(path, columns=columns, episode="1")
     np.testing.assert_allclose(recording.position, X + 1)
     assert recording.command is not None
     np.testing.assert_allclose(recording.command, X + 1.1)

@@ -47,7 +47,9 @@ OTHER = {
 OTHER["validate"]["card"] = "model"
 #: How logs are read is one argument in Python, `columns={"columns": {...}, "joint": "2"}`, and
 #: `read(..., keep_map=True)` keeps it.
-READING = dict.fromkeys(("column", "joint", "rate", "time_unit", "stamp", "save_map"), "columns")
+READING = dict.fromkeys(
+    ("column", "joint", "rate", "time_unit", "stamp", "episode", "save_map"), "columns"
+)
 #: Keywords of Python alone: objects that no command line can hold, and units, which a map holds.
 PYTHON = {
     "identify": {"units", "fixed", "progress", "polishing"},

@@ -123,13 +123,13 @@ def test_an_episode_of_robomimic_is_a_log(tmp_path: Path) -> None:
         for k in range(2):
             file[f"data/demo_{k}/obs/robot0_joint_pos"] = np.column_stack([X, X + k])
             file[f"data/demo_{k}/actions"] = np.column_stack([F, F + k])
-    _, log = log_of(path, part="demo_1")
+    _, log = log_of(path, episode="demo_1")
     assert [c.name for c in log.channels] == [
         "actions_1", "actions_2", "obs/robot0_joint_pos_1", "obs/robot0_joint_pos_2",
     ]  # fmt: skip
     np.testing.assert_array_equal(column(log, "obs/robot0_joint_pos_2")[1], X + 1)
     with pytest.raises(InputError, match="has no group demo_7: there are data/, data/demo_0/"):
-        log_of(path, part="demo_7")
+        log_of(path, episode="demo_7")
 
 
 def test_matlab_7_3(tmp_path: Path) -> None:
@@ -344,7 +344,7 @@ def test_joint_states_by_the_name_of_the_joint(kind: str, tmp_path: Path) -> Non
     assert recording.rotary
     assert recording.force is not None
     np.testing.assert_allclose(recording.force, 2.0 * F)
-    by_log = read(path, joint="wrist", options=ReadOptions(stamp="log"))
+    by_log = read(path, joint="wrist", stamp="log")
     np.testing.assert_allclose(by_log.t, 1.01 * T, atol=1e-7)
 
 

@@ -68,8 +68,8 @@ def write(folder: Path, content: str, name: str = "log.lvm") -> Path:
     return path
 
 
-def log_of(path: Path, part: str | None = None) -> tuple[str, LogFile]:
-    reader, log = opened(path, ReadOptions(part=part))
+def log_of(path: Path, episode: str | None = None) -> tuple[str, LogFile]:
+    reader, log = opened(path, ReadOptions(episode=episode))
     return reader.name, log
 
 
@@ -94,10 +94,10 @@ def test_segments_of_lvm(tmp_path: Path) -> None:
     path = write(tmp_path, lvm("One") + "\n" + segment("One", 2.0))
     _, log = log_of(path)
     assert log.problems == ("has 2 segments: the first is read; --episode 2 takes the next",)
-    _, log = log_of(path, part="2")
+    _, log = log_of(path, episode="2")
     np.testing.assert_allclose(log.tables()[0].columns["position"], 2.0 * X)
     with pytest.raises(InputError, match="has no segment 3: there are 1 to 2"):
-        log_of(path, part="3")
+        log_of(path, episode="3")
 
 
 def test_lvm_that_was_cut_off(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ class Reading:
         rate: Of logs without times, Hz.
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts.
+        episode: Which of several logs in a file or folder is read.
         save_map: Whether what is chosen is kept beside the log.
     """
 
@@ -59,6 +60,12 @@ class Reading:
     stamp: Annotated[
         str | None, typer.Option(metavar="header|log", help="Which time of a message counts.")
     ] = None
+    episode: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Which log to read of a file or folder that has several."
+        ),
+    ] = None
     save_map: Annotated[bool, typer.Option("--save-map", help="Keep what was chosen beside the log, for the next with the same heads.")] = False  # fmt: skip
 
     def map(self) -> dict[str, Any] | None:
@@ -73,7 +80,7 @@ class Reading:
     @property
     def words(self) -> dict[str, Any]:
         """What else `read` and `contents` take."""
-        names = ("joint", "rate", "time_unit", "stamp")
+        names = ("joint", "rate", "time_unit", "stamp", "episode")
         return {name: getattr(self, name) for name in names}
 
     def recordings(self, logs: Sequence[Path], rig: Rig | None) -> list[Recording]:

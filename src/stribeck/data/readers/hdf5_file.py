@@ -88,7 +88,7 @@ def library_log(path: Path, options: ReadOptions) -> LazyLog:
     import h5py  # noqa: PLC0415 - an extra
 
     file = h5py.File(path, "r")
-    prefix = "" if options.part is None else _group(file, options.part)
+    prefix = "" if options.episode is None else _group(file, options.episode)
     found = [(p.removeprefix(prefix), d) for p, d in _datasets(file) if p.startswith(prefix)]
     lengths = {d.shape[0] for _, d in found if d.ndim == 1}
     series: list[_Series] = []

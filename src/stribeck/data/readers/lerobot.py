@@ -43,7 +43,7 @@ def library_log(path: Path, options: ReadOptions) -> LazyLog:
         raise InputError("is a LeRobot dataset without data: copy it again, with its data folder")
     lazy = pl.scan_parquet(files, missing_columns="insert", extra_columns="ignore")
     if _EPISODE in lazy.collect_schema():
-        lazy = _episode(lazy, options.part)
+        lazy = _episode(lazy, options.episode)
     names = {n: _channels(n, f) for n, f in features.items() if isinstance(f, Mapping)}
     return frame_log(lazy, names, _UNITS)
 

@@ -52,13 +52,15 @@ def contents(
     rate: float | None = None,
     time_unit: str | None = None,
     stamp: str | None = None,
+    episode: str | None = None,
 ) -> LogContents:
     """What is in a log of any format of `readers`; the arguments are those of `read`.
 
     Raises:
         InputError: it is not there, of no format that is read, or broken.
     """
-    words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp}
+    words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
+             "episode": episode}  # fmt: skip
     used = LogMap.of(columns).with_words(words)
     file, window = windowed(Path(path))
     try:

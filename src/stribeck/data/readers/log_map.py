@@ -17,7 +17,7 @@ from .raw_table import printable
 
 #: Maps beside logs, for those with the heads that they name.
 FILE = "stribeck.columns.toml"
-_WORDS = ("joint", "rate", "time_unit", "stamp")
+_WORDS = ("joint", "rate", "time_unit", "stamp", "episode")
 _STAMPS = ("header", "log")
 
 
@@ -31,6 +31,7 @@ class LogMap:
         rate: Of a log without times, Hz.
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts; None for the usual one.
+        episode: Which of several logs in a file or folder is read.
         drive: The chain from what the drive recorded to the force at the axis.
     """
 
@@ -39,6 +40,7 @@ class LogMap:
     rate: float | None = None
     time_unit: str | None = None
     stamp: Literal["header", "log"] | None = None
+    episode: str | None = None
     drive: DriveChain | None = None
 
     @classmethod
@@ -77,7 +79,7 @@ class LogMap:
         return {**words, "columns": dict(self.columns), **chain}
 
     def with_words(self, words: Mapping[str, Any]) -> LogMap:
-        """The same with what a caller says of joint, rate, unit of time and stamp.
+        """The same with what a caller says of joint, rate, unit of time, stamp and episode.
 
         Raises:
             InputError: one of them makes no sense.
@@ -99,7 +101,7 @@ class LogMap:
 
     def options(self, window: tuple[float, float] | None = None) -> ReadOptions:
         """What a reader needs of it to open a file."""
-        return ReadOptions(self.rate, self.time_unit, self.stamp or "header", window)
+        return ReadOptions(self.rate, self.time_unit, self.stamp or "header", window, self.episode)
 
 
 def _chain(table: object, place: str) -> DriveChain:
@@ -116,7 +118,7 @@ def _checked(name: str, words: Mapping[str, Any]) -> dict[str, Any]:
         raise InputError(f"{name}rate: give a number of Hz above 0")
     if stamp is not None and stamp not in _STAMPS:
         raise InputError(f"{name}stamp: give {' or '.join(_STAMPS)}")
-    for word in ("joint", "time_unit"):
+    for word in ("joint", "time_unit", "episode"):
         if not isinstance(words.get(word, ""), str):
             raise InputError(f"{name}{word}: give text in quotes")
     return dict(words)
@@ -142,7 +144,7 @@ def save_map(folder: Path, heads: Sequence[str], used: LogMap) -> Path:
     """
     file = folder / FILE
     others = [e for e in _saved(file) if e.get("heads") != list(heads)]
-    entries = [*others, {"heads": list(heads), **used.table()}]
+    entries = [*others, {"heads": list(heads), **replace(used, episode=None).table()}]
     text = "\n".join(f"[[log]]\n{_toml(entry)}" for entry in entries)
     file.write_text(f"# Which column is which channel, for logs with these heads.\n{text}",
                     encoding="utf-8")  # fmt: skip

@@ -73,7 +73,7 @@ def _open(path: Path, options: ReadOptions) -> TablesInMemory:
     segments = list(_segments(data, separator.decode()))
     if not segments:
         raise InputError("its heads do not end, or no samples follow: export it again")
-    number, notes = _chosen(segments, options.part)
+    number, notes = _chosen(segments, options.episode)
     segment = segments[number]
     rows = segment.samples.count(b"\n") + 1
     ReadBudget(len(data)).take_cells(rows, len(segment.names))

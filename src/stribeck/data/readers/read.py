@@ -32,6 +32,7 @@ def read(
     rate: float | None = None,
     time_unit: str | None = None,
     stamp: str | None = None,
+    episode: str | None = None,
     drive: DriveChain | Mapping[str, Any] | None = None,
     lenient: bool = False,
     keep_map: bool = False,
@@ -56,6 +57,7 @@ def read(
         rate: Samples a second of a log without times.
         time_unit: Of times whose unit the format leaves open: ms or us, say.
         stamp: Which time of a message counts: its `header`'s, or that of its `log`.
+        episode: Which of several logs in a file or folder is read: its number, or its group.
         drive: The chain from what the drive recorded to the force at the axis, or its table, as a
             TOML file has it in `[drive]`.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
@@ -65,7 +67,8 @@ def read(
     Raises:
         InputError: the log cannot be used; the line says what is wrong, where, and what to do.
     """
-    words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp}
+    words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
+             "episode": episode}  # fmt: skip
     stated = LogMap.of(columns).with_words(words).driven(drive)
     file, window = windowed(Path(path))
     try:
