@@ -226,7 +226,7 @@ def test_an_export_gets_the_extension_of_its_format(run: Any, tmp_path: Path) ->
     assert note.startswith("the table is off by at most")
 
 
-@pytest.mark.parametrize("name", ["laws", "methods", "rigs", "drives"])
+@pytest.mark.parametrize("name", ["laws", "methods", "rigs", "drives", "readers"])
 def test_lists_are_json_too_and_nothing_is_padded(run: Any, name: str) -> None:
     document = json.loads(run(name, "--json").out)
     first = next(iter(document))

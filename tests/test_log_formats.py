@@ -149,6 +149,14 @@ def test_a_scope_with_two_clocks_is_a_recording(tmp_path: Path) -> None:
     assert any("ActTorque, measured each 1 ms: averaged" in note for note in log.notes)
 
 
+def test_a_scope_without_samples_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, SCOPE.rstrip("\n") + "\n\n")
+    with pytest.raises(InputError, match="has heads and no samples"):
+        read(path)
+    with pytest.raises(InputError, match="has heads and no samples"):
+        read(write(tmp_path, SCOPE.rstrip("\n") + "\n "))
+
+
 def test_a_scope_whose_heads_do_not_end_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, SCOPE.rstrip("\n"))
     with pytest.raises(InputError, match="its heads do not end"):

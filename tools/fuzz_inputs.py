@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -93,6 +94,9 @@ def prepare() -> None:
     for name, text in (("map.toml", _MAPS[0]), ("rig.toml", _RIGS[0]), ("loop.toml", _LOOPS[0]),
                        ("robot.urdf", _URDF), ("campaign.toml", shipped()["paper"])):  # fmt: skip
         Path(name).write_text(text, encoding="utf-8")
+    if not Path("corpus").exists():
+        program = Path(__file__).with_name("fuzz_logs.py")
+        subprocess.run([sys.executable, str(program), "corpus"], check=True)  # noqa: S603 - ours
     if not Path("fit/card.json").exists():
         command("twin", "up.csv", "--direction", "up", "--seed", "1")
         command("identify", "up.csv", "--rig", "slide-bed", "--exact", "--budget", "20",
@@ -202,7 +206,33 @@ def _arguments(data: bytes) -> None:
         command(*arguments)
 
 
+def _of_corpus(name: str) -> Callable[[], list[bytes]]:
+    return lambda: [file.read_bytes() for file in sorted(Path("corpus").glob(f"{name}-*"))]
+
+
+def _reads(file: str) -> Callable[[bytes], object]:
+    return lambda _: read(file, columns=_COLUMNS.get(file))
+
+
+#: Columns of those whose names say no units, or that have several joints.
+_COLUMNS = {
+    "input.trace.csv": {"columns": {"position": "x [mm]"}, "time_unit": "ms"},
+    "input.ulg": {"position": "axis.0/x [mm]"},
+    "dataset": {"position": "observation.state/elbow.pos [rad]"},
+}
+#: Formats of logs whose files are made by `fuzz_logs`: the name of the file that is damaged.
+_FILES = {
+    "twincat": "input.scope.csv", "codesys": "input.trace.csv", "lvm": "input.lvm",
+    "npz": "input.npz", "feather": "input.feather", "hdf5": "input.h5", "tdms": "input.tdms",
+    "mdf4": "input.mf4", "rosbag": "input.bag", "ulog": "input.ulg",
+}  # fmt: skip
+
+
 TARGETS = {
+    **{name: Target(_of_corpus(name), file, _reads(file)) for name, file in _FILES.items()},
+    "lerobot": Target(
+        _of_corpus("lerobot"), "dataset/data/chunk-000/file-000.parquet", _reads("dataset")
+    ),
     "text": Target(_texts, "input.csv", lambda _: read("input.csv")),
     "json": Target(_jsons, "input.json", lambda _: read("input.json")),
     "matlab": Target(_matlabs, "input.mat", lambda _: read("input.mat")),

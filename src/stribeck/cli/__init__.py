@@ -20,7 +20,7 @@ from .crash import crash
 from .exits import fail, misused
 from .fits import identify, report, select
 from .interruption import interruption
-from .lists import drives, laws, methods, rigs, version
+from .lists import drives, laws, methods, readers, rigs, version
 from .logs import check, contents, twin
 from .models import compensate, export, plan, simulate, validate
 from .notices import notices, quiet
@@ -29,7 +29,7 @@ from .warm import warm
 #: The commands, in the order in which `--help` lists them.
 COMMANDS = (
     twin, contents, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
-    laws, methods, rigs, drives, warm, version,
+    laws, methods, rigs, drives, readers, warm, version,
 )  # fmt: skip
 
 #: Set by a shell that completes a line.

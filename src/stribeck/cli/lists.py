@@ -71,6 +71,19 @@ def drives(
         show_drives(name)
 
 
+def readers(
+    name: Annotated[str | None, typer.Argument(metavar="NAME")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """List the formats of logs, or show one with what it needs."""
+    from ..report.registries import readers_text, show_readers
+
+    if json:
+        typer.echo(readers_text(name))
+    else:
+        show_readers(name)
+
+
 def version() -> None:
     """Print the version."""
     from .._version import __version__

@@ -1,4 +1,4 @@
-"""The tables of laws, methods, rigs and drive conventions, for the terminal."""
+"""The tables of laws, methods, rigs, drive conventions and formats, for the terminal."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 from rich.padding import Padding
 
 from ..constant import BORROWED, Constant
+from ..data.readers.log_file import Reader
+from ..data.readers.registry import readers
 from ..drive import CONVENTIONS, convention_named
 from ..drive.chain_numbers import example_of
 from ..errors import InputError
@@ -216,3 +218,46 @@ def drives_text(name: str | None) -> str:
     chosen = CONVENTIONS.values() if name is None else [convention_named(name)]
     entries = {c.name: {k: v for k, v in asdict(c).items() if k != "name"} for c in chosen}
     return json.dumps(entries, indent=2, ensure_ascii=False)
+
+
+def show_readers(name: str | None) -> None:
+    """List the formats of logs, or show one with its library."""
+    out = console()
+    if name is None:
+        rows = [[r.name, r.title, " ".join(r.suffixes), _needed(r)] for r in readers().values()]
+        heads = ["reader", "reads", "usual extensions", "needs"]
+        show_table(Table.of_texts("", heads, rows, labels=range(4)))
+        out.print("\nA log is known by its content, whatever its extension.")
+        return
+    r = _reader_named(name)
+    out.print(f"{r.name}: {r.title}\n")
+    lines = (
+        f"usual extensions: {' '.join(r.suffixes)}" if r.suffixes else "",
+        "a folder may be one" if r.folders else "",
+        f"read by {r.library}" if r.library else "",
+        f'pip install "stribeck[{r.extra}]"' if r.extra else "",
+    )
+    for line in filter(None, lines):
+        out.print(_inset(line))
+
+
+def readers_text(name: str | None) -> str:
+    """The same as JSON."""
+    chosen = readers().values() if name is None else [_reader_named(name)]
+    entries = {
+        r.name: {"title": r.title, "suffixes": list(r.suffixes), "extra": r.extra,
+                 "library": r.library, "folders": r.folders}
+        for r in chosen
+    }  # fmt: skip
+    return json.dumps(entries, indent=2, ensure_ascii=False)
+
+
+def _reader_named(name: str) -> Reader:
+    if name not in readers():
+        raise InputError(f"no reader {name!r}: there are {', '.join(readers())}")
+    return readers()[name]
+
+
+def _needed(reader: Reader) -> str:
+    """What is installed for a format, with its licence."""
+    return f"stribeck[{reader.extra}]: {reader.library}" if reader.extra else reader.library

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from ...errors import InputError
@@ -31,10 +31,28 @@ _REFUSED = {
 
 @cache
 def readers() -> Mapping[str, Reader]:
-    """Readers by name, in the order in which they are asked."""
-    declared = [entry.load() for entry in entry_points(group=ENTRY_POINTS)]
+    """Readers by name, in the order in which they are asked: those of other packages first.
+
+    Raises:
+        InputError: another package declares one that cannot be loaded.
+    """
+    declared = [_declared(entry) for entry in entry_points(group=ENTRY_POINTS)]
     own = [import_module(f".{name}", __package__).READER for name in _MODULES]
     return {reader.name: reader for reader in (*declared, *own)}
+
+
+def _declared(entry: EntryPoint) -> Reader:
+    package = entry.dist.name if entry.dist is not None else entry.value
+    try:
+        reader = entry.load()
+    except Exception as error:  # a package of somebody else
+        raise InputError(
+            f"the reader {entry.name} of {package} cannot be loaded ({error}): mend or remove "
+            f"{package}"
+        ) from error
+    if not isinstance(reader, Reader):
+        raise InputError(f"{entry.value} of {package} is no Reader: mend or remove {package}")
+    return reader
 
 
 def opened(path: Path, options: ReadOptions) -> tuple[Reader, LogFile]:

@@ -167,7 +167,10 @@ def _join_alike(names: list[str], at: int) -> None:
 
 def _numbers(text: bytes, heads: _ScopeHeads, separator: str) -> pl.DataFrame:
     """The samples, null where a column has ended."""
-    body = text.split(b"\n", heads.first)[heads.first].replace(b"\r", b"")
+    lines = text.split(b"\n", heads.first)
+    if len(lines) <= heads.first:
+        raise InputError("has heads and no samples")
+    body = lines[-1].replace(b"\r", b"")
     body = re.sub(rb"\n?EOF\s*$", b"\n", body)
     return number_columns(body, heads.width, separator)
 
