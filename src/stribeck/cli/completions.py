@@ -51,5 +51,12 @@ def drive_names(incomplete: str) -> list[str]:
     return _beginning(incomplete, CONVENTIONS)
 
 
+def reader_names(incomplete: str) -> list[str]:
+    """Formats of logs."""
+    from ..data.readers.registry import readers
+
+    return _beginning(incomplete, readers())
+
+
 def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]

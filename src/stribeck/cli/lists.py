@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .completions import drive_names, law_names, method_names, rig_names
+from .completions import drive_names, law_names, method_names, reader_names, rig_names
 from .inputs import Json
 
 
@@ -72,9 +72,9 @@ def drives(
 
 
 def readers(
-    name: Annotated[str | None, typer.Argument(metavar="NAME")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
-) -> None:
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The format to explain; all are listed by default.", autocompletion=reader_names)] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
     """List the formats of logs, or show one with what it needs."""
     from ..report.registries import readers_text, show_readers
 
