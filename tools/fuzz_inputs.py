@@ -215,7 +215,7 @@ def _reads(file: str) -> Callable[[bytes], object]:
 
 
 #: Columns of those whose names say no units, or that have several joints.
-_COLUMNS = {
+_COLUMNS: dict[str, dict[str, Any]] = {
     "input.trace.csv": {"columns": {"position": "x [mm]"}, "time_unit": "ms"},
     "input.ulg": {"position": "axis.0/x [mm]"},
     "dataset": {"position": "observation.state/elbow.pos [rad]"},

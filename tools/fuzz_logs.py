@@ -75,7 +75,7 @@ def _npz() -> list[bytes]:
     files = []
     for save in (np.savez, np.savez_compressed):
         buffer = io.BytesIO()
-        save(buffer, **_ARRAYS, q=np.ones((_ROWS, 2)), k=3.0)  # type: ignore[arg-type]
+        save(buffer, **_ARRAYS, q=np.ones((_ROWS, 2)), k=3.0)
         files.append(buffer.getvalue())
     return files
 
