@@ -40,7 +40,7 @@ def by_length(
     )
 
 
-class Series(NamedTuple):
+class TimedSeries(NamedTuple):
     """A channel with times of its own.
 
     Args:
@@ -56,9 +56,11 @@ class Series(NamedTuple):
     unit: str = ""
 
 
-def by_times(series: Iterable[Series], first_line: int = 1, word: str = "line") -> list[RawTable]:
+def by_times(
+    series: Iterable[TimedSeries], first_line: int = 1, word: str = "line"
+) -> list[RawTable]:
     """A table for each clock: channels of equal times share one."""
-    clocks: list[list[Series]] = []
+    clocks: list[list[TimedSeries]] = []
     for one in series:
         same = (c for c in clocks if np.array_equal(c[0].t, one.t))
         if clock := next(same, None):

@@ -34,7 +34,7 @@ _BLOCK = 1 << 20  # numbers that are read at a time
 
 
 @dataclass(frozen=True)
-class _Series:
+class _DatasetColumns:
     """A dataset that is columns.
 
     Args:
@@ -91,7 +91,7 @@ def library_log(path: Path, options: ReadOptions) -> LazyLog:
     prefix = "" if options.episode is None else _group(file, options.episode)
     found = [(p.removeprefix(prefix), d) for p, d in _datasets(file) if p.startswith(prefix)]
     lengths = {d.shape[0] for _, d in found if d.ndim == 1}
-    series: list[_Series] = []
+    series: list[_DatasetColumns] = []
     scalars: dict[str, float] = {}
     skipped = []
     for name, dataset in found:
@@ -185,7 +185,7 @@ def _numbers(dataset: Any) -> bool:
     return dataset.dtype.kind in "iufb" and "MATLAB_empty" not in dataset.attrs
 
 
-def _series(name: str, dataset: Any, lengths: Collection[int]) -> _Series | None:
+def _series(name: str, dataset: Any, lengths: Collection[int]) -> _DatasetColumns | None:
     """A dataset as columns, None if it is none."""
     shape = dataset.shape
     if not shape or 0 in shape or len(shape) > 2:  # noqa: PLR2004 - rows, columns
@@ -195,17 +195,19 @@ def _series(name: str, dataset: Any, lengths: Collection[int]) -> _Series | None
     if members and len(shape) == 1:
         fields = tuple(f for f, (kind, *_) in members.items() if kind.kind in "iufb")
         names = tuple(f"{name}/{f}" for f in fields)
-        return _Series(name, dataset, names, fields, False, shape[0], unit) if fields else None
+        return (
+            _DatasetColumns(name, dataset, names, fields, False, shape[0], unit) if fields else None
+        )
     if not _numbers(dataset):
         return None
     if len(shape) == 1:
-        return _Series(name, dataset, (name,), (), False, shape[0], unit)
+        return _DatasetColumns(name, dataset, (name,), (), False, shape[0], unit)
     transposed = _is_transposed(dataset, lengths)
     count, width = reversed(shape) if transposed else shape
     if width > _WIDEST:
         return None
     names = matrix_names(name, width)
-    return _Series(name, dataset, names, (), transposed, count, unit)
+    return _DatasetColumns(name, dataset, names, (), transposed, count, unit)
 
 
 def _is_transposed(dataset: Any, lengths: Collection[int]) -> bool:
@@ -233,7 +235,7 @@ def _text(value: Any) -> str:
     return value.decode(errors="replace") if isinstance(value, bytes) else str(value)
 
 
-def _channels(series: _Series) -> list[Channel]:
+def _channels(series: _DatasetColumns) -> list[Channel]:
     ends = series.rows(0, 1)[0], series.rows(series.count - 1, series.count)[0]
     return [
         Channel(

@@ -56,7 +56,7 @@ class IsolatedFormat:
         """
         if any(find_spec(library.partition(".")[0]) is None for library in self.libraries):
             raise InputError(f'is {self.content}: pip install "stribeck[{self.extra}]"')
-        with _Answer(self, path, {"options": asdict(options)}) as answer:
+        with _LibraryAnswer(self, path, {"options": asdict(options)}) as answer:
             entry = answer.head
             tables = None if entry["tables"] is None else answer.tables()
         refuse_many(len(entry["channels"]), "channels")
@@ -106,7 +106,7 @@ class IsolatedLog:
         if self.few is not None:
             return TablesInMemory(self.few).tables(names)
         request = {"options": asdict(self.options), "names": [c.name for c in asked]}
-        with _Answer(self.format, self.path, request) as answer:
+        with _LibraryAnswer(self.format, self.path, request) as answer:
             return answer.tables()
 
 
@@ -116,7 +116,7 @@ def size_on_disk(file: Path) -> int:
     return sum(p.stat().st_size for p in files)
 
 
-class _Answer:
+class _LibraryAnswer:
     """What the process says; used in a `with`, which ends it.
 
     Raises:
@@ -231,7 +231,7 @@ def _channel(entry: Mapping[str, Any]) -> Channel:
     return Channel(**{**entry, **pairs})
 
 
-def _table(head: Mapping[str, Any], answer: _Answer) -> RawTable:
+def _table(head: Mapping[str, Any], answer: _LibraryAnswer) -> RawTable:
     rows = head["rows"]
     t = answer.numbers(rows) if head["timed"] else None
     return RawTable(

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
-from .arrays import Series, by_times
+from .arrays import TimedSeries, by_times
 from .budget import ReadBudget, refuse_many
 from .cells import number_columns
 from .delimited import utf8
@@ -32,7 +32,7 @@ _TIME, _COMMENT = "X_Value", "Comment"
 
 
 @dataclass(frozen=True)
-class _Segment:
+class _LvmSegment:
     """A segment of the file.
 
     Args:
@@ -92,7 +92,7 @@ READER = Reader(
 )
 
 
-def _segments(data: bytes, separator: str) -> Iterator[_Segment]:
+def _segments(data: bytes, separator: str) -> Iterator[_LvmSegment]:
     """Those that have names and samples."""
     ends = [m.span() for m in _END.finditer(data)]
     refuse_many(len(ends), "segments")
@@ -105,7 +105,7 @@ def _segments(data: bytes, separator: str) -> Iterator[_Segment]:
             until = following.start() if following else until
             line = data.count(b"\n", 0, names.end()) + 1
             cells = [printable(c) for c in names[0].decode(errors="replace").split(separator)]
-            yield _Segment(heads, cells, data[names.end() : until].strip(b"\n"), line)
+            yield _LvmSegment(heads, cells, data[names.end() : until].strip(b"\n"), line)
             begin = until
         # else: the head of the file, which goes on in that of its first segment
 
@@ -115,7 +115,7 @@ def _heads(text: bytes, separator: str) -> dict[str, list[str]]:
     return {row[0].strip(): [c.strip() for c in row] for row in rows if row[0].strip()}
 
 
-def _chosen(segments: list[_Segment], part: str | None) -> tuple[int, tuple[str, ...]]:
+def _chosen(segments: list[_LvmSegment], part: str | None) -> tuple[int, tuple[str, ...]]:
     """Which segment is read, from 0, and a word on the others."""
     count = len(segments)
     if part is not None:
@@ -126,7 +126,7 @@ def _chosen(segments: list[_Segment], part: str | None) -> tuple[int, tuple[str,
     return 0, (note,) if count > 1 else ()
 
 
-def _series(segment: _Segment, separator: str) -> Iterator[Series]:
+def _series(segment: _LvmSegment, separator: str) -> Iterator[TimedSeries]:
     """The channels of a segment with their times."""
     frame = number_columns(segment.samples, len(segment.names), separator)
     columns = [np.asarray(s.to_numpy(), dtype=float) for s in frame.iter_columns()]
@@ -141,10 +141,10 @@ def _series(segment: _Segment, separator: str) -> Iterator[Series]:
         t = _times(segment, columns[before][rows], i, channel)
         if t is not None:
             unit = segment.cell("Y_Unit_Label", i, channel)
-            yield Series(name, t, columns[i][rows], printable(unit))
+            yield TimedSeries(name, t, columns[i][rows], printable(unit))
 
 
-def _times(segment: _Segment, written: Array, column: int, channel: int) -> Array | None:
+def _times(segment: _LvmSegment, written: Array, column: int, channel: int) -> Array | None:
     """Times of samples: as written, else from the first by the step in the head."""
     if np.isfinite(written).all():
         return written

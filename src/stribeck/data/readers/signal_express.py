@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from .arrays import Series, by_times
+from .arrays import TimedSeries, by_times
 from .budget import ReadBudget
 from .cells import number_columns
 from .delimited import utf8
@@ -59,7 +59,7 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
         values = np.asarray(frame[str(i)].to_numpy(), dtype=float)
         values = values[: int(np.isfinite(values).nonzero()[0].max(initial=-1)) + 1]
         start = 0.0 if starts is None or not np.isfinite(starts[i]) else float(starts[i])
-        series.append(Series(name, start + steps[i] * np.arange(float(len(values))), values))
+        series.append(TimedSeries(name, start + steps[i] * np.arange(float(len(values))), values))
     if not any(len(s.t) for s in series):
         raise InputError("has heads and no samples")
     line = data.count(b"\n", 0, blocks.end()) + 1
