@@ -11,6 +11,7 @@ from stribeck import InputError, Recording
 from stribeck.data import read
 
 T = np.arange(0.0, 1.0, 0.01)
+MR = Path(__file__).parents[2] / "shared/data/logs/mr_configurator/a3MR.csv"
 
 
 def written(folder: Path, heads: str, *columns: np.ndarray) -> Path:
@@ -109,3 +110,26 @@ def test_a_rig_and_a_map_do_not_both_state_a_drive(tmp_path: Path) -> None:
     other = {"signal": "% of rated torque", "rated_torque": "2 N m", "lead": "10 mm"}
     with pytest.raises(InputError, match="both state a drive"):
         read(log, columns=map_file(tmp_path, DRIVE), drive=other)
+
+
+#: 100 % of a motor of 1.3 N m by five conventions, N m, as their documents have it.
+HUNDRED = {
+    "mitsubishi-mr": ({"rated_torque": "1.3 N m"}, 1.3),
+    "ax8000": ({"standstill_torque": "1.43 N m"}, 1.43),
+    "ax5000": ({"peak_torque": "3.8 N m"}, 3.8),
+    "el72x1-rms": ({"rated_current": "2.6 A rms", "kt": "0.52 N m/A rms"}, 2.6 * 0.52),
+    "el72x1-peak": ({"rated_current": "2.6 A peak", "kt": "0.52 N m/A rms"}, 2.6 * 0.52 / 2**0.5),
+}
+
+
+@pytest.mark.skipif(not MR.exists(), reason="../shared/data is not there")
+def test_five_meanings_of_percent_are_five_forces_on_one_recording() -> None:
+    columns = {"velocity": "Servo motor speed [r/min]", "force": "Torque [%]"}
+    lines = MR.read_text(encoding="utf-8").splitlines()[5:]
+    percent = np.array([float(line.split(",")[2]) for line in lines if line.strip()])
+    for name, (numbers, hundred) in HUNDRED.items():
+        log = read(MR, columns=columns, drive={"convention": name, **numbers})
+        assert log.force is not None
+        np.testing.assert_allclose(log.force, hundred / 100 * percent, rtol=1e-12)
+        assert log.velocity is not None
+        assert log.velocity.min() == pytest.approx(-1981 * 2 * np.pi / 60, rel=0.01)

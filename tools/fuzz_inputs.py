@@ -36,6 +36,11 @@ _LOG = {"t_s": _T, "x_mm": np.round(100 * _T**2, 3), "F_N": np.round(np.sin(9 * 
 _MAPS = (
     'position = "x_mm"\nforce = { column = "F_N", unit = "kN", factor = 2.5 }\n',
     '[columns]\ntime = "t_s"\nposition = "x_mm [mm]"\nforce = { column = "F_N", factor = "F_N" }\n',
+    (
+        '[columns]\nforce = "F_N [%]"\n[drive]\nsignal = "% of rated current"\n'
+        'rated_current = "2.5 A rms ± 5 % (data sheet)"\nkt = "0.52 N m/A rms nameplate"\n'
+        'gear = 3\nlead = "10 mm"\nefficiency = 0.9\n'
+    ),
 )
 _RIGS = (
     (
@@ -44,6 +49,10 @@ _RIGS = (
         'ranges = { F_S = [20, 90], F_C = [5, 60] }\ncolumns = { position = "actual [mm]" }\n'
     ),
     'kind = "forced"\nlaw = "coulomb-viscous"\n[ranges]\nF_C = [1, 9]\n',
+    (
+        'kind = "forced"\n[drive]\nconvention = "dynamixel-xm430"\nkt = "1.8 N m/A ± 0.1"\n'
+        'lead = "5 mm"\ncounts_per_turn = 4096\nmass = "9 kg"\nside = "axis"\nreversed = true\n'
+    ),
 )
 _LOOPS = (
     (
