@@ -55,6 +55,8 @@ docs: demo
 	$(BIN)/python tools/physics_figures.py
 	$(BIN)/python tools/law_figures.py
 	$(BIN)/python tools/docs.py
+	$(BIN)/python tools/api_reference.py
+	$(BIN)/python tools/notebooks.py
 	cp demo/compensation/compensation.png docs/figures/compensation.png
 
 # The slow studies whose results are committed in docs/data: an hour and more.

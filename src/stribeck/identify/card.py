@@ -462,6 +462,9 @@ def card_of(model: Card | Carded | str | Path) -> Card:
 def read_card(path: str | Path) -> Card:
     """Read a card from a file.
 
+    Args:
+        path: The file, card.json of a folder that `identify --out` wrote.
+
     Raises:
         InputError: no such file, not a card, a newer schema, or values that cannot be.
     """

@@ -282,6 +282,9 @@ def problem(
         loss: See `Objective`.
         restart: See `Objective`.
         breakaway: `common` or `scattered`; see `Objective`.
+
+    Raises:
+        InputError: a rig that is solved without a search, or what `identify` refuses.
     """
     rig, law = rig_and_law(rig, law)
     rig = as_simulated(rig)
