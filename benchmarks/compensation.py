@@ -1,6 +1,6 @@
 """Recommended compensators in foreign closed loops: what swings, and what is gained.
 
-    python benchmarks/compensation.py [slide-bed|joint|servo|emps ...]     # measures
+    python benchmarks/compensation.py [slide-bed|joint|servo ...]          # measures
     python benchmarks/compensation.py --show [onset|cost]                  # prints the tables
 
 A card of each axis is compensated with `compensate`'s motions and sensors; what is recommended
@@ -17,8 +17,9 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -60,16 +61,25 @@ LONG, SHARE = 40.0, 0.3
 #: Sample time, s. Below which recommended scale it is told what the whole friction would do.
 PERIOD, ENOUGH = 1e-3, 0.8
 #: A swing counts from this share of the greatest error without compensation, and lasts that keeps
-#: the second one from one part of a ramp to the next. Turns of the error in the last half of a
+#: the second one from one part of a ramp to the next. Turns of the error in the last part of a
 #: ramp, and in the last cycle of a sine.
 FLOOR, LASTING, TURNS = 0.01, 0.8, (4, 12)
 #: An axis that is so many times its command's travel away (0.1 m or rad at least) has run away.
 FAR = 100.0
 
+#: RMS error, floor and whether it hunts, by axis and motion.
+Baselines = Mapping[tuple[str, str], tuple[float, float, bool]]
 #: Who tells the onset.
 ENDS = ("stribeck", "foreign")
 
-Run = Callable[[Array, Settings, Array], LoopMotion]
+Run = Callable[[Array, Settings, Array, float], LoopMotion]
+
+
+class Seen(NamedTuple):
+    """How a compensator sees its axis, and how often, s."""
+
+    sensor: Sensor
+    period: float = PERIOD
 
 
 @dataclass(frozen=True)
@@ -78,7 +88,7 @@ class Case:
 
     Args:
         written: The card.
-        run: A foreign motion of a parameter set, compensator and command.
+        run: A foreign motion of a parameter set, compensator, command, and its sample time.
         truth: The true parameter set, SI, where it is known.
         speeds: Of the ramps, m/s or rad/s.
         travel: Longest way of a ramp, m or rad.
@@ -93,7 +103,7 @@ class Case:
     speeds: tuple[float, ...]
     travel: float
     slow: float
-    sensors: Mapping[str, Sensor]
+    sensors: Mapping[str, Seen]
     unit: tuple[str, float]
 
 
@@ -107,14 +117,16 @@ def _bed() -> Case:
     written = read_card("demo/left/card.json")
     _, p = written.model()
 
-    def run(axis: Array, s: Settings, command: Array) -> LoopMotion:
+    def run(axis: Array, s: Settings, command: Array, period: float) -> LoopMotion:
         bed = Bed(k_spring_up=axis[-1], k_spring_down=axis[-1])
         c, m = curve(axis), curve(p)
-        return simulate_bed(bed, c, c, (m, m), s, command, h=5e-5)
+        return simulate_bed(bed, c, c, (m, m), s, command, period, h=5e-5)
 
     sensors = {
-        "noise 0.3 mm": Sensor(noise=3e-4), "steps of 0.0977 mm": Sensor(9.77e-5),
-        "steps of 1 um": Sensor(1e-6),
+        "noise 0.3 mm": Seen(Sensor(noise=3e-4)),
+        "steps of 0.0977 mm": Seen(Sensor(9.77e-5)),
+        "these every 20 ms": Seen(Sensor(9.77e-5), 0.02),
+        "steps of 1 um": Seen(Sensor(1e-6)),
     }  # fmt: skip
     speeds = (2e-3, 5e-3, 10e-3, 20e-3, 50e-3)
     return Case(
@@ -122,9 +134,7 @@ def _bed() -> Case:
     )
 
 
-def _pd(
-    written: Card, loop_of: Callable[[Array], Loop], width: int
-) -> Callable[[Array, Settings, Array], LoopMotion]:
+def _pd(written: Card, loop_of: Callable[[Array], Loop], width: int) -> Run:
     """Foreign motions of a mass under control."""
     _, p = written.model()
 
@@ -133,9 +143,9 @@ def _pd(
             return Curve(values[0], values[0], values[1])
         return curve(values)
 
-    def run(axis: Array, s: Settings, command: Array) -> LoopMotion:
+    def run(axis: Array, s: Settings, command: Array, period: float) -> LoopMotion:
         c, m = friction(axis), friction(p)
-        return simulate_loop(loop_of(axis), c, c, (m, m), s, command, h=1e-4)
+        return simulate_loop(loop_of(axis), c, c, (m, m), s, command, period, h=1e-4)
 
     return run
 
@@ -160,13 +170,17 @@ def _joint() -> Case:
     true = np.array([0.58, 0.34, 0.12, 0.06, 1.0, J, 0.3, 0.0, 0.0])
     return Case(
         written, run, true, (0.02, 0.05, 0.1, 0.2, 0.5), 3.0, 0.05,
-        {"noise 0.1 mrad": Sensor(noise=1e-4), "14 bits": Sensor(2.0 * np.pi / 2**14)},
+        {"noise 0.1 mrad": Seen(Sensor(noise=1e-4)), "14 bits": Seen(Sensor(2.0 * np.pi / 2**14))},
         ("mrad", 1e3),
     )  # fmt: skip
 
 
-def _servo() -> Case:
-    """A pendulum on a servo, identified from a foreign log."""
+def _servo(*, motor: bool = True) -> Case:
+    """A pendulum on a servo, identified from a foreign log.
+
+    Args:
+        motor: Whether k_t and R are known: a position alone tells their ratio at most.
+    """
     constants = servos.Servo()
     t = 5e-3 * np.arange(2401.0)
     goal = 0.8 * np.sin(1.2 * t) + 0.3 * np.sin(5.0 * t)
@@ -178,8 +192,8 @@ def _servo() -> Case:
     )
     values = {n: getattr(constants, n) for n in ("m", "l", "kp", "vin", "duty", "g")}
     rig = RIGS["servo-pendulum"].set(**values)
-    motor = {"k_t": constants.k_t, "R": constants.R}  # a position alone knows their ratio at most
-    written = identify(log, rig=rig, law="stribeck", fixed=motor, seed=1).card()
+    fixed = {"k_t": constants.k_t, "R": constants.R} if motor else {}
+    written = identify(log, rig=rig, law="stribeck", fixed=fixed, seed=1).card()
     names = [q.name for q in written.model()[0].every]
 
     def loop_of(a: Array) -> Loop:
@@ -193,12 +207,15 @@ def _servo() -> Case:
             g_sin=weight * np.cos(v["q_offset"]), g_cos=weight * np.sin(v["q_offset"]),
         )  # fmt: skip
 
+    sensors = {
+        "noise 0.5 mrad": Seen(Sensor(noise=5e-4)), "12 bits": Seen(Sensor(2.0 * np.pi / 2**12))
+    }  # fmt: skip
     known = {"F_S": 0.07, "F_C": 0.04, "F_V": 0.02, "v_SS": 0.1, "exponent": 1.0, "q_offset": 0.0}
     known |= {"k_t": constants.k_t, "R": constants.R, "armature": constants.armature}
     return Case(
         written, _pd(written, loop_of, 5), np.array([known[n] for n in names]),
         (0.02, 0.05, 0.1, 0.2, 0.5), 3.0, 0.1,
-        {"noise 0.5 mrad": Sensor(noise=5e-4), "12 bits": Sensor(2.0 * np.pi / 2**12)},
+        sensors if motor else {},
         ("mrad", 1e3),
     )  # fmt: skip
 
@@ -219,26 +236,31 @@ def _emps() -> Case:
     )  # fmt: skip
     return Case(
         written, run, None, (2e-3, 5e-3, 10e-3, 20e-3, 50e-3), 0.5, 0.02,
-        {"noise 10 um": Sensor(noise=1e-5), "steps of 1 um": Sensor(1e-6)}, ("mm", 1e3),
+        {"noise 10 um": Seen(Sensor(noise=1e-5)), "steps of 1 um": Seen(Sensor(1e-6))}, ("mm", 1e3),
     )  # fmt: skip
 
 
-CASES = {"slide-bed": _bed, "joint": _joint, "servo": _servo, "emps": _emps}
+CASES: dict[str, Callable[[], Case]] = {
+    "slide-bed": _bed, "joint": _joint, "servo": _servo,
+    "servo-unknown-motor": partial(_servo, motor=False), "emps": _emps,
+}  # fmt: skip
 
 
 # --- judged ---------------------------------------------------------------------------------------
 
 
-def commands(case: Case) -> dict[str, Array]:
+def commands(case: Case, period: float) -> dict[str, Array]:
     """Ramps of all speeds, both ways, and sines of twice the first three speeds."""
     scale = case.unit[1]
     result = {}
     for v in case.speeds:
         for sign in (1.0, -1.0):
             seconds = min(LONG, case.travel / v)
-            result[f"ramp {sign * v * scale:g}"] = ramp(sign * v, seconds)
+            result[f"ramp {sign * v * scale:g}"] = ramp(sign * v, seconds, 0.0, period)
     for v in case.speeds[:3]:
-        result[f"sine {2 * v * scale:g}"] = sine(2 * v, min(5.0 * v, case.travel / 2), 3)
+        result[f"sine {2 * v * scale:g}"] = sine(
+            2 * v, min(5.0 * v, case.travel / 2), 3, 0.0, period
+        )
     return result
 
 
@@ -248,7 +270,7 @@ def hunts(name: str, command: Array, moved: LoopMotion, floor: float) -> bool:
     if not away < FAR * max(float(np.ptp(command)), 0.1) or stands(command, moved) > 0.0:
         return True
     on_ramp = name.startswith("ramp")
-    last = (command - moved.position)[-len(command) // (2 if on_ramp else 3) :]
+    last = (command - moved.position)[-int(len(command) * (SHARE if on_ramp else 1 / 3)) :]
     turns = sum(len(find_peaks(e, prominence=floor)[0]) for e in (last, -last))
     if on_ramp:  # gravity turns an error, too, but not so often
         after, before = swing(command, moved, SHARE)
@@ -271,12 +293,12 @@ def axes_of(case: Case) -> dict[str, Array]:
     return axes | ({} if case.truth is None else {"truth": case.truth})
 
 
-def baselines(case: Case) -> dict[tuple[str, str], tuple[float, float, bool]]:
+def baselines(case: Case, period: float) -> Baselines:
     """RMS, floor and whether it hunts, of each axis and motion without compensation."""
     result = {}
     for axis, p in axes_of(case).items():
-        for name, command in commands(case).items():
-            moved = case.run(p, Settings(), command)
+        for name, command in commands(case, period).items():
+            moved = case.run(p, Settings(), command, period)
             error = command - moved.position
             floor = FLOOR * float(np.abs(error).max())
             rms = float(np.sqrt(np.mean(error * error)))
@@ -284,17 +306,15 @@ def baselines(case: Case) -> dict[tuple[str, str], tuple[float, float, bool]]:
     return result
 
 
-def judged(
-    case: Case, settings: Settings, without: Mapping[tuple[str, str], tuple[float, float, bool]]
-) -> dict[str, Any]:
+def judged(case: Case, settings: Settings, period: float, without: Baselines) -> dict[str, Any]:
     """Motions that hunt only with compensation, how far the ramps among them swing, and the gain.
 
     The gain is by motion: worst axis, truth.
     """
     new, farthest, gains = [], 0.0, dict[str, dict[str, float]]()
     for axis, p in axes_of(case).items():
-        for name, command in commands(case).items():
-            moved = case.run(p, settings, command)
+        for name, command in commands(case, period).items():
+            moved = case.run(p, settings, command, period)
             rms, floor, hunted = without[axis, name]
             if hunts(name, command, moved, floor) and not hunted:
                 new.append(f"{axis}, {name}")
@@ -317,38 +337,39 @@ def judged(
     }
 
 
-def believed(case: Case, sensor: Sensor) -> Compensator:
+def believed(case: Case, sensor: Sensor, period: float) -> Compensator:
     """The compensator's settings beside scale and mode, from the words of docs/compensation.md."""
     noisy = 3.0 * np.sqrt(2.0) * sensor.noise  # of a difference of two readings
     rests = 1e-3 * case.slow
     constants = case.written.constants
     drive = case.written.model()[0].rig["F_fm"] if "F_fm" in constants else 0.0
     return Compensator(
-        dead_band=max((1.5 * sensor.resolution + noisy) / PERIOD, rests),
+        dead_band=max((1.5 * sensor.resolution + noisy) / period, rests),
         reference_band=rests, drive=drive,
     )  # fmt: skip
 
 
-def there_and_back(speed: float, seconds: float) -> Array:
+def there_and_back(speed: float, seconds: float, period: float) -> Array:
     """A ramp that turns after a quarter of its time: what lasts at its end has lasted since."""
-    there = ramp(speed, seconds / 4)
-    way_back = speed * PERIOD * np.arange(1.0, round(0.75 * seconds / PERIOD) + 1)
+    there = ramp(speed, seconds / 4, 0.0, period)
+    way_back = speed * period * np.arange(1.0, round(0.75 * seconds / period) + 1)
     return np.concatenate([there, there[-1] - way_back])
 
 
-def settling(case: Case) -> list[tuple[Array, str, Array, float]]:
+def settling(case: Case, period: float) -> list[tuple[Array, str, Array, float]]:
     """Axes and motions at the speeds of `compensate` that settle without compensation; floors."""
     axes = [p for n, p in axes_of(case).items() if n != "truth"]
-    motions = {"sine": sine(2 * case.slow, min(5.0 * case.slow, case.travel / 2), 3)}
+    amplitude = min(5.0 * case.slow, case.travel / 2)
+    motions = {"sine": sine(2 * case.slow, amplitude, 3, 0.0, period)}
     for v in (case.slow, 4 * case.slow):
         seconds = min(LONG, case.travel / v)
         for sign in (1.0, -1.0):
-            motions[f"ramp {sign * v}"] = ramp(sign * v, seconds)
-            motions[f"ramp back {sign * v}"] = there_and_back(sign * v, seconds)
+            motions[f"ramp {sign * v}"] = ramp(sign * v, seconds, 0.0, period)
+            motions[f"ramp back {sign * v}"] = there_and_back(sign * v, seconds, period)
     result = []
     for p in axes:
         for name, command in motions.items():
-            free = case.run(p, Settings(), command)
+            free = case.run(p, Settings(), command, period)
             floor = FLOOR * float(np.abs(command - free.position).max())
             if not hunts(name, command, free, floor):
                 result.append((p, name, command, floor))
@@ -360,12 +381,15 @@ def onset(
 ) -> dict[str, Any]:
     """Where feedback begins to hunt: by `compensate`, and in the foreign loop."""
     (feedback,) = [c for c in result.curves if c.mode == "feedback"]
-    shape, sensor = believed(case, result.sensor), result.sensor
+    sensor, period = result.sensor, result.period
+    shape = believed(case, sensor, period)
 
     def foreign(scale: float) -> bool:
         s = settings_of(replace(shape, scale=scale), sensor)
         return any(
-            hunts(name, command, case.run(p, s, command), max(floor, 2.0 * sensor.resolution))
+            hunts(
+                name, command, case.run(p, s, command, period), max(floor, 2.0 * sensor.resolution)
+            )
             for p, name, command, floor in settles
         )
 
@@ -384,19 +408,25 @@ def measured(case: Case) -> dict[str, Any]:
     """All of an axis."""
     began = time.process_time()
     recommended = {
-        name: compensate(case.written, speed=case.slow, sensor=sensor)
-        for name, sensor in {"ideal": IDEAL, **case.sensors}.items()
+        name: compensate(case.written, speed=case.slow, sensor=seen.sensor, period=seen.period)
+        for name, seen in {"ideal": Seen(IDEAL), **case.sensors}.items()
     }
     seconds = (time.process_time() - began) / len(recommended)
-    without, settles = baselines(case), settling(case)
+    periods = {result.period for result in recommended.values()}
+    every = {period: (baselines(case, period), settling(case, period)) for period in periods}
     by_sensor = {}
     for name, result in recommended.items():
         c = result.compensator
+        without, settles = every[result.period]
         by_sensor[name] = {
             "mode": result.mode,
             "scale": None if c is None else c.scale,
             "axes": len(result.plants),
-            **({} if c is None else judged(case, settings_of(c, result.sensor), without)),
+            **(
+                {}
+                if c is None
+                else judged(case, settings_of(c, result.sensor), result.period, without)
+            ),
             "onset": onset(case, result, settles),
             "more": more(case, result, without),
         }
@@ -406,9 +436,7 @@ def measured(case: Case) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def more(
-    case: Case, result: Compensation, without: Mapping[tuple[str, str], tuple[float, float, bool]]
-) -> dict[str, Any]:
+def more(case: Case, result: Compensation, without: Baselines) -> dict[str, Any]:
     """What the whole friction would do where less of it is recommended, by mode."""
     c = result.compensator
     if c is None or c.scale > ENOUGH:
@@ -416,7 +444,7 @@ def more(
     shape = replace(c, scale=1.0, feedback=True)
     modes = {"feedback": replace(shape, crossover=0.0), "crossover": shape}
     return {
-        f"{name} 1": judged(case, settings_of(settings, result.sensor), without)
+        f"{name} 1": judged(case, settings_of(settings, result.sensor), result.period, without)
         for name, settings in modes.items()
         if name == "feedback" or shape.crossover
     }
