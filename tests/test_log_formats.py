@@ -312,6 +312,33 @@ def test_a_log_without_times_needs_a_rate(tmp_path: Path) -> None:
         read(path, rate=0.0)
 
 
+def test_a_sampler_that_overran(tmp_path: Path) -> None:
+    """halsampler of LinuxCNC: no heads, numbers of samples if asked for, lines `overrun`."""
+    rows = [f"{k} {x:.17g} {v:.17g} 1" for k, (x, v) in enumerate(zip(X, V, strict=True))]
+    path = write(tmp_path, "\n".join([*rows[:20], "overrun", *rows[20:]]) + "\n")
+    log = read(path, columns={"position": "2 [mm]", "velocity": "3 [mm/s]"}, rate=500.0)
+    np.testing.assert_allclose(log.position, 1e-3 * X)
+    np.testing.assert_allclose(log.t, T, atol=1e-12)
+    assert any("the sampler overran 1 times" in note for note in log.notes)
+
+
+def test_an_accelerometer_of_klipper(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t:.6f},{x:.6f},{v:.6f},9806.65" for t, x, v in zip(T, X, V, strict=True))
+    _, log = log_of(write(tmp_path, f"#time,accel_x,accel_y,accel_z\n{rows}\n"))
+    table = table_with(log, "accel_y")
+    assert list(table.columns) == ["time", "accel_x", "accel_y", "accel_z"]
+    np.testing.assert_allclose(table.columns["accel_y"], V, atol=1e-6)
+
+
+def test_a_record_a_line(tmp_path: Path) -> None:
+    records = [{"t_s": t, "x_mm": x} for t, x in zip(T.tolist(), X.tolist(), strict=True)]
+    lines = [json.dumps(r) for r in records]
+    path = write(tmp_path, "\n".join(lines) + "\n", "log.jsonl")
+    np.testing.assert_allclose(read(path).position, 1e-3 * X)
+    with pytest.raises(InputError, match="is no JSON, or not all of it"):
+        read(write(tmp_path, "\n".join(lines)[:-9], "log.jsonl"))
+
+
 def test_a_velocity_alone_is_integrated(tmp_path: Path) -> None:
     rows = "\n".join(f"{t:.3f},{v:.17g},3" for t, v in zip(T, V, strict=True))
     log = read(write(tmp_path, f"t_s,v_mm_s,F_N\n{rows}\n"))

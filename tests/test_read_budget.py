@@ -179,6 +179,10 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "objects.json": (lambda: b"[" + b"{}," * 200_000 + b"{}]", "have no numbers in them"),
     "head.csv": (lambda: b"t_s,x_mm" + b",a" * 3_000_000, "line 1 is longer than 64 KiB"),
     "line.csv": (lambda: table(2, 1, "1," * 3_000_000), "line 4 has 3000001 fields, the header 2"),
+    "longer.csv": (
+        lambda: table(2, 1, "1," * 50_000_000),
+        "line 4 has 50000001 fields, the header 2",
+    ),
     "columns.csv": (
         lambda: table(6_000, 300_000, "1,2"),
         "300,002 rows of 6,000 columns need 40.2 GiB",

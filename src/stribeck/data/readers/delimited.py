@@ -11,7 +11,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -32,8 +32,10 @@ if TYPE_CHECKING:
 _SNIFFED = 1 << 16
 #: Share of rows of one width from which on a table without heads is one.
 _ALIKE = 0.9
+_HUGE = 1 << 20  # bytes that no line of a log has
 _SMALL = 8 << 20  # bytes that NumPy parses in the time that polars takes to start
 _BARE = b"0123456789.eE+-\n"
+_OVERRUN = re.compile(rb"(?m)^overrun[ \t]*(?:\n|$)")  # as halsampler of LinuxCNC writes it
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _COMMENTS = ("#", "%", "//")
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "nil"}
@@ -82,10 +84,35 @@ def read_text(data: bytes) -> RawTable:
             too large a table.
     """
     text = utf8(data)
+    overruns = 0
+    if b"overrun" in text:
+        text, overruns = _OVERRUN.subn(b"", text)
     layout = _sniff(text)
+    _refuse_huge_line(text, layout)
     rows = text.count(b"\n") + 1 - layout.first
     ReadBudget(len(data)).take_cells(rows, layout.width)
-    return _parse(text, layout)
+    table = _parse(text, layout)
+    if overruns:
+        note = (f"the sampler overran {overruns} times: samples are missing there, and times by "
+                "--rate are too early from the first on")  # fmt: skip
+        table = replace(table, notes=(*table.notes, note))
+    return table
+
+
+def _refuse_huge_line(text: bytes, layout: _Layout) -> None:
+    """Refuse a line of many MiB before anything copies it.
+
+    Raises:
+        InputError: there is one.
+    """
+    for start in range(0, len(text), _HUGE):
+        if len(text) - start >= _HUGE and text.find(b"\n", start, start + _HUGE) < 0:
+            begin, end = text.rfind(b"\n", 0, start) + 1, text.find(b"\n", start)
+            fields = text.count(layout.separator.encode(), begin, None if end < 0 else end) + 1
+            line = text.count(b"\n", 0, begin) + 1
+            if layout.separator == " " or fields == layout.width:
+                raise InputError(f"line {line} is longer than {_HUGE >> 20} MiB: is it a log?")
+            raise InputError(f"line {line} has {fields} fields, the header {len(layout.heads)}")
 
 
 def utf8(data: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""JSON logs as tables: a list of records, or an object that has one list of records in it.
+"""JSON logs as tables: a list of records, an object that has one list, or a record a line.
 
 Records are decoded one by one: as Python objects, all of them would take twenty times the file.
 """
@@ -26,6 +26,8 @@ from .raw_table import RawTable, listed, shortened
 _BLANKS = " \t\n\r"
 _BLANK = re.compile(f"[{_BLANKS}]*")
 _BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*(?:\{\s*(?:\"|$)|\[\s*(?:[\[{]|$))")
+#: A record on a line of its own, and another below it.
+_LINES = re.compile(r"\s*\{[^\n]*\}[ \t\r]*\n\s*\{")
 _LIST = 400  # bytes of a list of ten numbers, and of its place in another
 _NONE = 'has no list of records such as [{"t": 0.0, "x": 1.2}, ...]'
 #: Whole numbers from here on are no measurements, and most are no floating-point numbers.
@@ -46,7 +48,8 @@ def read_json(data: bytes) -> RawTable:
     budget.take(_LIST * data.count(b"["), "its lists")
     try:
         text = data.decode(json.detect_encoding(data), "surrogatepass")
-        scalars, records = _document(_Decoder(text))
+        lines = _LINES.match(text) is not None
+        scalars, records = _of_lines(_Decoder(text)) if lines else _document(_Decoder(text))
     except InputError:
         raise
     except (ValueError, RecursionError) as error:
@@ -184,6 +187,20 @@ def _document(decoder: _Decoder) -> tuple[dict[str, Any], _Records | None]:
     return scalars, next(iter(lists.values()), None)
 
 
+def _of_lines(decoder: _Decoder) -> tuple[dict[str, Any], _Records | None]:
+    """Records one below the other."""
+    records = _Records()
+    while decoder.next():
+        try:
+            entry = decoder.value()
+        except InputError as error:
+            raise InputError(f"record {records.rows + 1}: {error}") from error
+        if not isinstance(entry, Mapping):
+            raise InputError(f"record {records.rows + 1} is no object: a record is one")
+        records.add(entry)
+    return {}, records
+
+
 def _records(decoder: _Decoder) -> _Records | None:
     """The list that begins here, None where not all that it has are records."""
     records: _Records | None = _Records()
@@ -233,4 +250,10 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
     return TablesInMemory((read_json(whole(path)),))
 
 
-READER = Reader("json", "JSON: a list of records, alone or in an object", (".json",), _opens, _open)
+READER = Reader(
+    "json",
+    "JSON: a list of records, alone or in an object, or a record a line",
+    (".json", ".jsonl", ".ndjson"),
+    _opens,
+    _open,
+)
