@@ -338,6 +338,7 @@ def test_joint_states_by_the_name_of_the_joint(kind: str, tmp_path: Path) -> Non
         for quantity in ("position", "velocity", "effort")
         for joint in joints
     ]
+    assert channel(log, "/joint_states/wrist/position").ends == (2.0 * X[0], 2.0 * X[-1])
     recording = read(path, joint="wrist")
     np.testing.assert_allclose(recording.t, T, atol=1e-7)
     np.testing.assert_allclose(recording.position, 2.0 * X)

@@ -51,7 +51,7 @@ class _Topic:
         name: With its leading slash.
         connections: Of rosbags.
         count: Messages.
-        channels: Names, as the first messages have them.
+        channels: Name -> first and last number.
         header: Whether its messages bear stamps.
         sentences: What is wrong with it.
     """
@@ -59,7 +59,7 @@ class _Topic:
     name: str
     connections: list[Any]
     count: int
-    channels: dict[str, None] = field(default_factory=dict)
+    channels: dict[str, tuple[float, float]] = field(default_factory=dict)
     header: bool = False
     sentences: list[str] = field(default_factory=list)
 
@@ -151,7 +151,8 @@ def _look(bag: Any, topic: _Topic, options: ReadOptions) -> None:
     first = list(islice(_messages(bag, bag.messages(topic.connections)), _FIRST))
     last = list(islice(_messages(bag, bag.messages(topic.connections, start=late)), _MOST_LAST))
     for _, message in (*first, *last):
-        topic.channels |= dict.fromkeys(dict(_numbers(topic.name, message)))
+        for name, number in _numbers(topic.name, message):
+            topic.channels[name] = topic.channels.get(name, (number, number))[0], number
         if len(topic.channels) > _LONGEST * _LONGEST:
             raise InputError(f"{shortened(topic.name)} has too many numbers in a message")
     topic.header = bool(first) and all(_stamp(message) for _, message in (*first, *last))
@@ -261,8 +262,16 @@ def _channels(topic: _Topic, bag: Any, options: ReadOptions) -> list[Channel]:
         topic.sentences.append(f"{shortened(topic.name)}: its messages bear no stamps: those of "
                                "the log are used")  # fmt: skip
     return [
-        Channel(n, _unit(topic, n), topic.count, topic.name, rate, (0.0, lasting))
-        for n in topic.channels
+        Channel(
+            n,
+            _unit(topic, n),
+            topic.count,
+            topic.name,
+            rate,
+            (0.0, lasting),
+            ends if np.isfinite(ends).all() else None,
+        )
+        for n, ends in topic.channels.items()
     ]
 
 
