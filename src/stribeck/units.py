@@ -77,7 +77,7 @@ _PASCAL = {"kg": 1, "m": -1, "s": -2}
 _VOLT = {"kg": 1, "m": 2, "s": -3, "A": -1}
 #: Everyday units: the factor to SI, and the powers of the base units.
 EVERYDAY: dict[str, tuple[float, dict[str, int]]] = {
-    "dimensionless": (1.0, {}),
+    "dimensionless": (1.0, {}), "percent": (1e-2, {}),
     "m": (1.0, {"m": 1}), "mm": (1e-3, {"m": 1}), "um": (1e-6, {"m": 1}), "cm": (1e-2, {"m": 1}),
     "s": (1.0, {"s": 1}), "ms": (1e-3, {"s": 1}), "us": (1e-6, {"s": 1}), "Hz": (1.0, {"s": -1}),
     "rad": (1.0, {"rad": 1}), "mrad": (1e-3, {"rad": 1}), "urad": (1e-6, {"rad": 1}),
