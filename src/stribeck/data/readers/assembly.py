@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import ChoiceError, InputError
 from ...space import Array
 from ..channels import CHANNELS
-from .budget import ALLOWANCE, CELL, ReadBudget
+from .budget import CELL, ReadBudget
 from .choice import Choice
 from .codesys import TIME_UNIT_IS_OPEN
 from .column_map import Entry
@@ -23,7 +23,7 @@ from .raw_table import RawTable, shortened
 from .repair import Mender, filled_extra
 
 #: Cells that are kept beside the channels, for whoever names them later.
-_EXTRAS = ALLOWANCE // CELL
+_EXTRAS = (1 << 30) // CELL
 #: Samples by which the first one is after zero before that is told.
 _LATE = 10
 #: Channels that keep their value until the next sample.

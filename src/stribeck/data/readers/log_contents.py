@@ -62,12 +62,12 @@ def contents(
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
              "episode": episode}  # fmt: skip
     used = LogMap.of(columns).with_words(words)
-    file, window = windowed(Path(path))
+    file, _ = windowed(Path(path))
     try:
-        reader, log = opened(file, used.options(window))
+        reader, log = opened(file, used.options())
         if columns is None and (saved := saved_map(file.parent, heads_of(log))) is not None:
             used = saved.with_words(words)
-            reader, log = opened(file, used.options(window))
+            reader, log = opened(file, used.options())
     except InputError as error:
         raise InputError(printable(f"{file.name}: {error}")) from error
     timed = any(c.clock for c in log.channels) or used.rate is not None

@@ -46,14 +46,12 @@ class ReadOptions:
         rate: Of a log without times, Hz.
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts: its header's, or that of its log.
-        window: First and last instant that is read, s from the start of the log; None for all.
         episode: Which of several logs in a file or folder is read: its number, or its group.
     """
 
     rate: float | None = None
     time_unit: str | None = None
     stamp: Literal["header", "log"] = "header"
-    window: tuple[float, float] | None = None
     episode: str | None = None
 
 

@@ -99,9 +99,9 @@ class LogMap:
             raise InputError("the rig and the map of its logs both state a drive: state it once")
         return replace(self, drive=chain)
 
-    def options(self, window: tuple[float, float] | None = None) -> ReadOptions:
+    def options(self) -> ReadOptions:
         """What a reader needs of it to open a file."""
-        return ReadOptions(self.rate, self.time_unit, self.stamp or "header", window, self.episode)
+        return ReadOptions(self.rate, self.time_unit, self.stamp or "header", self.episode)
 
 
 def _chain(table: object, place: str) -> DriveChain:

@@ -72,12 +72,12 @@ def read(
     stated = LogMap.of(columns).with_words(words).driven(drive)
     file, window = windowed(Path(path))
     try:
-        _, log = opened(file, stated.options(window))
+        _, log = opened(file, stated.options())
         saved = saved_map(file.parent, heads_of(log)) if columns is None or lenient else None
         used = stated
         if saved is not None:
             used, lenient = saved.with_words(words).driven(stated.drive), False
-            _, log = opened(file, used.options(window))
+            _, log = opened(file, used.options())
         assembly = assembled(
             log, used, window, ReadBudget(size_on_disk(file)), units=units, lenient=lenient
         )
