@@ -389,7 +389,7 @@ def test_an_interrupted_plan_is_told_with_its_status(
     (tmp_path / "card.json").write_text(bed.text(), encoding="utf-8")
     partial = replace(planned, interrupted=True)
     monkeypatch.setattr("stribeck.identify.design.plan.plan", lambda *_, **__: partial)
-    monkeypatch.setattr("stribeck.cli.models.read_logs", lambda *_: [])
+    monkeypatch.setattr("stribeck.cli.reading.Reading.recordings", lambda *_: [])
     completed = caller(monkeypatch, capsys)("plan", str(tmp_path / "card.json"), "log.csv")
     assert completed.status == 130
     assert completed.err == "stribeck: interrupted: the partial result is printed above\n"

@@ -263,7 +263,7 @@ def test_a_long_table_is_folded(
     text = write(tmp_path, campaign, jobs, records, tables={"long": table})
     assert re.search(r"<details>\s*<summary>Long: 200 rows</summary>", text)
     assert len(Page(text).table("Long")) == 201
-    assert text.count('<td class="n">7.5</td>') == 200
+    assert text.count('<td class="n" data-head="n">7.5</td>') == 200
     assert '<td class="n">–</td>' not in text  # a column of dashes is not one of numbers
 
 

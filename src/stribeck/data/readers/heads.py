@@ -33,7 +33,8 @@ _CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.spl
 _MEASURED = {"meas", "measured", "act", "actual", "feedback", "fbk", "present", "ist", "reel",
              "mesure", "mesuree", "effettiva", "effettivo", "real", "medida"}  # fmt: skip
 _COMMANDED = {"cmd", "command", "commanded", "set", "setpoint", "target", "ref", "reference", "req",
-              "des", "desired", "goal", "soll", "consigne", "comando", "consigna"}  # fmt: skip
+              "des", "desired", "goal", "soll", "consigne", "comando", "consigna",
+              "action"}  # fmt: skip
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 _SYMBOLS = (
