@@ -13,7 +13,6 @@ from ...space import Array
 from ..channels import CHANNELS
 from .budget import CELL, ReadBudget
 from .choice import Choice
-from .codesys import TIME_UNIT_IS_OPEN
 from .column_map import Entry
 from .columns import Heads, choose, is_there
 from .joined import joined
@@ -70,8 +69,8 @@ def assembled(
         ChoiceError: a column that is needed is not there or has no unit.
         InputError: the rows are no log.
     """
-    if TIME_UNIT_IS_OPEN in log.problems:
-        raise InputError(TIME_UNIT_IS_OPEN)
+    if log.lacking:
+        raise InputError(log.lacking)
     timed = any(c.clock for c in log.channels) or used.rate is not None
     heads = Heads.of(log, used.joint, units or {}, timed=timed, drive=used.drive)
     mapped = _present(heads, used.columns) if lenient else used.columns

@@ -49,7 +49,7 @@ def _open(path: Path, options: ReadOptions) -> TablesInMemory:
         times, values = _samples(body, line)
         if len(times):
             _add(tables, name, scale * times, values, line)
-    return TablesInMemory(tuple(tables), _open_unit(options))
+    return TablesInMemory(tuple(tables), lacking="" if options.time_unit else _TIME_UNIT_IS_OPEN)
 
 
 READER = Reader("codesys", "CODESYS, ctrlX and kin, trace (.trace.csv)", (".csv",), _opens, _open)
@@ -60,12 +60,8 @@ def _scale(options: ReadOptions) -> float:
     return float(unit(options.time_unit).factor) if options.time_unit else 1.0
 
 
-def _open_unit(options: ReadOptions) -> tuple[str, ...]:
-    return () if options.time_unit else (TIME_UNIT_IS_OPEN,)
-
-
 #: What is said as long as the unit of time is not.
-TIME_UNIT_IS_OPEN = "its times are ms or us, which it does not say: give --time-unit ms or us"
+_TIME_UNIT_IS_OPEN = "its times are ms or us, which it does not say: give --time-unit ms or us"
 
 
 def _samples(body: bytes, line: int) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,8 @@ class LazyLog:
         load: Samples of channels, a table a clock.
         problems: What was left out, or looks wrong, a sentence each.
         text: Column of text -> the place and the content of its first cell that is no number.
+        in_memory: Whether it is a frame of the caller's.
+        lacking: What has to be said before times are in s, and how.
     """
 
     channels: tuple[Channel, ...]
@@ -25,6 +27,7 @@ class LazyLog:
     problems: tuple[str, ...] = ()
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     in_memory: bool = False
+    lacking: str = ""
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Samples of these channels, of all if no names are given."""

@@ -72,14 +72,14 @@ def contents(
         raise InputError(printable(f"{file.name}: {error}")) from error
     timed = any(c.clock for c in log.channels) or used.rate is not None
     taken: Mapping[str, Choice] = {}
-    lacking, notes = "", list[str]()
+    lacking, notes = log.lacking, list[str]()
     guesses: dict[str, tuple[str, ...]] = {}
     try:
         heads = Heads.of(log, used.joint, {}, timed=timed, drive=used.drive)
         guesses = {n: tuple(meanings(heads.head(n))) for n in heads.bare}
         taken, notes = choose(heads, used.columns)
     except InputError as error:
-        lacking = str(error)
+        lacking = lacking or str(error)
     columns_taken = {c.column for c in taken.values()}
     guesses = {n: g for n, g in guesses.items() if g and n not in columns_taken}
     channels = tuple(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -71,6 +71,10 @@ class LogFile(Protocol):
         """What was left out, or looks wrong, a sentence each."""
 
     @property
+    def lacking(self) -> str:
+        """What has to be said before its times are in s, and how; empty if they are."""
+
+    @property
     def in_memory(self) -> bool:
         """Whether it is no file but a frame of the caller's, whose units are an argument."""
 
@@ -113,11 +117,13 @@ class TablesInMemory:
 
     Args:
         all_tables: A table a clock.
-        problems: What was left out, or looks wrong, a sentence each.
+        notes: What was left out, or looks wrong, a sentence each.
+        lacking: What has to be said before times are in s, and how.
     """
 
     all_tables: tuple[RawTable, ...]
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    lacking: str = ""
 
     @property
     def channels(self) -> tuple[Channel, ...]:

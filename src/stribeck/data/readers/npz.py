@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import zipfile
 import zlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -71,6 +72,30 @@ class _ArrayHead:
         return matrix_names(self.name, width) if self.name else _numbered(width)
 
 
+@contextmanager
+def _damage_told() -> Iterator[None]:
+    """What zip and NumPy raise on a damaged, an encrypted or a foreign archive, as one line.
+
+    Raises:
+        InputError: the block ended by one of these, or by a line of its own.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (
+        ValueError,  # a header of NumPy, a size
+        SyntaxError,  # the text of such a header
+        EOFError,
+        OSError,  # an offset outside of the file
+        zipfile.BadZipFile,
+        zlib.error,
+        NotImplementedError,  # a compression that is not known
+        RuntimeError,  # a password is asked for
+    ) as error:
+        raise InputError(_BROKEN) from error
+
+
 def _numbered(width: int) -> tuple[str, ...]:
     return tuple(f"column {i}" for i in range(1, width + 1))
 
@@ -81,11 +106,8 @@ def _opens(_path: Path, head: bytes) -> bool:
 
 
 def _open(path: Path, _options: ReadOptions) -> LazyLog:
-    try:
+    with _damage_told():
         heads = _heads(path)
-    except (ValueError, OSError, zipfile.BadZipFile, zlib.error, NotImplementedError,
-            RuntimeError, SyntaxError, EOFError) as error:  # fmt: skip
-        raise error if isinstance(error, InputError) else InputError(_BROKEN) from error
     budget = ReadBudget(path.stat().st_size)
     scalars = {h.name: h for h in heads if h.shape in ((), (1,), (1, 1)) and h.member
                and h.kind.kind in _NUMBERS}  # fmt: skip
@@ -152,14 +174,11 @@ def _array(path: Path, head: _ArrayHead, budget: ReadBudget) -> np.ndarray[Any, 
         InputError: they are more than the budget, or broken.
     """
     budget.take(head.size, f"the cells of {shortened(head.name) or 'the array'}")
-    try:
+    with _damage_told():
         if not head.member:
             return np.asarray(np.load(path, mmap_mode="r", allow_pickle=False))
         with zipfile.ZipFile(path) as archive, archive.open(head.member) as file:
             return np.asarray(npy.read_array(file, allow_pickle=False))
-    except (ValueError, OSError, zipfile.BadZipFile, zlib.error, NotImplementedError,
-            RuntimeError, EOFError) as error:  # fmt: skip
-        raise InputError(_BROKEN) from error
 
 
 def _columns(
