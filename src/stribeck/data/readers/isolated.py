@@ -92,6 +92,7 @@ class IsolatedLog:
     problems: tuple[str, ...] = ()
     few: tuple[RawTable, ...] | None = None
     in_memory: bool = False
+    lacking: str = ""
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Samples of channels, a table a clock.
