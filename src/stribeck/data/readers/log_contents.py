@@ -15,10 +15,9 @@ from .choice import Choice, known_unit
 from .columns import Heads, choose
 from .heads import meanings, take_apart
 from .log_file import Channel, LogFile, timing
-from .log_map import LogMap, saved_map
+from .log_map import LogMap
+from .opening import opened_as, windowed
 from .raw_table import printable
-from .read import heads_of, windowed
-from .registry import opened
 
 
 @dataclass(frozen=True)
@@ -61,15 +60,13 @@ def contents(
     """
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
              "episode": episode}  # fmt: skip
-    used = LogMap.of(columns).with_words(words)
+    stated = LogMap.of(columns).with_words(words)
     file, _ = windowed(Path(path))
     try:
-        reader, log = opened(file, used.options())
-        if columns is None and (saved := saved_map(file.parent, heads_of(log))) is not None:
-            used = saved.with_words(words)
-            reader, log = opened(file, used.options())
+        opened = opened_as(file, stated, words, beside=columns is None)
     except InputError as error:
         raise InputError(printable(f"{file.name}: {error}")) from error
+    log, used = opened.log, opened.map
     timed = any(c.clock for c in log.channels) or used.rate is not None
     taken: Mapping[str, Choice] = {}
     lacking, notes = log.lacking, list[str]()
@@ -91,7 +88,7 @@ def contents(
     ]
     problems = (*log.problems, *texts, *notes)
     return LogContents(
-        printable(file.name), reader.name, channels, taken, guesses, problems, lacking
+        printable(file.name), opened.reader.name, channels, taken, guesses, problems, lacking
     )
 
 

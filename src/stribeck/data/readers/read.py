@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,12 +14,9 @@ from . import file_bytes
 from .assembly import assembled
 from .budget import ReadBudget
 from .isolated import size_on_disk
-from .log_file import LogFile
-from .log_map import FILE, LogMap, save_map, saved_map
+from .log_map import FILE, LogMap, save_map
+from .opening import opened_as, windowed
 from .raw_table import printable
-from .registry import opened
-
-_WINDOW = re.compile(r"(?P<file>.+)@(?P<since>[\d.]+)s:(?P<until>[\d.]+)s")
 
 
 def read(
@@ -72,18 +68,14 @@ def read(
     stated = LogMap.of(columns).with_words(words).driven(drive)
     file, window = windowed(Path(path))
     try:
-        _, log = opened(file, stated.options())
-        saved = saved_map(file.parent, heads_of(log)) if columns is None or lenient else None
-        used = stated
-        if saved is not None:
-            used, lenient = saved.with_words(words).driven(stated.drive), False
-            _, log = opened(file, used.options())
+        opened = opened_as(file, stated, words, beside=columns is None or lenient)
+        used, lenient = opened.map, lenient and not opened.saved
         assembly = assembled(
-            log, used, window, ReadBudget(size_on_disk(file)), units=units, lenient=lenient
+            opened.log, used, window, ReadBudget(size_on_disk(file)), units=units, lenient=lenient
         )
         complete = replace(used, columns=assembly.columns)
         if keep_map:
-            save_map(file.parent, heads_of(log), complete)
+            save_map(file.parent, opened.heads, complete)
         told = used != LogMap() and (not lenient or any(words.values()))
         source = Source(
             printable(file.name),
@@ -91,7 +83,7 @@ def read(
             assembly.rows,
             complete.table() if told else {},
         )
-        notes = [f"columns are as {FILE} beside it says"] if saved is not None else []
+        notes = [f"columns are as {FILE} beside it says"] if opened.saved else []
         arguments = assembly.arguments
         recording = Recording(
             **{**arguments, "notes": (*notes, *arguments["notes"])}, source=source
@@ -102,23 +94,3 @@ def read(
     except InputError as error:
         sentence = str(error).removeprefix(f"{printable(file.name)}: ")
         raise type(error)(printable(f"{file.name}: {sentence}")) from error
-
-
-def heads_of(log: LogFile) -> list[str]:
-    """The names of a log's channels, by which it is known again."""
-    return [c.name for c in log.channels]
-
-
-def windowed(path: Path) -> tuple[Path, tuple[float, float] | None]:
-    """A path without the window that may follow it, and the window, s from the start.
-
-    Raises:
-        InputError: the window is empty.
-    """
-    match = _WINDOW.fullmatch(path.name)
-    if match is None or path.exists():
-        return path, None
-    since, until = float(match["since"]), float(match["until"])
-    if not since < until:
-        raise InputError(f"{path.name}: from {since:g} s to {until:g} s is no time")
-    return path.with_name(match["file"]), (since, until)
