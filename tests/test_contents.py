@@ -16,6 +16,7 @@ from stribeck.data.readers.log_contents import contents
 from stribeck.data.readers.log_map import FILE, LogMap, save_map, saved_map
 from stribeck.errors import ChoiceError, InputError
 from stribeck.identify.card import read_card
+from stribeck.identify.card_logs import logs_beside
 
 LOGS = Path(__file__).parents[1] / ".." / "shared" / "data" / "logs"
 real = pytest.mark.recordings
@@ -116,6 +117,17 @@ def test_the_card_knows_the_columns(tmp_path: Path, run: Run) -> None:
     assert card.parameters["F_C"].value == pytest.approx(4.0, rel=0.02)
     again = run("validate", out / "card.json", axes(tmp_path, "later.csv"))
     assert again.status == 0, again.err
+
+
+def test_a_card_names_the_part_of_a_log_that_it_is_of(tmp_path: Path, run: Run) -> None:
+    part, out = f"{axes(tmp_path)}@0.5s:3.5s", tmp_path / "fit"
+    done = run("identify", part, "--rig", "forced", *OPTIONS, "--out", out)
+    assert done.status == 0, done.err
+    card = read_card(out / "card.json")
+    assert card.data[0].file == "axes.csv@0.5s:3.5s"
+    (log,) = logs_beside(card, out / "card.json")
+    again = read(log, columns=card.columns)
+    np.testing.assert_array_equal(again.position, X[50:350])
 
 
 def test_a_joint_and_its_map(tmp_path: Path) -> None:

@@ -31,7 +31,8 @@ class Source:
     """Where a recording came from, so that a card can say so.
 
     Args:
-        file: File name without its folder; empty for arrays from memory.
+        file: File name without its folder, with its window if a part was read; empty for arrays
+            from memory.
         sha256: Hash of the file's bytes; empty for arrays from memory.
         rows: Rows of data in the file.
         map: How it was read, as `read` takes it for `columns`; empty where heads said it all.

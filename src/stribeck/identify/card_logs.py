@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..data.readers.file_bytes import sha256
+from ..data.readers.opening import windowed
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def logs_beside(card: Card, path: Path) -> list[Path]:
     logs = []
     for d in card.data:
         places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
-        matching = [p for p in places if d.file and p.is_file() and _hash(p) == d.sha256]
+        matching = [p for p in places if d.file and _is(windowed(p)[0], d.sha256)]
         if not matching:
             raise InputError(
                 f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
@@ -31,5 +32,5 @@ def logs_beside(card: Card, path: Path) -> list[Path]:
     return logs
 
 
-def _hash(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _is(log: Path, digest: str) -> bool:
+    return log.exists() and sha256(log) == digest

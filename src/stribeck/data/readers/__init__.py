@@ -1,6 +1,7 @@
 """From a file to a `Recording`: a reader a format, columns to channels, repairs that are told.
 
-`read.read` reads any; `registry.opened` is a file as its reader opens it, a `log_file`, whose
-samples come as a `raw_table` a clock; `log_contents` lists its channels; `log_map` and `column_map`
-say which column is which channel, and `assembly.assembled` makes a recording's arrays of them.
+`read.read` reads any: `opening` opens it, `registry.opened` by its reader, as a `log_file` whose
+samples come as a `raw_table` a clock; `file_bytes` are what it is of. `log_contents` lists its
+channels; `log_map` and `column_map` say which column is which channel, and `assembly.assembled`
+makes a recording's arrays of them.
 """

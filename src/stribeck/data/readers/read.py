@@ -78,7 +78,7 @@ def read(
             save_map(file.parent, opened.heads, complete)
         told = used != LogMap() and (not lenient or any(words.values()))
         source = Source(
-            printable(file.name),
+            printable(Path(path).name),
             file_bytes.sha256(file),
             assembly.rows,
             complete.table() if told else {},
