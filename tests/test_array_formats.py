@@ -12,27 +12,14 @@ import numpy as np
 import polars as pl
 import pytest
 
+from opened_logs import log_of, table_of
 from stribeck.data import read
-from stribeck.data.readers.log_file import LogFile, ReadOptions
-from stribeck.data.readers.registry import opened
 from stribeck.errors import InputError
-from stribeck.space import Array
 
 N = 50
 T = 0.002 * np.arange(N)
 X = 4.0 * np.sin(20.0 * T) + T
 F = 30.0 * np.cos(20.0 * T)
-
-
-def log_of(path: Path, **options: Any) -> tuple[str, LogFile]:
-    reader, log = opened(path, ReadOptions(**options))
-    return reader.name, log
-
-
-def column(log: LogFile, name: str) -> Array:
-    (table,) = (t for t in log.tables([name]) if name in t.columns)
-    assert list(table.columns) == [name]
-    return table.columns[name]
 
 
 # --- NumPy ----------------------------------------------------------------------------------------
@@ -49,7 +36,7 @@ def test_npz(save: Any, tmp_path: Path) -> None:
     names = [c.name for c in log.channels]
     assert names == ["t_s", "x_mm", "F_N", "q_1", "q_2", "run", "mass"]
     assert log.problems == ("left out, not columns of numbers: name, image, anything",)
-    np.testing.assert_array_equal(column(log, "q_2"), q[:, 1])
+    np.testing.assert_array_equal(table_of(log, "q_2").columns["q_2"], q[:, 1])
     recording = read(path)
     np.testing.assert_allclose(recording.position, 1e-3 * X)
     assert recording.force is not None
@@ -122,7 +109,7 @@ def test_lists_of_one_length_are_columns(kind: str, tmp_path: Path) -> None:
     names = ["t_s", "x_mm", "F_N", "pair_1", "pair_2", "word"]
     assert [c.name for c in log.channels] == names
     assert log.text == {"word": ("row 1", "on")}
-    np.testing.assert_array_equal(column(log, "pair_2"), X.astype("f4"))
+    np.testing.assert_array_equal(table_of(log, "pair_2").columns["pair_2"], X.astype("f4"))
     recording = read(path)
     np.testing.assert_allclose(recording.position, 1e-3 * X)
     assert any("left out, not numbers: q, mix" in note for note in recording.notes)

@@ -17,10 +17,10 @@ from rosbags import rosbag1, rosbag2
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from opened_logs import log_of, table_of, times
 from stribeck.data import read
-from stribeck.data.readers.log_file import LogFile, ReadOptions
-from stribeck.data.readers.raw_table import RawTable
-from stribeck.data.readers.registry import opened, readers
+from stribeck.data.readers.log_file import LogFile
+from stribeck.data.readers.registry import readers
 from stribeck.errors import InputError
 from stribeck.space import Array
 
@@ -33,24 +33,8 @@ X = 4.0 * np.sin(20.0 * T) + T
 F = 30.0 * np.cos(20.0 * T)
 
 
-def log_of(path: Path, **options: Any) -> tuple[str, LogFile]:
-    reader, log = opened(path, ReadOptions(**options))
-    return reader.name, log
-
-
 def channel(log: LogFile, name: str) -> Any:
     return next(c for c in log.channels if c.name == name)
-
-
-def times(table: RawTable) -> Array:
-    assert table.t is not None
-    return table.t
-
-
-def column(log: LogFile, name: str) -> tuple[RawTable, Array]:
-    (table,) = (t for t in log.tables([name]) if name in t.columns)
-    assert list(table.columns) == [name]
-    return table, table.columns[name]
 
 
 def test_a_library_that_is_not_there_is_named(
@@ -109,8 +93,8 @@ def test_hdf5_datasets_are_channels_by_path(tmp_path: Path) -> None:
     assert channel(log, "mass").constant
     assert log.problems == ("left out, not columns of numbers: image, words",)
     for name, values in {"axis/f": F, "arm/q_2": 2.0 * X, "arm/rows_3": F}.items():
-        np.testing.assert_array_equal(column(log, name)[1], values)
-    np.testing.assert_array_equal(column(log, "records/f")[1], records["f"])
+        np.testing.assert_array_equal(table_of(log, name).columns[name], values)
+    np.testing.assert_array_equal(table_of(log, "records/f").columns["records/f"], records["f"])
     recording = read(path, columns={"time": "axis/t [s]", "position": "axis/x", "force": "axis/f"})
     np.testing.assert_allclose(recording.position, 1e-3 * X)
     assert recording.force is not None
@@ -127,7 +111,9 @@ def test_an_episode_of_robomimic_is_a_log(tmp_path: Path) -> None:
     assert [c.name for c in log.channels] == [
         "actions_1", "actions_2", "obs/robot0_joint_pos_1", "obs/robot0_joint_pos_2",
     ]  # fmt: skip
-    np.testing.assert_array_equal(column(log, "obs/robot0_joint_pos_2")[1], X + 1)
+    np.testing.assert_array_equal(
+        table_of(log, "obs/robot0_joint_pos_2").columns["obs/robot0_joint_pos_2"], X + 1
+    )
     with pytest.raises(InputError, match="has no group demo_7: there are data/, data/demo_0/"):
         log_of(path, episode="demo_7")
 
@@ -180,7 +166,9 @@ def test_a_recording_of_labview() -> None:
     (group,) = TdmsFile.read(path).groups()
     assert {c.name for c in log.channels} == {f"{group.name}/{c.name}" for c in group.channels()}
     for own in group.channels():
-        table, values = column(log, f"{group.name}/{own.name}")
+        name = f"{group.name}/{own.name}"
+        table = table_of(log, name)
+        values = table.columns[name]
         np.testing.assert_array_equal(values, own[:])
         np.testing.assert_allclose(times(table), own.time_track())
         assert channel(log, f"{group.name}/{own.name}").unit == own.properties["unit_string"]
@@ -414,7 +402,8 @@ def test_instances_of_a_topic_are_apart(tmp_path: Path) -> None:
     path.write_bytes(ulog({0: ("axis", 0), 1: ("axis", 1)}, rows))
     _, log = log_of(path)
     assert [c.name for c in log.channels] == ["axis.0/x", "axis.1/x"]
-    table, values = column(log, "axis.1/x")
+    table = table_of(log, "axis.1/x")
+    values = table.columns["axis.1/x"]
     np.testing.assert_array_equal(values, np.arange(1.0, 2 * N, 2))
     np.testing.assert_allclose(times(table), 1e-6 * (1500.0 + 1000.0 * np.arange(float(N))))
     assert channel(log, "axis.0/x").rate == pytest.approx(1000.0)

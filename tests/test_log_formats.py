@@ -11,10 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opened_logs import log_of, table_with, times
 from stribeck.data import read
-from stribeck.data.readers.log_file import LogFile, ReadOptions
-from stribeck.data.readers.raw_table import RawTable, unique_names
-from stribeck.data.readers.registry import opened
+from stribeck.data.readers.raw_table import unique_names
 from stribeck.errors import InputError
 from stribeck.space import Array
 
@@ -25,21 +24,6 @@ N = 50
 T = 0.002 * np.arange(N)
 X = 4.0 * np.sin(20.0 * T) + T
 V = 80.0 * np.cos(20.0 * T) + 1.0
-
-
-def log_of(path: Path, **options: object) -> tuple[str, LogFile]:
-    reader, log = opened(path, ReadOptions(**options))  # type: ignore[arg-type]
-    return reader.name, log
-
-
-def table_with(log: LogFile, name: str) -> RawTable:
-    (table,) = (t for t in log.tables() if name in t.columns)
-    return table
-
-
-def times(table: RawTable) -> Array:
-    assert table.t is not None
-    return table.t
 
 
 def write(folder: Path, content: str, name: str = "log.csv") -> Path:

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from opened_logs import log_of
 from stribeck.data import read
-from stribeck.data.readers.log_file import LogFile, ReadOptions
-from stribeck.data.readers.registry import opened
 from stribeck.errors import InputError
 
 N = 50
@@ -66,11 +65,6 @@ def write(folder: Path, content: str, name: str = "log.lvm") -> Path:
     path = folder / name
     path.write_text(content, encoding="utf-8")
     return path
-
-
-def log_of(path: Path, episode: str | None = None) -> tuple[str, LogFile]:
-    reader, log = opened(path, ReadOptions(episode=episode))
-    return reader.name, log
 
 
 @pytest.mark.parametrize("columns", ["One", "Multi", "No"])
