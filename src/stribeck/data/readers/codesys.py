@@ -14,10 +14,10 @@ import numpy as np
 from ...errors import InputError
 from ...units import unit
 from .budget import ReadBudget, refuse_many
-from .delimited import utf8
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, printable, unique_names
+from .text_encoding import utf8
 
 _BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[key\]\s*;\s*\[value\]", re.IGNORECASE)
 _VARIABLE = re.compile(rb"(?m)^(\d+)\.Variable;[ \t]*(.*?)[ \t]*$")

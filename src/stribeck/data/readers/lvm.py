@@ -19,10 +19,10 @@ from ...space import Array
 from .arrays import TimedSeries, by_times
 from .budget import ReadBudget, refuse_many
 from .cells import number_columns
-from .delimited import utf8
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import printable, unique_names
+from .text_encoding import utf8
 
 _BEGINS = b"LabVIEW Measurement"
 _END = re.compile(rb"(?m)^\*\*\*End_of_Header\*\*\*[^\n]*\n?")

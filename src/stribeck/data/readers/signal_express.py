@@ -15,11 +15,11 @@ from ...errors import InputError
 from .arrays import TimedSeries, by_times
 from .budget import ReadBudget
 from .cells import number_columns
-from .delimited import utf8
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import printable, unique_names
 from .stamps import seconds
+from .text_encoding import utf8
 
 _BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*channel names:", re.IGNORECASE)
 _BLOCKS = re.compile(

@@ -21,10 +21,10 @@ from ...errors import InputError
 from ...space import Array
 from .budget import ReadBudget
 from .cells import number_columns
-from .delimited import utf8
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, printable, shortened, unique_names
+from .text_encoding import utf8
 
 if TYPE_CHECKING:
     import polars as pl

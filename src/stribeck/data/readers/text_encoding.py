@@ -1,0 +1,49 @@
+"""Text of any usual encoding as UTF-8 with plain line ends."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ...errors import InputError
+
+#: Bytes of a text from which its encoding and layout are told.
+SNIFFED = 1 << 16
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
+_MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+
+
+def utf8(data: bytes) -> bytes:
+    """The text in UTF-8 with plain line ends.
+
+    Raises:
+        InputError: it is no text.
+    """
+    encoding = next((e for mark, e in _MARKS if data.startswith(mark)), None) or _wide(data)
+    try:
+        if encoding:
+            data = data.decode(encoding).encode()
+        elif not data.isascii():
+            data.decode()
+    except UnicodeDecodeError:
+        data = data.decode("latin-1").encode()
+    if _CONTROL.search(data, 0, SNIFFED) or b"\0" in data:
+        raise InputError("is not text: export the log as CSV, Parquet or MATLAB 5")
+    line_end = b"\r\n" if b"\n" in data else b"\r"
+    return data.replace(line_end, b"\n") if b"\r" in data else data
+
+
+def _wide(data: bytes) -> str | None:
+    """UTF-16 without a mark, known by its zero bytes."""
+    head = np.frombuffer(data[: SNIFFED & -2][: len(data) & -2], dtype=np.uint8)
+    zero = (head.reshape(-1, 2) == 0).mean(axis=0) if len(head) else np.zeros(2)
+    if zero[1] > 0.9 and zero[0] == 0:  # noqa: PLR2004 - Latin text has a zero in each pair
+        return "utf-16-le"
+    return "utf-16-be" if zero[0] > 0.9 and zero[1] == 0 else None  # noqa: PLR2004
+
+
+def is_text(head: bytes) -> bool:
+    """Whether the first bytes of a file are those of a text."""
+    marked = head.startswith(tuple(mark for mark, _ in _MARKS)) or _wide(head) is not None
+    return marked or not (_CONTROL.search(head) or b"\0" in head)
