@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 #: What people call a quantity. A name may stand in two lists: its unit then tells which is meant.
@@ -10,32 +11,39 @@ _NAMES = {
     "time": "t time timestamp time_stamp stamp elapsed elapsed_time zeit temps tempo tiempo "
     "时间 時間",
     "position": "position pos x q qm angle theta phi displacement disp stroke joint_position "
-    "joint_angle weg winkel posizione angolo posicion posición angulo ángulo 位置 角度 实际位置 "
-    "反馈位置 当前位置 実位置 現在位置 フィードバック位置",
+    "joint_angle lage weg winkel posizione angolo posicion angulo 位置 角度",
     "command": "command cmd setpoint set_point target reference ref desired goal xd qd qg x_d q_d "
-    "soll sollwert sollposition consigne 指令位置 目标位置 给定位置 目標位置",
+    "soll sollwert consigne",
     "velocity": "velocity vel speed v w omega qd dq qdot q_dot dx xdot x_dot joint_velocity rate "
-    "geschwindigkeit drehzahl vitesse velocità velocita velocidad 速度 实际速度 转速 "
-    "実速度 回転速度 モータ回転速度",
+    "geschwindigkeit drehzahl vitesse velocita velocidad 速度 转速 回転速度 モータ回転速度",
     "acceleration": "acceleration accel acc a qdd ddq qddot q_ddot ddx xddot x_ddot "
-    "beschleunigung accélération accelerazione aceleración 加速度",
+    "beschleunigung accelerazione aceleracion 加速度",
     "force": "force f torque tau trq moment effort load_force joint_torque motor_torque "
-    "motor_force kraft drehmoment couple coppia forza par fuerza 转矩 力矩 "
-    "扭矩 实际转矩 トルク 推力 実トルク",
-    "current": "current i iq i_q motor_current strom courant corrente corriente 电流 实际电流 電流 "
-    "実電流",
-    "voltage": "voltage u v motor_voltage spannung tension tensione tensión 电压 電圧",
-    "temperature": "temperature temp t motor_temperature temperatur température temperatura 温度",
-    "pressure": "pressure p gauge_pressure chamber_pressure druck pression pressione presión "
+    "motor_force kraft drehmoment motormoment motordrehmoment couple coppia forza par fuerza "
+    "转矩 力矩 扭矩 トルク 推力",
+    "current": "current i iq i_q motor_current strom motorstrom courant corrente corriente "
+    "电流 電流",
+    "voltage": "voltage u v motor_voltage spannung tension tensione 电压 電圧",
+    "temperature": "temperature temp t motor_temperature temperatur temperatura 温度",
+    "pressure": "pressure p gauge_pressure chamber_pressure druck pression pressione presion "
     "压力 圧力",
 }
 _CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.split()]
 _MEASURED = {"meas", "measured", "act", "actual", "feedback", "fbk", "present", "ist", "reel",
-             "mesure", "mesuree", "effettiva", "effettivo", "real", "medida"}  # fmt: skip
+             "reelle", "mesure", "mesuree", "effettiva", "effettivo", "reale", "attuale", "real",
+             "medida", "medido", "实际", "反馈", "当前", "実", "現在",
+             "フィードバック"}  # fmt: skip
 _COMMANDED = {"cmd", "command", "commanded", "set", "setpoint", "target", "ref", "reference", "req",
-              "des", "desired", "goal", "soll", "consigne", "comando", "consigna",
-              "action"}  # fmt: skip
+              "des", "desired", "demand", "demanded", "goal", "soll", "consigne", "comando",
+              "consigna", "action", "指令", "目标", "给定", "目標"}  # fmt: skip
+#: Words of a name that say nothing: `Position actual value`, `consigne de position`.
+_SILENT = {"value", "val", "wert", "valore", "valeur", "valor", "of", "de", "di", "del"}
+#: Two words written as one: `Istposition`, `Lageistwert`, `实际位置`.
+_BEFORE = re.compile(r"(ist|soll|实际|反馈|当前|実|現在|フィードバック|指令|目标|给定|目標)(.+)")
+_BEHIND = re.compile(r"(.+?)(?:s|en|n)?(ist|soll)(?:wert)?")
+_SHORTEST_NOUN = 3  # of a compound in Latin letters
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_ACCENTS = re.compile("[\u0300-\u036f]")
 
 _SYMBOLS = (
     "s sec secs second seconds ms msec us usec µs μs min h m mm um µm μm nm cm km in inch rad mrad "
@@ -108,7 +116,7 @@ def meanings(head: Head) -> dict[str, int]:
     """
     if plain := {channel: PLAIN for name, channel in _CHANNEL if name == head.stem}:
         return plain
-    words = head.stem.split("_")
+    words = [p for w in head.stem.split("_") for p in _parts(w) if p not in _SILENT]
     qualifiers = [w for w in words if w in _MEASURED | _COMMANDED]
     rest = [w for w in words if w not in qualifiers]
     if len(qualifiers) == 1 and (bare := _named("_".join(rest))):
@@ -123,6 +131,16 @@ def meanings(head: Head) -> dict[str, int]:
     return {}
 
 
+def _parts(word: str) -> tuple[str, ...]:
+    """The words of a compound, the word itself where it is none."""
+    for pattern, noun in ((_BEFORE, 2), (_BEHIND, 1)):
+        match = pattern.fullmatch(word)
+        long = match and (not word.isascii() or len(match[noun]) >= _SHORTEST_NOUN)
+        if match and long and _named(match[noun]):
+            return match.groups()
+    return (word,)
+
+
 def _named(stem: str) -> list[str]:
     return [channel for name, channel in _CHANNEL if name == stem]
 
@@ -133,7 +151,9 @@ def _commanded(channels: list[str]) -> dict[str, int]:
 
 
 def _stem(text: str) -> str:
-    return re.sub(r"[\W_]+", "_", _CAMEL.sub("_", text.strip())).strip("_").lower()
+    plain = _ACCENTS.sub("", unicodedata.normalize("NFD", text.strip()))
+    text = unicodedata.normalize("NFC", plain)
+    return re.sub(r"[\W_]+", "_", _CAMEL.sub("_", text)).strip("_").lower()
 
 
 def _respelled(unit: str) -> str:
