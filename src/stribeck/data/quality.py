@@ -45,7 +45,7 @@ class Quality:
         spans: Channel -> least and greatest value.
         steps: Channel -> quantisation step, 0 if there is none to be seen.
         noise: Standard deviation of the position noise beside quantisation.
-        strokes: Runs in one direction.
+        strokes: Runs in one direction; none in a table of steady speeds, which has no positions.
         speeds: What 10, 50 and 90 % of the moving time stay below.
         stuck: Share of the time at rest.
         rests: How many rests.
@@ -101,6 +101,8 @@ class Quality:
         """What a person reads: (what, value) in units of the workshop, the verdict last."""
         x = CHANNELS["position"][self.rotary]
         v = CHANNELS["velocity"][self.rotary]
+        if "position" not in self.channels:
+            return self._run_lines()
         table = [
             ("samples", f"{self.rows} in {self.duration:.4g} s, {self.rate:.4g} Hz"),
             ("jitter", f"{self.jitter:.1%} of the interval"),
@@ -127,6 +129,16 @@ class Quality:
         ]
         likely = [("likely rig", f"{self.rig}: {self.rig_reason}")] * bool(self.rig)
         return [*table, *(("verdict", line) for line in self.verdict), *likely]
+
+    def _run_lines(self) -> list[tuple[str, str]]:
+        """The same of a table of steady speeds."""
+        return [
+            ("runs", f"{self.rows} at constant speed, each a mean"),
+            *((name, self._span(name)) for name in self.channels),
+            *(("read", note) for note in self.notes),
+            *(("verdict", line) for line in self.verdict),
+            ("likely rig", f"{self.rig}: {self.rig_reason}"),
+        ]
 
     def _span(self, name: str) -> str:
         si = CHANNELS[name][self.rotary]
@@ -173,6 +185,8 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
         InputError: the log cannot be used.
     """
     (recording,) = log_list([log], units=units, columns=columns)
+    if recording.runs is not None:
+        return _runs_quality(recording)
     recording = mended(recording)
     segments = _without_leaps(recording, segment(recording))
     dt = np.diff(recording.t)
@@ -207,6 +221,41 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
         verdict=tuple(verdicts(recording, segments, tests)),
         rig=rig,
         rig_reason=reason,
+    )
+
+
+def _runs_quality(recording: Recording) -> Quality:
+    """A table of steady speeds in numbers, and what it is good enough for."""
+    channels = {n: a for n, a in recording.channels().items() if n != "position"}
+    v = channels["velocity"]
+    low, middle, high = np.quantile(np.abs(v), [0.1, 0.5, 0.9]).tolist()
+    ways = [int((v > 0).sum()), int((v < 0).sum())]
+    both = f"both directions ({ways[0]} up, {ways[1]} down)" if all(ways) else "one direction"
+    return Quality(
+        file=recording.label,
+        rows=len(recording),
+        duration=0.0,
+        rate=0.0,
+        jitter=0.0,
+        gaps=0,
+        longest_gap=0.0,
+        rotary=recording.rotary,
+        channels=tuple(channels),
+        spans=MappingProxyType({n: (float(a.min()), float(a.max())) for n, a in channels.items()}),
+        steps=MappingProxyType(dict.fromkeys(channels, 0.0)),
+        noise=0.0,
+        strokes=(),
+        speeds=(low, middle, high),
+        stuck=0.0,
+        rests=0,
+        slips=(),
+        breakaways=(),
+        presliding=None,
+        notes=recording.notes,
+        faults=(),
+        verdict=(f"static laws can be identified: {len(v)} speeds, {both}; nothing accelerates",),
+        rig=f"forced{'-rotary' * recording.rotary}",
+        rig_reason="speeds and forces of runs at constant speed",
     )
 
 

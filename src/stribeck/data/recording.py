@@ -21,6 +21,7 @@ from .readers.assembly import assembled
 from .readers.log_file import TablesInMemory
 from .readers.log_map import LogMap
 from .readers.raw_table import printable
+from .steady_runs import SteadyRuns
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
 LARGEST = 1e30
@@ -65,6 +66,8 @@ class Recording:
         notes: What was mended on the way in, a sentence each.
         drive: The chain by which the force was made of what the drive recorded; None where the
             force was measured as such.
+        runs: Set where this is a table of runs at constant speed: a row is a run, its velocity
+            and force are means, its position is 0, and t counts the runs.
 
     Raises:
         InputError: fewer than two samples, lengths that differ, a value that is not finite or
@@ -86,6 +89,7 @@ class Recording:
     source: Source = field(default_factory=Source)
     notes: tuple[str, ...] = ()
     drive: DriveChain | None = None
+    runs: SteadyRuns | None = None
 
     def __post_init__(self) -> None:
         for name in ("t", *CHANNELS):
@@ -180,6 +184,8 @@ class Recording:
 
     def __repr__(self) -> str:
         seconds, names = self.t[-1] - self.t[0], ", ".join(self.channels())
+        if self.runs is not None:
+            return f"<Recording {self.label}: {len(self)} runs at constant speed>"
         return f"<Recording {self.label}: {len(self)} samples in {seconds:.4g} s, {names}>"
 
     def _repr_html_(self) -> str:
@@ -206,4 +212,6 @@ class Recording:
             for f in fields(self)
             if f.name in ("t", *CHANNELS) and getattr(self, f.name) is not None
         }
-        return replace(self, **channels, extra={n: a[rows] for n, a in self.extra.items()})
+        runs = None if self.runs is None else self.runs.cut(rows)
+        extra = {n: a[rows] for n, a in self.extra.items()}
+        return replace(self, **channels, extra=extra, runs=runs)

@@ -87,7 +87,27 @@ def recording_list(
     """
     usual, drive = (None, None) if rig is None else (rig.columns, rig.chain)
     recordings = log_list(logs, units=units, columns=columns, usual=usual, drive=drive)
+    if rig is not None and rig.approach != "force_balance":
+        refuse_runs(recordings, f"rig {rig.name}")
     return [mended(recording) for recording in recordings]
+
+
+def refuse_runs(recordings: Sequence[Recording], purpose: str) -> None:
+    """Refuse tables of steady speeds where a motion is needed.
+
+    Args:
+        recordings: The logs.
+        purpose: What needs it, as in `rig slide-bed`.
+
+    Raises:
+        InputError: one of them is such a table.
+    """
+    for log in recordings:
+        if log.runs is not None:
+            raise InputError(
+                f"{log.label}: is a table of steady speeds, without a motion, and {purpose} needs "
+                "the log of one: give its samples with their times"
+            )
 
 
 def range_list(ranges: Sequence[Range | str] | Range | str | None, rig: Rig) -> list[Range]:

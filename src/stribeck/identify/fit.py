@@ -149,9 +149,14 @@ def identify(
                 *(["breakaway"] * (breakaway != "auto")),
             ],
         )
-        from .balance.force_balance import solve_balance  # noqa: PLC0415 - compiled code that others need not load
+        # Compiled code that others need not load.
+        from .balance.force_balance import solve_balance  # noqa: PLC0415
+        from .balance.run_balance import solve_runs  # noqa: PLC0415
 
-        fit = solve_balance(parameters, data, draws=bootstrap, delay=delay, velocity=velocity)
+        if any(log.runs is not None for log in data.recordings):
+            fit = solve_runs(parameters, data, draws=bootstrap, delay=delay)
+        else:
+            fit = solve_balance(parameters, data, draws=bootstrap, delay=delay, velocity=velocity)
     else:
         if velocity != "auto":
             raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")

@@ -42,7 +42,7 @@ def paced(recordings: Sequence[Recording]) -> Pace | None:
     The speed of a command is its mean over the time in which it moves. A log without one has a
     quarter of the greatest speed of its measured motion.
     """
-    paces = [pace for log in recordings if (pace := _pace(log)) is not None]
+    paces = [pace for log in recordings if log.runs is None and (pace := _pace(log)) is not None]
     return min(paces) if paces else None
 
 

@@ -117,6 +117,11 @@ class Parameters:
         )
         return replace(self, every=every, free=free)
 
+    def holding(self, values: Mapping[str, float]) -> Parameters:
+        """The same with some free parameters held, SI."""
+        free = tuple(q for q in self.free if q.name not in values)
+        return replace(self, free=free, fixed={**self.fixed, **values})
+
     def values(self, p: Array) -> dict[str, float]:
         """One complete parameter set by name."""
         return {q.name: float(v) for q, v in zip(self.every, p, strict=True)}

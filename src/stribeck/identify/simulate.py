@@ -12,6 +12,7 @@ from ..data.log_list import Columns, Log, log_list
 from ..data.recording import Recording, Source
 from ..errors import InputError
 from .card import read_card
+from .data_split import refuse_runs
 
 if TYPE_CHECKING:
     from .validate import IdentifiedModel
@@ -44,6 +45,7 @@ def simulate(
     parameters, p = model.model()
     rig = parameters.rig
     (recording,) = log_list([log], units=units, columns=columns, usual=rig.columns, drive=rig.chain)
+    refuse_runs([recording], "a simulation")
     if recording.rotary and not rig.rotary:
         raise InputError(
             f"{recording.label}: its position is an angle, and rig {rig.name} is linear: take a "

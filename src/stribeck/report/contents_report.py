@@ -55,7 +55,13 @@ def show_contents(contents: LogContents) -> None:
 
 def _ready(contents: LogContents) -> str:
     names = ", ".join(f"{channel} from {c.column}" for channel, c in contents.taken.items())
-    return f"check and identify take {names}"
+    rows = "" if _timed(contents) else ": each row a run at constant speed"
+    return f"check and identify take {names}{rows}"
+
+
+def _timed(contents: LogContents) -> bool:
+    """Whether its rows have times; they are runs at constant speed elsewhere."""
+    return "time" in contents.taken or any(c.rate is not None for c in contents.channels)
 
 
 def contents_text(contents: LogContents) -> str:

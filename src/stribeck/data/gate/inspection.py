@@ -30,7 +30,7 @@ def mended(recording: Recording) -> Recording:
     if recording in _MENDED:
         return _MENDED[recording]
     result, notes = recording, []
-    if len(recording) >= FEWEST:
+    if len(recording) >= FEWEST and recording.runs is None:
         for step in (without_wraps, without_strays, without_wraps, without_breaks):
             result, changes = step(result)
             notes += changes
@@ -44,6 +44,6 @@ def faults(recording: Recording) -> tuple[Fault, ...]:
     """What is wrong with a log that has been mended, in the order of the table of kinds."""
     if recording not in _FAULTS:
         looks = (broken, contradicted, clipping, frozen, held, gaps)
-        enough = len(recording) >= FEWEST
+        enough = len(recording) >= FEWEST and recording.runs is None
         _FAULTS[recording] = tuple(f for look in looks for f in look(recording) if enough)
     return _FAULTS[recording]

@@ -14,12 +14,13 @@ from ..channels import CHANNELS
 from .budget import CELL, ReadBudget
 from .choice import Choice
 from .column_map import Entry
-from .columns import Heads, choose, is_there
+from .columns import Heads, is_there
 from .joined import joined
 from .log_file import LogFile
 from .log_map import LogMap
 from .raw_table import RawTable, shortened
 from .repair import Mender, filled_extra
+from .steady_table import chosen_columns, is_steady, steady_arguments
 
 #: Cells that are kept beside the channels, for whoever names them later.
 _EXTRAS = (1 << 30) // CELL
@@ -27,6 +28,8 @@ _EXTRAS = (1 << 30) // CELL
 _LATE = 10
 #: Channels that keep their value until the next sample.
 _HELD = ("command",)
+#: What a map may say.
+KNOWN = ("time", *CHANNELS)
 
 
 class Assembly(NamedTuple):
@@ -75,7 +78,7 @@ def assembled(
     heads = Heads.of(log, used.joint, units or {}, timed=timed, drive=used.drive)
     mapped = _present(heads, used.columns) if lenient else used.columns
     try:
-        chosen, notes = choose(heads, mapped)
+        chosen, notes = chosen_columns(heads, mapped)
     except InputError as error:
         raise ChoiceError(str(error)) from error
     wanted = {c.column for c in chosen.values()}
@@ -86,8 +89,13 @@ def assembled(
         table = replace(table, t=np.arange(len(table.places)) / used.rate)
     if budget is not None:  # a scalar becomes a column
         budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
-    arguments = _mended(table, chosen, (*notes, *log.problems), window)
-    columns = {n: entry for n, c in chosen.items() if (entry := c.entry())}
+    if is_steady(heads, chosen):
+        if window is not None:
+            raise InputError("is a table of steady speeds, without times: give it as a whole")
+        arguments = steady_arguments(table, chosen, (*notes, *log.problems))
+    else:
+        arguments = _mended(table, chosen, (*notes, *log.problems), window)
+    columns = {n: e for n, c in chosen.items() if n in KNOWN and (e := c.entry())}
     signal = chosen["force"].column if used.drive and "force" in chosen else ""
     return Assembly(arguments, len(table.places), columns, signal)
 

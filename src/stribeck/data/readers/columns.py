@@ -142,7 +142,7 @@ def choose(heads: Heads, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
     Raises:
         InputError: no time or position, an unknown or unfit unit, or two columns for a channel.
     """
-    chosen = {channel: _mapped(heads, channel, entry) for channel, entry in mapped.items()}
+    chosen = {channel: mapped_choice(heads, channel, entry) for channel, entry in mapped.items()}
     for channel, c in chosen.items():
         refuse_unfit(channel, c, heads.kinds(channel))
     used = {c.column for c in chosen.values()}
@@ -160,7 +160,7 @@ def choose(heads: Heads, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
         kinds = heads.kinds(channel, rotary=rotary)
         if channel == "position":
             continue
-        if candidates := _ranked(heads, names, channel, kinds):
+        if candidates := ranked(heads, names, channel, kinds):
             chosen[channel] = candidates
     if heads.drive is not None:
         chosen |= signal_of(heads.drive, chosen, rotary=rotary)
@@ -175,7 +175,7 @@ def _velocity(
     """The velocity of a log in which no column is called a position."""
     if any("position" in meanings(head) for head in names.values()):
         return None
-    return chosen.get("velocity") or _ranked(heads, names, "velocity", heads.kinds("velocity"))
+    return chosen.get("velocity") or ranked(heads, names, "velocity", heads.kinds("velocity"))
 
 
 def is_there(heads: Heads, entry: Entry) -> bool:
@@ -194,7 +194,12 @@ def _column(heads: Heads, entry: Entry) -> tuple[str | None, str | None]:
     return name, None if written is None else str(written)
 
 
-def _mapped(heads: Heads, channel: str, entry: Entry) -> Choice:
+def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
+    """The column that an entry of a mapping names for a channel.
+
+    Raises:
+        InputError: there is no such column, or it has no unit.
+    """
     column, written = _column(heads, entry)
     if column is None:
         name = shortened(str(entry if isinstance(entry, str) else entry["column"]))
@@ -244,19 +249,19 @@ def _needed(
     chosen: Mapping[str, Choice],
 ) -> Choice:
     """The column of time or position, or why there is none."""
-    if candidates := _ranked(heads, names, channel, kinds):
+    if candidates := ranked(heads, names, channel, kinds):
         return candidates
     named = [h for h, head in names.items() if channel in meanings(head)]
     if bare := [h for h in named if names[h].unit is None]:
         if channel == "time" and (clock := _epoch(heads, bare[0])):
             return _dated(bare[0], clock)
-        raise InputError(_without_unit(heads, names, bare[0], channel, chosen))
+        raise InputError(without_unit(heads, names, bare[0], channel, chosen))
     for h in named:
         refuse_unfit(channel, Choice(h, heads.unit(channel, h, names[h].unit or "")), kinds)
     if channel == "position" and not named:
         unsaid = [h for h, head in names.items() if "velocity" in meanings(head) and not head.unit]
         if unsaid:
-            raise InputError(_without_unit(heads, names, unsaid[0], "velocity", chosen))
+            raise InputError(without_unit(heads, names, unsaid[0], "velocity", chosen))
     if next(iter(heads.columns), "") == "column 1":
         raise InputError(
             "has no heads: name its columns by number, as in "
@@ -273,13 +278,14 @@ def _needed(
     )
 
 
-def _without_unit(
+def without_unit(
     heads: Heads,
     names: Mapping[str, Head],
     first: str,
     channel: str,
     chosen: Mapping[str, Choice],
 ) -> str:
+    """Why columns without units cannot be taken, and how to say them."""
     lacking = {channel: shortened(first)}
     # Of a file the channels that it cannot do without are said at once, of a frame all of them.
     others = CHANNELS if heads.in_memory else ["position"] if channel == "time" else []
@@ -299,7 +305,7 @@ def _without_unit(
     )
 
 
-def _ranked(
+def ranked(
     heads: Heads, names: Mapping[str, Head], channel: str, kinds: tuple[str, ...]
 ) -> Choice | None:
     """The best candidate by name and unit."""

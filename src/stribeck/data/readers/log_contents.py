@@ -12,12 +12,13 @@ import numpy as np
 from ...errors import InputError
 from ...space import Array
 from .choice import Choice, known_unit
-from .columns import Heads, choose
+from .columns import Heads
 from .heads import meanings, take_apart
 from .log_file import Channel, LogFile, timing
 from .log_map import LogMap
 from .opening import opened_as, windowed
 from .raw_table import printable
+from .steady_table import chosen_columns
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def contents(
     try:
         heads = Heads.of(log, used.joint, {}, timed=timed, drive=used.drive)
         guesses = {n: tuple(meanings(heads.head(n))) for n in heads.bare}
-        taken, notes = choose(heads, used.columns)
+        taken, notes = chosen_columns(heads, used.columns)
     except InputError as error:
         lacking = lacking or str(error)
     columns_taken = {c.column for c in taken.values()}

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...data.filtering import DECIMATION_GAIN, Filtering
+from ...data.filtering import Filtering
 from ...errors import InputError
 from ...space import Array
 from . import variable_projection
@@ -244,7 +244,7 @@ def _signals(system: System, log: Log, p: Array) -> Signals:
     rig, law = system.rig, system.law
     model = rig.force(law, p, log.v, log.a, log.loads)
     rub = rig.friction(law, p, log.v, log.loads)
-    gain = 1.0 if log.factor == 1 else DECIMATION_GAIN
+    gain = log.gain
     inertial, measured = log.thin(model - rub) / gain, log.force / gain
     return Signals(
         t=log.t,
@@ -273,6 +273,7 @@ def _warnings(
             f"the data hardly tells the parameters apart (scaled condition number {degree:.3g}): "
             "their standard errors say how far each may be off"
         )
-    if len(W) < _FEW * len(names):
+    # Intervals of a table of steady speeds are Student's.
+    if len(W) < _FEW * len(names) and any(log.weight is None for log in system.logs):
         warnings.append(f"{len(W)} rows for {len(names)} parameters: standard errors are too small")
     return warnings

@@ -307,7 +307,10 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
             f"{shown.written}): hold one, as with --set F_V=0"
         )
-    if _curved(system) and (n := max((_distinct(w) for w in by_direction), default=0)) < SPEEDS:
+    if (
+        curved(system)
+        and (n := max((distinct_speeds(w) for w in by_direction), default=0)) < SPEEDS
+    ):
         sentences.append(
             f"too few speeds for a Stribeck curve: the log dwells at {n}, and it takes {SPEEDS}: "
             "record strokes at more speeds, some of them slow"
@@ -315,13 +318,13 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
     return sentences
 
 
-def _curved(system: System) -> bool:
+def curved(system: System) -> bool:
     """Whether a parameter that shapes the law's curve over speed is to be found."""
     own = len(system.law.params) - sum(system.law.sizes)
     return any(i < own for i in system.shape)
 
 
-def _distinct(speed: Array) -> int:
+def distinct_speeds(speed: Array) -> int:
     """How many speeds, a fifth apart, have a fair share of the samples."""
     if not len(speed):
         return 0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ...data.ranges import Range
 from ...data.recording import Recording
 from ...space import Array
 from ..adequacy.advice import with_effects
-from ..adequacy.effects import effects
+from ..adequacy.effects import Effects, effects
 from ..adequacy.generalisation import held_out_violations, neighbour_violations
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit
@@ -23,8 +24,14 @@ from ..ratios import proportional, ratios
 from ..result import Fit, SearchRecord
 from ..score import HeldOut, Score
 from ..uncertainty.assessment import Uncertainty, uncertainty
-from ..uncertainty.estimates import bound_warnings, correlation_warnings, estimates
+from ..uncertainty.estimates import (
+    Estimate,
+    bound_warnings,
+    correlation_warnings,
+    estimates,
+)
 from . import balance
+from .balance import Balance
 from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
@@ -32,7 +39,7 @@ from .force_residuals import BalanceResiduals
 from .known_load import load_notes
 from .known_mass import calibration, mass_violations
 from .regression import System
-from .synchronisation import Synchronised, synchronised
+from .synchronisation import synchronised
 from .training_rows import counting
 from .velocity_source import VelocitySource
 
@@ -73,31 +80,66 @@ def solve_balance(
         ),
     )
     differing = log_spreads(
-        parameters, _log_parts(synchrony, x), solved.robust_errors[parameters.free_places]
+        parameters,
+        log_parts(synchrony.recordings, solved, x),
+        solved.robust_errors[parameters.free_places],
     )
     checks = check_balance(synchrony, differing)
-    return _balance_fit(synchrony, residuals, uncertain, checks, slopes, differing)
+
+    def seen(judged: Sequence[Estimate]) -> Effects:
+        return effects(balance_rows(solved, judged))
+
+    return SolvedLogs(
+        synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
+        differing, seen,
+    ).fit()  # fmt: skip
 
 
-def _log_parts(synchrony: Synchronised, x: Array) -> list[LogPart]:
-    """The logs of a balance, each by itself, at its solution."""
-    system = synchrony.solved.system
+def log_parts(recordings: Sequence[Recording], solved: Balance, x: Array) -> list[LogPart]:
+    """The logs of a balance, each by itself, at its solution x."""
+    system = solved.system
     return [
         LogPart(recording, BalanceResiduals(System(system.parameters, [log])), x)
-        for recording, log in zip(synchrony.recordings, system.logs, strict=True)
+        for recording, log in zip(recordings, system.logs, strict=True)
     ]
 
 
-def _balance_fit(
-    synchrony: Synchronised,
-    residuals: BalanceResiduals,
-    uncertain: Uncertainty,
-    checks: BalanceChecks,
-    slopes: Slopes,
-    differing: LogSpreads,
-) -> Fit:
+@dataclass(frozen=True, eq=False)
+class SolvedLogs:
+    """A solved force balance with all that its fit is judged by.
+
+    Args:
+        data: What was trained on and held out.
+        recordings: The logs trained on, as they were balanced.
+        solved: Their balance.
+        residuals: The problem of its residuals.
+        uncertain: Profiles of its parameters.
+        checks: The faults of the logs, and errors that allow for them.
+        slopes: Of the parameters over the constants of the rig.
+        differing: What the logs give one by one.
+        effects: What the residual shows of what the model leaves out, of the estimates.
+    """
+
+    data: DataSplit
+    recordings: tuple[Recording, ...]
+    solved: Balance
+    residuals: BalanceResiduals
+    uncertain: Uncertainty
+    checks: BalanceChecks
+    slopes: Slopes
+    differing: LogSpreads
+    effects: Callable[[Sequence[Estimate]], Effects]
+
+    def fit(self) -> Fit:
+        """The fit: scored, validated and judged."""
+        return _balance_fit(self)
+
+
+def _balance_fit(logs: SolvedLogs) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
-    data, recordings, solved = synchrony.data, synchrony.recordings, synchrony.solved
+    data, recordings, solved = logs.data, logs.recordings, logs.solved
+    residuals, uncertain, checks = logs.residuals, logs.uncertain, logs.checks
+    slopes, differing = logs.slopes, logs.differing
     parameters, p, stops = solved.system.parameters, solved.values, solved.at_bound
     ends = {n: at for n, at in stops.items() if at in ("lower", "upper")}
     others = {n: at for n, at in stops.items() if n not in ends}
@@ -114,7 +156,7 @@ def _balance_fit(
         parameters, checks.widened(parameters, solved, unwidened), differing
     )
     unscaled, judged = judged, with_tolerances(parameters, judged, slopes)
-    seen = effects(balance_rows(solved, judged))
+    seen = logs.effects(judged)
     unscaled, _ = with_effects(parameters, unscaled, seen, recordings)
     judged, inadequate = with_effects(parameters, judged, seen, recordings)
     misloaded, loaded = load_notes(parameters, recordings, differing)

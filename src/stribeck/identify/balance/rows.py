@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data.filtering import (
+    DECIMATION_GAIN,
     Filtering,
     bridged,
     decimate,
@@ -28,9 +29,12 @@ from ...space import Array
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
+    from ...data.steady_runs import SteadyRuns
     from ...friction import Law
     from ..parameters import Parameters
 
+#: Terms of a law that go with the position.
+POSITION_LAWS = frozenset({"position", "cogging"})
 #: Samples of a log that count: a mask over them or a slice of them.
 Rows = slice | NDArray[np.bool_]
 
@@ -42,7 +46,10 @@ _REST_SPEED, _REST_SHARE = 0.005, 0.1
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """A filtered log: its clock to its raw force at full rate, t and force at rows that count."""
+    """A filtered log: its clock to its raw force at full rate, t and force at rows that count.
+
+    Rows of a table of steady speeds have a weight each, by which their force is multiplied.
+    """
 
     clock: Array
     v: Array
@@ -58,6 +65,7 @@ class Log:
     notes: tuple[str, ...]
     label: str
     figures: Mapping[str, float]
+    weight: Array | None = None
 
     @property
     def row_clock(self) -> Array:
@@ -77,7 +85,14 @@ class Log:
     def thin(self, x: Array) -> Array:
         """Full-rate columns (N, ...) bridged, decimated, and only the rows that count."""
         thinned: Array = decimate(bridged(x, self.unsure), self.factor)[self.counts]
-        return thinned
+        return thinned if self.weight is None else (thinned.T * self.weight).T
+
+    @property
+    def gain(self) -> float | Array:
+        """By what forces are smaller, or count more, than they were measured."""
+        if self.weight is not None:
+            return self.weight
+        return 1.0 if self.factor == 1 else DECIMATION_GAIN
 
     def pick(self, x: Array) -> Array:
         """The samples of a full-rate signal at the rows, as they are."""
@@ -120,6 +135,8 @@ def filtered_logs(
 def _log(
     recording: Recording, law: Law, rig: BalancedRig, filtering: Filtering, rows: Rows | None
 ) -> Log:
+    if recording.runs is not None:
+        return _run_rows(recording, recording.runs, law, rig, rows)
     log = even(recording, rig.measured(recording))
     first, last = filtering.edges(log.rate)
     factor = filtering.factor(log.rate)
@@ -166,6 +183,39 @@ def _log(
         notes,
         recording.label,
         rig.figures(recording),
+    )
+
+
+def _run_rows(
+    recording: Recording, runs: SteadyRuns, law: Law, rig: BalancedRig, rows: Rows | None
+) -> Log:
+    """Runs at constant speed as the rows that they are: nothing is filtered or accelerates."""
+    own = {q.name for q in rig.params}
+    if own - {"M", "offset"} or POSITION_LAWS & set(law.terms) or recording.velocity is None:
+        raise InputError(
+            f"{recording.label}: is a table of steady speeds, which has no positions: rig "
+            f"{rig.name} with law {law.name} needs a log of a motion"
+        )
+    n, force = len(recording), rig.measured(recording)
+    counts = np.zeros(n, dtype=bool)
+    counts[slice(None) if rows is None else rows] = True
+    weight, none = runs.weights(n)[counts], np.zeros(n, dtype=bool)
+    return Log(
+        clock=recording.t,
+        v=recording.velocity,
+        a=np.zeros(n),
+        loads=rig.load_rows(law, recording, recording.t, recording.position),
+        raw=force,
+        factor=1,
+        unsure=none,
+        blur=0,
+        counts=counts,
+        t=recording.t[counts],
+        force=force[counts] * weight,
+        notes=(),
+        label=recording.label,
+        figures=rig.figures(recording),
+        weight=weight,
     )
 
 

@@ -20,7 +20,7 @@ from ...presenters import presenter
 from ...space import Array
 from ..card import Card, card_of
 from ..card_logs import logs_beside
-from ..data_split import recording_list
+from ..data_split import recording_list, refuse_runs
 from ..result import Fit
 from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
@@ -157,6 +157,7 @@ def plan(
         if value < least:
             raise InputError(f"{name} must be a whole number >= {least}, got {value}")
     card, recordings = _card_and_logs(model, logs, units, columns)
+    refuse_runs(recordings, "a plan of experiments")
     current = current_model(card, recordings)
     axis = current.axis
     length = min(axis.trained, LONGEST) if seconds is None else seconds

@@ -30,7 +30,7 @@ from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
 from ..balance.synchronisation import synchronised
 from ..balance.velocity_source import VelocitySource, with_velocity
-from ..data_split import DataSplit, data_split, recording_list
+from ..data_split import DataSplit, data_split, recording_list, refuse_runs
 from ..loss import Loss, Objective
 from ..own_breakaway import breakaway_columns
 from ..parameters import Parameters, partition
@@ -190,6 +190,7 @@ def select(
     axis, _ = rig_and_law(rig, None, constants, exact=exact)
     trained = recording_list(logs, axis, units=units, columns=columns)
     tests = [] if test is None else recording_list(test, axis, units=units, columns=columns)
+    refuse_runs([*trained, *tests], "a comparison of laws")
     axis = axis.behind([*trained, *tests])
     parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
     simulated = axis.approach == "output_error"

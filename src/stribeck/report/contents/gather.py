@@ -68,7 +68,12 @@ class Contents:
 
     @cached_property
     def motions(self) -> list[tuple[str, list[MotionTraces]]]:
-        """Measured and modelled, of the training data and of each range held out, by its name."""
+        """Measured and modelled, of the training data and of each range held out, by its name.
+
+        Tables of steady speeds have none.
+        """
+        if all(log.runs is not None for log in self.fit.recordings):
+            return [("training", [])]  # no motion: the law's curve has the runs as its points
         return list(
             simulated_traces(self.fit) if self.fit.balance is None else balanced_traces(self.fit)
         )

@@ -63,6 +63,11 @@ def balanced_traces(fit: Fit) -> Iterator[tuple[str, list[MotionTraces]]]:
 
 def log_record(fit: Fit, log: Recording, most: int) -> LogRecord:
     """A log as it was measured, by at most so many samples."""
+    if log.runs is not None:
+        return LogRecord(
+            label=log.label, lines=check(log).lines(), t=[], position=[], command=None, strokes=[],
+            rests=[], slips=[],
+        )  # fmt: skip
     length, speed = (unit(fit.rig.unit_shown(q)).factor for q in _QUANTITIES)
     segments, t, x = segment(log), log.t, log.position / length
     rows = corners([x], most)

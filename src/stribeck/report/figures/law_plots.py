@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...data.steady_runs import MOST
 from ...units import unit
 from ..contents.frame import Frame
 from ..contents.law_curve import friction_under, greatest_load, law_parameters, loads
@@ -59,8 +60,12 @@ def curve_plot(frame: Frame, law: LawRecord, title: str, *, cloud: bool = True) 
         source = "measured force less inertia and offset"
         if frame.road == "simulation":
             source = "what the measured motion implies"
-        clouds = [Line("v", "F", "measured", source, "dots")]
-    view = View("curve", _curve_alt(frame, law), columns, [*bands, *clouds, *curves],
+        kind: Kind = "dots" if len(law.cloud_velocity) > MOST else "points"
+        clouds = [Line("v", "F", "measured", source, kind)]
+    lines = [*bands, *clouds, *curves]
+    if clouds and clouds[0].kind == "points":
+        lines = [*bands, *curves, *clouds]
+    view = View("curve", _curve_alt(frame, law), columns, lines,
                 levels=[Rule(0.0)], verticals=[Rule(0.0)])  # fmt: skip
     speed = f"Velocity / {frame.units.velocity}"
     return Plot("friction-curve", title, speed, [Panel(_force(frame))], [view], 440)
