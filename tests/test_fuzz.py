@@ -8,13 +8,14 @@ from pathlib import Path
 import pytest
 
 from fuzz import outcome, random_numbers
+from fuzz_forks import ForkedProcesses
 from fuzz_inputs import TARGETS, prepare
 from fuzz_mutation import mutated
 from stribeck.bench.campaign import parsed, shipped
 from stribeck.data import read
 from stribeck.errors import InputError
 
-#: Formats that a process of its own reads, in a second or two.
+#: Formats that a process of its own reads.
 ISOLATED = ("parquet", "feather", "lerobot", "hdf5", "tdms", "mdf4", "rosbag", "ulog")
 
 
@@ -35,10 +36,25 @@ def test_a_damaged_input_is_accepted_or_refused_in_one_line(
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     corpus = TARGETS[name].corpus()
-    isolated = dict.fromkeys(ISOLATED, 2)
-    for number in range({"report": 15, **isolated}.get(name, 60)):
-        kind, line = outcome(name, mutated(corpus, random_numbers(name, 0, number)))
-        assert kind in {"accepted", "refused"}, line
+    isolated = dict.fromkeys(ISOLATED, 6)
+    with ForkedProcesses():
+        for number in range({"report": 15, **isolated}.get(name, 60)):
+            kind, line = outcome(name, mutated(corpus, random_numbers(name, 0, number)))
+            assert kind in {"accepted", "refused"}, line
+
+
+def test_a_forked_process_reads_as_one_of_its_own(
+    inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    whole = TARGETS["hdf5"].corpus()[0]
+    files = (whole, whole[: len(whole) // 2])
+    started = [outcome("hdf5", data) for data in files]
+    with ForkedProcesses() as forked:
+        assert [outcome("hdf5", data) for data in files] == started
+    assert [kind for kind, _ in started] == ["accepted", "refused"]
+    assert 20 < forked.peak < 500
 
 
 @pytest.mark.parametrize("name", [n for n in TARGETS if n != "command"])

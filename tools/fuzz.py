@@ -25,6 +25,7 @@ from collections import Counter
 from pathlib import Path
 from random import Random
 
+from fuzz_forks import ForkedProcesses
 from fuzz_inputs import TARGETS, prepare
 from fuzz_mutation import mutated
 from stribeck.errors import InputError
@@ -66,23 +67,25 @@ def run(name: str, seed: int, first: int, inputs: int, seconds: float, folder: P
     corpus = TARGETS[name].corpus()
     end = time.monotonic() + seconds
     counts: Counter[str] = Counter()
-    with (folder / ".progress").open("r+b") as file, mmap.mmap(file.fileno(), 0) as progress:
+    with (
+        ForkedProcesses() as forked,
+        (folder / ".progress").open("r+b") as file,
+        mmap.mmap(file.fileno(), 0) as progress,
+    ):
         for number in range(first, first + inputs):
             if time.monotonic() > end:
                 break
             data = mutated(corpus, random_numbers(name, seed, number))
             kind, line = outcome(name, data)
-            if kind in {"accepted", "refused"}:
-                peak = peak_memory()
-                if peak > MOST and not counts["memory"]:
-                    keep(folder, name, seed, number, data, f"memory: {peak} MiB, {line}")
-                    counts["memory"] += 1
-            else:
+            peak = max(peak_memory(), forked.peak)
+            if kind == "traceback":
                 keep(folder, name, seed, number, data, line)
+            elif peak > MOST and not counts["memory"]:
+                keep(folder, name, seed, number, data, f"memory: {peak} MiB, {line}")
+                counts["memory"] += 1
             counts[kind] += 1
             counts["inputs"] += 1
-            values = (counts[c] for c in _COLUMNS)
-            progress[:] = struct.pack("=9q", number + 1, *values, peak_memory())
+            progress[:] = struct.pack("=9q", number + 1, *(counts[c] for c in _COLUMNS), peak)
 
 
 def keep(folder: Path, name: str, seed: int, number: int, data: bytes, text: str) -> None:

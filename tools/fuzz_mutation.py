@@ -88,11 +88,10 @@ def _word(data: bytes, _: Sequence[bytes], random: Random) -> bytes:
 
 
 def _replaced(pattern: re.Pattern[bytes], data: bytes, by: bytes, random: Random) -> bytes:
-    places = [m.span() for m in pattern.finditer(data)]
-    if not places:
+    place = pattern.search(data, random.randrange(len(data) + 1)) or pattern.search(data)
+    if place is None:
         return data + by
-    a, b = random.choice(places)
-    return data[:a] + by + data[b:]
+    return data[: place.start()] + by + data[place.end() :]
 
 
 _DAMAGE: tuple[Callable[[bytes, Sequence[bytes], Random], bytes], ...] = (

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from importlib.util import find_spec
@@ -23,8 +23,9 @@ from .budget import ReadBudget, refuse_many
 from .log_file import Channel, ReadOptions, TablesInMemory
 from .raw_table import RawTable, shortened
 
-_PROGRAM = Path(__file__).with_name("library_process.py")
-_ENVIRONMENT = {"RUST_BACKTRACE": "0", "POLARS_MAX_THREADS": "4", "OPENBLAS_NUM_THREADS": "1"}
+#: What reads, and what it finds in its environment.
+PROGRAM = Path(__file__).with_name("library_process.py")
+ENVIRONMENT = {"RUST_BACKTRACE": "0", "POLARS_MAX_THREADS": "4", "OPENBLAS_NUM_THREADS": "1"}
 #: Seconds of the processor that a read may take, and more for each MiB of the file.
 _SECONDS, _SECONDS_MIB = 20, 4
 #: Bytes of the line of JSON that heads an answer, at most: ten thousand channels.
@@ -117,6 +118,17 @@ def size_on_disk(file: Path) -> int:
     return sum(p.stat().st_size for p in files)
 
 
+def process(arguments: Sequence[str], errors: IO[bytes]) -> subprocess.Popen[bytes]:
+    """The program that reads, with pipes to it and from it."""
+    return subprocess.Popen(  # noqa: S603 - this Python, this package's own file
+        [sys.executable, "-P", str(PROGRAM), *arguments],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        env={**os.environ, **ENVIRONMENT, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+
+
 class _LibraryAnswer:
     """What the process says; used in a `with`, which ends it.
 
@@ -131,13 +143,7 @@ class _LibraryAnswer:
         limits = str(ReadBudget(size).total), str(seconds)
         self._kind = kind
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
-        self._process = subprocess.Popen(  # noqa: S603 - this Python, this package's own file
-            [sys.executable, "-P", str(_PROGRAM), kind.module, str(path), *limits],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": os.pathsep.join(sys.path)},
-        )
+        self._process = process([kind.module, str(path), *limits], self._errors)
         self.head: dict[str, Any] = {}
         self._request = json.dumps(request).encode()
 

@@ -39,17 +39,34 @@ _PACKAGES = ("stribeck", "stribeck.data", "stribeck.data.readers")
 def main() -> None:
     """Read the request from standard input, write the answer."""
     module, path, memory, seconds = sys.argv[1:]
-    request = json.load(sys.stdin)
-    warnings.simplefilter("ignore")
     output, sys.stdout = sys.stdout.buffer, sys.stderr  # some libraries print
+    request = json.load(sys.stdin)
+    answer(loaded(module), Path(path), request, (int(memory), int(seconds)), output)
+
+
+def loaded(module: str) -> ModuleType:
+    """A module of this folder with the libraries that it reads by."""
+    warnings.simplefilter("ignore")
     _bare_packages()
     reader = import_module(f"{_PACKAGES[-1]}.{module}")
     for library in reader.LIBRARIES:
         import_module(library)
-    _limit(THREADS + int(memory), int(seconds))
+    return reader
+
+
+def answer(
+    reader: ModuleType,
+    path: Path,
+    request: Mapping[str, Any],
+    limits: tuple[int, int],
+    output: BinaryIO,
+) -> None:
+    """Read what is asked for and write it; this process has its limits from then on."""
+    memory, seconds = limits
+    _limit(THREADS + memory, seconds)
     try:
         options = import_module(f"{_PACKAGES[-1]}.log_file").ReadOptions(**request["options"])
-        log = reader.library_log(Path(path), options)
+        log = reader.library_log(path, options)
         if "names" in request:
             _write_tables(log.tables(request["names"]), output)
         else:
