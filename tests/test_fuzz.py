@@ -83,6 +83,19 @@ def test_a_factor_that_takes_a_force_beyond_all_numbers_is_refused(tmp_path: Pat
         read(log, columns=factor)
 
 
+def test_an_efficiency_that_takes_a_force_beyond_all_numbers_is_refused(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("t_s,x_mm,F_N\n" + "".join(f"{i},{i * i},{-i}\n" for i in range(20)))
+    drive = {"signal": "% of rated force", "rated_force": "1e9 N", "efficiency": 1e-308}
+    with pytest.raises(InputError, match="force has values that are not finite"):
+        read(log, columns={"force": "F_N [%]"}, drive=drive)
+
+
+def test_a_setting_called_method_is_refused() -> None:
+    with pytest.raises(InputError, match="has no setting 'method'"):
+        parsed(shipped()["paper"].replace("step = 0.25", 'method = "tabu"'))
+
+
 def test_a_setting_of_401_digits_is_refused() -> None:
     with pytest.raises(InputError, match="step must be a number > 0"):
         parsed(shipped()["paper"].replace("step = 0.25", f"step = {'9' * 401}"))

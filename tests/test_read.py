@@ -220,7 +220,7 @@ def test_an_error_of_what_reads_parquet_is_no_fault_of_the_file(
 ) -> None:
     program = tmp_path / "program.py"
     program.write_text("raise LookupError('of ours')")
-    monkeypatch.setattr("stribeck.data.readers.isolated._PROGRAM", program)
+    monkeypatch.setattr("stribeck.data.readers.isolated.PROGRAM", program)
     path = tmp_path / "log.parquet"
     columns().write_parquet(path)
     with pytest.raises(RuntimeError, match="LookupError: of ours"):

@@ -5,7 +5,7 @@
 Input number i of a target follows from the seed, the target and i alone (`fuzz_mutation`), so that
 a finding can be made again. Each target runs in a process of its own; where that ends (an abort),
 or an input takes longer than a minute of the clock (a hang), another goes on behind it. A finding
-is a traceback, an abort, a hang, or a peak of more than 300 MiB; its input is written to
+is a traceback, an abort, a hang, or an input that takes more than 200 MiB; it is written to
 FOLDER/TARGET-SEED-NUMBER, with what happened beside it. Counts are added to FOLDER/counts.json.
 """
 
@@ -32,8 +32,10 @@ from stribeck.errors import InputError
 
 #: An input that takes longer is a hang: seconds.
 HANG = 60.0
-#: A process that takes more is a finding: MiB.
-MOST = 300
+#: An input that takes more, or a process of a library that does, is a finding: MiB.
+MOST, MOST_LIBRARY = 200, 400
+#: Inputs that one process tries: what libraries keep of each would add up.
+BATCH = 20_000
 _COLUMNS = ("inputs", "accepted", "refused", "traceback", "hang", "abort", "memory")
 
 
@@ -67,6 +69,7 @@ def run(name: str, seed: int, first: int, inputs: int, seconds: float, folder: P
     corpus = TARGETS[name].corpus()
     end = time.monotonic() + seconds
     counts: Counter[str] = Counter()
+    peak = 0
     with (
         ForkedProcesses() as forked,
         (folder / ".progress").open("r+b") as file,
@@ -76,11 +79,12 @@ def run(name: str, seed: int, first: int, inputs: int, seconds: float, folder: P
             if time.monotonic() > end:
                 break
             data = mutated(corpus, random_numbers(name, seed, number))
+            before, library = memory_now(), forked.peak
             kind, line = outcome(name, data)
-            peak = max(peak_memory(), forked.peak)
+            peak = max(peak, memory("VmHWM"), forked.peak)
             if kind == "traceback":
                 keep(folder, name, seed, number, data, line)
-            elif peak > MOST and not counts["memory"]:
+            elif memory("VmHWM") - before > MOST or forked.peak > max(MOST_LIBRARY, library):
                 keep(folder, name, seed, number, data, f"memory: {peak} MiB, {line}")
                 counts["memory"] += 1
             counts[kind] += 1
@@ -94,13 +98,17 @@ def keep(folder: Path, name: str, seed: int, number: int, data: bytes, text: str
     (folder / f"{name}-{seed}-{number}.txt").write_text(text, encoding="utf-8")
 
 
-def peak_memory() -> int:
-    """The most memory that this process has taken, MiB; 0 where the system does not say."""
+def memory_now() -> int:
+    """What this process takes now, MiB; its peak counts from now on."""
+    with open("/proc/self/clear_refs", "w", encoding="ascii") as file:  # noqa: PTH123 - as below
+        file.write("5")
+    return memory("VmHWM")
+
+
+def memory(entry: str) -> int:
+    """An entry of what Linux says of this process's memory, MiB."""
     with open("/proc/self/status", encoding="ascii") as status:  # noqa: PTH123 - often, so fast
-        for line in status:
-            if line.startswith("VmHWM"):
-                return int(line.split()[1]) // 1024
-    return 0
+        return next(int(line.split()[1]) for line in status if line.startswith(entry)) // 1024
 
 
 def campaign(
@@ -114,7 +122,7 @@ def campaign(
     progress = folder / ".progress"
     while begin < first + inputs and (left := end - time.monotonic()) > 0:
         progress.write_bytes(struct.pack("=9q", begin, *[0] * 8))
-        arguments = (name, seed, begin, first + inputs - begin, left, folder.resolve())
+        arguments = (name, seed, begin, min(first + inputs - begin, BATCH), left, folder.resolve())
         command = [sys.executable, str(Path(__file__).resolve()), "--process", *map(str, arguments)]
         with (folder / ".errors").open("wb") as errors:
             process = subprocess.Popen(  # noqa: S603 - this program

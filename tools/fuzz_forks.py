@@ -98,11 +98,13 @@ class ForkedProcesses:
 
     def __enter__(self) -> Self:
         """Let `isolated` fork from now on."""
+        self._own = isolated.process
         isolated.process = cast("Any", self)
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End the programs."""
+        """End the programs, and start processes again."""
+        isolated.process = self._own
         for server in self.servers.values():
             server.connection.close()
             server.process.wait()

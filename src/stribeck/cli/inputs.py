@@ -23,7 +23,11 @@ if TYPE_CHECKING:
 CardFile = Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")]
 Logs = Annotated[
     list[Path],
-    typer.Argument(metavar="LOG", help="Recordings; axis.csv@10s:40s is a part of one."),
+    typer.Argument(
+        metavar="LOG",
+        help="Recordings, or a folder of them; axis.csv@10s:40s is a part of one, pos.csv+force.csv "
+        "one of two files.",
+    ),
 ]
 RigName = Annotated[
     str | None,
@@ -196,7 +200,7 @@ def check_there(logs: Sequence[Path]) -> None:
         try:
             log.stat()
         except FileNotFoundError as error:
-            if "@" in log.name:  # a part of a log: its reader knows
+            if "@" in log.name or "+" in str(log):  # a part or several: their reader knows
                 continue
             raise InputError(f"{log.name}: no such file in {log.parent}") from error
         except OSError:  # whatever it is, its reader says it

@@ -17,7 +17,7 @@ def no_rig(logs: Sequence[Path], reading: Reading, *, json: bool) -> NoReturn:
     from ..data import check
     from ..report.registries import show_rigs
 
-    (recording,) = reading.recordings(logs[:1], None)
+    recording = reading.recordings(logs[:1], None)[0]
     quality = check(recording)
     if not json:
         show_rigs(None, likely=quality.rig)

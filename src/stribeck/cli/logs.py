@@ -81,7 +81,7 @@ def check(
     from ..report.quality_report import quality_text, show_quality
     from ..rig.lookup import rig_named
 
-    (recording,) = reading.recordings([log], rig_named(rig) if rig is not None else None)
+    recording = reading.recording(log, rig_named(rig) if rig is not None else None)
     quality = quality_of(recording)
     if json:
         typer.echo(quality_text(quality), nl=False)

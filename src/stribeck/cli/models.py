@@ -217,7 +217,7 @@ def simulate(
 
     check_motion(out, log)
     written, parameters, _ = card_model(card)
-    (recording,) = reading.recordings([log], parameters.rig)
+    recording = reading.recording(log, parameters.rig)
     write_motion(parameters.rig, simulated(written, recording), out)
     show_files([out], json=json)
 

@@ -85,7 +85,10 @@ class Reading:
 
     def recordings(self, logs: Sequence[Path], rig: Rig | None) -> list[Recording]:
         """Logs, their columns as is said here, or kept beside them, or as the rig says."""
-        recordings = [self._recording(log, rig) for log in logs]
+        from ..data.readers.opening import each_run
+
+        every = [run for log in logs for run in each_run(log, self.map())]
+        recordings = [self.recording(run, rig) for run in every]
         names: dict[tuple[str, int], str] = {}
         for recording in recordings:
             key = recording.source.sha256, hash(recording.position.tobytes())
@@ -95,8 +98,8 @@ class Reading:
             names[key] = recording.label
         return recordings
 
-    def _recording(self, log: Path, rig: Rig | None) -> Recording:
-        """One of them; where its channels cannot be told, what is in it is printed.
+    def recording(self, log: Path | str, rig: Rig | None) -> Recording:
+        """One log; where its channels cannot be told, what is in it is printed.
 
         Raises:
             InputError: as `read`.

@@ -15,7 +15,7 @@ from .breakaway import Breakaway, Presliding, presliding, ramps
 from .channels import CHANNELS
 from .gate import faults, mended
 from .gate.fault import shown
-from .log_list import Columns, Log, log_list
+from .log_list import Columns, Log, recording_of
 from .resolution import step
 from .segmentation import Segments, Slip, Stroke, segment
 from .verdicts import ForceTests, likely_rig, verdicts
@@ -184,7 +184,7 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
     Raises:
         InputError: the log cannot be used.
     """
-    (recording,) = log_list([log], units=units, columns=columns)
+    recording = recording_of(log, units=units, columns=columns)
     if recording.runs is not None:
         return _runs_quality(recording)
     recording = mended(recording)

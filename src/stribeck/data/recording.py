@@ -177,7 +177,9 @@ class Recording:
             )
         share = loss_factors(chain, self.t, self.position, self.velocity, self.force)
         notes = (*self.notes, chain.sentence(column))
-        return replace(self, force=self.force * share, drive=chain, notes=notes)
+        with np.errstate(over="ignore"):  # what is beyond all numbers is refused as such
+            force = self.force * share
+        return replace(self, force=force, drive=chain, notes=notes)
 
     def __len__(self) -> int:
         return len(self.t)

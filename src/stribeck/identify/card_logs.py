@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..data.readers.file_bytes import sha256
-from ..data.readers.opening import windowed
+from ..data.readers.log_path import LogPath
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def logs_beside(card: Card, path: Path) -> list[Path]:
     logs = []
     for d in card.data:
         places = [path.parent / d.file, path.parent.parent / d.file, Path(d.file)]
-        matching = [p for p in places if d.file and _is(windowed(p)[0], d.sha256)]
+        matching = [p for p in places if d.file and _is(p, d.sha256)]
         if not matching:
             raise InputError(
                 f"{path}: its log {d.file or 'from memory'} is not beside it: give the log after "
@@ -33,4 +33,5 @@ def logs_beside(card: Card, path: Path) -> list[Path]:
 
 
 def _is(log: Path, digest: str) -> bool:
-    return log.exists() and sha256(log) == digest
+    files = LogPath.of(log).files
+    return all(file.exists() for file in files) and sha256(*files) == digest

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..data.log_list import Columns, Log, log_list
+from ..data.log_list import Columns, Log, recording_of
 from ..data.recording import Recording, Source
 from ..errors import InputError
 from .card import read_card
@@ -44,7 +44,7 @@ def simulate(
     model = read_card(model) if isinstance(model, str | Path) else model
     parameters, p = model.model()
     rig = parameters.rig
-    (recording,) = log_list([log], units=units, columns=columns, usual=rig.columns, drive=rig.chain)
+    recording = recording_of(log, units=units, columns=columns, usual=rig.columns, drive=rig.chain)
     refuse_runs([recording], "a simulation")
     if recording.rotary and not rig.rotary:
         raise InputError(

@@ -35,7 +35,7 @@ METHODS: dict[str, type[Algorithm]] = {
 }
 
 
-def configure(method: str, **settings: Any) -> Algorithm:
+def configure(method: str, /, **settings: Any) -> Algorithm:
     """A method by its name in METHODS, with its settings.
 
     Raises:

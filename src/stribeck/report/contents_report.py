@@ -35,6 +35,8 @@ def contents_table(contents: LogContents) -> Table:
 
 def _guess(contents: LogContents, channel: Channel) -> str:
     """What a column may be that was not taken."""
+    if channel.is_time:
+        return f"time of {channel.clock}"
     names = " or ".join(contents.guesses.get(channel.name, ()))
     return f"{names}?{' (no unit)' * (channel.unit is None)}" if names else ""
 

@@ -73,7 +73,7 @@ def assembled(
         InputError: the rows are no log.
     """
     if log.lacking:
-        raise InputError(log.lacking)
+        raise ChoiceError(log.lacking)
     timed = any(c.clock for c in log.channels) or used.rate is not None
     heads = Heads.of(log, used.joint, units or {}, timed=timed, drive=used.drive)
     mapped = _present(heads, used.columns) if lenient else used.columns

@@ -69,7 +69,7 @@ class Heads:
             columns,
             {c.name: c for c in channels if c.constant},
             timed,
-            {n: n for n in columns} if joint is None else _of_joint(columns, joint),
+            _bare(columns, joint),
             log.in_memory,
             drive,
         )
@@ -115,6 +115,12 @@ class Heads:
         if column.isdecimal() and 1 <= int(column) <= len(names):
             return names[int(column) - 1]
         return None
+
+
+def _bare(columns: Mapping[str, Channel], joint: str | None) -> dict[str, str]:
+    """Name -> the name without the joint, of what may be a channel."""
+    bare = {n: n for n in columns} if joint is None else _of_joint(columns, joint)
+    return {n: name for n, name in bare.items() if not columns[n].is_time}
 
 
 def _of_joint(columns: Mapping[str, Channel], joint: str) -> dict[str, str]:
@@ -167,6 +173,20 @@ def choose(heads: Heads, mapped: Mapping[str, Entry]) -> tuple[dict[str, Choice]
     for channel, c in chosen.items():
         refuse_unfit(channel, c, heads.kinds(channel, rotary=rotary))
     return chosen, list(_unfit(names, chosen))
+
+
+def time_choice(heads: Heads, mapped: Entry | None = None) -> Choice:
+    """The column of times: the one that a map says, if it is there, or that the heads tell.
+
+    Raises:
+        InputError: there is none, or its unit is unknown or measures no time.
+    """
+    if mapped is not None and is_there(heads, mapped):
+        choice = mapped_choice(heads, "time", mapped)
+        refuse_unfit("time", choice, kinds_of("time"))
+        return choice
+    names = {h: heads.head(h) for h in heads.columns}
+    return _needed(heads, names, "time", kinds_of("time"), {})
 
 
 def _velocity(

@@ -21,7 +21,7 @@ from .budget import ReadBudget
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, unique_names
-from .stamps import seconds
+from .stamps import instants
 from .text_encoding import SNIFFED, is_text, utf8
 from .text_layout import COMMENTS, MISSING, TextLayout, split, text_layout
 
@@ -43,12 +43,12 @@ class _Converted(NamedTuple):
     Args:
         frame: The numbers, null where there is none.
         cells: Column -> row and content of the first cell that is no number.
-        dates: Columns of dates, in s since the first.
+        dates: Column of dates, in s since the first -> the instant of that.
     """
 
     frame: pl.DataFrame
     cells: dict[str, tuple[int, str]]
-    dates: set[str]
+    dates: dict[str, float]
 
 
 def read_text(data: bytes) -> RawTable:
@@ -100,7 +100,7 @@ def _parse(text: bytes, layout: TextLayout) -> RawTable:
         return RawTable(dict(zip(names, bare.T.copy(), strict=True)), lines, "line")
     frame = _numbers(body, layout, comment)
     cells: dict[str, tuple[int, str]] = {}
-    dates: set[str] = set()
+    dates: dict[str, float] = {}
     if frame is None:
         _refuse_long_rows(body, layout, comment)
         frame, cells, dates = _words(body, layout, comment)
@@ -118,7 +118,8 @@ def _parse(text: bytes, layout: TextLayout) -> RawTable:
     written = {str(i): head or f"column {i + 1}" for i, head in enumerate(heads)}
     no_numbers = {written[i]: cell for i, cell in cells.items()}
     units = {written[i]: "s" for i in dates}
-    return RawTable(columns, lines, "line", no_numbers, units=units, notes=notes)
+    origins = {written[i]: origin for i, origin in dates.items()}
+    return RawTable(columns, lines, "line", no_numbers, units=units, notes=notes, dates=origins)
 
 
 def _heads(layout: TextLayout) -> list[str]:
@@ -181,7 +182,7 @@ def _words(body: bytes, layout: TextLayout, comment: str) -> _Converted:
         frame = _scan(body, layout, comment, pl.String)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
         raise InputError("cannot be read as a table: save it as plain CSV") from error
-    numbers, cells, dates = [], {}, set()
+    numbers, cells, dates = [], {}, {}
     for series in frame.iter_columns():  # one by one: each is text and its lower case on the way
         words = series.str.strip_chars().str.strip_chars('"')
         missing = words.str.to_lowercase().is_in(sorted(MISSING))
@@ -189,9 +190,9 @@ def _words(body: bytes, layout: TextLayout, comment: str) -> _Converted:
         plain = words.str.replace(",", ".", literal=True) if layout.decimal_comma else words
         values = plain.cast(pl.Float64, strict=False)
         text = words.is_not_null() & values.is_null()
-        if text.any() and (t := seconds(words)) is not None:
-            dates.add(series.name)
-            values = pl.Series(series.name, t, nan_to_null=True)
+        if text.any() and (since := instants(words)) is not None:
+            dates[series.name] = since.origin
+            values = pl.Series(series.name, since.t, nan_to_null=True)
         elif text.any() and (other := _other_numbers(words, decimal_comma=layout.decimal_comma)):
             (values,) = other
         elif text.any():

@@ -77,11 +77,12 @@ def whole(file: Path) -> bytes:
     return data
 
 
-def sha256(file: Path) -> str:
-    """The hash of a file, or of all files in a folder by name, read in pieces."""
+def sha256(*files: Path) -> str:
+    """The hash of files one after another, of a folder all in it by name, read in pieces."""
     digest = hashlib.sha256()
-    for each in sorted(p for p in file.rglob("*") if p.is_file()) if file.is_dir() else [file]:
-        with each.open("rb") as opened:
-            while piece := opened.read(_CHUNK):
-                digest.update(piece)
+    for file in files:
+        for each in sorted(p for p in file.rglob("*") if p.is_file()) if file.is_dir() else [file]:
+            with each.open("rb") as opened:
+                while piece := opened.read(_CHUNK):
+                    digest.update(piece)
     return digest.hexdigest()

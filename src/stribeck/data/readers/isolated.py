@@ -112,10 +112,10 @@ class IsolatedLog:
             return answer.tables()
 
 
-def size_on_disk(file: Path) -> int:
-    """Bytes of a file, or of all in a folder."""
-    files = [p for p in file.rglob("*") if p.is_file()] if file.is_dir() else [file]
-    return sum(p.stat().st_size for p in files)
+def size_on_disk(*files: Path) -> int:
+    """Bytes of files, of a folder of all in it."""
+    each = (p for file in files for p in (file.rglob("*") if file.is_dir() else [file]))
+    return sum(p.stat().st_size for p in each if p.is_file())
 
 
 def process(arguments: Sequence[str], errors: IO[bytes]) -> subprocess.Popen[bytes]:
@@ -251,4 +251,5 @@ def _table(head: Mapping[str, Any], answer: _LibraryAnswer) -> RawTable:
         tuple(head["notes"]),
         t,
         head["clock"],
+        began=head["began"],
     )

@@ -18,6 +18,7 @@ from .raw_table import RawTable, listed
 
 #: From how many samples to an interval of the grid on a channel is averaged.
 _FASTER = 1.5
+_SLACK = 1e-3
 #: How many samples a grid has at least.
 _FEWEST = 2
 
@@ -59,8 +60,9 @@ def _common(base: RawTable, others: Sequence[RawTable]) -> slice:
     assert base.t is not None  # noqa: S101 - as was checked
     since = max(float(np.nanmin(t.t)) for t in others if t.t is not None)
     until = min(float(np.nanmax(t.t)) for t in others if t.t is not None)
-    first = np.searchsorted(base.t, since)
-    last = np.searchsorted(base.t, until, side="right")
+    slack = _SLACK * _interval(base.t)  # times are rounded
+    first = np.searchsorted(base.t, since - slack)
+    last = np.searchsorted(base.t, until + slack, side="right")
     if last - first < _FEWEST:
         raise InputError(
             f"its channels have no time in common: one clock runs from {base.t[0]:.6g} to "

@@ -125,6 +125,7 @@ def _head(table: RawTable) -> Mapping[str, Any]:
         "columns": list(table.columns),
         "timed": table.t is not None,
         "clock": table.clock,
+        "began": table.began,
         "word": table.word,
         "units": dict(table.units),
         "scalars": dict(table.scalars),

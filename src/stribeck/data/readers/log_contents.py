@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,8 @@ from .columns import Heads
 from .heads import meanings, take_apart
 from .log_file import Channel, LogFile, timing
 from .log_map import LogMap
-from .opening import opened_as, windowed
+from .log_path import LogPath
+from .opening import opened_as
 from .raw_table import printable
 from .steady_table import chosen_columns
 
@@ -45,7 +46,7 @@ class LogContents:
 
 
 def contents(
-    path: str | Path,
+    path: str | Path | Sequence[str | Path],
     *,
     columns: Mapping[str, Any] | str | Path | None = None,
     joint: str | None = None,
@@ -62,7 +63,7 @@ def contents(
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
              "episode": episode}  # fmt: skip
     stated = LogMap.of(columns).with_words(words)
-    file, _ = windowed(Path(path))
+    file = replace(LogPath.of(path), window=None, written="")
     try:
         opened = opened_as(file, stated, words, beside=columns is None)
     except InputError as error:
@@ -75,7 +76,7 @@ def contents(
     try:
         heads = Heads.of(log, used.joint, {}, timed=timed, drive=used.drive)
         guesses = {n: tuple(meanings(heads.head(n))) for n in heads.bare}
-        taken, notes = chosen_columns(heads, used.columns)
+        taken, notes = chosen_columns(heads, opened.columns)
     except InputError as error:
         lacking = lacking or str(error)
     columns_taken = {c.column for c in taken.values()}
@@ -89,7 +90,7 @@ def contents(
     ]
     problems = (*log.problems, *texts, *notes)
     return LogContents(
-        printable(file.name), opened.reader.name, channels, taken, guesses, problems, lacking
+        opened.path.name, opened.reader.name, channels, taken, guesses, problems, lacking
     )
 
 

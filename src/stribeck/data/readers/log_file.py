@@ -26,6 +26,7 @@ class Channel:
         span: First and last instant, s on that clock.
         ends: Its first and last number.
         constant: Whether it is one number that holds for the whole log.
+        is_time: Whether its clock is made of it, so that it is no other channel.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Channel:
     span: tuple[float, float] | None = None
     ends: tuple[float, float] | None = None
     constant: bool = False
+    is_time: bool = False
 
 
 @dataclass(frozen=True)

@@ -151,4 +151,13 @@ def _table(file: Any, group: int, places: dict[str, _Place], units: dict[str, st
         units={n: u for n, u in units.items() if n in columns},
         t=t if timed else None,
         clock=f"group {group}" if timed else "",
+        began=_began(file) if timed else None,
     )
+
+
+def _began(file: Any) -> float | None:
+    """When the measurement began, s since 1970."""
+    try:
+        return float(file.header.start_time.timestamp())
+    except (AttributeError, ValueError, OverflowError, OSError):
+        return None

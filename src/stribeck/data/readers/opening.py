@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from .column_map import Entry
+from .joined_run import JoinedRun, opened_run
 from .log_file import LogFile, Reader
+from .log_folder import runs
 from .log_map import LogMap, saved_map
+from .log_path import LogPath
+from .raw_table import listed
 from .registry import opened
-
-_WINDOW = re.compile(r"(?P<file>.+)@(?P<since>[\d.]+)s:(?P<until>[\d.]+)s")
 
 
 @dataclass(frozen=True)
@@ -21,12 +23,14 @@ class OpenedLog:
     """A log, and how it is to be read.
 
     Args:
+        path: Its files; of a folder those in it.
         reader: Its format.
         log: The open file.
         map: How it is read.
         saved: Whether that is the map beside it.
     """
 
+    path: LogPath
     reader: Reader
     log: LogFile
     map: LogMap
@@ -37,40 +41,87 @@ class OpenedLog:
         """The names of its channels, by which it is known again."""
         return [c.name for c in self.log.channels]
 
+    @property
+    def columns(self) -> Mapping[str, Entry]:
+        """Channel -> column, of those that are still to be chosen; a run's times are."""
+        times = {"time"} if isinstance(self.log, JoinedRun) else set()
+        return {c: entry for c, entry in self.map.columns.items() if c not in times}
 
-def opened_as(file: Path, stated: LogMap, words: Mapping[str, Any], *, beside: bool) -> OpenedLog:
+    def complete(self, chosen: Mapping[str, Entry]) -> LogMap:
+        """The map with all columns that were chosen."""
+        times = {c: e for c, e in self.map.columns.items() if c not in self.columns}
+        return replace(self.map, columns={**times, **chosen})
+
+
+def opened_as(
+    path: LogPath,
+    stated: LogMap,
+    words: Mapping[str, Any],
+    *,
+    beside: bool,
+    units: Mapping[str, str] | None = None,
+) -> OpenedLog:
     """A log as the map beside it says, or else as is stated.
 
     Args:
-        file: Without a window.
+        path: Of a file, of the files of a run, or of a folder.
         stated: How the caller, or a rig, says that it is read, the words included.
         words: What the caller says of joint, rate and the like, which goes before any map.
         beside: Whether a map beside the log is looked for.
+        units: Unit by column, where the heads do not say it.
 
     Raises:
-        InputError: the file is not there, of no format that is read, or broken.
+        InputError: a file is not there, of no format that is read, or broken; a folder has
+            several runs.
     """
-    reader, log = opened(file, stated.options())
-    plain = OpenedLog(reader, log, stated, saved=False)
-    saved = saved_map(file.parent, plain.heads) if beside else None
+    path = replace(path, files=_one_run(path.files, stated))
+    reader, log = _opened(path.files, stated, units)
+    plain = OpenedLog(path, reader, log, stated, saved=False)
+    saved = saved_map(path.files[0].parent, plain.heads) if beside else None
     if saved is None:
         return plain
     used = saved.with_words(words).driven(stated.drive)
-    if used.options() != stated.options():
-        reader, log = opened(file, used.options())
-    return OpenedLog(reader, log, used, saved=True)
+    retimed = len(path.files) > 1 and "time" in used.columns
+    if retimed or used.options() != stated.options():
+        reader, log = _opened(path.files, used, units)
+    return OpenedLog(path, reader, log, used, saved=True)
 
 
-def windowed(path: Path) -> tuple[Path, tuple[float, float] | None]:
-    """A path without the window that may follow it, and the window, s from the start.
+def _opened(
+    files: tuple[Path, ...], used: LogMap, units: Mapping[str, str] | None
+) -> tuple[Reader, LogFile]:
+    if len(files) == 1:
+        return opened(files[0], used.options())
+    return opened_run(files, used.options(), used.columns.get("time"), units or {})
+
+
+def _one_run(files: tuple[Path, ...], used: LogMap) -> tuple[Path, ...]:
+    if len(files) > 1:
+        return files
+    every = runs(files[0], used.options())
+    if len(every) > 1:
+        names = listed([file.name for (file,) in every], 5)
+        raise InputError(f"is a folder of {len(every)} runs ({names}): name one of them")
+    return every[0]
+
+
+def each_run(path: str | Path, columns: Any = None) -> list[str | Path]:
+    """The runs that a path stands for: itself, or the logs of a folder that has several.
+
+    Args:
+        path: As `read` takes it.
+        columns: The same.
 
     Raises:
-        InputError: the window is empty.
+        InputError: a folder has no logs, or it cannot be told which are of one run.
     """
-    match = _WINDOW.fullmatch(path.name)
-    if match is None or path.exists():
-        return path, None
-    since, until = float(match["since"]), float(match["until"])
-    if not since < until:
-        raise InputError(f"{path.name}: from {since:g} s to {until:g} s is no time")
-    return path.with_name(match["file"]), (since, until)
+    log = LogPath.of(path)
+    if len(log.files) > 1:
+        return [path]
+    try:
+        every = runs(log.files[0], LogMap.of(columns).options())
+    except InputError as error:
+        raise InputError(f"{log.files[0].name}: {error}") from error
+    if len(every) == 1:
+        return [path]
+    return [file.with_name(file.name + log.written) for (file,) in every]

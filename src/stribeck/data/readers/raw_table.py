@@ -27,6 +27,9 @@ class RawTable:
             has to.
         clock: What the clock of those times is called; tables of one name share it.
         in_memory: Whether it is no file but a frame of the caller's, whose units are an argument.
+        began: The instant of t = 0, s since 1970, where the format says it.
+        dates: Column of dates -> the instant of its 0, s since 1970; of times of day, since
+            midnight.
     """
 
     columns: Mapping[str, Array]
@@ -39,6 +42,8 @@ class RawTable:
     t: Array | None = None
     clock: str = ""
     in_memory: bool = False
+    began: float | None = None
+    dates: Mapping[str, float] = field(default_factory=dict)
 
     def place(self, row: int) -> str:
         """How a message says where a row stands."""

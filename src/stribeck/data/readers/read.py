@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,13 @@ from .assembly import assembled
 from .budget import ReadBudget
 from .isolated import size_on_disk
 from .log_map import FILE, LogMap, save_map
-from .opening import opened_as, windowed
+from .log_path import LogPath
+from .opening import opened_as
 from .raw_table import printable
 
 
 def read(
-    path: str | Path,
+    path: str | Path | Sequence[str | Path],
     *,
     units: Mapping[str, str] | None = None,
     columns: Mapping[str, Any] | str | Path | None = None,
@@ -44,7 +45,8 @@ def read(
     first sample. A log without a position but with a velocity gets the integral of that.
 
     Args:
-        path: The file, or a folder that is one log; `axis.csv@10s:40s` for a part of it.
+        path: The file, or a folder that is one log; `axis.csv@10s:40s` for a part of it;
+            `pos.csv+force.csv`, or a list, for the files of one run, joined by their time stamps.
         units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
         columns: Channel -> "head", "head [unit]", a column's number, or a table with `column`, and,
             if wanted, `unit` and `factor` (a number or the name of a column); or the TOML file
@@ -66,20 +68,22 @@ def read(
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
              "episode": episode}  # fmt: skip
     stated = LogMap.of(columns).with_words(words).driven(drive)
-    file, window = windowed(Path(path))
+    log = LogPath.of(path)
     try:
-        opened = opened_as(file, stated, words, beside=columns is None or lenient)
+        opened = opened_as(log, stated, words, beside=columns is None or lenient, units=units)
+        log, files = opened.path, opened.path.files
         used, lenient = opened.map, lenient and not opened.saved
         assembly = assembled(
-            opened.log, used, window, ReadBudget(size_on_disk(file)), units=units, lenient=lenient
-        )
-        complete = replace(used, columns=assembly.columns)
+            opened.log, replace(used, columns=opened.columns), log.window,
+            ReadBudget(size_on_disk(*files)), units=units, lenient=lenient,
+        )  # fmt: skip
+        complete = opened.complete(assembly.columns)
         if keep_map:
-            save_map(file.parent, opened.heads, complete)
+            save_map(files[0].parent, opened.heads, complete)
         told = used != LogMap() and (not lenient or any(words.values()))
         source = Source(
-            printable(Path(path).name),
-            file_bytes.sha256(file),
+            log.name,
+            file_bytes.sha256(*files),
             assembly.rows,
             complete.table() if told else {},
         )
@@ -92,5 +96,6 @@ def read(
             return recording
         return recording.through(used.drive, assembly.signal)
     except InputError as error:
-        sentence = str(error).removeprefix(f"{printable(file.name)}: ")
-        raise type(error)(printable(f"{file.name}: {sentence}")) from error
+        bare = replace(log, written="").name
+        sentence = str(error).removeprefix(f"{bare}: ")
+        raise type(error)(printable(f"{bare}: {sentence}")) from error

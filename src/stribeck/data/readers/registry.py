@@ -55,6 +55,11 @@ def _declared(entry: EntryPoint) -> Reader:
     return reader
 
 
+def is_log_folder(path: Path) -> bool:
+    """Whether a folder is one log of a format."""
+    return any(reader.folders and reader.opens(path, b"") for reader in readers().values())
+
+
 def opened(path: Path, options: ReadOptions) -> tuple[Reader, LogFile]:
     """The reader of a file, known by its content, and the file as it opens it.
 

@@ -304,5 +304,6 @@ def _tables(bag: Any, topic: _Topic, wanted: set[str], options: ReadOptions) -> 
             np.arange(1, len(t_array) + 1),
             units={n: u for n in columns if (u := _unit(topic, n))},
             t=t_array[order],
+            began=start * _NANOSECOND,
             clock=topic.name if k == 1 else f"{topic.name} #{k}",
         )

@@ -7,6 +7,7 @@ below it, apart by tabs.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from .cells import number_columns
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import printable, unique_names
-from .stamps import seconds
+from .stamps import instants
 from .text_encoding import utf8
 
 _BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*channel names:", re.IGNORECASE)
@@ -50,7 +51,7 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
                          "again")  # fmt: skip
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
 
-    starts = seconds(pl.Series(_cells(blocks["starts"] or b"")[: len(names)], dtype=pl.String))
+    starts = instants(pl.Series(_cells(blocks["starts"] or b"")[: len(names)], dtype=pl.String))
     body = data[blocks.end() :]
     ReadBudget(len(data)).take_cells(body.count(b"\n") + 1, len(names))
     frame = number_columns(body, len(names) + 1, "\t")
@@ -58,12 +59,14 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
     for i, name in enumerate(unique_names(names)):
         values = np.asarray(frame[str(i)].to_numpy(), dtype=float)
         values = values[: int(np.isfinite(values).nonzero()[0].max(initial=-1)) + 1]
-        start = 0.0 if starts is None or not np.isfinite(starts[i]) else float(starts[i])
+        start = 0.0 if starts is None or not np.isfinite(starts.t[i]) else float(starts.t[i])
         series.append(TimedSeries(name, start + steps[i] * np.arange(float(len(values))), values))
     if not any(len(s.t) for s in series):
         raise InputError("has heads and no samples")
     line = data.count(b"\n", 0, blocks.end()) + 1
-    return TablesInMemory(tuple(by_times((s for s in series if len(s.t)), line)))
+    began = None if starts is None else starts.origin
+    tables = by_times((s for s in series if len(s.t)), line)
+    return TablesInMemory(tuple(replace(table, began=began) for table in tables))
 
 
 READER = Reader(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,7 @@ _FORMATS = (
 )  # fmt: skip
 _TIMES = ("%H:%M:%S%.f", "%I:%M:%S%.f %p", "%M:%S%.f")
 _DAY = 86_400.0
+_ZONE = re.compile(r"(?:Z|(?P<sign>[+-])(?P<hours>\d{2}):?(?P<minutes>\d{2}))$")
 
 
 @dataclass(frozen=True)
@@ -54,15 +56,30 @@ def epoch(count: float) -> Epoch | None:
     return next((e for e in EPOCHS if _SINCE <= count * e.tick - e.origin <= _UNTIL), None)
 
 
-def seconds(words: pl.Series) -> Array | None:
-    """Seconds from the first of dates or times of day in words, (N,); nan where a cell is empty.
+class Instants(NamedTuple):
+    """What words of dates or of times of day stand for.
 
-    None if the words are none. Times of day that go back went past midnight.
+    Args:
+        t: s from the first, (N,); nan where a cell is empty.
+        origin: The first, s since 1970 where the words are dates, without their zone local; s
+            since midnight where they are times of day.
+    """
+
+    t: Array
+    origin: float
+
+
+def instants(words: pl.Series) -> Instants | None:
+    """The dates or times of day in words; None if they are none.
+
+    Times of day that go back went past midnight.
     """
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
 
     words = words.str.strip_chars().str.strip_chars('"').str.strip_chars()
-    words = words.str.replace(r"(Z|[+-]\d{2}:?\d{2})$", "").str.replace(",", ".", literal=True)
+    zoned = words.drop_nulls()
+    zone = _ZONE.search(str(zoned[0])) if zoned.len() else None
+    words = words.str.replace(_ZONE.pattern, "").str.replace(",", ".", literal=True)
     words = pl.select(pl.when(words != "").then(words)).to_series()
     filled = words.drop_nulls()
     if filled.len() == 0 or (":" not in str(filled[0]) and "T" not in str(filled[0])):
@@ -72,17 +89,27 @@ def seconds(words: pl.Series) -> Array | None:
         if stamps.null_count() == 0:
             stamps = words.str.to_datetime(form, time_unit="ns", strict=False)
             if stamps.null_count() == words.null_count():
-                return _from_first(stamps.to_physical(), 1e-9)
+                since = _from_first(stamps.to_physical(), 1e-9)
+                return Instants(since.t, since.origin - _offset(zone))
     for form in _TIMES:
         times = words.str.to_time(form, strict=False)
         if times.null_count() == words.null_count():
-            return _past_midnight(_from_first(times.to_physical(), 1e-9))
+            since = _from_first(times.to_physical(), 1e-9)
+            return Instants(_past_midnight(since.t), since.origin)
     return None
 
 
-def _from_first(ticks: pl.Series, tick: float) -> Array:
+def _from_first(ticks: pl.Series, tick: float) -> Instants:
     first = int(ticks.drop_nulls()[0])
-    return np.asarray((ticks - first).to_numpy(), dtype=float) * tick
+    return Instants(np.asarray((ticks - first).to_numpy(), dtype=float) * tick, first * tick)
+
+
+def _offset(zone: re.Match[str] | None) -> float:
+    """By how much a zone is ahead of universal time, s."""
+    if zone is None or zone[0] == "Z":
+        return 0.0
+    sign, hours, minutes = zone["sign"], zone["hours"], zone["minutes"]
+    return (-1.0 if sign == "-" else 1.0) * (3600.0 * int(hours) + 60.0 * int(minutes))
 
 
 def _past_midnight(t: Array) -> Array:

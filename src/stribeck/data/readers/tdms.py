@@ -96,6 +96,13 @@ def _waveforms(by_name: Mapping[str, Any]) -> dict[str, _Waveform]:
     return result
 
 
+def _began(by_name: Mapping[str, Any]) -> float | None:
+    """When the earliest waveform began, s since 1970."""
+    stamps = (c.properties.get("wf_start_time") for c in by_name.values())
+    dates = [s for s in stamps if isinstance(s, np.datetime64) and not np.isnat(s)]
+    return float(_floats(np.array([min(dates)]))[0]) if dates else None
+
+
 def _number(value: Any) -> float:
     try:
         number = float(value)
@@ -128,6 +135,7 @@ def _floats(values: Any) -> Array:
 def _tables(by_name: Mapping[str, Any], waveforms: Mapping[str, _Waveform]) -> tuple[RawTable, ...]:
     """A table for each waveform; channels without one share a table if they are as long."""
     tables: dict[_Waveform, tuple[dict[str, Array], dict[str, str]]] = {}
+    began = _began(by_name)
     for name, channel in by_name.items():
         waveform = waveforms[name]
         columns, units = tables.setdefault(
@@ -144,6 +152,7 @@ def _tables(by_name: Mapping[str, Any], waveforms: Mapping[str, _Waveform]) -> t
             units=units,
             t=w.begin + w.step * np.arange(float(w.count)) if w.step else None,
             clock=w.clock if w.step else "",
+            began=began if w.step else None,
         )
         for w, (columns, units) in tables.items()
     )

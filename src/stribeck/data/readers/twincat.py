@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ from .cells import number_columns
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
 from .raw_table import RawTable, printable, shortened, unique_names
+from .stamps import epoch
 from .text_encoding import utf8
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 _BEGINS = re.compile(r'"?Name"?([\t,; ])')
 _START = "Starttime of export"
+_BEGAN = re.compile(rb'(?m)^"?Starttime of export"?[\t,; ]+"?(\d{17,19})')
 #: Properties of channels that are used, as the export heads their rows.
 _NAME, _UNIT, _TYPE = "Name", "Unit", "Data-Type"
 _SCALES = (("ScaleFactor", 1.0), ("Offset", 0.0), ("Unit ScaleFactor", 1.0), ("Unit Offset", 0.0))
@@ -72,10 +74,19 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
     heads = _heads(text, begins[1])
     ReadBudget(len(data)).take_cells(text.count(b"\n") + 1 - heads.first, heads.width)
     frame = _numbers(text, heads, begins[1])
-    return TablesInMemory(_grouped(frame, heads), _told_scales(heads))
+    tables = (replace(table, began=_began(text)) for table in _grouped(frame, heads))
+    return TablesInMemory(tuple(tables), _told_scales(heads))
 
 
 READER = Reader("twincat", "TwinCAT Scope, text export (Beckhoff)", (".csv", ".txt"), _opens, _open)
+
+
+def _began(text: bytes) -> float | None:
+    """When the export begins, s since 1970; None if that is no date."""
+    start = _BEGAN.search(text[: 1 << 12])
+    if start is None or (clock := epoch(count := float(start[1]))) is None:
+        return None
+    return count * clock.tick - clock.origin
 
 
 def _heads(text: bytes, separator: str) -> _ScopeHeads:
