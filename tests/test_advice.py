@@ -1,101 +1,100 @@
-"""Advice in sentences names options and commands that exist, where they are said."""
+"""What a refusal of a log advises is exact: typed as it stands, it is understood."""
 
 from __future__ import annotations
 
-import ast
 import re
-from functools import cache
+import shlex
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-import stribeck
-from stribeck.cli import command_line
+from command import Completed, caller
+from stribeck.report.contents_report import MOST
 
-SOURCE = Path(stribeck.__file__).parent
-#: Which commands say what a folder or file says, the nearest first; elsewhere any command may.
-SPEAKERS = {
-    "identify/selection": {"select"},
-    "identify/design": {"plan", "identify"},
-    "identify/validate.py": {"validate"},
-    "identify": {"identify"},
-    "rig/twin.py": {"twin"},
-    "rig": {"identify", "plan"},
-    "compensate": {"compensate"},
-    "export": {"export"},
-    "bench": {"bench"},
-}
-#: What other programs take, by the file that calls them.
-FOREIGN = {"bench/coco.py": {"--no-interactive"}, "bench/engines.py": {"--nthreads"}}
-OPTION, COMMAND = re.compile(r"(?<![\w-])--[a-z][a-z-]*"), re.compile(r"`stribeck ([a-z]+)")
-#: A call, as Python has it and a command line has not.
-CALL = re.compile(r"\b[A-Za-z_]+\([a-z_]+=")
+Run = Callable[..., Completed]
+N = 600
+T = 0.01 * np.arange(N)
+X = 20.0 * np.sin(T)
 
 
-@cache
-def options() -> dict[str, set[str]]:
-    """The options of each command."""
-    commands = command_line().commands
-    return {
-        name: {opt for p in command.params for opt in (*p.opts, *p.secondary_opts)}
-        | {"--help", "--version"}
-        for name, command in commands.items()
-    }
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    called = caller(monkeypatch, capsys)
+    return lambda *words: called(*map(str, words))
 
 
-def sentences(file: Path) -> list[tuple[int, str]]:
-    """Texts in a file that somebody may read, each with its line: no docstrings."""
-    tree = ast.parse(file.read_text(encoding="utf-8"))
-    bodies = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    documented = {
-        id(statement.value)
-        for node in ast.walk(tree)
-        if isinstance(node, bodies)
-        for statement in node.body
-        if isinstance(statement, ast.Expr)
-    }
-    return [
-        (node.lineno, node.value)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Constant)
-        and isinstance(node.value, str)
-        and id(node) not in documented
-    ]
+def log(folder: Path, heads: str, columns: int = 2, name: str = "log.csv") -> Path:
+    rest = "".join(f",{k}" for k in range(3, columns + 1))
+    rows = (f"{t:.2f},{x:.6g}{rest}" for t, x in zip(T, X, strict=True))
+    path = folder / name
+    path.write_text("\n".join([heads, *rows]) + "\n", encoding="utf-8")
+    return path
 
 
-def said() -> list[tuple[str, int, str]]:
-    """Every text of the package: file, line, text."""
-    return [
-        (file.relative_to(SOURCE).as_posix(), line, text)
-        for file in sorted(SOURCE.rglob("*.py"))
-        for line, text in sentences(file)
-    ]
+def advised(line: str) -> list[str]:
+    """The options `--column` of a refusal, as a shell takes them."""
+    return [w for o in re.findall(r'--column \w+="[^"]*"', line) for w in shlex.split(o)]
 
 
-def allowed(file: str) -> set[str]:
-    """The options that a text of a file may name."""
-    speakers = next((v for k, v in SPEAKERS.items() if file.startswith(k)), set(options()))
-    return set().union(*(options()[s] for s in speakers)) | FOREIGN.get(file, set())
+@pytest.mark.parametrize(
+    ("heads", "option"),
+    [
+        ("time,pos", 'position="pos [mm]"'),
+        ("time,angle", 'position="angle [rad]"'),
+        ("Time [ms],Servo motor speed", 'velocity="Servo motor speed [r/min]"'),
+        ("t_s,Carriage [mm]", 'position="Carriage [mm]"'),
+        ("t_s,Carriage [deg]", 'position="Carriage [deg]"'),
+    ],
+)
+def test_the_advice_typed_as_it_stands_reads_the_log(
+    heads: str, option: str, tmp_path: Path, run: Run
+) -> None:
+    path = log(tmp_path, heads)
+    refused = run("check", path)
+    assert refused.status == 2
+    line = refused.err.splitlines()[-1]
+    assert option in line
+    done = run("check", path, *advised(line))
+    assert done.status == 0, done.err
 
 
-def test_options_in_sentences_exist_where_they_are_said() -> None:
-    named = [(file, line, option) for file, line, text in said() for option in OPTION.findall(text)]
-    assert len(named) > 50
-    assert [entry for entry in named if entry[2] not in allowed(entry[0])] == []
+def test_the_rig_whose_logs_have_these_heads_is_told(tmp_path: Path, run: Run) -> None:
+    heads = "timestamp,position,speed,goal_position,input_volts,temp"
+    path = log(tmp_path, heads, 6)
+    refused = run("check", path)
+    assert refused.err.rstrip().endswith("or --rig servo-pendulum, whose logs have these heads")
+    assert run("check", path, "--rig", "servo-pendulum").status == 0
 
 
-def test_commands_in_sentences_exist() -> None:
-    named = [(file, line, name) for file, line, text in said() for name in COMMAND.findall(text)]
-    assert named
-    assert [entry for entry in named if entry[2] not in options()] == []
+def test_a_mapping_that_is_the_rigs_is_told_from_ones_own(tmp_path: Path, run: Run) -> None:
+    path = log(tmp_path, "t_s,q_rad")
+    line = run("check", path, "--rig", "servo-pendulum").err.splitlines()[-1]
+    assert "rig servo-pendulum has that mapping: --column CHANNEL=HEAD says another" in line
 
 
-def test_nobody_is_told_to_call_python_on_a_command_line() -> None:
-    told = [entry for entry in said() if entry[0].startswith("identify") and CALL.search(entry[2])]
-    assert told == []
+def test_a_refusal_shows_no_more_channels_than_one_reads(tmp_path: Path, run: Run) -> None:
+    many = 100
+    heads = ",".join(["time", "a_pos", *(f"b{k}" for k in range(3, many + 1))])
+    refused = run("check", log(tmp_path, heads, many))
+    assert len(refused.err.splitlines()) < MOST
+    assert "of 100 channels" in refused.err
+    assert "a_pos" in refused.err
 
 
-@pytest.mark.parametrize("option", ["--repeats", "--bounds"])
-def test_an_option_that_another_command_has_is_not_enough(option: str) -> None:
-    assert option in allowed("identify/fit_warnings.py")
-    assert option not in allowed("compensate/trial.py")
+def test_a_number_is_that_of_contents(tmp_path: Path, run: Run) -> None:
+    path = tmp_path / "log.json"
+    pairs = ", ".join(f'{{"a": {t:.2f}, "b": {x:.6g}}}' for t, x in zip(T, X, strict=True))
+    path.write_text(f'{{"mass": 0.5, "rows": [{pairs}]}}', encoding="utf-8")
+    table = run("contents", path).out
+    numbers = {row.split()[1]: row.split()[0] for row in table.splitlines() if row[:1].isdigit()}
+    words = [f"time={numbers['a']} [s]", f"position={numbers['b']} [mm]"]
+    done = run("check", path, "--column", words[0], "--column", words[1])
+    assert done.status == 0, done.err
+    assert "-20 mm to 20 mm" in done.out
+
+
+def test_help_is_that_of_the_command(run: Run) -> None:
+    for words in (["identify", "a.csv", "--traim", "1:2"], ["export", "card.json"]):
+        assert f"(see stribeck {words[0]} --help)" in run(*words).err

@@ -14,7 +14,7 @@ import pytest
 from command import caller
 from stribeck import InputError, read_card
 from stribeck.draft import PREFIX, Draft, settle
-from stribeck.report.folder import held, together, write_all, write_files
+from stribeck.report.folder import check_folder, held, together, write_all, write_files, write_text
 from stribeck.report.motion_file import write_twin
 from stribeck.rig.twin import TestBed
 from test_select_truth import write_directional_logs
@@ -164,6 +164,16 @@ def test_a_folder_that_was_held_for_nothing_is_gone(tmp_path: Path) -> None:
     with pytest.raises(InputError), held(tmp_path / "new"):
         raise InputError("nothing came of it")
     assert not (tmp_path / "new").exists()
+
+
+def test_folders_on_the_way_are_made_and_go_with_it(tmp_path: Path) -> None:
+    deep = tmp_path / "a" / "b" / "fit"
+    check_folder(deep)
+    with pytest.raises(InputError), held(deep):
+        raise InputError("nothing came of it")
+    assert not (tmp_path / "a").exists()
+    write_text(deep / "x.txt", "x")
+    assert [p.name for p in deep.iterdir()] == ["x.txt"]
 
 
 # --- through the command line --------------------------------------------------------------------

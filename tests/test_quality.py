@@ -286,3 +286,13 @@ def test_an_axis_that_stays_where_its_command_returns_moves_one_way() -> None:
     q = check(Recording(T, 0.04 * np.minimum(T, 30.0), command))
     assert q.directions == (-1, 1)  # of the command
     assert verdict_contains(q, "moves one way only (1 stroke up)")
+
+
+def test_a_force_that_stays_a_current_is_in_amperes() -> None:
+    x = 0.1 * np.abs((T / 10) % 2 - 1)
+    frame = {"t_s": T, "x_m": x, "force [A]": 2.0 * np.sign(np.gradient(x))}
+    q = check(Recording.of(frame, drive={"signal": "A"}))
+    lines = dict(q.lines())
+    assert lines["force"].startswith("-2 A to 2 A")
+    assert lines["position"].endswith("mm")
+    assert q.units["force"] == "A"

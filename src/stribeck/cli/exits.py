@@ -34,12 +34,18 @@ def show_files(files: Iterable[object], notes: Sequence[str] = (), *, json: bool
         typer.echo(f"note: {note}", err=True)
 
 
+def _path(error: typer.TyperException) -> str:
+    """The command that was misused, as it is typed."""
+    context = getattr(error, "ctx", None)
+    return "stribeck" if context is None else str(context.command_path)
+
+
 def misused(error: typer.TyperException) -> str:
     """What the parser found, with the value that it could not take."""
     errors: Any = getattr(error.__cause__, "errors", list)()
     options = getattr(getattr(error, "param", None), "opts", ())
     if not (errors and options):
-        return f"{error.format_message().rstrip('.')} (see stribeck --help)"
+        return f"{error.format_message().rstrip('.')} (see {_path(error)} --help)"
     kind = {"int_parsing": "a whole number", "float_parsing": "a number"}.get(errors[0]["type"])
     name, value = options[0], errors[0]["input"]
     return f"{name}: {value!r} is not {kind}" if kind else f"{name} {value!r}: {errors[0]['msg']}"

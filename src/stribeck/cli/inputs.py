@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from ..identify.parameters import Parameters
     from ..rig import Rig
 
-CardFile = Annotated[Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote.")]
+CardFile = Annotated[
+    Path, typer.Argument(metavar="CARD", help="A card that `identify` wrote, or its folder.")
+]
 Logs = Annotated[
     list[Path],
     typer.Argument(

@@ -42,6 +42,7 @@ class Quality:
         longest_gap: s; 0 without gaps.
         rotary: Whether position is an angle.
         channels: Channels that were recorded.
+        units: Channel -> SI unit; a force may stay in amperes.
         spans: Channel -> least and greatest value.
         steps: Channel -> quantisation step, 0 if there is none to be seen.
         noise: Standard deviation of the position noise beside quantisation.
@@ -68,6 +69,7 @@ class Quality:
     longest_gap: float
     rotary: bool
     channels: tuple[str, ...]
+    units: Mapping[str, str]
     spans: Mapping[str, tuple[float, float]]
     steps: Mapping[str, float]
     noise: float
@@ -141,13 +143,13 @@ class Quality:
         ]
 
     def _span(self, name: str) -> str:
-        si = CHANNELS[name][self.rotary]
+        si = self.units[name]
         low, high = self.spans[name]
         comb = f", step {shown(self.steps[name], si)}" if self.steps[name] else ""
         return f"{shown(low, si)} to {shown(high, si)}{comb}"
 
     def _breakaway(self, b: Breakaway) -> str:
-        F = CHANNELS["force"][self.rotary]
+        F = self.units["force"]
         ramp = f"a ramp of {shown(b.rate, F)}/s to {shown(b.reached, F)}"
         if b.by_speed is None:
             return f"none below {shown(abs(b.reached), F)}, in {ramp}"
@@ -157,7 +159,7 @@ class Quality:
         return f"at {shown(b.by_speed, F)} by speed{by_stiffness}, in {ramp}"
 
     def _presliding(self, presliding: Presliding) -> str:
-        F, x = CHANNELS["force"][self.rotary], CHANNELS["position"][self.rotary]
+        F, x = self.units["force"], self.units["position"]
         return (
             f"sigma_0 at least {presliding.stiffness:.5g} {F}/{x}, the slope between the tips: ±"
             f"{shown(presliding.amplitude, F)} over {shown(presliding.travel, x)} peak to peak, "
@@ -206,6 +208,7 @@ def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns 
         longest_gap=float(gaps.max()) if len(gaps) else 0.0,
         rotary=recording.rotary,
         channels=tuple(channels),
+        units=MappingProxyType({n: recording.si_unit(n) for n in channels}),
         spans=MappingProxyType({n: (float(a.min()), float(a.max())) for n, a in channels.items()}),
         steps=MappingProxyType({n: step(a) for n, a in channels.items()}),
         noise=segments.noise,
@@ -241,6 +244,7 @@ def _runs_quality(recording: Recording) -> Quality:
         longest_gap=0.0,
         rotary=recording.rotary,
         channels=tuple(channels),
+        units=MappingProxyType({n: recording.si_unit(n) for n in channels}),
         spans=MappingProxyType({n: (float(a.min()), float(a.max())) for n, a in channels.items()}),
         steps=MappingProxyType(dict.fromkeys(channels, 0.0)),
         noise=0.0,

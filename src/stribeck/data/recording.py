@@ -203,6 +203,12 @@ class Recording:
         """Median sampling interval, s."""
         return float(np.median(np.diff(self.t)))
 
+    def si_unit(self, channel: str) -> str:
+        """The SI unit of a channel; a force is in A where its drive has no torque constant."""
+        if channel == "force" and self.drive is not None:
+            return self.drive.unit
+        return CHANNELS[channel][self.rotary]
+
     def channels(self) -> dict[str, Array]:
         """The named channels that were recorded, position first."""
         return {n: getattr(self, n) for n in CHANNELS if getattr(self, n) is not None}

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .breakaway import STILL, Breakaway, Presliding
-from .channels import CHANNELS
 from .force_channel import EXACT, both_ways, spikes
 from .gate import faults
 from .gate.fault import shown
@@ -146,7 +145,7 @@ def _coarse(recording: Recording, segments: Segments) -> str:
     resolution, travel = _resolution(recording, segments), float(np.ptp(recording.position))
     if not travel < _TRAVEL * resolution or travel > STILL[recording.rotary]:
         return ""
-    x = CHANNELS["position"][recording.rotary]
+    x = recording.si_unit("position")
     return (
         f"the whole travel of {shown(travel, x)} is {travel / resolution:.0f} times what the "
         f"sensor resolves ({shown(resolution, x)})"
@@ -158,7 +157,7 @@ def _on_resolution(recording: Recording, segments: Segments) -> str:
     resolution, travel = _resolution(recording, segments), float(np.ptp(recording.position))
     if not travel < _TRAVEL * resolution or travel <= STILL[recording.rotary]:
         return ""
-    x = CHANNELS["position"][recording.rotary]
+    x = recording.si_unit("position")
     recorded = recording.velocity is not None
     better = ", the recorded velocity is to be preferred" if recorded else ""
     return (
@@ -186,7 +185,7 @@ def _slips(recording: Recording, segments: Segments) -> str:
     """The slips in a few words."""
     n = len(segments.slips)
     jump = float(np.median([abs(s.jump) for s in segments.slips]))
-    size = shown(jump, CHANNELS["position"][recording.rotary])
+    size = shown(jump, recording.si_unit("position"))
     return f"{n} slip{'s' * (n != 1)} of {size}"
 
 
@@ -219,7 +218,7 @@ def _on_few_slips(recording: Recording, segments: Segments, stuck: str) -> str:
         return (f"no stick-slip: {n} move{'s' * (n != 1)} from rest to rest, each about a whole "
                 "stroke: swings or single moves")  # fmt: skip
     if n == 1:
-        size = shown(abs(segments.slips[0].jump), CHANNELS["position"][recording.rotary])
+        size = shown(abs(segments.slips[0].jump), recording.si_unit("position"))
         return (f"no stick-slip: one move of {size} from rest to rest, not repeated, {stuck}: "
                 "Stribeck parameters will be weak at best")  # fmt: skip
     return (f"hardly any stick-slip: {_slips(recording, segments)}, {stuck}: Stribeck parameters "
@@ -232,7 +231,7 @@ def _on_force(
     if recording.force is None:
         return _on_substitutes(recording)
     if not np.ptp(recording.force) > 0:
-        value = shown(float(recording.force[0]), CHANNELS["force"][recording.rotary])
+        value = shown(float(recording.force[0]), recording.si_unit("force"))
         return f"force is {value} in every sample, no measurement: no force balance is possible"
     if tested or coarse:
         rig = f"rig presliding{'-rotary' * recording.rotary}"
@@ -290,7 +289,7 @@ def _on_directions(recording: Recording) -> str:
 
 def _one_speed(recording: Recording) -> str:
     """A word on strokes that are of one speed in each direction, if they are."""
-    v = CHANNELS["velocity"][recording.rotary]
+    v = recording.si_unit("velocity")
     x, t, spans = recording.position, recording.t, []
     runs = strokes(replace(recording, command=None))
     for direction in (1, -1):

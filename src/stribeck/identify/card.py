@@ -463,12 +463,13 @@ def read_card(path: str | Path) -> Card:
     """Read a card from a file.
 
     Args:
-        path: The file, card.json of a folder that `identify --out` wrote.
+        path: The file, or the folder that `identify --out` wrote.
 
     Raises:
         InputError: no such file, not a card, a newer schema, or values that cannot be.
     """
     path = Path(path)
+    path = path / "card.json" if (path / "card.json").is_file() else path
     try:
         data = json_document(page(path))
         json.dumps(data, ensure_ascii=False).encode()

@@ -33,6 +33,7 @@ class Parameters:
         tied: Name of the parameter that a tied one equals, by its own name.
         objective: How a model is compared with data.
         bounded: The parameters whose search range is the user's.
+        held: The fixed ones that the data cannot tell from others.
     """
 
     rig: Rig
@@ -43,6 +44,7 @@ class Parameters:
     tied: Mapping[str, str]
     objective: Objective = SQUARES
     bounded: frozenset[str] = frozenset()
+    held: frozenset[str] = frozenset()
 
     @classmethod
     def declared(

@@ -13,8 +13,17 @@ if TYPE_CHECKING:
     from ..data.readers.log_file import Channel
 
 
-def contents_table(contents: LogContents) -> Table:
-    """Its channels, and which of them are taken for what."""
+#: Channels that are shown beside a refusal.
+MOST = 40
+
+
+def contents_table(contents: LogContents, most: int | None = None) -> Table:
+    """Its channels, and which of them are taken for what.
+
+    Args:
+        contents: What is in a log.
+        most: Channels shown at most, those first whose names say something; all by default.
+    """
     taken = {c.column: f"{channel}, {c.reason}" for channel, c in contents.taken.items()}
     rows = [
         [
@@ -28,9 +37,13 @@ def contents_table(contents: LogContents) -> Table:
         ]
         for number, c in enumerate(contents.channels, 1)
     ]
+    note = ""
+    if most is not None and len(rows) > most:
+        note = f"of {len(rows):,} channels; `stribeck contents` lists all"
+        rows = [row for row in rows if row[-1]][:most] or rows[:most]
     heads = ["#", "channel", "unit", "samples", "rate / Hz", "first", "last", "taken as"]
     title = f"{contents.file}: {contents.format}"
-    return Table.of_texts(title, heads, rows, labels=(1, 2, 7))
+    return Table.of_texts(title, heads, rows, labels=(1, 2, 7), note=note)
 
 
 def _guess(contents: LogContents, channel: Channel) -> str:

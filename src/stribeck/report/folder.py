@@ -25,15 +25,13 @@ def check_folder(folder: Path) -> None:
     """Say before the work starts that its results could not be written.
 
     Raises:
-        InputError: the folder is a file, cannot be written to, or lies in one that is not there.
+        InputError: the folder, or one that it lies in, is a file or cannot be written to.
     """
     try:
-        place = folder if folder.exists() else folder.parent
-        present, usable = place.exists(), os.access(place, os.W_OK | os.X_OK)
+        place = next(p for p in (folder, *folder.parents) if p.exists())
+        usable = os.access(place, os.W_OK | os.X_OK)
     except OSError as error:  # a name too long, say
         raise InputError(f"{folder}: {error.strerror or error}: take another folder") from error
-    if not present:
-        raise InputError(f"{folder}: the folder {folder.parent} is not there: make it first")
     if not place.is_dir():
         raise InputError(f"{place}: is a file, not a folder: take another name")
     if not usable:
@@ -44,7 +42,7 @@ def check_file(file: Path, suffix: str = "") -> None:
     """The same for a single file, which has to end in a suffix.
 
     Raises:
-        InputError: also if the folder is not there, or something else than a file has its name.
+        InputError: also if something else than a file has its name.
     """
     if suffix and file.suffix.lower() != suffix:
         raise InputError(f"{file}: is written as {suffix[1:].upper()}: name it {file}{suffix}")
@@ -55,8 +53,6 @@ def check_file(file: Path, suffix: str = "") -> None:
     if taken:
         what = "folder: name a file in it" if file.is_dir() else "device: name a file"
         raise InputError(f"{file}: is a {what}")
-    if not file.parent.exists():
-        raise InputError(f"{file}: the folder {file.parent} is not there: make it first")
     check_folder(file.parent)
 
 
@@ -199,16 +195,16 @@ def _lock(folder: Path, *, wait: bool) -> FileLock | None:
 
 @contextmanager
 def _present(folder: Path) -> Iterator[None]:
-    """A folder that is there; one that was not is removed again if nothing comes into it."""
-    new = not folder.exists()
+    """A folder, made where it is not there, and removed again if nothing comes into it."""
     with _refusals(folder):
-        folder.mkdir(exist_ok=True)
+        new = [p for p in (folder, *folder.parents) if not p.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
     try:
         yield
     finally:
-        if new:
-            with suppress(OSError):  # not empty: all is well
-                folder.rmdir()
+        with suppress(OSError):  # not empty: all is well
+            for place in new:
+                place.rmdir()
 
 
 @contextmanager

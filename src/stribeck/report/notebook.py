@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from ..data.channels import CHANNELS
 from ..errors import InputError
 from ..units import unit
 from .format import number, unit_label
@@ -49,7 +48,7 @@ def recording_html(recording: Recording) -> str:
     """The channels of a log, and what was mended in it."""
     rows = []
     for name, values in recording.channels().items():
-        si = CHANNELS[name][recording.rotary]
+        si = recording.si_unit(name)
         shown = unit(_SHOWN.get(si, si)).from_si(values)
         ends = (float(np.min(shown)), float(np.max(shown)))
         rows.append([name, unit_label(_SHOWN.get(si, si)), *(number(x, 4) for x in ends)])

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from ...units import unit
-from ..channels import CHANNELS
 
 if TYPE_CHECKING:
     from ..recording import Recording
@@ -58,7 +57,7 @@ def shown(value: float, si: str) -> str:
 
 def shown_as(recording: Recording, channel: str, value: float) -> str:
     """A value of a channel as people read it."""
-    return shown(value, CHANNELS[channel][recording.rotary])
+    return shown(value, recording.si_unit(channel))
 
 
 def mask(n: int, rows: NDArray[np.intp] | slice | list[int]) -> NDArray[np.bool_]:

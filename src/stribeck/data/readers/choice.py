@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,12 @@ from ..channels import CHANNELS
 from .column_map import Entry
 from .raw_table import RawTable, shortened
 
+#: Names of columns that are of something that turns.
+_TURNS = re.compile(
+    r"(?<![^\W_])(q|qm|qd|theta|phi|tau|trq)(?![^\W_])|angle|angul|winkel|rotary|joint|motor|servo|"
+    r"spindle|drehzahl|torque|moment|couple|coppia|転|转|トルク|矩"
+)
+_SPEED_OF_MOTOR = re.compile(r"motor|servo|spindle|drehzahl|転|转")
 _ALSO = {"rad/s": "1/s", "rad/s**2": "1/s**2"}  # an angle may go unsaid
 
 
@@ -114,8 +121,16 @@ def refuse_unfit(channel: str, choice: Choice, kinds: tuple[str, ...]) -> None:
         raise InputError(
             f"column {column} is in {written or 'no unit'}, which does not measure "
             f"{_kind_words(channel, kinds)}: map it as {channel} = "
-            f'{{column = "{column}", factor = ..., unit = "{usual_unit(channel)}"}}'
+            f'{{column = "{column}", factor = ..., unit = "{_unit_among(channel, kinds)}"}}'
         )
+
+
+def _unit_among(channel: str, kinds: tuple[str, ...]) -> str:
+    """The unit that an example shows for a channel of an axis whose kind is known."""
+    usual = usual_unit(channel)
+    if channel == "time" or unit(usual).dimension in kinds:
+        return usual
+    return CHANNELS[channel][1]
 
 
 def _kind_words(channel: str, kinds: tuple[str, ...]) -> str:
@@ -125,9 +140,16 @@ def _kind_words(channel: str, kinds: tuple[str, ...]) -> str:
     return f"the {channel} of {'an angular' if 'rad' in kinds[0] else 'this'} axis"
 
 
-def usual_unit(channel: str) -> str:
-    """The unit that an example shows for a channel."""
-    return {"time": "s", "position": "mm", "command": "mm"}.get(channel) or CHANNELS[channel][0]
+def usual_unit(channel: str, column: str = "") -> str:
+    """The unit that an example shows for a channel, that of an angle where its column says one."""
+    if channel == "time":
+        return "s"
+    if channel == "velocity" and _SPEED_OF_MOTOR.search(column.lower()):
+        return "r/min"
+    turns = _TURNS.search(column.lower()) is not None
+    return {("position", False): "mm", ("command", False): "mm"}.get(
+        (channel, turns), CHANNELS[channel][turns]
+    )
 
 
 def _cells(table: RawTable, name: str) -> Array:

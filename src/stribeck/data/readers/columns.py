@@ -18,6 +18,8 @@ from .raw_table import listed, shortened
 from .signal_choice import signal_of
 from .stamps import Epoch, epoch
 
+#: Names that a refusal lists; the command line shows all of them above it.
+_NAMED = 6
 _EXAMPLE = {"time": "t [s]", "position": "x [mm]"}
 
 
@@ -31,6 +33,7 @@ class Heads:
         timed: Whether the log has times of its own, so that no column has to.
         bare: Name -> the name without the joint that was asked for; columns of another joint or of
             none, but for times, are not in it.
+        order: All names, as `contents` numbers them.
         in_memory: Whether the log is a frame of the caller's, whose units are an argument.
         drive: The chain from what the drive recorded to the force at the axis.
     """
@@ -39,6 +42,7 @@ class Heads:
     scalars: Mapping[str, Channel]
     timed: bool
     bare: Mapping[str, str]
+    order: tuple[str, ...] = ()
     in_memory: bool = False
     drive: DriveChain | None = None
 
@@ -70,6 +74,7 @@ class Heads:
             {c.name: c for c in channels if c.constant},
             timed,
             _bare(columns, joint),
+            tuple(c.name for c in channels),
             log.in_memory,
             drive,
         )
@@ -111,9 +116,8 @@ class Heads:
         """The name that a column goes by: its own, or its number in the file; None if none."""
         if column in self.columns or column in self.scalars:
             return column
-        names = list(self.columns)
-        if column.isdecimal() and 1 <= int(column) <= len(names):
-            return names[int(column) - 1]
+        if column.isdecimal() and 1 <= int(column) <= len(self.order):
+            return self.order[int(column) - 1]
         return None
 
 
@@ -241,7 +245,7 @@ def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
 
 
 def _unmapped_unit(heads: Heads, column: str, channel: str) -> str:
-    name, example = shortened(column), usual_unit(channel)
+    name, example = shortened(column), usual_unit(channel, column)
     if heads.in_memory:
         return f'column {name} has no unit: say it, as in units={{"{name}": "{example}"}}'
     return f'column {name} has no unit: map it as {channel} = "{name} [{example}]"'
@@ -287,14 +291,35 @@ def _needed(
             "has no heads: name its columns by number, as in "
             '--column time="1 [s]" --column position="2 [mm]"'
         )
+    raise InputError(_nothing_named(heads, names, channel, kinds))
+
+
+def _nothing_named(
+    heads: Heads, names: Mapping[str, Head], channel: str, kinds: tuple[str, ...]
+) -> str:
+    """That no head says time or position, and how to say which is."""
+    among = f"no {channel} column among {listed(heads.columns, _NAMED) or 'none'}"
     example = f"head [{usual_unit(channel)}]"
-    option = f'--column {channel}="{example}"'
-    rate = ", or say at what rate it was recorded: --rate 500 (Hz)" * (channel == "time")
     if heads.in_memory:
-        option, rate = f'columns = {{"{channel}": "{example}"}}', ""
-    raise InputError(
-        f"no {channel} column among {listed(heads.columns) or 'none'}: name it like "
-        f'"{_EXAMPLE[channel]}" or map it: {option}{rate}'
+        return (
+            f'{among}: name it like "{_EXAMPLE[channel]}" or map it: '
+            f'columns = {{"{channel}": "{example}"}}'
+        )
+    fitting = [
+        h
+        for h, head in names.items()
+        if head.unit and not meanings(head)
+        if (u := heads.known(channel, head.unit)) and u.dimension in kinds
+    ]
+    other = {
+        "time": ", or at what rate it was recorded: --rate 500 (Hz)",
+        "position": '; a velocity does, too: --column velocity="head [mm/s]"',
+    }
+    if fitting:
+        return f'{among}: say which it is, as in --column {channel}="{fitting[0]}"'
+    return (
+        f"{among}: say which it is, by its head or its number, and its unit: "
+        f'--column {channel}="{example}"{other.get(channel, "")}'
     )
 
 
@@ -316,13 +341,11 @@ def without_unit(
     *rest, last = lacking.values()
     together, several = f"{', '.join(rest)} and {last}" if rest else last, "s" * bool(rest)
     if heads.in_memory:
-        units = ", ".join(f'"{h}": "{usual_unit(c)}"' for c, h in lacking.items())
+        units = ", ".join(f'"{h}": "{usual_unit(c, h)}"' for c, h in lacking.items())
         return f"column{several} {together} without a unit: say it, as in units={{{units}}}"
-    fix = " ".join(f'--column {c}="{h} [{usual_unit(c)}]"' for c, h in lacking.items())
-    return (
-        f"column{several} {together} without a unit: write it in the head, as in "
-        f"{lacking[channel]} [{usual_unit(channel)}], or map it: {fix}"
-    )
+    fix = " ".join(f'--column {c}="{h} [{usual_unit(c, h)}]"' for c, h in lacking.items())
+    each = "each with its unit" if rest else "with its unit"
+    return f"column{several} {together} without a unit: say it {each}, as in {fix}"
 
 
 def ranked(

@@ -75,7 +75,7 @@ def contents(
     guesses: dict[str, tuple[str, ...]] = {}
     try:
         heads = Heads.of(log, used.joint, {}, timed=timed, drive=used.drive)
-        guesses = {n: tuple(meanings(heads.head(n))) for n in heads.bare}
+        guesses = {n: _guesses(heads, n) for n in heads.bare}
         taken, notes = chosen_columns(heads, opened.columns)
     except InputError as error:
         lacking = lacking or str(error)
@@ -92,6 +92,20 @@ def contents(
     return LogContents(
         opened.path.name, opened.reader.name, channels, taken, guesses, problems, lacking
     )
+
+
+def _guesses(heads: Heads, name: str) -> tuple[str, ...]:
+    """The channels that a column may be by its name, and by its unit where that fits any."""
+    head = heads.head(name)
+    named = tuple(meanings(head))
+    fitting = tuple(
+        channel
+        for channel in named
+        if head.unit
+        and (u := heads.known(channel, head.unit))
+        and u.dimension in heads.kinds(channel)
+    )
+    return fitting or named
 
 
 def _written_unit(name: str) -> str | None:

@@ -24,6 +24,9 @@ DROPS, WARMINGS = (0.02, 0.05, 0.12, 0.3), (0.1, 0.3)
 CHANGES, EARLIEST, LATEST, FINER = 18, 0.15, 0.85, 24
 #: Waves over the travel: steps of this many, up to so many, of at least so many rows each.
 WAVE_STEP, MOST_WAVES, WAVE_ROWS = 0.5, 60.0, 4.0
+#: Share of the rows each way from which on a difference of the directions can be asked for; with
+#: fewer it is a pattern of the few strokes that go the other way.
+EACH_WAY = 0.02
 #: Rows of which waves are taken at most.
 WAVE_SAMPLES = 6000
 
@@ -79,7 +82,8 @@ def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pat
     if variable == "speed":
         top = float(np.abs(v).max())
         yield Pattern("square", (v * np.abs(v))[:, None])
-        yield Pattern("side", np.abs(v)[:, None])
+        if min(np.mean(v > 0), np.mean(v < 0)) > EACH_WAY:
+            yield Pattern("side", np.abs(v)[:, None])
         for share in DROPS:
             drop = rows.direction * np.exp(-np.abs(v) / (share * top))
             yield Pattern("drop", drop[:, None], share * top)

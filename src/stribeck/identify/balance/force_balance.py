@@ -38,6 +38,7 @@ from .constant_slopes import constant_slopes, with_tolerances
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
 from .known_mass import calibration, mass_violations
+from .one_way import moves_one_way, one_way_violations, without_offset
 from .regression import System
 from .synchronisation import synchronised
 from .training_rows import counting
@@ -68,6 +69,10 @@ def solve_balance(
         InputError: no measured force, a range without motion, or too few rows.
     """
     synchrony = synchronised(parameters, data, delay, velocity)
+    if moves_one_way(synchrony.solved.system):
+        told = without_offset(parameters)
+        if told is not parameters:
+            synchrony = synchronised(told, data, delay, velocity)
     parameters = synchrony.solved.system.parameters
     solved = synchrony.solved
     residuals = BalanceResiduals(solved.system)
@@ -164,6 +169,7 @@ def _balance_fit(logs: SolvedLogs) -> Fit:
     score = _score(solved)
     holdout = tuple(_held_out(parameters, p, data.recordings, r) for r in data.holdout)
     violations = (
+        *one_way_violations(parameters),
         *checks.violations,
         *between,
         *inadequate,

@@ -28,6 +28,7 @@ from ...presenters import presenter
 from ...rig import Rig
 from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
+from ..balance.one_way import without_offset
 from ..balance.synchronisation import synchronised
 from ..balance.velocity_source import VelocitySource, with_velocity
 from ..data_split import DataSplit, data_split, recording_list, refuse_runs
@@ -364,7 +365,8 @@ def _answerable(
             f"the logs run {WAYS[min(ways)]} only, which says nothing of a law with parameters "
             f"for each direction: compare others than {', '.join(excluded)}, or record both ways"
         )
-    return [p for p in parameter_sets if p.law.name not in excluded], tuple(excluded)
+    left = [p for p in parameter_sets if p.law.name not in excluded]
+    return [without_offset(p) for p in left] if len(ways) == 1 else left, tuple(excluded)
 
 
 @dataclass(frozen=True, eq=False)
