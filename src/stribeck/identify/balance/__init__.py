@@ -4,5 +4,6 @@
 (`regression.System` of filtered `rows`, solved by `variable_projection`), and `force_residuals`
 its residuals over the box of the parameters. `training_rows` are the samples that count, and
 `synchronisation` brings force and motion of their logs to one time, with a velocity of some
-`velocity_source`. `run_balance` does the same for a table of steady speeds.
+`velocity_source`; `one_way` holds what an axis of one direction cannot tell. `run_balance` does the
+same for a table of steady speeds.
 """
