@@ -7,7 +7,7 @@ import io
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -100,6 +100,7 @@ class Target:
 def prepare() -> None:
     """Write the files that inputs refer to into the working directory: a log, a fit, a robot."""
     Path("log.csv").write_bytes(_texts()[0])
+    Path("pos.csv").write_text(_columns({"t_s": _T, "x_mm": _LOG["x_mm"]}), encoding="utf-8")
     for name, text in (("map.toml", _MAPS[0]), ("rig.toml", _RIGS[0]), ("loop.toml", _LOOPS[0]),
                        ("robot.urdf", _URDF), ("campaign.toml", shipped()["paper"])):  # fmt: skip
         Path(name).write_text(text, encoding="utf-8")
@@ -154,6 +155,26 @@ def _texts() -> list[bytes]:
         plain.replace("\n", "\r\n").encode(),
         plain.encode("utf-16"),
     ]
+
+
+def _columns(columns: Mapping[str, Any]) -> str:
+    rows = zip(*columns.values(), strict=True)
+    cells = (",".join(c if isinstance(c, str) else f"{c:.12g}" for c in row) for row in rows)
+    return "\n".join([",".join(columns), *cells])
+
+
+def _parts() -> list[bytes]:
+    """Files with the force of a run whose positions are in another, or in both."""
+    fast = np.arange(3 * _ROWS) * 0.004
+    force = np.round(np.sin(9 * fast), 4)
+    dates = [f"2026-03-01T10:00:{t:09.6f}+01:00" for t in fast]
+    tables = (
+        {"t_s": fast, "F_N": force},
+        {"t_ms": 1e3 * fast + 35.0, "F_N": force, "x_mm": 100 * fast**2},
+        {"time": 1.7e9 + fast, "F_N": force},
+        {"time": dates, "F_N": force},
+    )
+    return [_columns(table).encode() for table in tables]
 
 
 def _jsons() -> list[bytes]:
@@ -245,6 +266,7 @@ TARGETS = {
         _of_corpus("lerobot"), "dataset/data/chunk-000/file-000.parquet", _reads("dataset")
     ),
     "text": Target(_texts, "input.csv", lambda _: read("input.csv")),
+    "joined": Target(_parts, "force.csv", lambda _: read("pos.csv+force.csv")),
     "json": Target(_jsons, "input.json", lambda _: read("input.json")),
     "matlab": Target(_matlabs, "input.mat", lambda _: read("input.mat")),
     "parquet": Target(_parquets, "input.parquet", lambda _: read("input.parquet")),
