@@ -266,3 +266,21 @@ def test_paths_of_runs(tmp_path: Path) -> None:
         read([Path(two(tmp_path)).with_name("pos.csv")] * 2)
     with pytest.raises(InputError, match="behind its last file"):
         read(f"{tmp_path}/pos.csv@1s:2s+force.csv")
+
+
+def test_text_among_the_numbers_is_told_with_its_file_and_line(tmp_path: Path) -> None:
+    path = two(tmp_path)
+    lines = (tmp_path / "force.csv").read_text().splitlines()
+    lines[2500] = lines[2500].split(",")[0] + ",fault"
+    (tmp_path / "force.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"force\.csv, line 2501, column F_N: 'fault' is not a nu"):
+        read(path)
+
+
+def test_numbers_beyond_all_measure_are_refused(tmp_path: Path) -> None:
+    path = two(tmp_path, shared=True)
+    lines = (tmp_path / "force.csv").read_text().splitlines()
+    lines[700] = lines[700].split(",")[0] + ",1e308,-1e308"
+    (tmp_path / "force.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match="force is infinite|force has values beyond"):
+        read(path)

@@ -100,7 +100,9 @@ class Target:
 def prepare() -> None:
     """Write the files that inputs refer to into the working directory: a log, a fit, a robot."""
     Path("log.csv").write_bytes(_texts()[0])
-    Path("pos.csv").write_text(_columns({"t_s": _T, "x_mm": _LOG["x_mm"]}), encoding="utf-8")
+    positions = {"t_s": _T, "x_mm": _LOG["x_mm"]}
+    Path("pos.csv").write_text(_columns(positions), encoding="utf-8")
+    Path("dated.csv").write_text(_columns({**positions, "t_s": 1.7e9 + _T}), encoding="utf-8")
     for name, text in (("map.toml", _MAPS[0]), ("rig.toml", _RIGS[0]), ("loop.toml", _LOOPS[0]),
                        ("robot.urdf", _URDF), ("campaign.toml", shipped()["paper"])):  # fmt: skip
         Path(name).write_text(text, encoding="utf-8")
@@ -159,7 +161,7 @@ def _texts() -> list[bytes]:
 
 def _columns(columns: Mapping[str, Any]) -> str:
     rows = zip(*columns.values(), strict=True)
-    cells = (",".join(c if isinstance(c, str) else f"{c:.12g}" for c in row) for row in rows)
+    cells = (",".join(c if isinstance(c, str) else f"{c:.16g}" for c in row) for row in rows)
     return "\n".join([",".join(columns), *cells])
 
 
@@ -167,14 +169,19 @@ def _parts() -> list[bytes]:
     """Files with the force of a run whose positions are in another, or in both."""
     fast = np.arange(3 * _ROWS) * 0.004
     force = np.round(np.sin(9 * fast), 4)
-    dates = [f"2026-03-01T10:00:{t:09.6f}+01:00" for t in fast]
+    dates = [f"2023-11-14T23:13:{20 + t:09.6f}+01:00" for t in fast]  # 1.7e9 s since 1970
     tables = (
         {"t_s": fast, "F_N": force},
         {"t_ms": 1e3 * fast + 35.0, "F_N": force, "x_mm": 100 * fast**2},
-        {"time": 1.7e9 + fast, "F_N": force},
+        {"time": 1.7e12 + np.round(1e3 * fast), "F_N": force},
         {"time": dates, "F_N": force},
     )
     return [_columns(table).encode() for table in tables]
+
+
+def _joined(data: bytes) -> None:
+    """The run of a file with another whose clock counts the same."""
+    read("dated.csv+force.csv" if data.startswith(b"time") else "pos.csv+force.csv")
 
 
 def _jsons() -> list[bytes]:
@@ -266,7 +273,7 @@ TARGETS = {
         _of_corpus("lerobot"), "dataset/data/chunk-000/file-000.parquet", _reads("dataset")
     ),
     "text": Target(_texts, "input.csv", lambda _: read("input.csv")),
-    "joined": Target(_parts, "force.csv", lambda _: read("pos.csv+force.csv")),
+    "joined": Target(_parts, "force.csv", _joined),
     "json": Target(_jsons, "input.json", lambda _: read("input.json")),
     "matlab": Target(_matlabs, "input.mat", lambda _: read("input.mat")),
     "parquet": Target(_parquets, "input.parquet", lambda _: read("input.parquet")),

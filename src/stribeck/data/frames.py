@@ -48,7 +48,7 @@ def frame_table(frame: Frame) -> RawTable:
     """
     columns: dict[str, Array] = {}
     scalars: dict[str, float] = {}
-    text: dict[str, tuple[int, str]] = {}
+    text: dict[str, tuple[str, str]] = {}
     known: dict[str, str] = {}
     notes: list[str] = []
     for name, values in _named(frame):
@@ -63,7 +63,7 @@ def frame_table(frame: Frame) -> RawTable:
         cells, unit, first, note = _column(name, values)
         columns[name] = cells
         known |= {name: unit} if unit else {}
-        text |= {name: first} if first else {}
+        text |= {name: (f"row {first[0]}", first[1])} if first else {}
         notes += [note] if note else []
     rows = _rows(columns)
     return RawTable(

@@ -62,9 +62,9 @@ class Choice:
         """
         for name in (self.column, self.factor):
             if name in table.text:
-                row, cell = table.text[str(name)]
+                place, cell = table.text[str(name)]
                 raise InputError(
-                    f"{table.place(row)}, column {shortened(str(name))}: {shortened(cell)!r} is "
+                    f"{place}, column {shortened(str(name))}: {shortened(cell)!r} is "
                     "not a number: correct it or empty the cell"
                 )
         with np.errstate(over="ignore", invalid="ignore"):  # infinities are refused, with their row

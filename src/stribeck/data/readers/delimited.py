@@ -116,7 +116,7 @@ def _parse(text: bytes, layout: TextLayout) -> RawTable:
         del columns[name]
     notes = (f"{len(unused)} channels are not selected",) if unused else ()
     written = {str(i): head or f"column {i + 1}" for i, head in enumerate(heads)}
-    no_numbers = {written[i]: cell for i, cell in cells.items()}
+    no_numbers = {written[i]: (f"line {lines[row]}", cell) for i, (row, cell) in cells.items()}
     units = {written[i]: "s" for i in dates}
     origins = {written[i]: origin for i, origin in dates.items()}
     return RawTable(columns, lines, "line", no_numbers, units=units, notes=notes, dates=origins)

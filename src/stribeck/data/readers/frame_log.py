@@ -53,6 +53,8 @@ def frame_log(
         elif kind != pl.Null:
             skipped.append(name)
 
+    places = {n: (f"row {row + 1}", cell) for n, (row, cell) in text.items()}
+
     def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
         kept = [expressions[n].alias(n) for n in wanted if n in expressions]
         frame = lazy.select(kept).collect() if kept else pl.DataFrame()
@@ -62,14 +64,13 @@ def frame_log(
             columns,
             np.arange(1, rows + 1),
             "row",
-            {n: (row, cell) for n, (row, cell) in text.items() if n in wanted},
+            {n: place for n, place in places.items() if n in wanted},
             units={n: u for n, u in units.items() if n in wanted},
         )
         return (table,)
 
     channels = [Channel(n, units.get(n), rows) for n in (*expressions, *text)]
     problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
-    places = {n: (f"row {row + 1}", cell) for n, (row, cell) in text.items()}
     return LazyLog(tuple(channels), load, problems, places)
 
 

@@ -245,7 +245,7 @@ def _table(head: Mapping[str, Any], answer: _LibraryAnswer) -> RawTable:
         {name: answer.numbers(rows) for name in head["columns"]},
         np.arange(1, rows + 1),
         head["word"],
-        {name: (row, cell) for name, (row, cell) in head["text"].items()},
+        {name: (place, cell) for name, (place, cell) in head["text"].items()},
         head["scalars"],
         head["units"],
         tuple(head["notes"]),

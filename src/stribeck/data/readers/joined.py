@@ -24,7 +24,7 @@ _FEWEST = 2
 
 
 def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozenset()) -> RawTable:
-    """One table on the clock of the channel `grid`.
+    """One table on the clock of the channel `grid`; what is beyond all numbers becomes infinite.
 
     Args:
         tables: A table a clock, in s of one common time.
@@ -46,7 +46,10 @@ def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozens
     columns = {n: a[rows] for n, a in base.columns.items()}
     notes = [note for table in tables for note in table.notes]
     for other in others:
-        columns |= {n: _resampled(base.t[rows], other, n, hold=n in held) for n in other.columns}
+        with np.errstate(over="ignore", invalid="ignore"):
+            columns |= {
+                n: _resampled(base.t[rows], other, n, hold=n in held) for n in other.columns
+            }
         notes.append(_sentence(base, other, held))
     return replace(
         base, columns=columns, t=base.t[rows], places=base.places[rows], scalars=scalars,

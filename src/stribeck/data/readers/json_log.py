@@ -239,7 +239,8 @@ def _table(records: _Records, scalars: dict[str, float], notes: list[str]) -> Ra
     if records.skipped:
         notes = [f"left out, not numbers: {listed(list(records.skipped))}", *notes]
     numbers = np.arange(1, records.rows + 1)
-    return RawTable(columns, numbers, "record", records.text, scalars, {}, tuple(notes))
+    text = {n: (f"record {numbers[row]}", cell) for n, (row, cell) in records.text.items()}
+    return RawTable(columns, numbers, "record", text, scalars, {}, tuple(notes))
 
 
 def _opens(_path: Path, head: bytes) -> bool:

@@ -141,11 +141,7 @@ class TablesInMemory:
     @property
     def text(self) -> Mapping[str, tuple[str, str]]:
         """Where columns of text begin to be that."""
-        return {
-            name: (table.place(row), cell)
-            for table in self.all_tables
-            for name, (row, cell) in table.text.items()
-        }
+        return {name: place for table in self.all_tables for name, place in table.text.items()}
 
     @property
     def problems(self) -> tuple[str, ...]:

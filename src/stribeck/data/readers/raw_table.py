@@ -19,7 +19,7 @@ class RawTable:
         columns: Head -> values (N,), NaN where a cell is empty.
         places: Where each row stands in the file, (N,).
         word: What a place is called: a line of text, a row of a table.
-        text: Head -> (row, cell) of the first cell that is no number, for columns that have one.
+        text: Head -> place and content of the first cell that is no number, where there is one.
         scalars: Single numbers that the file keeps beside its columns.
         units: Units that the file states by type instead of in a head.
         notes: What was left out on the way, a sentence each.
@@ -35,7 +35,7 @@ class RawTable:
     columns: Mapping[str, Array]
     places: NDArray[np.int64]
     word: str = "row"
-    text: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     scalars: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

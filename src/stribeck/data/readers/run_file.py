@@ -141,7 +141,11 @@ class RunFile:
             columns={names[n]: a for n, a in table.columns.items() if n in names},
             scalars={names[n]: v for n, v in table.scalars.items() if n in names},
             units={names[n]: u for n, u in table.units.items() if n in names},
-            text={names[n]: cell for n, cell in table.text.items() if n in names},
+            text={
+                names[n]: (f"{shortened(self.name)}, {place}", cell)
+                for n, (place, cell) in table.text.items()
+                if n in names
+            },
             word=f"{shortened(self.name)}, {table.word}",
             clock=f"{self.name} {table.clock}".strip(),
             notes=(),
