@@ -267,13 +267,18 @@ class ConditionCard(_Part):
 
 
 class Card(_Part):
-    """An identified friction model, version 1 of the schema."""
+    """An identified friction model, version 1 of the schema.
+
+    `stated` has the constants that the logs state in place of the rig's: least and greatest, in the
+    unit that `constants` has them in.
+    """
 
     schema_: Literal["stribeck-card/1"] = Field(default="stribeck-card/1", alias="schema")
     law: str
     rig: str
     kind: str
     constants: dict[str, ConstantCard] = {}
+    stated: dict[str, Annotated[list[Finite], Field(min_length=2, max_length=2)]] = {}
     columns: dict[str, Any] = {}
     drive: dict[str, Any] | None = None
     parameters: dict[str, ParameterCard]
@@ -304,6 +309,7 @@ class Card(_Part):
             "force_delay_ms": self.force_delay_ms or None,
             "velocity": self.velocity,
             "drive": self.drive,
+            "stated": self.stated or None,
         }
         absent = {name for name, value in optional.items() if value is None}
         data = self.model_dump(by_alias=True, exclude=absent)

@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..rig import RIGS, Rig
 from ..rig.balanced import BalancedRig
 from ..rig.rig import shown_difference, shown_in
+from ..rig.simulated import as_simulated
 from ..units import unit
 from .card import (
     BreakawayCard,
@@ -63,6 +64,7 @@ def fit_card(fit: Fit) -> Card:
         rig=rig.name,
         kind=kind,
         constants=constant_cards(rig),
+        stated=_stated(fit),
         columns=_columns(fit, kind),
         drive=None if rig.chain is None else rig.chain.table(),
         parameters=_parameters(fit),
@@ -293,3 +295,17 @@ def _columns(fit: Fit, kind: str) -> dict[str, Any]:
     """How the first log was read, or else its rig's columns where they are not the kind's own."""
     stated = fit.recordings[0].source.map or fit.rig.columns
     return dict(stated) if dict(stated) != dict(RIGS[kind].columns) else {}
+
+
+def _stated(fit: Fit) -> dict[str, list[float]]:
+    """Least and greatest of the constants that all logs state, in the unit of the rig's."""
+    rig = fit.parameters.rig
+    if rig.approach != "output_error":
+        return {}
+    logs = [as_simulated(rig).stated(recording) for recording in fit.recordings]
+    ends = {c.name: [s[c.name] for s in logs if c.name in s] for c in rig.constants}
+    return {
+        c.name: [float(unit(c.unit).from_si(end)) for end in (min(values), max(values))]
+        for c in rig.constants
+        if len(values := ends[c.name]) == len(logs)
+    }

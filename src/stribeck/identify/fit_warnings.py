@@ -153,14 +153,19 @@ def output_error_warnings(
             )
         if one_way and directions_of(held_out) - trained:
             warnings.append(f"hold-out {part.text} runs in a direction that was not trained on")
-    if one_way and len(trained) > 1 and f"{parameters.law.name}-directional" in LAWS:
-        warnings.append(
-            "both directions share one parameter set: use the law "
-            f"{parameters.law.name}-directional, or train on one direction"
-        )
     warnings += scale(rig)
     warnings += [f"{log.label}: {note}" for log in recordings for note in log.notes]
     return warnings
+
+
+def shared_directions(parameters: Parameters, train: Sequence[Segment]) -> list[str]:
+    """A word on a parameter set that stands for both directions of an axis from rest to rest."""
+    one, other = not parameters.law.directional, f"{parameters.law.name}-directional"
+    if not (one and other in LAWS and as_simulated(parameters.rig).from_rest):
+        return []
+    if len(directions_of(train)) == 1:
+        return []
+    return [f"both directions share one parameter set: use law {other}, or train on one direction"]
 
 
 def _overlap(a: Segment, b: Segment) -> bool:

@@ -178,7 +178,7 @@ def stated_by_logs(problem: MotionProblem | FreeStartProblem) -> frozenset[str]:
     """Names of the constants that all logs of a problem state themselves."""
     rig = as_simulated(problem.parameters.rig)
     train = problem.problem.train if isinstance(problem, FreeStartProblem) else problem.train
-    return frozenset.intersection(*(rig.stated(s.recording) for s in train))
+    return frozenset.intersection(*(frozenset(rig.stated(s.recording)) for s in train))
 
 
 def constant_slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Array, int]:

@@ -18,7 +18,11 @@ from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings
 from .data_check import data_violations, trained_samples
 from .exact_constants import Slopes, exact_constants, exact_slopes
-from .fit_warnings import misfit_violations, output_error_warnings
+from .fit_warnings import (
+    misfit_violations,
+    output_error_warnings,
+    shared_directions,
+)
 from .free_constants import FreeConstantsProblem, Ruling, rulings, stated_by_logs
 from .initial_state import FreeStartProblem
 from .log_spread import LogSpreads, log_spreads, spread_over_logs
@@ -283,8 +287,11 @@ def _warnings(
         "interrupted: the search, its polishing, its intervals or their checks had not ended"
     )
     stated = stated_by_logs(solved.problem)
+    shared = shared_directions(parameters, segments.train)
+    rough = any(v.condition == "model" for v in judgement.violations)
     return (
         *([unfinished] if interrupted else []),
+        *(shared if rough else []),
         *sentences(judgement.violations),
         *bound_warnings(judged),
         *borrowed(optimum.problem),
@@ -293,5 +300,6 @@ def _warnings(
         *output_error_warnings(
             parameters, solved.score, segments, data.recordings, optimum.rivals, optimum.repeats
         ),
+        *([] if rough else shared),
         *solved.uncertain.notes(parameters),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -63,10 +63,10 @@ class SimulatedRig(Rig):
         x = recording.position
         return prepared(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
-    def stated(self, recording: Recording) -> frozenset[str]:
-        """The constants that a log states itself, by name: what it says counts, not the rig's."""
+    def stated(self, recording: Recording) -> Mapping[str, float]:
+        """The constants that a log states itself, SI by name: these count, not the rig's."""
         del recording
-        return frozenset()
+        return {}
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """A track that a rig of this kind with other constants has prepared, with this rig's."""

@@ -70,10 +70,10 @@ class SteppedRig(SimulatedRig):
             ]
         )
 
-    def stated(self, recording: Recording) -> frozenset[str]:
-        """The constants that a log states itself, by name."""
-        columns = self.run_columns.items()
-        return frozenset(name for column, name in columns if column in recording.extra)
+    def stated(self, recording: Recording) -> Mapping[str, float]:
+        """The constants that a log states itself, SI by name."""
+        columns, extra = self.run_columns.items(), recording.extra
+        return {name: float(extra[column][0]) for column, name in columns if column in extra}
 
     def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
         """The constants of its drive, in the order in which its kind reads them.

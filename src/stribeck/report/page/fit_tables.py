@@ -110,11 +110,14 @@ def constants(card: Card) -> Table | None:
     cards = card.constants
     if not cards:
         return None
-    rows = [
-        [name, number(c.value), number(c.tolerance, 2) if c.tolerance > 0 else DASH,
-         unit_label(c.unit), c.origin]
-        for name, c in cards.items()
-    ]  # fmt: skip
+    rows = []
+    for name, c in cards.items():
+        value, origin = number(c.value), str(c.origin)
+        tolerance = number(c.tolerance, 2) if c.tolerance > 0 else DASH
+        if ends := card.stated.get(name):
+            value, origin = " to ".join(dict.fromkeys(map(number, ends))), "the logs"
+            tolerance = DASH
+        rows.append([name, value, tolerance, unit_label(c.unit), origin])
     heads = ["constant", "value", "±", "unit", "source"]
     return Table.of_texts("Constants of the rig", heads, rows, (0, 3, 4))
 
