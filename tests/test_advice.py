@@ -98,3 +98,31 @@ def test_a_number_is_that_of_contents(tmp_path: Path, run: Run) -> None:
 def test_help_is_that_of_the_command(run: Run) -> None:
     for words in (["identify", "a.csv", "--traim", "1:2"], ["export", "card.json"]):
         assert f"(see stribeck {words[0]} --help)" in run(*words).err
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("Torque [%]", ["column Torque [%] is in % of what a [drive] table", "`stribeck drives`"]),
+        ("Torque", ["column Torque has no unit", "`stribeck drives`"]),
+        ("Iq [A]", ["or its current with a [drive] table"]),
+        ("z [mm]", ["map a column to force"]),
+    ],
+)
+def test_a_missing_force_is_told_with_what_may_stand_for_it(
+    head: str, words: list[str], tmp_path: Path, run: Run
+) -> None:
+    line = run("identify", log(tmp_path, f"t_s,x_mm,{head}", 3), "--rig", "forced").err
+    assert "rig forced needs the measured force of the drive" in line
+    assert all(w in line for w in words), line
+
+
+def test_an_angle_is_sent_to_the_rotary_rig(tmp_path: Path, run: Run) -> None:
+    path = log(tmp_path, "t_s,q_rad,tau_Nm", 3)
+    assert "use forced-rotary" in run("identify", path, "--rig", "forced").err
+
+
+def test_columns_without_units_are_told_together(tmp_path: Path, run: Run) -> None:
+    out = run("check", log(tmp_path, "t_s,x_mm,velocity,accel", 4)).out
+    text = "columns velocity (velocity), accel (acceleration) have no unit and were not taken"
+    assert text in " ".join(out.split())

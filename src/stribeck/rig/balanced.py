@@ -35,6 +35,8 @@ _LOAD_WORDS = {
     "external": "the force on the axis",
     "normal": "the normal load",
 }
+#: The rig of the same kind for the other kind of axis.
+_OTHER_KIND = {"forced": "forced-rotary", "forced-rotary": "forced"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +132,9 @@ class BalancedRig(Rig):
             kinds = ("an angle", "linear") if recording.rotary else ("a length", "rotary")
             raise InputError(
                 f"{recording.label}: position is {kinds[0]}, and rig {self.name} is {kinds[1]}: "
-                "use the rig that fits the axis"
+                f"use {_OTHER_KIND.get(self.name, 'the rig that fits the axis')}"
             )
-        force = self.force_of(recording)
-        if force is None:
-            raise InputError(
-                f"{recording.label}: rig {self.name} needs the measured force of the drive: "
-                "map a column to force"
-            )
-        return force
+        return self.needed_force(recording)
 
     def figures(self, recording: Recording) -> Mapping[str, float]:
         """What is told of a log beside its balance, by name with its unit; nothing as a rule."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from ..constant import Constant, constant
-from ..errors import InputError
 from ..space import Array, Param
 from .equation import FIRST, Equation, Input
 from .experiments.offer import Course, Offer, OperatingRange
@@ -44,13 +43,7 @@ class PreslidingRig(SteppedRig):
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """The measured force."""
-        force = self.force_of(recording)
-        if force is None:
-            raise InputError(
-                f"{recording.label}: rig {self.name} needs the measured force of the drive: "
-                "map a column to force"
-            )
-        return (force,)
+        return (self.needed_force(recording),)
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the force as this rig's drive makes it."""

@@ -243,6 +243,26 @@ class Rig:
             force = force * loss_factors(now, *motion, force) / before
         return force
 
+    def needed_force(self, recording: Recording) -> Array:
+        """The same, (N,), for a rig that cannot do without.
+
+        Raises:
+            InputError: the log has none; what may stand for it is told.
+        """
+        force = self.force_of(recording)
+        if force is not None:
+            return force
+        left = next((n for n in recording.notes if n.endswith("was not taken as force")), "")
+        if left:
+            hint = f": {left}; `stribeck drives` shows what that can be and how to say it"
+        elif recording.current is not None:
+            hint = ': map a column to force, or its current with a [drive] table (signal = "A", kt)'
+        else:
+            hint = ": map a column to force"
+        raise InputError(
+            f"{recording.label}: rig {self.name} needs the measured force of the drive{hint}"
+        )
+
     @property
     def in_amperes(self) -> bool:
         """Whether its forces are a motor's current, because the chain has no torque constant."""

@@ -18,7 +18,7 @@ from .columns import Heads, is_there
 from .joined import joined
 from .log_file import LogFile
 from .log_map import LogMap
-from .raw_table import RawTable, shortened
+from .raw_table import RawTable, listed, shortened
 from .repair import Mender, filled_extra
 from .steady_table import chosen_columns, is_steady, steady_arguments
 
@@ -152,7 +152,10 @@ def _mended(
             "drifts, and nothing that depends on position can be told"
         )
     mender.extra = filled_extra(table, {c.column for c in chosen.values()})
-    mender.notes += [f"column {shortened(n)} left out: it has text" for n in table.text]
+    if table.text:
+        several = len(table.text) > 1
+        left = f"column{'s' * several} {listed(table.text)} left out"
+        mender.notes.append(f"{left}: {'they have' if several else 'it has'} text")
     mender.mend()
     t = mender.channels.pop("time")
     if abs(t[0]) > _LATE * float(np.median(np.diff(t))):

@@ -371,9 +371,9 @@ def ranked(
 
 
 def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]:
-    """A word on each empty channel that a column names in vain."""
+    """A word on each empty channel that a column names in vain; those without units together."""
     used = {c.column for c in chosen.values()}
-    notes = []
+    notes, bare = [], dict[str, str]()
     for channel in CHANNELS:
         named = [h for h, head in heads.items() if channel in meanings(head) and h not in used]
         if channel not in chosen and named:
@@ -381,5 +381,15 @@ def _unfit(heads: Mapping[str, Head], chosen: Mapping[str, Choice]) -> list[str]
             reason = "has no unit" if written is None else "is in a unit that does not fit"
             if channel == "force" and written in ("%", "‰"):
                 reason = f"is in {written} of what a [drive] table would say"
-            notes.append(f"column {shortened(named[0])} {reason} and was not taken as {channel}")
+            if written is None and channel != "force":
+                bare[shortened(named[0])] = channel
+            else:
+                notes.append(
+                    f"column {shortened(named[0])} {reason} and was not taken as {channel}"
+                )
+    if len(bare) == 1:
+        notes += [f"column {h} has no unit and was not taken as {c}" for h, c in bare.items()]
+    elif bare:
+        columns = ", ".join(f"{h} ({c})" for h, c in bare.items())
+        notes.append(f"columns {columns} have no unit and were not taken")
     return notes
