@@ -7,13 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 from command import Completed, caller
+from stribeck import identify
 from stribeck.data import read
 from stribeck.data.readers.log_contents import contents
-from stribeck.data.readers.log_map import FILE, LogMap, save_map, saved_map
+from stribeck.data.readers.log_map import FILE, LogMap, save_map, saved_maps
 from stribeck.errors import ChoiceError, InputError
 from stribeck.identify.card import read_card
 from stribeck.identify.card_logs import logs_beside
@@ -135,7 +137,9 @@ def test_a_joint_and_its_map(tmp_path: Path) -> None:
     result = contents(log, joint="b")
     assert result.taken["position"].column == "b_pos [m]"
     read(log, joint="b", columns={"force": "b_load [N]"}, keep_map=True)
-    assert saved_map(tmp_path, [c.name for c in result.channels]) == LogMap(
+    ((heads, kept),) = saved_maps(tmp_path)
+    assert heads == [c.name for c in result.channels]
+    assert kept == LogMap(
         {
             "time": {"column": "stamp [s]", "unit": "s"},
             "position": {"column": "b_pos [m]", "unit": "m"},
@@ -150,9 +154,7 @@ def test_maps_of_several_heads_stand_beside_each_other(tmp_path: Path) -> None:
     save_map(tmp_path, ["x", "Weg ä"], two)
     save_map(tmp_path, ["y"], two)
     save_map(tmp_path, ["x", "Weg ä"], one)
-    assert saved_map(tmp_path, ["x", "Weg ä"]) == one
-    assert saved_map(tmp_path, ["y"]) == two
-    assert saved_map(tmp_path, ["Weg ä", "x"]) is None
+    assert saved_maps(tmp_path) == [(["y"], two), (["x", "Weg ä"], one)]
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
@@ -188,3 +190,44 @@ def test_contents_of_a_drives_export() -> None:
     assert result.guesses["Torque"] == ("force",)
     assert result.channels[0].unit == "ms"
     assert '--column velocity="Servo motor speed' in result.lacking
+
+
+def test_everything_that_was_chosen_is_kept(tmp_path: Path) -> None:
+    """Episode, joint, rate and drive of a log of several, for the next of its kind."""
+    for name, end in (("one.h5", 1), ("two.h5", 2)):
+        with h5py.File(tmp_path / name, "w") as file:
+            for k in range(2):
+                file[f"run_{k}/elbow_way"] = X + k * end
+                file[f"run_{k}/elbow_load"] = F * end
+                file[f"run_{k}/wrist_way"] = X
+    drive = {"signal": "% of rated force", "rated_force": "50 N ± 5 %", "efficiency": 0.9}
+    columns = {"position": "elbow_way [m]", "force": "elbow_load [%]"}
+    first = read(
+        tmp_path / "one.h5", columns=columns, joint="elbow", rate=100.0, episode="run_1",
+        drive=drive, keep_map=True,
+    )  # fmt: skip
+    again = read(tmp_path / "one.h5")
+    np.testing.assert_array_equal(again.position, first.position)
+    assert again.drive == first.drive
+    later = read(tmp_path / "two.h5")
+    np.testing.assert_allclose(later.position, X + 2)
+    assert later.force is not None
+    assert first.force is not None
+    np.testing.assert_allclose(later.force, 2.0 * first.force, rtol=1e-6)
+    assert any(FILE in note for note in later.notes)
+
+
+def test_a_number_of_the_drive_in_a_map_is_set_there(tmp_path: Path, run: Run) -> None:
+    log = axes(tmp_path)
+    (tmp_path / "map.toml").write_text(
+        '[columns]\ntime = "stamp [s]"\nposition = "b_pos [m]"\nforce = "b_load [A]"\n'
+        '[drive]\nsignal = "A rms"\nkt = "1.1 N/A rms"\n'
+    )
+    line = "kt is a number of a drive, and rig forced states none: a [drive] in the map of the logs"
+    for value in ("1.2", "1.2 N/A rms"):
+        words = ("--columns", tmp_path / "map.toml", "--set", f"kt={value}")
+        done = run("identify", log, "--rig", "forced", *words)
+        assert done.status == 2
+        assert done.err.startswith(f"stribeck: {line}")
+    with pytest.raises(InputError, match="kt is a number of a drive"):
+        identify(log, rig="forced", columns=tmp_path / "map.toml", constants={"kt": 1.2})

@@ -162,9 +162,12 @@ def with_constants(
     With `exact` the constants that are not set are exact, too.
     """
     from ..constant import toleranced
+    from ..drive import refuse_without_drive
 
     names = [c.name for c in rig.constants]
     texts = pairs("--set", assignments)
+    for name in (n for n, _ in texts if n not in names):
+        refuse_without_drive(name, rig.name)
     constants = {n: toleranced(text, f"--set {n}") for n, text in texts if n in names}
     held = {n: number(text, f"--set {n}") for n, text in texts if n not in names}
     return (rig.exact() if exact else rig).set(**constants), held

@@ -2,7 +2,7 @@
 
 from .chain import DriveChain
 from .conventions import CONVENTIONS, Convention, convention_named
-from .refusals import chain_needed, missing_chain
+from .refusals import chain_needed, missing_chain, refuse_without_drive
 
 __all__ = [
     "CONVENTIONS",
@@ -11,4 +11,5 @@ __all__ = [
     "chain_needed",
     "convention_named",
     "missing_chain",
+    "refuse_without_drive",
 ]

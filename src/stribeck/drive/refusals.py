@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from ..errors import InputError
 from ..units import unit
 from .chain import counts_unknown
-from .chain_numbers import EXAMPLES
+from .chain_numbers import ACTING, EXAMPLES, example_of
 
 _SHARE = unit("%").dimension
 _COUNT = unit("count").dimension
@@ -58,3 +59,17 @@ def _line(share: str, quantity: str) -> str:
     """How a share of a rated quantity is written."""
     example = EXAMPLES.get(f"rated_{quantity}", "1.27 N m ± 10 %")
     return f'signal = "{share} of rated {quantity}", rated_{quantity} = "{example}"'
+
+
+def refuse_without_drive(name: str, rig: str) -> None:
+    """Refuse a number of a drive that is set for a rig without one.
+
+    Raises:
+        InputError: it is one.
+    """
+    if name in ACTING:
+        raise InputError(
+            f"{name} is a number of a drive, and rig {rig} states none: a [drive] in the map of "
+            f'the logs is written there, {name} = "{example_of(name)}", or the whole [drive] in '
+            "the rig's file, where it can be set"
+        )

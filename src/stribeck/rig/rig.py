@@ -14,7 +14,7 @@ from ..constant import Constant, Origin, Stated
 from ..data.alignment import MOTION_CHANNELS, advanced
 from ..data.power_flow import loss_factors
 from ..data.recording import Recording
-from ..drive import DriveChain
+from ..drive import DriveChain, refuse_without_drive
 from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
@@ -161,6 +161,7 @@ class Rig:
         for c in self.constants:
             if c.name == name:
                 return c.value
+        refuse_without_drive(name, self.name)
         raise InputError(f"rig {self.name} has no constant {name!r}: it has {self._constants()}")
 
     def set(self, **values: Stated) -> Self:

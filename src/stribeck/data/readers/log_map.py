@@ -124,16 +124,17 @@ def _checked(name: str, words: Mapping[str, Any]) -> dict[str, Any]:
     return dict(words)
 
 
-def saved_map(folder: Path, heads: Sequence[str]) -> LogMap | None:
-    """The map that a folder has for logs with these heads; None if it has none.
+def saved_maps(folder: Path) -> list[tuple[list[str], LogMap]]:
+    """The maps that a folder has, each with the heads of its logs.
 
     Raises:
         InputError: the file with the maps is broken.
     """
-    for entry in _saved(folder / FILE):
-        if entry.get("heads") == list(heads):
-            return LogMap.of({k: v for k, v in entry.items() if k != "heads"})
-    return None
+    entries = _saved(folder / FILE)
+    return [
+        (entry.get("heads", []), LogMap.of({k: v for k, v in entry.items() if k != "heads"}))
+        for entry in entries
+    ]
 
 
 def save_map(folder: Path, heads: Sequence[str], used: LogMap) -> Path:
@@ -144,7 +145,7 @@ def save_map(folder: Path, heads: Sequence[str], used: LogMap) -> Path:
     """
     file = folder / FILE
     others = [e for e in _saved(file) if e.get("heads") != list(heads)]
-    entries = [*others, {"heads": list(heads), **replace(used, episode=None).table()}]
+    entries = [*others, {"heads": list(heads), **used.table()}]
     text = "\n".join(f"[[log]]\n{_toml(entry)}" for entry in entries)
     file.write_text(f"# Which column is which channel, for logs with these heads.\n{text}",
                     encoding="utf-8")  # fmt: skip

@@ -12,7 +12,7 @@ from .column_map import Entry
 from .joined_run import JoinedRun, opened_run
 from .log_file import LogFile, Reader
 from .log_folder import runs
-from .log_map import LogMap, saved_map
+from .log_map import LogMap, saved_maps
 from .log_path import LogPath
 from .raw_table import listed
 from .registry import opened
@@ -75,24 +75,47 @@ def opened_as(
             several runs.
     """
     path = replace(path, files=_one_run(path.files, stated))
-    reader, log = _opened(path.files, stated, units)
-    plain = OpenedLog(path, reader, log, stated, saved=False)
-    saved = saved_map(path.files[0].parent, plain.heads) if beside else None
-    if saved is None:
-        return plain
-    used = saved.with_words(words).driven(stated.drive)
-    retimed = len(path.files) > 1 and "time" in used.columns
-    if retimed or used.options() != stated.options():
-        reader, log = _opened(path.files, used, units)
-    return OpenedLog(path, reader, log, used, saved=True)
+    maps = saved_maps(path.files[0].parent) if beside else []
+    several = [m for _, m in maps if m.episode is not None] if stated.episode is None else []
+    try:
+        plain = _opened(path, stated, units)
+    except InputError:
+        if not several:
+            raise
+        plain = None  # it has several logs, of which a map may name one
+    for heads, saved in maps:
+        if plain is not None and heads == plain.heads:
+            used = saved.with_words(words).driven(stated.drive)
+            return _opened(path, used, units, saved=True, plain=plain)
+    for saved in several:
+        used = saved.with_words(words).driven(stated.drive)
+        try:
+            opened_so = _opened(path, used, units, saved=True)
+        except InputError:  # it has no such log
+            continue
+        if any(heads == opened_so.heads for heads, m in maps if m is saved):
+            return opened_so
+    return plain or _opened(path, stated, units)
 
 
 def _opened(
-    files: tuple[Path, ...], used: LogMap, units: Mapping[str, str] | None
-) -> tuple[Reader, LogFile]:
+    path: LogPath,
+    used: LogMap,
+    units: Mapping[str, str] | None,
+    *,
+    saved: bool = False,
+    plain: OpenedLog | None = None,
+) -> OpenedLog:
+    """A log as a map says; `plain` is the same as another did, if it is open so already."""
+    files, options = path.files, used.options()
+    retimed = len(files) > 1 and "time" in used.columns
+    if plain is not None and not retimed and options == plain.map.options():
+        return replace(plain, map=used, saved=saved)
     if len(files) == 1:
-        return opened(files[0], used.options())
-    return opened_run(files, used.options(), used.columns.get("time"), units or {})
+        reader, log = opened(files[0], options)
+        return OpenedLog(path, reader, log, used, saved)
+    run_reader, run = opened_run(files, options, used.columns.get("time"), units or {})
+    return OpenedLog(path, run_reader, run, used, saved)
 
 
 def _one_run(files: tuple[Path, ...], used: LogMap) -> tuple[Path, ...]:
