@@ -30,6 +30,7 @@ class Reading:
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts.
         episode: Which of several logs in a file or folder is read.
+        subtract: The column of a known force that is taken off the measured one.
         save_map: Whether what is chosen is kept beside the log.
     """
 
@@ -66,6 +67,13 @@ class Reading:
             metavar="NAME", help="Which log to read of a file or folder that has several."
         ),
     ] = None
+    subtract: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMN",
+            help="A known force, such as a rigid-body torque, that is taken off the measured one.",
+        ),
+    ] = None
     save_map: Annotated[bool, typer.Option("--save-map", help="Keep what was chosen beside the log, for the next with the same heads.")] = False  # fmt: skip
 
     def map(self) -> dict[str, Any] | None:
@@ -80,7 +88,7 @@ class Reading:
     @property
     def words(self) -> dict[str, Any]:
         """What else `read` and `contents` take."""
-        names = ("joint", "rate", "time_unit", "stamp", "episode")
+        names = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
         return {name: getattr(self, name) for name in names}
 
     def recordings(self, logs: Sequence[Path], rig: Rig | None) -> list[Recording]:

@@ -117,6 +117,7 @@ def compensate(
     logs: Logs | None = None,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
     speed: float | None = None,
     period: float = 1e-3,
     mode: Mode | None = None,
@@ -137,6 +138,7 @@ def compensate(
             motions; by default those that the card remembers.
         units: Unit by column, as for `identify`.
         columns: Column by channel, as for `identify`.
+        subtract: As for `identify`; by default what the card says.
         speed: Of the slowest, m/s or rad/s, in place of the logs'.
         period: Sample time of the controller, s.
         mode: Try this one only.
@@ -161,7 +163,9 @@ def compensate(
     recordings = (
         []
         if logs is None
-        else log_list(logs, units=units, columns=columns, usual=parameters.rig.columns)
+        else log_list(
+            logs, units=units, columns=columns, usual=parameters.rig.columns, subtract=subtract
+        )
     )
     axis_rig = around(parameters.rig, loop)
     axes, notes = plants(card, parameters, p)

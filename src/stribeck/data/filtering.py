@@ -121,6 +121,7 @@ class Even:
         known: False inside gaps of the log, (N,).
         rate: Samples a second.
         velocity: As it was recorded, (N,); None where it was not.
+        less: The known force that is taken off the measured one, (N,) or 0.
         notes: What was done to the log, a sentence each.
     """
 
@@ -131,6 +132,7 @@ class Even:
     known: NDArray[np.bool_]
     rate: float
     velocity: Array | None = None
+    less: Array | float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -141,12 +143,13 @@ def even(recording: Recording, force: Array) -> Even:
     force by straight lines, both at the log's median interval.
     """
     t, n = recording.t, len(recording)
+    less = 0.0 if recording.known_force is None else recording.known_force.values
     step = float(t[-1] - t[0]) / (n - 1)
     if np.abs(t - (t[0] + step * np.arange(n))).max() <= JITTER * step:
         index = np.arange(n)
         rate = _round_rate(1.0 / step)
         known = np.ones(n, dtype=bool)
-        return Even(t, recording.position, force, index, known, rate, recording.velocity)
+        return Even(t, recording.position, force, index, known, rate, recording.velocity, less)
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - most logs never need it
 
     step = recording.dt
@@ -165,6 +168,7 @@ def even(recording: Recording, force: Array) -> Even:
         known,
         1.0 / step,
         None if recording.velocity is None else np.interp(grid, t, recording.velocity),
+        np.interp(grid, t, less) if isinstance(less, np.ndarray) else less,
         (note,),
     )
 

@@ -28,6 +28,7 @@ def log_list(
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
     usual: Mapping[str, Any] | None = None,
+    subtract: str | None = None,
     drive: DriveChain | None = None,
 ) -> list[Recording]:
     """One or several logs as recordings.
@@ -38,6 +39,7 @@ def log_list(
         columns: Column by channel of files and frames, as `read` takes it.
         usual: The columns that a rig's logs have, which hold where `columns` says nothing, and
             need not be there.
+        subtract: The column of a known force that is taken off the force, as `read` takes it.
         drive: The chain of the rig's drive.
 
     Raises:
@@ -49,12 +51,12 @@ def log_list(
         raise InputError("no recording was given")
     if (units or columns) and all(isinstance(log, Recording) for log in every):
         raise InputError(_FOR_FILES)
-    chosen = columns or usual or None
+    reading = _Reading(units, columns, usual, subtract, drive)
     recordings = []
     for k, log in enumerate(every, 1):
-        for run in each_run(log, chosen) if isinstance(log, str | Path) else [log]:
+        for run in each_run(log, reading.columns) if isinstance(log, str | Path) else [log]:
             name = f"log {k}" * (len(every) > 1)
-            recordings.append(_recording(run, units, chosen, drive, lenient=not columns, name=name))
+            recordings.append(reading.recording(run, name))
     return recordings
 
 
@@ -64,6 +66,7 @@ def recording_of(
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
     usual: Mapping[str, Any] | None = None,
+    subtract: str | None = None,
     drive: DriveChain | None = None,
 ) -> Recording:
     """One log as a recording; the arguments are those of `log_list`.
@@ -73,20 +76,35 @@ def recording_of(
     """
     if (units or columns) and isinstance(log, Recording):
         raise InputError(_FOR_FILES)
-    return _recording(log, units, columns or usual or None, drive, lenient=not columns)
+    return _Reading(units, columns, usual, subtract, drive).recording(log)
 
 
-def _recording(
-    log: Log,
-    units: Mapping[str, str] | None,
-    columns: Columns,
-    drive: DriveChain | None,
-    *,
-    lenient: bool,
-    name: str = "",
-) -> Recording:
-    if isinstance(log, Recording):
-        return log
-    if isinstance(log, str | Path):
-        return read(log, units=units, columns=columns, drive=drive, lenient=lenient)
-    return Recording.of(log, units=units, columns=columns, drive=drive, lenient=lenient, name=name)
+class _Reading:
+    """How logs are read; the arguments are those of `log_list`."""
+
+    def __init__(
+        self,
+        units: Mapping[str, str] | None,
+        columns: Columns,
+        usual: Mapping[str, Any] | None,
+        subtract: str | None,
+        drive: DriveChain | None,
+    ) -> None:
+        self.columns = columns or usual or None
+        self._subtract = subtract or (usual or {}).get("subtract")
+        self._options: dict[str, Any] = {
+            "units": units,
+            "columns": self.columns,
+            "subtract": subtract,
+            "drive": drive,
+            "lenient": not columns,
+        }
+
+    def recording(self, log: Log, name: str = "") -> Recording:
+        """A log as a recording; a frame is called by a name."""
+        if isinstance(log, Recording):
+            less = self._subtract if log.known_force is None else None
+            return log if less is None else log.less(less)
+        if isinstance(log, str | Path):
+            return read(log, **self._options)
+        return Recording.of(log, **self._options, name=name)

@@ -175,18 +175,25 @@ class Quality:
         return ", ".join(phrases) or "none"
 
 
-def check(log: Log, *, units: Mapping[str, str] | None = None, columns: Columns = None) -> Quality:
+def check(
+    log: Log,
+    *,
+    units: Mapping[str, str] | None = None,
+    columns: Columns = None,
+    subtract: str | None = None,
+) -> Quality:
     """Measure a log and judge it: what is certain is put right first. Nothing is random.
 
     Args:
         log: A recording, the path of a file, a frame of polars or pandas, or a dict of columns.
         units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads do not say it.
         columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it.
+        subtract: The column of a known force that is taken off the measured one.
 
     Raises:
         InputError: the log cannot be used.
     """
-    recording = recording_of(log, units=units, columns=columns)
+    recording = recording_of(log, units=units, columns=columns, subtract=subtract)
     if recording.runs is not None:
         return _runs_quality(recording)
     recording = mended(recording)

@@ -14,13 +14,17 @@ from ..drive import DriveChain
 from ..errors import InputError
 from ..presenters import presenter
 from ..space import Array
+from ..units import unit
 from .channels import CHANNELS
 from .frames import Frame, frame_table
+from .known_force import KnownForce
 from .power_flow import loss_factors
 from .readers.assembly import assembled
+from .readers.choice import unit_of_column
+from .readers.heads import named_by_stem, take_apart
 from .readers.log_file import TablesInMemory
 from .readers.log_map import LogMap
-from .readers.raw_table import printable
+from .readers.raw_table import listed, printable, shortened
 from .steady_runs import SteadyRuns
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
@@ -68,6 +72,7 @@ class Recording:
             force was measured as such.
         runs: Set where this is a table of runs at constant speed: a row is a run, its velocity
             and force are means, its position is 0, and t counts the runs.
+        known_force: A force that is taken off the measured one before friction is looked for.
 
     Raises:
         InputError: fewer than two samples, lengths that differ, a value that is not finite or
@@ -90,6 +95,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     drive: DriveChain | None = None
     runs: SteadyRuns | None = None
+    known_force: KnownForce | None = None
 
     def __post_init__(self) -> None:
         for name in ("t", *CHANNELS):
@@ -103,6 +109,10 @@ class Recording:
                 object.__setattr__(self, name, values)
         extra = {name: self._checked(name, a) for name, a in self.extra.items()}
         object.__setattr__(self, "extra", MappingProxyType(extra))
+        if self.known_force is not None:
+            known = self.known_force
+            values = self._checked(known.column, known.values)
+            object.__setattr__(self, "known_force", KnownForce(known.column, values))
         if not (np.diff(self.t) > 0).all():
             raise InputError(f"{self.label}: time does not increase")
 
@@ -123,6 +133,7 @@ class Recording:
         units: Mapping[str, str] | None = None,
         columns: Mapping[str, Any] | str | Path | None = None,
         drive: DriveChain | Mapping[str, Any] | None = None,
+        subtract: str | None = None,
         lenient: bool = False,
         name: str = "",
     ) -> Self:
@@ -137,6 +148,7 @@ class Recording:
             columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it;
                 as `read` takes it.
             drive: As for `read`.
+            subtract: As for `read`.
             lenient: As for `read`.
             name: How messages and cards call it.
 
@@ -145,7 +157,7 @@ class Recording:
         """
         try:
             table = frame_table(frame)
-            used = LogMap.of(columns).driven(drive)
+            used = LogMap.of(columns).with_words({"subtract": subtract}).driven(drive)
             assembly = assembled(TablesInMemory((table,)), used, units=units, lenient=lenient)
             source = Source(printable(name), "", assembly.rows)
             recording = cls(**assembly.arguments, source=source)
@@ -180,6 +192,40 @@ class Recording:
         with np.errstate(over="ignore"):  # what is beyond all numbers is refused as such
             force = self.force * share
         return replace(self, force=force, drive=chain, notes=notes)
+
+    def less(self, column: str) -> Self:
+        """The same log with one of its other columns to be taken off the force.
+
+        Args:
+            column: Its head in `extra`, with the unit if that does not say it: `tau_rigid [N m]`.
+
+        Raises:
+            InputError: it has no force or no such column, or the unit is none of a force.
+        """
+        if self.force is None:
+            raise InputError(f"{self.label}: it has no force to subtract {shortened(column)} from")
+        name = column if column in self.extra else named_by_stem(column, self.extra)
+        if name is None:
+            raise InputError(
+                f"{self.label}: subtract: there is no column {shortened(column)!r}: there are "
+                f"{listed(dict(self.extra)) or 'none beside its channels'}"
+            )
+        currents = self.drive is not None and self.drive.unit == "A"
+        usual = "A" if currents else CHANNELS["force"][self.rotary]
+        stated = take_apart(column).unit or take_apart(name).unit
+        if stated is None:
+            raise InputError(
+                f"{self.label}: subtract: column {shortened(name)} has no unit: write it as "
+                f'"{shortened(name)} [{usual}]"'
+            )
+        written = unit_of_column("force", name, stated)
+        if written.dimension != unit(usual).dimension:
+            raise InputError(
+                f"{self.label}: column {shortened(name)} is in {written.written}, and the force in "
+                f"{usual}: subtract a force"
+            )
+        known = KnownForce.of(name, written, np.asarray(written.to_si(self.extra[name])))
+        return replace(self, known_force=known, notes=(*self.notes, known.sentence))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -221,5 +267,6 @@ class Recording:
             if f.name in ("t", *CHANNELS) and getattr(self, f.name) is not None
         }
         runs = None if self.runs is None else self.runs.cut(rows)
+        known = None if self.known_force is None else self.known_force.cut(rows)
         extra = {n: a[rows] for n, a in self.extra.items()}
-        return replace(self, **channels, extra=extra, runs=runs)
+        return replace(self, **channels, extra=extra, runs=runs, known_force=known)

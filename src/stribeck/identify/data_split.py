@@ -57,6 +57,7 @@ def data_split(
     *,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
 ) -> DataSplit:
     """The data as callers give them: one or several logs, ranges as written or ready.
 
@@ -64,7 +65,7 @@ def data_split(
         InputError: there is no log, one cannot be used, or a range cannot be read.
     """
     return DataSplit(
-        tuple(recording_list(logs, rig, units=units, columns=columns)),
+        tuple(recording_list(logs, rig, units=units, columns=columns, subtract=subtract)),
         tuple(range_list(train, rig)),
         tuple(range_list(holdout, rig)),
     )
@@ -76,6 +77,7 @@ def recording_list(
     *,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
 ) -> list[Recording]:
     """One or several logs as a list, what is certainly wrong in them put right and told.
 
@@ -84,11 +86,20 @@ def recording_list(
         rig: Whose logs have columns of their own.
         units: As `log_list` takes them.
         columns: The same.
+        subtract: The same.
     """
     usual, drive = (None, None) if rig is None else (rig.columns, rig.chain)
-    recordings = log_list(logs, units=units, columns=columns, usual=usual, drive=drive)
+    recordings = log_list(
+        logs, units=units, columns=columns, usual=usual, subtract=subtract, drive=drive
+    )
     if rig is not None and rig.approach != "force_balance":
         refuse_runs(recordings, f"rig {rig.name}")
+    for log in recordings:
+        if rig is not None and log.known_force is not None and not rig.rests_on_force:
+            raise InputError(
+                f"{log.label}: {log.known_force.column} is to be subtracted from the force, by "
+                f"which rig {rig.name} does not go: leave subtract out"
+            )
     return [mended(recording) for recording in recordings]
 
 

@@ -39,6 +39,7 @@ def identify(
     law: str | Law | None = None,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
     constants: Mapping[str, Stated] | None = None,
     exact: bool = False,
     method: str | None = None,
@@ -78,6 +79,8 @@ def identify(
         units: Unit by column, as in `{"t": "s", "x": "mm"}`, where the heads of files and frames
             do not say it.
         columns: Column by channel, as in `{"position": "x"}`, where the heads do not say it.
+        subtract: The column of a known force, a rigid-body torque say, that is taken off the
+            measured one.
         constants: Constants of the rig that are this axis's, in the units the rig shows: a number
             is exact, `(20, 5)` has a tolerance, as `Rig.set` takes them.
         exact: Whether the other constants are this axis's, too, without a tolerance.
@@ -115,7 +118,7 @@ def identify(
         InputError: something asked for cannot be done with these recordings.
     """
     rig, law = rig_and_law(rig, law, constants, exact=exact)
-    data = data_split(logs, train, holdout, rig, units=units, columns=columns)
+    data = data_split(logs, train, holdout, rig, units=units, columns=columns, subtract=subtract)
     rig = rig.behind(data.recordings)
     if posterior:
         sampler()  # says at once if it is not there

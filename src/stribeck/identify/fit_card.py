@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._version import __version__
+from ..data.readers.log_map import LogMap
 from ..errors import InputError
 from ..rig import RIGS, Rig
 from ..rig.balanced import BalancedRig
@@ -293,8 +294,13 @@ def _others(fit: Fit) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
 
 def _columns(fit: Fit, kind: str) -> dict[str, Any]:
     """How the first log was read, or else its rig's columns where they are not the kind's own."""
-    stated = fit.recordings[0].source.map or fit.rig.columns
-    return dict(stated) if dict(stated) != dict(RIGS[kind].columns) else {}
+    first = fit.recordings[0]
+    stated = dict(first.source.map or fit.rig.columns)
+    if first.known_force is not None:  # of a log in memory, too
+        stated = (
+            LogMap.of(stated or None).with_words({"subtract": first.known_force.column}).table()
+        )
+    return stated if stated != dict(RIGS[kind].columns) else {}
 
 
 def _stated(fit: Fit) -> dict[str, list[float]]:

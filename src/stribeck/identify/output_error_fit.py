@@ -12,7 +12,8 @@ from ..space import Array
 from .adequacy.advice import with_effects
 from .adequacy.effects import Effects, effects
 from .adequacy.equation_error import equation_error
-from .adequacy.generalisation import held_out_violations, neighbour_violations
+from .adequacy.generalisation import held_out_violations
+from .adequacy.neighbours import neighbour_violations
 from .combinations import Combination, combinations
 from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings

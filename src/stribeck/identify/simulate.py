@@ -24,6 +24,7 @@ def simulate(
     *,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
 ) -> Recording:
     """Simulate an identified model under the command of a log.
 
@@ -33,6 +34,7 @@ def simulate(
             it.
         units: Unit by column, as for `identify`.
         columns: Column by channel, as for `identify`.
+        subtract: As for `identify`; by default what the card says.
 
     Returns:
         Time, position, velocity and force of the drive, SI, and the command that was followed.
@@ -44,7 +46,9 @@ def simulate(
     model = read_card(model) if isinstance(model, str | Path) else model
     parameters, p = model.model()
     rig = parameters.rig
-    recording = recording_of(log, units=units, columns=columns, usual=rig.columns, drive=rig.chain)
+    recording = recording_of(
+        log, units=units, columns=columns, usual=rig.columns, subtract=subtract, drive=rig.chain
+    )
     refuse_runs([recording], "a simulation")
     if recording.rotary and not rig.rotary:
         raise InputError(

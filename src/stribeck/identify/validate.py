@@ -42,6 +42,7 @@ def validate(
     delay: Delay = "auto",
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
 ) -> list[tuple[str, str, Score]]:
     """The misfit of an identified model on recordings: (log, range, score) a row.
 
@@ -53,6 +54,7 @@ def validate(
             `off`: none.
         units: Unit by column, as for `identify`.
         columns: Column by channel, as for `identify`.
+        subtract: As for `identify`; by default what the card says.
 
     Raises:
         InputError: no such card, or a log lacks what the rig needs, or holds no motion in a range.
@@ -62,7 +64,9 @@ def validate(
     named = {"auto": model.delay, "off": 0.0}
     checked = checked_delay(delay)
     seconds = named[checked] if isinstance(checked, str) else float(checked)
-    recordings = recording_list(logs, parameters.rig, units=units, columns=columns)
+    recordings = recording_list(
+        logs, parameters.rig, units=units, columns=columns, subtract=subtract
+    )
     return [
         (log.label, r.text if r is not None else "all", _score(parameters, p, log, r))
         for log in (parameters.rig.in_step(log, seconds) for log in recordings)

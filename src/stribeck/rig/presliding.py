@@ -43,7 +43,8 @@ class PreslidingRig(SteppedRig):
 
     def inputs(self, recording: Recording) -> tuple[Array, ...]:
         """The measured force."""
-        return (self.needed_force(recording),)
+        force, known = self.needed_force(recording), recording.known_force
+        return (force if known is None else force - known.values,)
 
     def with_constants(self, track: Track, recording: Recording) -> Track:
         """The track with the force as this rig's drive makes it."""

@@ -11,10 +11,12 @@ import numpy as np
 from ...errors import ChoiceError, InputError
 from ...space import Array
 from ..channels import CHANNELS
+from ..known_force import KnownForce
 from .budget import CELL, ReadBudget
 from .choice import Choice
 from .column_map import Entry
-from .columns import Heads, is_there
+from .columns import Heads, is_there, named_column
+from .heads import named_by_stem
 from .joined import joined
 from .log_file import LogFile
 from .log_map import LogMap
@@ -28,6 +30,8 @@ _EXTRAS = (1 << 30) // CELL
 _LATE = 10
 #: Channels that keep their value until the next sample.
 _HELD = ("command",)
+#: What messages call the force that is taken off the measured one.
+_KNOWN = "the force to subtract"
 #: What a map may say.
 KNOWN = ("time", *CHANNELS)
 
@@ -81,7 +85,8 @@ def assembled(
         chosen, notes = chosen_columns(heads, mapped)
     except InputError as error:
         raise ChoiceError(str(error)) from error
-    wanted = {c.column for c in chosen.values()}
+    known = None if used.subtract is None else _known_force(heads, used.subtract, chosen)
+    wanted = {c.column for c in chosen.values()} | ({known.column} if known else set())
     wanted |= {c.factor for c in chosen.values() if isinstance(c.factor, str)}
     grid = (chosen.get("position") or chosen["velocity"]).column
     table = _table(log, heads, wanted, grid, chosen)
@@ -92,12 +97,49 @@ def assembled(
     if is_steady(heads, chosen):
         if window is not None:
             raise InputError("is a table of steady speeds, without times: give it as a whole")
+        if known is not None:
+            raise InputError("is a table of steady speeds: give forces without what is to be "
+                             "subtracted")  # fmt: skip
         arguments = steady_arguments(table, chosen, (*notes, *log.problems))
     else:
-        arguments = _mended(table, chosen, (*notes, *log.problems), window)
+        arguments = _mended(table, chosen, (*notes, *log.problems), window, known)
     columns = {n: e for n, c in chosen.items() if n in KNOWN and (e := c.entry())}
     signal = chosen["force"].column if used.drive and "force" in chosen else ""
     return Assembly(arguments, len(table.places), columns, signal)
+
+
+def _known_force(heads: Heads, entry: str, chosen: Mapping[str, Choice]) -> Choice:
+    """The column of a force that is taken off the measured one.
+
+    Raises:
+        InputError: there is no such column, or it is not in a unit of the force.
+    """
+    force = chosen.get("force")
+    if force is None:
+        raise InputError("subtract: no column is the force that it is taken off: map one to force")
+    column, written = named_column(heads, entry)
+    column = column or named_by_stem(entry, heads.columns)
+    if column is None:
+        raise InputError(
+            f"subtract: there is no column {shortened(entry)!r}: there are {listed(heads.columns)}"
+        )
+    written = written or heads.head(column).unit
+    if written is None:
+        raise InputError(
+            f'subtract: column {shortened(column)} has no unit: write it as "{shortened(column)} '
+            f'[{force.unit.written}]"'
+        )
+    choice = Choice(
+        column, heads.unit("force", column, written), reason="subtracted from the force"
+    )
+    if choice.unit.dimension != force.unit.dimension:
+        raise InputError(
+            f"subtract: column {shortened(column)} is in {written}, and the force in "
+            f"{force.unit.written}: subtract a force"
+        )
+    if column == force.column:
+        raise InputError(f"subtract: column {shortened(column)} is the force itself")
+    return choice
 
 
 def _table(
@@ -138,12 +180,15 @@ def _mended(
     chosen: Mapping[str, Choice],
     notes: tuple[str, ...],
     window: tuple[float, float] | None,
+    known: Choice | None,
 ) -> dict[str, Any]:
     """Channels and other columns in SI from the chosen columns, their defects mended and told."""
     channels = {name: chosen[name].values(table) for name in ("time", *CHANNELS) if name in chosen}
     if "time" not in channels:
         assert table.t is not None  # noqa: S101 - a log without times has a rate
         channels = {"time": table.t, **channels}
+    if known is not None:
+        channels[_KNOWN] = known.values(table)
     mender = Mender(table, channels, {}, list(table.notes))
     if "position" not in channels:
         mender.channels = {**channels, "position": _integral(channels)}
@@ -161,10 +206,15 @@ def _mended(
     if abs(t[0]) > _LATE * float(np.median(np.diff(t))):
         mender.notes.append(f"time counts from the first sample, {t[0]:.9g} s on the log's clock")
     rows = _rows(t - t[0], window)
+    force = None
+    if known is not None:
+        force = KnownForce.of(known.column, known.unit, mender.channels.pop(_KNOWN)[rows])
+        mender.notes.append(force.sentence)
     return {
         "t": t[rows] - t[rows][0],
         **{name: values[rows] for name, values in mender.channels.items()},
         "extra": {name: values[rows] for name, values in mender.extra.items()},
+        "known_force": force,
         "rotary": (chosen.get("position") or chosen["velocity"]).rotary,
         "notes": (*mender.notes, *(n for n in notes if n not in mender.notes), *_scaled(chosen)),
     }

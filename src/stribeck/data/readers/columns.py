@@ -204,10 +204,10 @@ def _velocity(
 
 def is_there(heads: Heads, entry: Entry) -> bool:
     """Whether a log has the column that an entry of a mapping names."""
-    return _column(heads, entry)[0] is not None
+    return named_column(heads, entry)[0] is not None
 
 
-def _column(heads: Heads, entry: Entry) -> tuple[str | None, str | None]:
+def named_column(heads: Heads, entry: Entry) -> tuple[str | None, str | None]:
     """The column that an entry names, None if there is none, and the unit that it states."""
     column = str(entry if isinstance(entry, str) else entry["column"])
     written = None if isinstance(entry, str) else entry.get("unit")
@@ -224,7 +224,7 @@ def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
     Raises:
         InputError: there is no such column, or it has no unit.
     """
-    column, written = _column(heads, entry)
+    column, written = named_column(heads, entry)
     if column is None:
         name = shortened(str(entry if isinstance(entry, str) else entry["column"]))
         raise InputError(

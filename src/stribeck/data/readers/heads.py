@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 #: What people call a quantity. A name may stand in two lists: its unit then tells which is meant.
@@ -90,6 +91,13 @@ def take_apart(head: str) -> Head:
         if is_unit("_".join(words[-n:])):
             return Head(_stem("_".join(words[:-n])), _respelled("_".join(words[-n:])))
     return Head(_stem(head), None)
+
+
+def named_by_stem(name: str, heads: Iterable[str]) -> str | None:
+    """The one head that is a name but for its unit: `tau_rigid_Nm` is `tau_rigid`."""
+    stem = take_apart(name).stem
+    same = [head for head in heads if take_apart(head).stem == stem]
+    return same[0] if len(same) == 1 else None
 
 
 def is_unit(text: str) -> bool:

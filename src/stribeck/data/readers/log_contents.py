@@ -54,6 +54,7 @@ def contents(
     time_unit: str | None = None,
     stamp: str | None = None,
     episode: str | None = None,
+    subtract: str | None = None,
 ) -> LogContents:
     """What is in a log of any format of `readers`; the arguments are those of `read`.
 
@@ -61,7 +62,7 @@ def contents(
         InputError: it is not there, of no format that is read, or broken.
     """
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
-             "episode": episode}  # fmt: skip
+             "episode": episode, "subtract": subtract}  # fmt: skip
     stated = LogMap.of(columns).with_words(words)
     file = replace(LogPath.of(path), window=None, written="")
     try:

@@ -13,11 +13,11 @@ from ...drive import DriveChain
 from ...errors import InputError
 from .column_map import Entry, mapping, toml_table
 from .log_file import ReadOptions
-from .raw_table import printable
+from .raw_table import printable, shortened
 
 #: Maps beside logs, for those with the heads that they name.
 FILE = "stribeck.columns.toml"
-_WORDS = ("joint", "rate", "time_unit", "stamp", "episode")
+_WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
 _STAMPS = ("header", "log")
 
 
@@ -32,6 +32,7 @@ class LogMap:
         time_unit: Of times whose unit the format leaves open.
         stamp: Which time of a message counts; None for the usual one.
         episode: Which of several logs in a file or folder is read.
+        subtract: The column of a known force, a rigid-body torque say, that is taken off the force.
         drive: The chain from what the drive recorded to the force at the axis.
     """
 
@@ -41,6 +42,7 @@ class LogMap:
     time_unit: str | None = None
     stamp: Literal["header", "log"] | None = None
     episode: str | None = None
+    subtract: str | None = None
     drive: DriveChain | None = None
 
     @classmethod
@@ -65,7 +67,11 @@ class LogMap:
             name, table = toml_table(Path(source))
         words = {w: table[w] for w in _WORDS if w in table}
         chain = _chain(table["drive"], f"{name}: drive") if "drive" in table else None
-        rest = table.get("columns", {}) if words or chain or "columns" in table else table
+        named = bool(words or chain or "columns" in table)
+        if named and (others := [k for k in table if k not in (*_WORDS, "columns", "drive")]):
+            raise InputError(f"{name}: {shortened(str(others[0]))} stands beside other words: put "
+                             "channels into a table columns")  # fmt: skip
+        rest = table.get("columns", {}) if named else table
         if not isinstance(rest, Mapping):
             raise InputError(f'{name}: columns must be a table such as position = "x [mm]"')
         if not rest and not words and chain is None:
@@ -79,7 +85,7 @@ class LogMap:
         return {**words, "columns": dict(self.columns), **chain}
 
     def with_words(self, words: Mapping[str, Any]) -> LogMap:
-        """The same with what a caller says of joint, rate, unit of time, stamp and episode.
+        """The same with what a caller says of joint, rate, unit of time and the like.
 
         Raises:
             InputError: one of them makes no sense.
@@ -118,7 +124,7 @@ def _checked(name: str, words: Mapping[str, Any]) -> dict[str, Any]:
         raise InputError(f"{name}rate: give a number of Hz above 0")
     if stamp is not None and stamp not in _STAMPS:
         raise InputError(f"{name}stamp: give {' or '.join(_STAMPS)}")
-    for word in ("joint", "time_unit", "episode"):
+    for word in ("joint", "time_unit", "episode", "subtract"):
         if not isinstance(words.get(word, ""), str):
             raise InputError(f"{name}{word}: give text in quotes")
     return dict(words)

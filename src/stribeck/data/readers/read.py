@@ -30,6 +30,7 @@ def read(
     time_unit: str | None = None,
     stamp: str | None = None,
     episode: str | None = None,
+    subtract: str | None = None,
     drive: DriveChain | Mapping[str, Any] | None = None,
     lenient: bool = False,
     keep_map: bool = False,
@@ -56,6 +57,8 @@ def read(
         time_unit: Of times whose unit the format leaves open: ms or us, say.
         stamp: Which time of a message counts: its `header`'s, or that of its `log`.
         episode: Which of several logs in a file or folder is read: its number, or its group.
+        subtract: The column of a known force that is taken off the measured one, with its unit if
+            the head does not say it: `tau_rigid [N m]`.
         drive: The chain from what the drive recorded to the force at the axis, or its table, as a
             TOML file has it in `[drive]`.
         lenient: Whether a mapped column that is not there is no reason to refuse a log: a rig
@@ -66,7 +69,7 @@ def read(
         InputError: the log cannot be used; the line says what is wrong, where, and what to do.
     """
     words = {"joint": joint, "rate": rate, "time_unit": time_unit, "stamp": stamp,
-             "episode": episode}  # fmt: skip
+             "episode": episode, "subtract": subtract}  # fmt: skip
     stated = LogMap.of(columns).with_words(words).driven(drive)
     log = LogPath.of(path)
     try:

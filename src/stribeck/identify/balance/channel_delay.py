@@ -308,7 +308,7 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force - without, rcond=None)[0]
     slopes = []
     for log in system.logs:
-        modelled = system.rig.force(system.law, p, log.v, log.a, log.loads)
+        modelled = system.rig.force(system.law, p, log.v, log.a, log.loads) + log.known
         slopes.append(log.thin(np.gradient(bridged(modelled, log.unsure), 1.0 / log.rate)))
     return np.concatenate(slopes)
 

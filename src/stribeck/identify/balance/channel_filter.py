@@ -70,7 +70,7 @@ def _beside(
 
     def modelled(log: Log, v: Array, a: Array) -> Array:
         forces = [system.rig.force(system.law, row, v, a, log.loads) for row in sets]
-        return np.column_stack(forces)
+        return np.asarray(np.column_stack([f + log.known for f in forces]))
 
     filtered: list[Array] = []
     delayed: list[Array] = []

@@ -215,7 +215,8 @@ def spikes(system: System, solution: balance.Balance) -> str:
     if not share:
         return ""
     residuals = [
-        log.raw - rig.force(law, solution.values, log.v, log.a, log.loads) for log in system.logs
+        log.raw - log.known - rig.force(law, solution.values, log.v, log.a, log.loads)
+        for log in system.logs
     ]
     r = np.concatenate(residuals)
     r = np.abs(r - np.median(r))

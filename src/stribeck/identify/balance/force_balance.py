@@ -13,7 +13,8 @@ from ...data.recording import Recording
 from ...space import Array
 from ..adequacy.advice import with_effects
 from ..adequacy.effects import Effects, effects
-from ..adequacy.generalisation import held_out_violations, neighbour_violations
+from ..adequacy.generalisation import held_out_violations
+from ..adequacy.neighbours import neighbour_violations
 from ..conditions import lowered, sentences
 from ..data_split import DataSplit
 from ..exact_constants import Slopes, exact_constants, scale
@@ -35,6 +36,7 @@ from .balance import Balance
 from .balance_rows import balance_rows
 from .checks import BalanceChecks, check_balance
 from .constant_slopes import constant_slopes, with_tolerances
+from .counted_twice import twice_violations
 from .force_residuals import BalanceResiduals
 from .known_load import load_notes
 from .known_mass import calibration, mass_violations
@@ -174,6 +176,7 @@ def _balance_fit(logs: SolvedLogs) -> Fit:
         *between,
         *inadequate,
         *neighbour_violations(parameters, recordings),
+        *twice_violations(solved),
         *mass_violations(parameters, judged, scaled),
         *misloaded,
         *held_out_violations(score, holdout),

@@ -76,6 +76,7 @@ def lag_sums(solution: Balance, lags: Array, parts: NDArray[np.intp]) -> list[La
         parts: Number of the part of each row, from 0, (rows,).
     """
     W, rest = columns(solution)
+    rest = rest + solution.system.known  # that stays with the motion
     count = int(parts.max()) + 1
     totals: list[LagSums | None] = [None] * count
     first = 0

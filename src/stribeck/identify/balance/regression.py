@@ -74,8 +74,13 @@ class System:
 
     def at_lag(self, lag: float) -> Array:
         """The force that was measured `lag` seconds later than the motion, (rows,)."""
+        return np.concatenate([log.thin(log.net(lag)) for log in self.logs])
+
+    @property
+    def known(self) -> Array:
+        """The known force that is taken off the measured one, (rows,)."""
         return np.concatenate(
-            [log.thin(np.interp(log.clock + lag, log.clock, log.raw)) for log in self.logs]
+            [log.thin(np.broadcast_to(log.known, log.v.shape)) for log in self.logs]
         )
 
     def least_squares(self, force: Array, p: Array) -> float:

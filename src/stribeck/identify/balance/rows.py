@@ -48,7 +48,8 @@ _REST_SPEED, _REST_SHARE = 0.005, 0.1
 class Log:
     """A filtered log: its clock to its raw force at full rate, t and force at rows that count.
 
-    Rows of a table of steady speeds have a weight each, by which their force is multiplied.
+    `force` is without the known one, which is taken off at the instants of the motion. Rows of a
+    table of steady speeds have a weight each, by which their force is multiplied.
     """
 
     clock: Array
@@ -66,6 +67,7 @@ class Log:
     label: str
     figures: Mapping[str, float]
     weight: Array | None = None
+    known: Array | float = 0.0
 
     @property
     def row_clock(self) -> Array:
@@ -86,6 +88,10 @@ class Log:
         """Full-rate columns (N, ...) bridged, decimated, and only the rows that count."""
         thinned: Array = decimate(bridged(x, self.unsure), self.factor)[self.counts]
         return thinned if self.weight is None else (thinned.T * self.weight).T
+
+    def net(self, lag: float) -> Array:
+        """The force that was measured `lag` seconds later than the motion, less the known one."""
+        return np.asarray(np.interp(self.clock + lag, self.clock, self.raw) - self.known)
 
     @property
     def gain(self) -> float | Array:
@@ -166,7 +172,8 @@ def _log(
         unsure = unsure_of_direction(v, log.rate, filtering, error)
         counts &= ~unsure[thin]
     t = log.t[inner][thin][counts]
-    force = decimate(bridged(log.force[inner], unsure), factor)[counts]
+    known = log.less[inner] if isinstance(log.less, np.ndarray) else log.less
+    force = decimate(bridged(log.force[inner] - known, unsure), factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
     return Log(
         log.t[inner],
@@ -183,6 +190,7 @@ def _log(
         notes,
         recording.label,
         rig.figures(recording),
+        known=known,
     )
 
 

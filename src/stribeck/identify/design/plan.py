@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -134,6 +134,7 @@ def plan(
     count: int = DRAWS,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
 ) -> Plan:
     """Rank experiments by how much they would shrink the intervals of doubtful parameters.
 
@@ -148,6 +149,7 @@ def plan(
         count: Parameter sets at which each experiment is looked at.
         units: Unit by column, as for `identify`.
         columns: Column by channel, as for `identify`.
+        subtract: As for `identify`; by default what the card says.
 
     Raises:
         InputError: a card or logs that do not fit, nothing left to find, or a rig or law for
@@ -156,7 +158,7 @@ def plan(
     for name, value, least in (("check", check, 0), ("seed", seed, 0), ("draws", count, 1)):
         if value < least:
             raise InputError(f"{name} must be a whole number >= {least}, got {value}")
-    card, recordings = _card_and_logs(model, logs, units, columns)
+    card, recordings = _card_and_logs(model, logs, units, columns, subtract)
     refuse_runs(recordings, "a plan of experiments")
     current = current_model(card, recordings)
     axis = current.axis
@@ -201,17 +203,19 @@ def _card_and_logs(
     logs: Logs | None,
     units: Mapping[str, str] | None,
     columns: Columns,
+    subtract: str | None,
 ) -> tuple[Card, list[Recording]]:
     """The card of a model, and the logs that it was identified on."""
     card = card_of(model)
     rig = card.model()[0].rig
+    given: dict[str, Any] = {"units": units, "columns": columns, "subtract": subtract}
     if logs is not None:
-        return card, recording_list(logs, rig, units=units, columns=columns)
+        return card, recording_list(logs, rig, **given)
     if isinstance(model, Fit):  # its logs have been moved in time already
         return card.model_copy(update={"force_delay_ms": 0.0}), list(model.recordings)
     if isinstance(model, str | Path):
         paths = logs_beside(card, Path(model))
-        return card, recording_list(paths, rig, units=units, columns=columns)
+        return card, recording_list(paths, rig, **given)
     raise InputError("a card does not know its logs: give them after it")
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 from numbers import Integral
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -143,6 +143,7 @@ def select(
     laws: Sequence[str | Law] | None = None,
     units: Mapping[str, str] | None = None,
     columns: Columns = None,
+    subtract: str | None = None,
     constants: Mapping[str, Stated] | None = None,
     exact: bool = False,
     train: Sequence[Range | str] | Range | str | None = None,
@@ -170,6 +171,7 @@ def select(
         laws: Laws or their names; by default those that the rig was made for.
         units: Unit by column, as for `identify`.
         columns: Column by channel, as for `identify`.
+        subtract: As for `identify`.
         constants: Constants of the rig that are this axis's, as for `identify`.
         exact: Whether the other constants are this axis's, too, without a tolerance.
         train: Ranges to train on; everything by default.
@@ -189,8 +191,9 @@ def select(
         InputError: something asked for cannot be done with these recordings.
     """
     axis, _ = rig_and_law(rig, None, constants, exact=exact)
-    trained = recording_list(logs, axis, units=units, columns=columns)
-    tests = [] if test is None else recording_list(test, axis, units=units, columns=columns)
+    given: dict[str, Any] = {"units": units, "columns": columns, "subtract": subtract}
+    trained = recording_list(logs, axis, **given)
+    tests = [] if test is None else recording_list(test, axis, **given)
     refuse_runs([*trained, *tests], "a comparison of laws")
     axis = axis.behind([*trained, *tests])
     parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))

@@ -186,6 +186,8 @@ def facts(report: Report) -> list[tuple[str, str]]:
     if report.law.cite:
         rows.append(("Source", report.law.cite))
     rows.append(("Rig", f"{card.rig}: {report.about}"))
+    if subtracted := card.columns.get("subtract"):
+        rows.append(("Subtracted from the force", str(subtracted)))
     rows.append(("Trained on", ", ".join(card.train) or "everything"))
     if search.seed is None:
         rows.append(("Method", f"{search.method}, which leaves nothing to search"))
