@@ -61,17 +61,17 @@ def test_a_small_motion_or_a_linear_axis_is_told_and_keeps_its_inertia() -> None
     (violation,) = neighbour_violations(parameters, [little])
     assert not violation.caps
     linear = Parameters.declared(RIGS["forced"], LAWS["coulomb-viscous"])
-    gantry = Recording(T, np.sin(T), extra={"Y1_ActualPosition": np.sin(3 * T)})
+    gantry = Recording(T, np.sin(T), extra={"Y1_ActualPosition [mm]": 1e3 * np.sin(3 * T)})
     (violation,) = neighbour_violations(linear, [gantry])
     assert not violation.caps
-    assert "Y1_ActualPosition: 2 m" in violation.sentence
+    assert "Y1_ActualPosition [mm] by 2 m)" in violation.sentence
 
 
 def test_an_inertia_is_not_identified_where_other_joints_move() -> None:
     parameters = Parameters.declared(RIGS["forced-rotary"], LAWS["coulomb-viscous"])
     (violation,) = neighbour_violations(parameters, [log(q_2=np.sin(3 * T))])
     assert (violation.parameters, violation.caps) == (frozenset({"M"}), True)
-    assert "(q_2: 2 rad)" in violation.sentence
+    assert "(q_2 by 2)" in violation.sentence
     assert "J is no constant" in violation.sentence
     assert not neighbour_violations(parameters, [log()])
 

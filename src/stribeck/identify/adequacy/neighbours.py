@@ -39,14 +39,16 @@ class Neighbour:
 
     Args:
         column: The head of its position, or of its speed where there is no other.
-        travel: From its least to its greatest position, m or rad as far as the head says it; its
-            greatest change of speed where it has no position.
+        travel: From its least to its greatest position, SI where the head says the unit; of its
+            speed where it has no position.
         speed: Whether that is of a speed.
+        unit: Of the travel, empty where the head has none.
     """
 
     column: str
     travel: float
     speed: bool = False
+    unit: str = ""
 
 
 def neighbour_violations(
@@ -66,7 +68,7 @@ def neighbour_violations(
     if not moving:
         return []
     rig = parameters.rig
-    names = _listed(sorted(moving.values(), key=lambda n: (n.speed, -n.travel)), rotary=rig.rotary)
+    names = _listed(sorted(moving.values(), key=lambda n: (n.speed, -n.travel)))
     inertia = frozenset(q.name for q in parameters.free) & INERTIA
     matters = rig.rotary and any(n.speed or n.travel > MATTERS for n in moving.values())
     if not inertia or not matters:
@@ -86,12 +88,8 @@ def neighbour_violations(
     ]
 
 
-def _listed(moving: Sequence[Neighbour], *, rotary: bool, limit: int = 4) -> str:
-    position = "rad" if rotary else "m"
-    shown = [
-        f"{n.column}: {n.travel:.2g} {position}{'/s' * n.speed}".replace("  ", " ")
-        for n in moving[:limit]
-    ]
+def _listed(moving: Sequence[Neighbour], limit: int = 4) -> str:
+    shown = [f"{n.column} by {n.travel:.3g} {n.unit}".rstrip() for n in moving[:limit]]
     return ", ".join(shown) + (f" and {len(moving) - limit} more" * (len(moving) > limit))
 
 
@@ -112,8 +110,8 @@ def _joints(log: Recording) -> tuple[list[Neighbour], list[Neighbour]]:
     for name, values in log.extra.items():
         meaning = _meaning(name)
         if meaning and not _own(values, log):
-            factor = _factor(meaning, name)
-            n = Neighbour(name, factor * float(np.ptp(values)), meaning == "velocity")
+            factor, si = _unit(meaning, name)
+            n = Neighbour(name, factor * float(np.ptp(values)), meaning == "velocity", si)
             (speeds if n.speed else positions).append(n)
     return positions, speeds
 
@@ -131,11 +129,11 @@ def _meaning(name: str) -> str:
     return ""
 
 
-def _factor(meaning: str, name: str) -> float:
-    """Of a head's unit to SI; 1 where it states none."""
+def _unit(meaning: str, name: str) -> tuple[float, str]:
+    """The factor of a head's unit to SI, and that; 1 and nothing where it states none."""
     written = take_apart(name).unit
     unit = known_unit(meaning, written) if written else None
-    return 1.0 if unit is None else unit.factor
+    return (1.0, "") if unit is None else (unit.factor, unit.dimension)
 
 
 def _own(values: Array, log: Recording) -> bool:
