@@ -51,7 +51,7 @@ def log_list(
         raise InputError("no recording was given")
     if (units or columns) and all(isinstance(log, Recording) for log in every):
         raise InputError(_FOR_FILES)
-    reading = _Reading(units, columns, usual, subtract, drive)
+    reading = _LogOptions(units, columns, usual, subtract, drive)
     recordings = []
     for k, log in enumerate(every, 1):
         for run in each_run(log, reading.columns) if isinstance(log, str | Path) else [log]:
@@ -76,10 +76,10 @@ def recording_of(
     """
     if (units or columns) and isinstance(log, Recording):
         raise InputError(_FOR_FILES)
-    return _Reading(units, columns, usual, subtract, drive).recording(log)
+    return _LogOptions(units, columns, usual, subtract, drive).recording(log)
 
 
-class _Reading:
+class _LogOptions:
     """How logs are read; the arguments are those of `log_list`."""
 
     def __init__(
