@@ -141,6 +141,12 @@ def test_a_scope_without_samples_is_refused(tmp_path: Path) -> None:
         read(write(tmp_path, SCOPE.rstrip("\n") + "\n "))
 
 
+def test_a_channel_of_a_scope_without_samples_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"{2 * k}\t{x:.17g}\t \t \n" for k, x in enumerate(X))
+    with pytest.raises(InputError, match="no samples of ActTorque: name other channels"):
+        read(write(tmp_path, SCOPE.replace("Nm (Torque)", "N (Force)") + rows + "EOF\n"))
+
+
 def test_a_scope_whose_heads_do_not_end_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, SCOPE.rstrip("\n"))
     with pytest.raises(InputError, match="its heads do not end"):
@@ -167,6 +173,12 @@ def test_codesys_trace() -> None:
         table = table_with(log, name)
         np.testing.assert_allclose(times(table), 1e-3 * np.array(pairs)[:, 0])
         np.testing.assert_array_equal(table.columns[name], np.array(pairs)[:, 1])
+
+
+def test_a_variable_of_5000_digits_is_a_name(tmp_path: Path) -> None:
+    text = trace(1).replace("0.Variable", f"{'1' * 5000}.Variable")
+    _, log = log_of(write(tmp_path, text, "log.trace.csv"), time_unit="ms")
+    assert any(c.name.startswith("variable 0") for c in log.channels)
 
 
 def trace(scale: int) -> str:

@@ -99,6 +99,16 @@ def test_lvm_that_was_cut_off(tmp_path: Path) -> None:
         read(write(tmp_path, lvm("One")[:200]))
 
 
+def test_lvm_with_damaged_names_and_steps(tmp_path: Path) -> None:
+    """A column before any times goes by its step; a step beyond all times is none."""
+    text = lvm("One").replace("X_Value\t", "X_Values\t")
+    _, log = log_of(write(tmp_path, text))
+    assert "position" in [c.name for c in log.channels]
+    for number in ("1e308", "inf"):
+        with pytest.raises(InputError):
+            log_of(write(tmp_path, lvm("No").replace("\t0.002", f"\t{number}")))
+
+
 _EXPRESS = "channel names:\nposition [mm]\tforce [N]\t\nstart times:\n"
 
 
@@ -115,3 +125,5 @@ def test_signal_express(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.force, F[:-2], atol=1e-9)
     with pytest.raises(InputError, match="its heads do not end"):
         read(write(tmp_path, head))
+    with pytest.raises(InputError, match="names 2 channels and 2 steps of time: export it again"):
+        read(write(tmp_path, f"{head}dt:\n0.002\t1e308\t\ndata:\n{rows}\n"))

@@ -16,7 +16,7 @@ from ...units import unit
 from .budget import ReadBudget, refuse_many
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
-from .raw_table import RawTable, printable, unique_names
+from .raw_table import RawTable, printable, shortened, unique_names
 from .text_encoding import utf8
 
 _BEGINS = re.compile(rb"(?:\xef\xbb\xbf)?\s*\[key\]\s*;\s*\[value\]", re.IGNORECASE)
@@ -35,14 +35,16 @@ def _opens(_path: Path, head: bytes) -> bool:
 def _open(path: Path, options: ReadOptions) -> TablesInMemory:
     data = utf8(whole(path))
     budget = ReadBudget(len(data))
-    names = {int(number): printable(name.decode(errors="replace"))
+    names = {number: printable(name.decode(errors="replace"))
              for number, name in _VARIABLE.findall(data)}  # fmt: skip
     refuse_many(len(names), "variables")
-    series = [(int(m[1]), m[2], data.count(b"\n", 0, m.start(2))) for m in _DATA.finditer(data)]
+    series = [(m[1], m[2], data.count(b"\n", 0, m.start(2))) for m in _DATA.finditer(data)]
     budget.take_cells(sum(body.count(b"\n") + 1 for _, body, _ in series), 1)
     if not any(body.strip() for _, body, _ in series):
         raise InputError("is a trace without samples")
-    written = unique_names([names.get(number, f"variable {number}") for number, _, _ in series])
+    written = unique_names(
+        [names.get(number, f"variable {shortened(number.decode())}") for number, _, _ in series]
+    )
     scale = _scale(options)
     tables: list[RawTable] = []
     for name, (_, body, line) in zip(written, series, strict=True):

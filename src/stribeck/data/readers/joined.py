@@ -42,6 +42,9 @@ def joined(tables: Sequence[RawTable], grid: str, held: frozenset[str] = frozens
         return replace(base, scalars=scalars)
     if base.t is None or any(t.t is None for t in others):
         raise InputError(f"{listed([grid])} and other channels share no clock: name fewer channels")
+    for table in (base, *others):
+        if table.t is None or not np.isfinite(table.t).any():
+            raise InputError(f"no samples of {listed(list(table.columns))}: name other channels")
     rows = _common(base, others)
     columns = {n: a[rows] for n, a in base.columns.items()}
     notes = [note for table in tables for note in table.notes]

@@ -29,6 +29,8 @@ _END = re.compile(rb"(?m)^\*\*\*End_of_Header\*\*\*[^\n]*\n?")
 _NEXT = re.compile(rb"(?m)^Channels[\t,]")
 _NAMES = re.compile(rb"(?m)^X_Value[^\n]*\n")
 _TIME, _COMMENT = "X_Value", "Comment"
+#: No start of a log is so late, and no step of it so long: s.
+LONGEST = 1e12
 
 
 @dataclass(frozen=True)
@@ -133,12 +135,13 @@ def _series(segment: _LvmSegment, separator: str) -> Iterator[TimedSeries]:
     numbered = [i for i, name in enumerate(segment.names) if name and name not in (_TIME, _COMMENT)]
     names = unique_names([segment.names[i] for i in numbered])
     for channel, (i, name) in enumerate(zip(numbered, names, strict=True)):
-        before = max(k for k in range(i) if segment.names[k] == _TIME)
+        before = max((k for k in range(i) if segment.names[k] == _TIME), default=None)
         rows = np.flatnonzero(np.isfinite(columns[i]))
         if len(rows) == 0:
             continue
         rows = np.arange(rows[-1] + 1)
-        t = _times(segment, columns[before][rows], i, channel)
+        written = np.full(len(rows), np.nan) if before is None else columns[before][rows]
+        t = _times(segment, written, i, channel)
         if t is not None:
             unit = segment.cell("Y_Unit_Label", i, channel)
             yield TimedSeries(name, t, columns[i][rows], printable(unit))
@@ -149,6 +152,7 @@ def _times(segment: _LvmSegment, written: Array, column: int, channel: int) -> A
     if np.isfinite(written).all():
         return written
     step = segment.number("Delta_X", column, channel)
-    if step is None or not step > 0.0:
+    start = segment.number("X0", column, channel) or 0.0
+    if step is None or not 0.0 < step < LONGEST or not abs(start) < LONGEST:
         return None
-    return (segment.number("X0", column, channel) or 0.0) + step * np.arange(float(len(written)))
+    return start + step * np.arange(float(len(written)))

@@ -18,6 +18,7 @@ from .budget import ReadBudget
 from .cells import number_columns
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
+from .lvm import LONGEST
 from .raw_table import printable, unique_names
 from .stamps import instants
 from .text_encoding import utf8
@@ -46,7 +47,7 @@ def _open(path: Path, _options: ReadOptions) -> TablesInMemory:
         steps = [float(c.replace(",", ".")) for c in _cells(blocks["steps"]) if c]
     except ValueError as error:
         raise InputError("its steps of time are no numbers: export it again") from error
-    if len(steps) != len(names) or not all(0.0 < s < np.inf for s in steps):
+    if len(steps) != len(names) or not all(0.0 < s < LONGEST for s in steps):
         raise InputError(f"names {len(names)} channels and {len(steps)} steps of time: export it "
                          "again")  # fmt: skip
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
