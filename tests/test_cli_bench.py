@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import importlib.util
+import json
 import os
 import signal
 import sqlite3
@@ -166,6 +168,23 @@ def test_the_store_says_what_is_done_and_what_is_left(
     assert sorted(rows) == [
         [p, a, n, "4"] for p, n in (("BF", "4"), ("RF", "0")) for a in ("bts", "random")
     ]
+
+
+def test_a_campaign_as_json(finished: Path, bench: Callable[..., Completed]) -> None:
+    """The tables are those of the folder, in full."""
+    arguments = ("small.toml", "--engine", "here", "--out", "out")
+    answer = json.loads(bench(finished, *arguments, "--json").out)
+    assert (answer["campaign"], answer["runs"], answer["failed"]) == ("small", 16, 0)
+    table = answer["tables"]["summary"]
+    with (finished / "out" / "tables" / "summary.csv").open(newline="") as file:
+        heads, *rows = csv.reader(file)
+    assert table["heads"] == heads
+    finite = [[cell.removeprefix("inf") for cell in row] for row in rows]
+    assert [["" if v is None else str(v) for v in row] for row in table["rows"]] == finite
+    told = json.loads(bench(finished, *arguments, "--status", "--json").out)
+    assert [cell["done"] for cell in told["cells"]] == [4] * 4
+    shown = json.loads(bench(finished, "small.toml", "--show", "--json").out)
+    assert shown["campaign"]["problem"] == [{"surface": ["BF", "RF"], "target": 0.05}]
 
 
 def test_more_trials_add_to_what_is_there(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import re
@@ -332,7 +333,14 @@ def test_warm_takes_every_file_that_compiles() -> None:
         )
     }
     assert len(compiling) > 15
-    code = "from stribeck.cli.warm import warm; warm(); import sys; print(*sys.modules)"
-    summary, *modules = python(code, path=PACKAGE.parent).splitlines()
-    assert compiling <= set(" ".join(modules).split())
-    assert re.match(r"(all )?\d+ functions ", summary)
+    code = (
+        "from stribeck.cli.warm import warm; warm(); warm(json=True); "
+        "import sys; print(*sys.modules)"
+    )
+    summary, *document, modules = python(code, path=PACKAGE.parent).splitlines()
+    assert compiling <= set(modules.split())
+    counted = re.match(r"(?:all )?(\d+) (?:of (\d+) )?functions ", summary)
+    assert counted is not None
+    answer = json.loads("\n".join(document))
+    assert answer["compiled"] + answer["loaded"] >= int(counted[2] or counted[1])
+    assert answer["folder"] in summary

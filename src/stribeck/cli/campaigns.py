@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from tomllib import loads
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from ..errors import InputError
 from .exits import fail
+from .inputs import Json
 from .interruption import interruption
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ..bench.campaign import Campaign
     from ..bench.engines import Engine
     from ..bench.record import Job
+    from ..bench.study import Study
 
 
 def bench(
@@ -26,6 +31,7 @@ def bench(
     coco: Annotated[bool, typer.Option("--coco", help="Write BBOB runs as COCO's own data too, and its report.")] = False,
     show: Annotated[bool, typer.Option("--show", help="Print the campaign's file and stop.")] = False,
     status: Annotated[bool, typer.Option("--status", help="Say what is done and what is left, and stop.")] = False,
+    json: Json = False,
 ) -> None:  # fmt: skip
     """Compare search methods: the paper's study, or any campaign."""
     from ..bench.campaign import campaign as campaign_named
@@ -33,7 +39,7 @@ def bench(
 
     plan = campaign_named(campaign)
     if show:
-        typer.echo(plan.text, nl=False)
+        typer.echo(_document({"campaign": loads(plan.text)}) if json else plan.text, nl=False)
         return
     if coco and not any("bbob" in task.spec for task in plan.tasks):
         raise InputError(f"--coco: campaign {plan.name} has no problem of BBOB")
@@ -42,13 +48,24 @@ def bench(
         from ..bench.study import status as study_status
 
         with Store.read((out or Path(f"bench-{plan.name}")) / "store.sqlite") as store:
-            typer.echo(study_status(store.progress()).text(), nl=False)
+            cells = store.progress()
+        entries = {"campaign": plan.name, "cells": [cell._asdict() for cell in cells]}
+        typer.echo(_document(entries) if json else study_status(cells).text(), nl=False)
         return
     plan = plan if trials is None else plan.trials(trials)
-    _bench(plan, engine_named(engine), out or Path(f"bench-{plan.name}"), resume, coco)
+    folder = out or Path(f"bench-{plan.name}")
+    study = _studied(plan, engine_named(engine), folder, resume)
+    _show(study, folder, coco=coco, json=json)
 
 
-def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -> None:
+def _document(entries: Mapping[str, Any]) -> str:
+    from ..report.format import json_text
+
+    return json_text({"schema": "stribeck-bench/1", **entries})
+
+
+def _studied(plan: Campaign, at: Engine, folder: Path, resume: bool) -> Study:
+    """The campaign run, and what came of it written."""
     from ..bench.progress import Live
     from ..bench.record import Failure, Record
     from ..bench.runner import conduct
@@ -82,21 +99,48 @@ def _bench(plan: Campaign, at: Engine, folder: Path, resume: bool, coco: bool) -
     try:
         study = Study(plan, jobs, records, failures)
         study.write(folder)
-        typer.echo(study.text(), nl=False)
-        if coco:
-            _coco([r.job for r in records if "bbob" in r.job.surface], folder / "coco")
     except KeyboardInterrupt:
-        fail(
-            f"interrupted: the runs are safe in {file}; the same command goes on",
-            interruption.status,
-        )
-    typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
-    if failures:
-        typer.echo(f"stribeck: {len(failures)} runs failed: see the summary", err=True)
+        _interrupted(file)
+    return study
+
+
+def _interrupted(file: Path) -> NoReturn:
+    fail(f"interrupted: the runs are safe in {file}; the same command goes on", interruption.status)
+
+
+def _show(study: Study, folder: Path, *, coco: bool, json: bool) -> None:
+    """Print the tables, and where the rest is.
+
+    Raises:
+        Exit: runs have failed.
+    """
+    if not json:
+        typer.echo(study.text(), nl=False)
+    report = ""
+    try:
+        if coco:
+            report = _coco(
+                [r.job for r in study.records if "bbob" in r.job.surface], folder / "coco"
+            )
+    except KeyboardInterrupt:
+        _interrupted(folder / "store.sqlite")
+    if json:
+        tables = {name: table.document() for name, table in study.tables.items()}
+        entries = {
+            "campaign": study.campaign.name, "folder": str(folder), "runs": len(study.records),
+            "failed": len(study.failures), "coco": report or None, "tables": tables,
+        }  # fmt: skip
+        typer.echo(_document(entries), nl=False)
+    else:
+        typer.echo(f"COCO's report: {report}\n" * bool(report), nl=False)
+        typer.echo(f"\nstore, tables, figures and summary.html in {folder}")
+    if study.failures:
+        typer.echo(f"stribeck: {len(study.failures)} runs failed: see the summary", err=True)
         raise typer.Exit(1)
 
 
-def _coco(jobs: list[Job], folder: Path) -> None:
+def _coco(jobs: list[Job], folder: Path) -> str:
+    """Where COCO's report of these runs is."""
     from shutil import rmtree
 
     from ..bench.coco import observe, postprocess
@@ -105,4 +149,4 @@ def _coco(jobs: list[Job], folder: Path) -> None:
     for done, _ in enumerate(observe(jobs, folder), 1):
         if done % 100 == 0 or done == len(jobs):
             typer.echo(f"{done:,}/{len(jobs):,} runs in COCO's own form", err=True)
-    typer.echo(f"COCO's report: {postprocess(folder)}")
+    return str(postprocess(folder))

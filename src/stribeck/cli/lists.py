@@ -84,8 +84,13 @@ def readers(
         show_readers(name)
 
 
-def version() -> None:
+def version(json: Json = False) -> None:
     """Print the version."""
     from .._version import __version__
 
-    typer.echo(__version__)
+    if json:
+        from ..report.format import json_text
+
+        typer.echo(json_text({"version": __version__}), nl=False)
+    else:
+        typer.echo(__version__)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import typer
 
 from ..errors import InputError
+from .inputs import Json
 
 
-def warm() -> None:
+def warm(json: Json = False) -> None:
     """Compile everything, for an image or CI; else each command compiles what it needs, once."""
     from ..compensate import closed_loop, limit_cycle
     from ..compile_cache import tally
@@ -22,13 +23,18 @@ def warm() -> None:
     del closed_loop, limit_cycle, segmentation, variable_projection, balanced, force_imbalance
     list(LAWS.values()), list(RIGS.values())
     TestBed(loop="sensors", speed=1.0).run("up")
-    if not tally.compiled:
+    if tally.compiled and not tally.kept:
+        raise InputError(f"nothing was kept: {tally.path} cannot be written")
+    if json:
+        from ..report.format import json_text
+
+        entries = {"compiled": tally.compiled, "loaded": tally.loaded, "seconds": tally.seconds}
+        typer.echo(json_text({**entries, "folder": str(tally.path)}), nl=False)
+    elif not tally.compiled:
         typer.echo(f"all {tally.loaded} functions are compiled, in {tally.path}")
-    elif tally.kept:
+    else:
         every = tally.compiled + tally.loaded
         typer.echo(
             f"{tally.compiled} of {every} functions compiled in {tally.seconds:.1f} s, "
             f"into {tally.path}"
         )
-    else:
-        raise InputError(f"nothing was kept: {tally.path} cannot be written")

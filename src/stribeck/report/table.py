@@ -9,7 +9,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from .format import DASH, grouped
 
@@ -178,18 +178,33 @@ class Table:
 
     def csv(self) -> str:
         """For other programs: values in full, every part in a column of its own."""
+        heads, rows = self._in_full()
+        out = io.StringIO()
+        csv.writer(out, lineterminator="\n").writerows([heads, *rows])
+        return out.getvalue()
+
+    def document(self) -> dict[str, Any]:
+        """The same for JSON."""
+        heads, rows = self._in_full()
+        return {"title": self.title, "note": self.note, "heads": heads, "rows": rows}
+
+    def _in_full(self) -> tuple[list[str], list[list[Value]]]:
+        """Heads and values, every part in a column of its own."""
         parts = [
             list(dict.fromkeys(name for cell in column for name in cell.parts))
             for column in zip(*self.rows, strict=True)
         ] or [[] for _ in self.heads]
         named = list(zip(self.heads, parts, strict=True))
-        out = io.StringIO()
-        write = csv.writer(out, lineterminator="\n").writerow
-        write([f"{head} {name}".rstrip() for head, names in named for name in ("", *names)])
-        for row in self.rows:
-            both = zip(row, parts, strict=True)
-            write([v for c, names in both for v in (c.value, *(c.parts.get(n) for n in names))])
-        return out.getvalue()
+        heads = [f"{head} {name}".rstrip() for head, names in named for name in ("", *names)]
+        rows = [
+            [
+                value
+                for cell, names in zip(row, parts, strict=True)
+                for value in (cell.value, *(cell.parts.get(n) for n in names))
+            ]
+            for row in self.rows
+        ]
+        return heads, rows
 
     def html(self) -> Markup:
         """For a page: a `table` in a box that scrolls, its note below; what is shown is escaped."""
