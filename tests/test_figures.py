@@ -13,13 +13,19 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from scipy.signal import savgol_filter
 
-from stribeck import identify
+from stribeck import RIGS, Recording, identify
+from stribeck.identify.balance.balance import Signals
 from stribeck.identify.result import Fit
 from stribeck.identify.score import simulated
 from stribeck.report.contents.decimation import corners
 from stribeck.report.contents.gather import Contents
 from stribeck.report.contents.law_curve import local_quadratics, reach
-from stribeck.report.contents.motion_traces import MotionTraces, motion_traces, stuck_slips
+from stribeck.report.contents.motion_traces import (
+    MotionTraces,
+    balance_traces,
+    motion_traces,
+    stuck_slips,
+)
 from stribeck.report.contents.schema import OF_A_FIT
 from stribeck.report.figures.drawing import draw_views
 from stribeck.report.figures.fit_figures import draw_fit, fit_figures
@@ -267,3 +273,15 @@ def test_a_long_name_loses_its_middle() -> None:
 )
 def test_a_value_has_the_digits_of_its_error(value: float, error: float, text: str) -> None:
     assert with_error(value, error) == text
+
+
+def test_rows_of_a_balance_are_apart_where_others_do_not_count() -> None:
+    t = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(30.0, 40.0, 0.1)])
+    log = Recording(t, np.sin(t), force=np.cos(t))
+    signals = Signals(t, np.cos(t), np.sin(t), np.cos(t), np.cos(t), np.cos(t))
+    traces = balance_traces(RIGS["forced"], log, signals)
+    assert np.flatnonzero(np.isnan(traces.t)).tolist() == [100]
+    assert np.isnan(traces.measured[100])
+    assert not traces.scored[100]
+    assert traces.rms == 0.0
+    assert traces.scored.sum() == 200

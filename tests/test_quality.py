@@ -296,3 +296,12 @@ def test_a_force_that_stays_a_current_is_in_amperes() -> None:
     assert lines["force"].startswith("-2 A to 2 A")
     assert lines["position"].endswith("mm")
     assert q.units["force"] == "A"
+
+
+def test_a_quality_is_a_line_and_prints_as_what_check_says() -> None:
+    q = check(stick_slip_log())
+    assert repr(q) == (
+        "<Quality of recording: 6000 samples in 59.99 s, strokes: 1, slips: 14; "
+        "likely rig: slide-bed>"
+    )
+    assert [value in str(q) for _, value in q.lines()] == [True] * len(q.lines())

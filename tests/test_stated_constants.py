@@ -23,6 +23,8 @@ def test_the_page_shows_what_the_logs_state() -> None:
     fit = identify([log(100.0), log(300.0)], rig="servo-pendulum", budget=10, repeats=1)
     card = fit.card()
     assert card.stated == {"m": [0.5, 0.5], "kp": [100.0, 300.0]}
+    assert str(card) == repr(card)
+    assert repr(card).startswith("<Card of coulomb-viscous on servo-pendulum: F_C = ")
     table = constants(card)
     assert table is not None
     rows = {row[0].text: [cell.text for cell in row[1:]] for row in table.rows}

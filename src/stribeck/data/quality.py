@@ -96,6 +96,17 @@ class Quality:
         """The directions of the strokes, each once: (-1, 1), (1,) or (-1,)."""
         return tuple(sorted({s.direction for s in self.strokes}))
 
+    def __repr__(self) -> str:
+        moves = f"strokes: {len(self.strokes)}, slips: {len(self.slips)}"
+        likely = f"; likely rig: {self.rig}" * bool(self.rig)
+        samples = f"{self.rows} samples in {self.duration:.4g} s"
+        return f"<Quality of {self.file or 'recording'}: {samples}, {moves}{likely}>"
+
+    def __str__(self) -> str:
+        lines = self.lines()
+        width = max(len(what) for what, _ in lines)
+        return "\n".join([self.file, *(f"{what:{width}}  {value}" for what, value in lines)])
+
     def _repr_html_(self) -> str:
         return str(presenter("quality_html")(self))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..friction import Law
-from ..identify.card import Card, Carded, card_of, read_card
+from ..identify.card import Card, Carded, card_file, card_of, read_card
 from ..identify.parameters import Parameters
 from ..rig import Rig
 from ..space import Array, Param
@@ -162,7 +162,7 @@ def read_model(path: str | Path) -> Model:
     Raises:
         InputError: no such card, a newer schema, or values that are no friction law.
     """
-    path = Path(path)
+    path = card_file(path)
     card = read_card(path)
     try:
         parameters, values = _friction_of(card)

@@ -315,6 +315,14 @@ class Card(_Part):
         data = self.model_dump(by_alias=True, exclude=absent)
         return json.dumps(data, indent=2, ensure_ascii=False) + "\n"
 
+    def __repr__(self) -> str:
+        values = ", ".join(f"{n} = {p.value:.5g} {p.unit}" for n, p in self.parameters.items())
+        score = f"{self.objective.name} = {self.objective.value:.4g} {self.objective.unit}"
+        return f"<Card of {self.law} on {self.rig}: {values}; {score}>"
+
+    def __str__(self) -> str:
+        return repr(self)
+
     def _repr_html_(self) -> str:
         return str(presenter("card_html")(self))
 
@@ -465,6 +473,12 @@ def card_of(model: Card | Carded | str | Path) -> Card:
     return read_card(model) if isinstance(model, str | Path) else model.card()
 
 
+def card_file(path: str | Path) -> Path:
+    """The file of a card; that in it where a folder is named which `identify --out` wrote."""
+    inside = Path(path) / "card.json"
+    return inside if inside.is_file() else Path(path)
+
+
 def read_card(path: str | Path) -> Card:
     """Read a card from a file.
 
@@ -474,8 +488,7 @@ def read_card(path: str | Path) -> Card:
     Raises:
         InputError: no such file, not a card, a newer schema, or values that cannot be.
     """
-    path = Path(path)
-    path = path / "card.json" if (path / "card.json").is_file() else path
+    path = card_file(path)
     try:
         data = json_document(page(path))
         json.dumps(data, ensure_ascii=False).encode()

@@ -111,16 +111,10 @@ class Table:
         ]
 
     def terminal(self) -> RichTable:
-        """For the terminal, as wide as that is: long cells are folded."""
+        """For the terminal, as wide as that is, without the title: long cells are folded."""
         from rich.table import Table as RichTable  # noqa: PLC0415 - files need none
 
-        table = RichTable(
-            title=self.title or None,
-            title_justify="left",
-            title_style="bold",
-            box=None,
-            pad_edge=False,
-        )
+        table = RichTable(box=None, pad_edge=False)
         for k, (head, numeric) in enumerate(zip(self.heads, self.numeric, strict=True)):
             table.add_column(
                 head,

@@ -31,8 +31,11 @@ class _Output(Console):
 
 
 def show_table(table: Table) -> None:
-    """Print a table."""
-    console().print(table.terminal())
+    """Print a table, its title in a line of its own."""
+    out = console()
+    if table.title:
+        out.print(table.title, style="bold")
+    out.print(table.terminal())
 
 
 class _Unpadded(io.TextIOBase):

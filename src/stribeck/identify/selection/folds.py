@@ -216,7 +216,7 @@ def _round(
         if not parts:
             raise InputError(
                 f"{logs[0].label}: is too short for {folds} folds, so that nothing is {purpose}: "
-                "give fewer, or longer logs"
+                "give fewer (--folds 2), a range to hold out (--holdout), or longer logs"
             )
     return tuple(train), tuple(held_out)
 

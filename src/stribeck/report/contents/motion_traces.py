@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: A rest on either side lasts at least this share of the slip's time.
 _RESTED = 0.3
+#: Rows of a force balance are apart beyond so many of their steps, and beyond this share of them.
+_APART, _GAP = 3.0, 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +89,23 @@ def motion_traces(
 
 
 def balance_traces(rig: Rig, log: Recording, signals: Signals) -> MotionTraces:
-    """The force balance of a log: the measured force beside the predicted one, every row."""
+    """The force balance of a log: the measured force beside the predicted one, every row.
+
+    A gap parts rows that others lie between which do not count: rests, and what is left out.
+    """
     b, scale = signals, unit(rig.unit_shown("velocity")).factor
-    every = np.ones(len(b.t), dtype=bool)
+    steps = np.diff(b.t)
+    shortest = max(_APART * float(np.median(steps)), _GAP * float(np.ptp(b.t))) if len(steps) else 0
+    at = np.flatnonzero(steps > shortest) + 1
+
+    def parted(a: Array) -> Array:
+        return np.insert(a, at, np.nan)
+
     return MotionTraces(
-        log.label, log, b.t, b.measured, b.predicted, every, velocity=b.velocity / scale
-    )
+        log.label, log, parted(b.t), parted(b.measured), parted(b.predicted),
+        np.insert(np.ones(len(b.t), dtype=bool), at, values=False),
+        velocity=parted(b.velocity / scale),
+    )  # fmt: skip
 
 
 def _traces(rig: SimulatedRig, s: Segment, motion: Motion, fit: Fit) -> MotionTraces:

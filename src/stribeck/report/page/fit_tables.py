@@ -17,6 +17,8 @@ from ..table import Table
 
 #: Slips listed of a log, and logs listed by their errors.
 LISTED = 200
+#: A parameter ended elsewhere than its search if it moved by more than this share of it.
+MOVED = 0.01
 #: A chance below this is told as being so.
 LEAST = 1e-6
 #: What a meaning says of the ends of an interval has a column of its own.
@@ -325,7 +327,13 @@ def repeats(report: Report) -> Table | None:
          *(number(r.parameters.get(n, np.nan), 4) for n in names)]
         for k, r in enumerate(report.runs, 1)
     ]  # fmt: skip
-    return Table.of_texts("Repeats of the search, the best first", heads, rows, (0, 3))
+    best, cards = report.runs[0].parameters, report.card.parameters
+    moved = any(abs(best[n] - cards[n].value) > MOVED * abs(best[n]) for n in names if n in cards)
+    note = (
+        "The parameters above are where a descent from the best repeat ended, with wider ranges "
+        "where it sat at the end of a default one, and with constants that have tolerances."
+    ) * moved
+    return Table.of_texts("Repeats of the search, the best first", heads, rows, (0, 3), note=note)
 
 
 def qualities(report: Report) -> Table | None:
