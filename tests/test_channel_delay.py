@@ -102,7 +102,7 @@ def test_off_tells_a_delay_alone_and_a_number_is_taken_as_it_is() -> None:
     assert "identified" not in verdicts(off).values()
     assert (known.delay, known.search.ended) == (0.03, "solved")
     assert holds(known)
-    assert "still 19.8 ms behind" in " ".join(told(wrong))
+    assert "still 19.9 ms behind" in " ".join(told(wrong))
     assert "identified" not in verdicts(wrong).values()
 
 

@@ -529,6 +529,7 @@ def test_what_lies_in_a_gap_is_not_used() -> None:
     data = log(t=t[holed])
     e = even(data, np.zeros(len(data)))
     missing = (e.t > 8.9995) & (e.t < 11.9995)
+    assert e.known is not None
     assert not e.known[missing].any()
     assert e.known[~missing].all()
     result = balance(data, Parameters.declared(FORCED, COULOMB))

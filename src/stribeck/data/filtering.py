@@ -8,7 +8,7 @@ one side it does to the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Literal
 
@@ -16,6 +16,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
+from .runs import runs, within
+from .zero_phase import BLOCK, Samples, Signal, zero_phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -103,6 +105,12 @@ class Filtering:
             return 0
         return extent(_low_pass_response(self.order, self.cutoff(rate) / rate))
 
+    def lowered(self, share: float, rate: float) -> Filtering:
+        """The same with a share of the cut-off that it has at a sampling rate in Hz."""
+        used = share * self.cutoff(rate)
+        longer = self.cutoff_hz / used
+        return replace(self, cutoff_hz=used, edge=(self.edge[0] * longer, self.edge[1] * longer))
+
     def edges(self, rate: float) -> tuple[int, int]:
         """Samples dropped at the start and at the end."""
         longer = rate * self.cutoff_hz / self.cutoff(rate)
@@ -117,8 +125,8 @@ class Even:
         t: Time, s, (N,).
         position: (N,).
         force: (N,); nan where it was not measured.
-        nearest: The sample of the log nearest to each, (N,).
-        known: False inside gaps of the log, (N,).
+        nearest: The sample of the log nearest to each, (N,); None where each is a sample.
+        known: False inside gaps of the log, (N,); None where there are none.
         rate: Samples a second.
         velocity: As it was recorded, (N,); None where it was not.
         less: The known force that is taken off the measured one, (N,) or 0.
@@ -128,12 +136,18 @@ class Even:
     t: Array
     position: Array
     force: Array
-    nearest: NDArray[np.intp]
-    known: NDArray[np.bool_]
+    nearest: NDArray[np.intp] | None
+    known: NDArray[np.bool_] | None
     rate: float
     velocity: Array | None = None
     less: Array | float = 0.0
     notes: tuple[str, ...] = ()
+
+    def counts(self, chosen: NDArray[np.bool_], at: slice) -> NDArray[np.bool_]:
+        """Whether samples of the grid were measured, and are chosen as samples of the log."""
+        if self.nearest is None or self.known is None:
+            return chosen[at].copy()
+        return np.asarray(chosen[self.nearest[at]] & self.known[at])
 
 
 def even(recording: Recording, force: Array) -> Even:
@@ -145,11 +159,13 @@ def even(recording: Recording, force: Array) -> Even:
     t, n = recording.t, len(recording)
     less = 0.0 if recording.known_force is None else recording.known_force.values
     step = float(t[-1] - t[0]) / (n - 1)
-    if np.abs(t - (t[0] + step * np.arange(n))).max() <= JITTER * step:
-        index = np.arange(n)
+    if all(
+        np.abs(t[k : k + BLOCK] - (t[0] + step * np.arange(k, min(k + BLOCK, n)))).max()
+        <= JITTER * step
+        for k in range(0, n, BLOCK)
+    ):
         rate = _round_rate(1.0 / step)
-        known = np.ones(n, dtype=bool)
-        return Even(t, recording.position, force, index, known, rate, recording.velocity, less)
+        return Even(t, recording.position, force, None, None, rate, recording.velocity, less)
     from scipy.interpolate import CubicSpline  # noqa: PLC0415 - most logs never need it
 
     step = recording.dt
@@ -185,7 +201,7 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
     Raises:
         InputError: too few samples for the filter.
     """
-    from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415 - slow to import
+    from scipy.signal import butter  # noqa: PLC0415 - slow to import
 
     padding = 3 * filtering.order
     if len(position) <= padding:
@@ -195,9 +211,11 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
         return position, v, difference(v, rate)
     sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
     # The filter starts from the first sample, so that an offset of metres costs no digits.
-    q = sosfiltfilt(sections, position - position[0], padlen=padding)
+    first, n = position[0], len(position)
+    q = zero_phase(sections, lambda at: position[at] - first, n, padding, slice(0, n, 1))[:, 0]
     v = difference(q, rate)
-    return q + position[0], v, difference(v, rate)
+    q += first
+    return q, v, difference(v, rate)
 
 
 def unsure_of_direction(
@@ -215,9 +233,11 @@ def unsure_of_direction(
         filtering: The low pass.
         error: `velocity_error`, m/s (rad/s).
     """
-    unsure = np.abs(v) <= error
-    turns = np.flatnonzero(np.diff(np.sign(v)) != 0)
-    unsure[turns] = unsure[turns + 1] = True
+    unsure = (v <= error) & (v >= -error)
+    for way in (v > 0, v < 0):
+        turns = way[1:] != way[:-1]
+        unsure[1:] |= turns
+        unsure[:-1] |= turns
     return within(unsure, filtering.blur(rate))
 
 
@@ -242,31 +262,60 @@ def velocity_error(noise: float, step: float, rate: float, filtering: Filtering)
     return _SIGMAS * noise * rms + step * rate * float(low_pass.max())
 
 
-def bridged(x: Array, gaps: NDArray[np.bool_]) -> Array:
-    """Columns (N, ...) with straight lines across gaps, (N,); they end level with their edges.
+class Gaps:
+    """Gaps in a channel, none if all of it is one.
 
-    It is linear in the column, so that a balance whose sides are bridged alike holds as before, and
-    what a filter mixes into its neighbours from a gap is alike on both sides.
+    Args:
+        marked: Samples that lie in one, (N,).
+
+    `starts` has the first sample of each, `left` and `right` the samples beside them: at an end of
+    the channel both are that on the other side.
     """
-    if not gaps.any() or gaps.all():
-        return x
-    at, sure = np.flatnonzero(gaps), np.flatnonzero(~gaps)
-    after = np.searchsorted(sure, at)
-    left, right = sure[np.maximum(after - 1, 0)], sure[np.minimum(after, len(sure) - 1)]
-    span = np.maximum(right - left, 1)
-    share = np.where(left < at, (at - left) / span, 0.0)
-    share = np.where(right < at, 0.0, share).reshape(-1, *(1,) * (x.ndim - 1))
-    result = x.copy()
-    result[at] = (1.0 - share) * x[np.where(left < at, left, right)] + share * x[right]
-    return result
+
+    def __init__(self, marked: NDArray[np.bool_]) -> None:
+        self.marked = np.zeros_like(marked) if marked.all() else marked
+        self.starts, stops = runs(self.marked)
+        before = self.starts - 1
+        self.left = np.where(before < 0, np.minimum(stops, len(marked) - 1), before)
+        self.right = np.where(stops == len(marked), np.maximum(before, 0), stops)
 
 
-def within(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Samples at most `reach` from a marked one, (N,)."""
-    counts = np.concatenate([[0], np.cumsum(marked)])
-    at = np.arange(len(marked))
-    upper = np.minimum(at + reach + 1, len(marked))
-    return np.asarray(counts[upper] > counts[np.maximum(at - reach, 0)])
+class Bridged:
+    """A signal with straight lines across gaps; they end level with their edges.
+
+    It is linear in the signal, so that a balance whose sides are bridged alike holds as before, and
+    what a filter mixes into its neighbours from a gap is alike on both sides.
+
+    Args:
+        signal: Columns of N samples.
+        gaps: Where it is not known.
+    """
+
+    def __init__(self, signal: Signal, gaps: Gaps) -> None:
+        self._signal, self._gaps = signal, gaps
+        self._edges = tuple(signal(at) for at in (gaps.left, gaps.right))
+
+    def __call__(self, rows: Samples) -> Array:
+        """Some samples, (len(rows), ...)."""
+        x = self._signal(rows)
+        gaps = self._gaps
+        flagged = np.flatnonzero(gaps.marked[rows])
+        if not len(flagged):
+            return x
+        at = flagged + rows.start if isinstance(rows, slice) else rows[flagged]
+        run = np.searchsorted(gaps.starts, at, side="right") - 1
+        left, right = gaps.left[run], gaps.right[run]
+        share = np.where(right > left, (at - left) / np.maximum(right - left, 1), 0.0)
+        share = share.reshape(-1, *(1,) * (x.ndim - 1))
+        result = x.copy()
+        before, after = (edge[run] for edge in self._edges)
+        result[flagged] = (1.0 - share) * before + share * after
+        return result
+
+
+def bridged(x: Array, gaps: NDArray[np.bool_]) -> Array:
+    """Columns (N, ...) with straight lines across gaps, (N,); see `Bridged`."""
+    return Bridged(lambda at: x[at], Gaps(gaps))(slice(0, len(x)))
 
 
 def extent(response: Array) -> int:
@@ -293,8 +342,13 @@ def low_passed(x: Array, rate: float, filtering: Filtering) -> Array:
 
 
 def difference(x: Array, rate: float) -> Array:
-    """Central differences, one-sided at the ends."""
-    return np.gradient(x, 1.0 / rate)
+    """Central differences of a channel, (N,), one-sided at the ends."""
+    dt = 1.0 / rate
+    slope = np.empty(len(x))
+    np.subtract(x[2:], x[:-2], out=slope[1:-1])
+    slope[1:-1] /= 2.0 * dt
+    slope[0], slope[-1] = (x[1] - x[0]) / dt, (x[-1] - x[-2]) / dt
+    return slope
 
 
 #: Fewest samples that can be decimated: the filter mirrors all but one of them at the ends.
@@ -307,12 +361,17 @@ def decimate(x: Array, factor: int) -> Array:
     The last sample is always kept. A constant comes out 1.1 % smaller (`DECIMATION_GAIN`), as
     every column does, so that a balance of forces stays one.
     """
-    if factor == 1:
-        return x
-    from scipy.signal import sosfiltfilt  # noqa: PLC0415 - slow to import
+    return x if factor == 1 else decimated(lambda at: x[at], len(x), factor)
 
-    smoothed = sosfiltfilt(_decimation(factor), x, axis=0, padlen=DECIMABLE - 1)
-    return np.asarray(smoothed[kept(len(x), factor)])
+
+def decimated(signal: Signal, n: int, factor: int) -> Array:
+    """The same of a signal of n samples, which is asked for a block of them at a time."""
+    if factor == 1:
+        return np.concatenate([
+            signal(slice(k, min(k + BLOCK, n))) for k in range(0, n, BLOCK)
+        ])  # fmt: skip
+    thin = zero_phase(_decimation(factor), signal, n, DECIMABLE - 1, kept(n, factor))
+    return thin[:, 0] if signal(slice(0, 1)).ndim == 1 else thin
 
 
 @cache

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..space import Array
 
@@ -16,6 +17,8 @@ EXACT = 0.03
 SPIKES, KURTOSIS = 0.05, 12.0
 #: Bins of position; those passed both ways that it takes, and samples each way in one.
 _BINS, _BOTH, _WAY = 60, 8, 4
+#: Samples that are worked on at once.
+BLOCK = 1 << 16
 
 
 def both_ways(t: Array, position: Array, force: Array) -> float | None:
@@ -27,22 +30,38 @@ def both_ways(t: Array, position: Array, force: Array) -> float | None:
     span = float(np.ptp(position))
     if not span > 0:
         return None
-    bins = np.minimum((_BINS * (position - position.min()) / span).astype(int), _BINS - 1)
-    v = np.gradient(position, t)
-    residual, total, n, used = 0.0, [], 0, 0
-    for k in range(_BINS):
-        at = bins == k
-        if min(np.count_nonzero(v[at] > 0), np.count_nonzero(v[at] < 0)) < _WAY:
-            continue
-        x, y = position[at] - position[at].mean(), force[at] - force[at].mean()
-        slope = float(x @ y) / max(float(x @ x), 1e-300)
-        residual += float(np.sum((y - slope * x) ** 2))
-        total.append(force[at])
-        n, used = n + int(np.count_nonzero(at)), used + 1
-    if used < _BOTH:
+    least = position.min()
+
+    def blocks() -> Iterator[tuple[NDArray[np.intp], slice]]:
+        for k in range(0, len(t), BLOCK):
+            rows = slice(k, min(k + BLOCK, len(t)))
+            bins = (_BINS * (position[rows] - least) / span).astype(int)
+            yield np.minimum(bins, _BINS - 1), rows
+
+    def sums(bins: NDArray[np.intp], values: Array | NDArray[np.bool_]) -> Array:
+        return np.asarray(np.bincount(bins, values, _BINS), dtype=float)
+
+    counted = np.zeros((5, _BINS))
+    for bins, rows in blocks():
+        first, last = max(rows.start - 1, 0), min(rows.stop + 1, len(t))
+        v = np.gradient(position[first:last], t[first:last])[rows.start - first :][: len(bins)]
+        of = (v > 0, v < 0, np.ones(len(bins)), position[rows], force[rows])
+        counted += [sums(bins, values) for values in of]
+    used = counted[:2].min(axis=0) >= _WAY
+    if np.count_nonzero(used) < _BOTH:
         return None
-    spread = float(np.std(np.concatenate(total)))
-    return float(np.sqrt(residual / n)) / spread if spread > 0 else None
+    n = np.maximum(counted[2], 1.0)
+    middle, level, mean = counted[3] / n, counted[4] / n, counted[4][used].sum() / n[used].sum()
+    squares = np.zeros((4, _BINS))
+    for bins, rows in blocks():
+        x, y = position[rows] - middle[bins], force[rows] - level[bins]
+        squares += [
+            sums(bins, values) for values in (x * x, x * y, y * y, (force[rows] - mean) ** 2)
+        ]
+    xx, xy, yy, total = squares[:, used]
+    residual = float(np.sum(yy - xy**2 / np.maximum(xx, 1e-300)))
+    # The sums cancel where nothing is left, to their last digits.
+    return float(np.sqrt(max(residual, 0.0) / total.sum())) if total.sum() > 0 else None
 
 
 def spikes(forces: Sequence[Array]) -> float:
@@ -50,10 +69,18 @@ def spikes(forces: Sequence[Array]) -> float:
 
     0 if they are not few and large. Several stretches of one force count together.
     """
-    alone = [f[1:-1] - np.median([f[:-2], f[1:-1], f[2:]], axis=0) for f in forces]
-    d, centred = np.concatenate(alone), np.concatenate([f - f.mean() for f in forces])
-    square, variance = float(np.mean(d**2)), float(np.mean(centred**2))
-    heavy_tailed = float(np.mean(d**4)) >= KURTOSIS * square**2
+    square, fourth, variance, inner, count = 0.0, 0.0, 0.0, 0, 0
+    for f in forces:
+        mean = float(f.mean())
+        for k in range(0, len(f), BLOCK):
+            variance += float(np.sum((f[k : k + BLOCK] - mean) ** 2))
+            a, b, c = (f[k + i : k + i + BLOCK][: len(f) - 2 - k] for i in range(3))
+            middle = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
+            square += float(np.sum((b - middle) ** 2))
+            fourth += float(np.sum((b - middle) ** 4))
+        inner, count = inner + len(f) - 2, count + len(f)
+    square, fourth, variance = square / inner, fourth / inner, variance / count
+    heavy_tailed = fourth >= KURTOSIS * square**2
     return (
         square / variance if heavy_tailed and square >= SPIKES * variance and variance > 0 else 0.0
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
@@ -29,6 +30,11 @@ from .steady_runs import SteadyRuns
 
 #: No quantity of an axis is larger in SI; the square of one that is could not be computed.
 LARGEST = 1e30
+
+
+def _is_sealed(base: object) -> bool:
+    """Whether what an array looks into is an array of a recording, which nobody writes to."""
+    return isinstance(base, np.ndarray) and base.base is None and not base.flags.writeable
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,7 @@ class Recording:
         for name in ("t", *CHANNELS):
             if getattr(self, name) is not None:
                 values = self._checked(name, getattr(self, name))
-                if np.abs(values).max() > LARGEST:
+                if max(values.max(), -values.min()) > LARGEST:
                     raise InputError(
                         f"{self.label}: {name} has values beyond {LARGEST:g}: check its unit, or "
                         "leave out the rows that mark missing values"
@@ -113,11 +119,13 @@ class Recording:
             known = self.known_force
             values = self._checked(known.column, known.values)
             object.__setattr__(self, "known_force", KnownForce(known.column, values))
-        if not (np.diff(self.t) > 0).all():
+        if not (self.t[1:] > self.t[:-1]).all():
             raise InputError(f"{self.label}: time does not increase")
 
     def _checked(self, name: str, values: Array) -> Array:
-        a = np.array(values, dtype=float)  # a copy: nobody else may write to it
+        a = np.asarray(values, dtype=float)
+        if a.flags.writeable or (a.base is not None and not _is_sealed(a.base)):
+            a = a.copy()  # nobody else may write to it
         if a.ndim != 1 or len(a) != len(self.t) or len(a) < 2:  # noqa: PLR2004 - a motion needs two
             raise InputError(f"{self.label}: {name} has shape {a.shape}, time {np.shape(self.t)}")
         if not np.isfinite(a).all():
@@ -244,7 +252,7 @@ class Recording:
         """How messages name it."""
         return self.source.file or "recording"
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Median sampling interval, s."""
         return float(np.median(np.diff(self.t)))

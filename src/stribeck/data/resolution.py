@@ -6,15 +6,22 @@ the sensor holds a value; the middle of their distribution is used, so that slip
 
 from __future__ import annotations
 
+from functools import wraps
 from typing import TYPE_CHECKING
+from weakref import ref
 
 import numpy as np
 
 from ..space import Array
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from .recording import Recording
 
+#: Of longer channels so many samples are looked at, in so many stretches: a million show steps and
+#: noise as well as all do.
+LONG, STRETCHES = 1 << 20, 64
 _LONGEST_HOLD = 8
 #: Share of changes that turn back from which on noise rules a channel (white noise: two thirds).
 _TURNING = 0.5
@@ -34,6 +41,33 @@ def noise(recording: Recording) -> float:
     return noise_of(recording.position)
 
 
+def _remembered(look: Callable[[Array], float]) -> Callable[[Array], float]:
+    """A look at a channel, made once for an array that nobody may write to."""
+    known: dict[int, tuple[ref[Array], float]] = {}
+
+    @wraps(look)
+    def remembered(values: Array) -> float:
+        if values.flags.writeable:
+            return look(values)
+        key = id(values)
+        entry = known.get(key)
+        if entry is None or entry[0]() is not values:
+            entry = known[key] = ref(values, lambda _: known.pop(key, None)), look(values)
+        return entry[1]
+
+    return remembered
+
+
+def _sample(values: Array) -> Array:
+    """Stretches of a long channel, end to end, all of a shorter one."""
+    n = len(values)
+    if n <= LONG:
+        return values
+    starts = np.linspace(0, n - LONG // STRETCHES, STRETCHES).astype(int)
+    return np.concatenate([values[k : k + LONG // STRETCHES] for k in starts])
+
+
+@_remembered
 def step(values: Array) -> float:
     """The quantisation step of a channel: the increment whose multiples its values are, or 0.
 
@@ -41,6 +75,7 @@ def step(values: Array) -> float:
     small multiples of one increment; those of a continuous one are not. Where values are rounded to
     so many digits, the increment grows with them: it is that of the larger half.
     """
+    values = _sample(values)
     fine = _increment(values)
     sizes = np.abs(values)
     larger = values[sizes > np.median(sizes)]
@@ -77,9 +112,11 @@ def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
     return guess, float(np.quantile(np.abs(small / guess - np.rint(small / guess)), 0.9))
 
 
+@_remembered
 def noise_of(x: Array) -> float:
     """Standard deviation of a channel's noise beside quantisation."""
     q = step(x)
+    x = _sample(x)
     k = _hold(x, q)
     if len(x) <= 3 * k + 2:
         return 0.0

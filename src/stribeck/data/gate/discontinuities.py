@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ...space import Array
 from ..repeated_samples import new_samples
 from ..resolution import noise_of, step
-from .fault import Fault, Kind, apart, mask, shown_as
-from .leaps import MOST, SHARE, SIGMAS, STEPS, WIDEST, Leaps, leaps
+from .fault import Fault, Kind, mask, shown_as
+from .leaps import MOST, SHARE, SIGMAS, STEPS, WIDEST, Leaps, largest, leaps
 
 if TYPE_CHECKING:
     from ..recording import Recording
@@ -43,6 +43,8 @@ _MATERIAL = 0.02
 _ALIKE_WAYS, _UNIT = 0.9, (0.8, 1.25)
 #: Samples of one value before a leap from which on the sensor stood, and the move made up for it.
 STOOD = 5
+#: Samples that are worked on at once.
+_BLOCK = 1 << 16
 #: Times that a note lists.
 _LISTED = 3
 #: A command goes along with a leap to this share of it where rows are missing.
@@ -116,7 +118,7 @@ def unwrapped(x: Array, at: NDArray[np.intp], size: Array, by: float) -> Array:
 def without_strays(recording: Recording) -> tuple[Recording, list[str]]:
     """The log with stray samples of position and force replaced by their neighbours' line."""
     notes = []
-    found = strays(recording.position, leaps(recording, recording.position))
+    found = strays(recording.position, leaps(recording))
     if len(found):
         off = _stand_out(recording, recording.position, found)
         recording = replace(recording, position=_bridged(recording.t, recording.position, found))
@@ -130,13 +132,14 @@ def without_strays(recording: Recording) -> tuple[Recording, list[str]]:
 
 def force_strays(u: Array) -> NDArray[np.intp]:
     """Single samples of a force that stand out from both neighbours, far beyond all others."""
-    d = np.diff(u)
-    out = np.where(d[:-1] * d[1:] < 0, np.minimum(np.abs(d[:-1]), np.abs(d[1:])), 0.0)
-    order = np.argsort(out)[::-1]
-    k = apart(out[order], FAR, max(MOST, int(SHARE * len(u))))
+    out = np.zeros(max(len(u) - 2, 0))
+    for k in range(0, len(out), _BLOCK):
+        d = np.diff(u[k : k + _BLOCK + 2])
+        both = np.minimum(np.abs(d[:-1]), np.abs(d[1:]))
+        out[k : k + _BLOCK] = np.where(d[:-1] * d[1:] < 0, both, 0.0)
+    far = largest(out, FAR, max(MOST, int(SHARE * len(u))))
     least = max(STEPS * step(u) + SIGMAS * noise_of(u), WILD * float(np.ptp(u)))
-    far = order[:k][out[order[:k]] > least]
-    return np.sort(far + 1)
+    return np.sort(far[out[far] > least] + 1)
 
 
 def _bridged(t: Array, y: Array, rows: NDArray[np.intp]) -> Array:
@@ -160,7 +163,7 @@ def _strays_told(recording: Recording, name: str, rows: NDArray[np.intp], off: f
 
 def without_wraps(recording: Recording) -> tuple[Recording, list[str]]:
     """The log with its position unwrapped, and its command by the same modulus, if certain."""
-    found = leaps(recording, recording.position)
+    found = leaps(recording)
     by = modulus(recording, found)
     if not by:
         return recording, []
@@ -185,7 +188,7 @@ def without_breaks(recording: Recording) -> tuple[Recording, list[str]]:
     Beyond a reset or a jump the position no longer stands to the command as before: where there is
     a command, a piece that does counts, unless it is short beside the longest.
     """
-    found = leaps(recording, recording.position)
+    found = leaps(recording)
     if not 0 < len(found.at) <= PIECES:
         return recording, []
     first, pieces, origins = 0, [], [True]
@@ -215,7 +218,7 @@ def _length(piece: tuple[int, int]) -> int:
 
 def broken(recording: Recording) -> list[Fault]:
     """Leaps that could not be mended, one fault for all."""
-    found = leaps(recording, recording.position)
+    found = leaps(recording)
     if not len(found.at):
         return []
     rows = mask(len(recording), np.concatenate([found.at, found.at + 1]))
@@ -230,7 +233,7 @@ def broken(recording: Recording) -> list[Fault]:
 
 def contradicted(recording: Recording) -> list[Fault]:
     """A recorded velocity that is not that of the position."""
-    if recording.velocity is None or len(leaps(recording, recording.position).at):
+    if recording.velocity is None or len(leaps(recording).at):
         return []
     new = np.flatnonzero(new_samples(recording.position))
     t, x, v = recording.t[new], recording.position[new], recording.velocity[new]

@@ -67,12 +67,6 @@ def mask(n: int, rows: NDArray[np.intp] | slice | list[int]) -> NDArray[np.bool_
     return result
 
 
-def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """First sample and the one past the last of each run of True."""
-    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
-    return edges[::2], edges[1::2]
-
-
 def apart(sizes: Array, ratio: float, most: int) -> int:
     """How many of the largest stand apart: each is `ratio` times the largest of the rest.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -32,6 +33,13 @@ STEPS, SIGMAS, LEAST = 3.0, 12.0, 1e-3
 GAP = 3.5
 #: Samples about a leap whose speeds are compared, and the widest stray of an outlier.
 _AROUND, WIDEST = 3, 3
+#: Samples that are worked on at once.
+_BLOCK = 1 << 14
+#: Comparisons that put the median of seven in the middle (Devillard 1998, Fast median search).
+_NETWORK = (
+    (0, 5), (0, 3), (1, 6), (2, 4), (0, 1), (3, 5), (2, 6), (2, 3), (3, 6), (4, 5), (1, 4),
+    (1, 3), (3, 4),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,29 +59,76 @@ class Leaps:
     tolerance: float
 
 
-def leaps(recording: Recording, x: Array) -> Leaps:
-    """The leaps of a channel of positions, in order of time."""
-    t = recording.t
+_LEAPS: WeakKeyDictionary[Recording, Leaps] = WeakKeyDictionary()
+
+
+def leaps(recording: Recording) -> Leaps:
+    """The leaps of a log's position, in order of time."""
+    if recording not in _LEAPS:
+        _LEAPS[recording] = _leaps(recording)
+    return _LEAPS[recording]
+
+
+def _leaps(recording: Recording) -> Leaps:
+    t, x = recording.t, recording.position
     tolerance = max(STEPS * step(x) + SIGMAS * noise_of(x), LEAST * float(np.ptp(x)))
-    dt, d = np.diff(t), np.diff(x)
-    v = d / dt
-    around = np.median(
-        sliding_window_view(np.pad(v, _AROUND, mode="edge"), 2 * _AROUND + 1), axis=1
-    )
-    size = d - around * dt
-    most = max(MOST, int(SHARE * len(d)))
-    departs = _largest(np.abs(size), DEPARTURE, most)
-    fast = np.abs(d) / np.maximum(dt, 0.5 * recording.dt)
-    speeding = _largest(fast, SPEED, most)
+    most = max(MOST, int(SHARE * (len(x) - 1)))
+    departs = largest(_departures(t, x), DEPARTURE, most)
+    fast = np.diff(t)
+    np.divide(np.abs(np.diff(x)), np.maximum(fast, 0.5 * recording.dt, out=fast), out=fast)
+    speeding = largest(fast, SPEED, most)
     at = np.union1d(departs, speeding).astype(np.intp)
-    at = at[(np.abs(size[at]) > tolerance) & (dt[at] <= GAP * recording.dt)]
-    slip = _is_slip(recording, x, at, speeding, tolerance)
-    keep = ~slip
-    return Leaps(at[keep], size[at[keep]], around[at[keep]], tolerance)
+    dt, around = t[at + 1] - t[at], _speed_around(t, x, at)
+    size = x[at + 1] - x[at] - around * dt
+    kept = (np.abs(size) > tolerance) & (dt <= GAP * recording.dt)
+    kept[kept] = ~_is_slip(recording, x, at[kept], speeding, tolerance)
+    return Leaps(at[kept], size[kept], around[kept], tolerance)
 
 
-def _largest(sizes: Array, ratio: float, most: int) -> NDArray[np.intp]:
-    order = np.argsort(sizes)[::-1]
+def _departures(t: Array, x: Array) -> Array:
+    """How far each sample departs from the speed about it, (N - 1,)."""
+    n = len(x) - 1
+    off = np.empty(n)
+    for k in range(0, n, _BLOCK):
+        at = slice(k, min(k + _BLOCK, n))
+        first, last = max(at.start - _AROUND, 0), min(at.stop + _AROUND, n)
+        dt, d = np.diff(t[first : last + 1]), np.diff(x[first : last + 1])
+        own = slice(at.start - first, at.stop - first)
+        edges = (_AROUND - own.start, _AROUND - (last - at.stop))
+        windows = sliding_window_view(np.pad(d / dt, edges, mode="edge"), 2 * _AROUND + 1)
+        off[at] = np.abs(d[own] - middle_of_seven(windows) * dt[own])
+    return off
+
+
+def middle_of_seven(rows: Array) -> Array:
+    """The median of each row, (N, 7) to (N,), by an optimal network of comparisons."""
+    columns: list[Array] = list(rows.T)
+    for i, j in _NETWORK:
+        low = np.minimum(columns[i], columns[j])
+        columns[i], columns[j] = low, np.maximum(columns[i], columns[j])
+    middle: Array = columns[3]
+    return middle
+
+
+def _speed_around(t: Array, x: Array, at: NDArray[np.intp]) -> Array:
+    """The median speed about some samples."""
+    about = np.clip(at[:, None] + np.arange(-_AROUND, _AROUND + 1), 0, len(x) - 2)
+    return np.asarray(np.median((x[about + 1] - x[about]) / (t[about + 1] - t[about]), axis=1))
+
+
+def largest(sizes: Array, ratio: float, most: int) -> NDArray[np.intp]:
+    """The places of what stands apart, largest first; see `apart`.
+
+    Args:
+        sizes: (N,).
+        ratio: By which it exceeds all else.
+        most: How many at most.
+    """
+    places = np.arange(len(sizes))
+    if len(sizes) > most + 1:
+        least = np.partition(sizes, len(sizes) - most - 1)[len(sizes) - most - 1]
+        places = np.flatnonzero(sizes >= least)
+    order = places[np.argsort(sizes[places])[::-1]][: most + 1]
     return order[: apart(sizes[order], ratio, most)]
 
 
@@ -85,17 +140,19 @@ def _is_slip(
     Not where all else moves three times as slowly or more, or where a leap takes the axis
     away from its command, or to the origin: no slip does.
     """
-    n = len(x)
+    slips = np.zeros(len(at), dtype=bool)
+    if not len(at):
+        return slips
+    n, span = len(x), float(np.ptp(x))
     steps = np.diff(x)
     steps[at] = 0.0
     moves = float(np.ptp(np.cumsum(steps))) > 2 * fuzz
-    slips = np.zeros(len(at), dtype=bool)
     for k, i in enumerate(at):
         a, b = max(i - _AROUND, 0), min(i + 1 + _AROUND, n - 1)
         still = abs(x[i] - x[a]) <= fuzz and abs(x[b] - x[i + 1]) <= fuzz
         if not still or (moves and i in speeding):
             continue
-        back = abs(x[i + 1]) <= fuzz < 0.1 * float(np.ptp(x)) < abs(x[i])
+        back = abs(x[i + 1]) <= fuzz < 0.1 * span < abs(x[i])
         slips[k] = not back and not _leaves_command(recording, x, int(i))
     return slips
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ...space import Array
 from ..resolution import noise_of, step
-from .fault import Fault, runs, shown_as
+from ..runs import runs
+from .fault import Fault, shown_as
 
 if TYPE_CHECKING:
     from ..recording import Recording
@@ -25,6 +26,8 @@ _ALONG, _PACE, _PARTS = 0.1, 0.4, (4, 8)
 SHARE, CUT = 0.005, 0.02
 #: A value that a channel takes more rarely than this many times its plateau's rows is a step.
 _DISTINCT = 8
+#: Samples by which most channels show that they take more values than that.
+_FIRST = 1000
 #: With noise on top: standard deviations of it that a plateau keeps within (but for so many samples
 #: in a row), how many times the variance of white noise its means of five may have, its samples,
 #: and the share of the log that may lie beyond. Forces of real axes that are flat by themselves
@@ -41,9 +44,11 @@ def clipping(recording: Recording) -> list[Fault]:
     for name, values in recording.channels().items():
         if name not in CHANNELS_CUT:
             continue
-        top, bottom = (cut_off(side, abrupt=name == "position") for side in (values, -values))
+        q = step(values)
+        top, bottom = (cut_off(side, q, abrupt=name == "position") for side in (values, -values))
         if name == "force" and not (top | bottom).any():
-            top, bottom = (_cut_below_noise(recording, side) for side in (values, -values))
+            sd = noise_of(values)
+            top, bottom = (_cut_below_noise(recording, side, q, sd) for side in (values, -values))
         rows = top | bottom
         once = name not in ("position", "force") and len(runs(rows)[0]) == 1
         if not rows.any() or once:
@@ -64,17 +69,19 @@ def clipping(recording: Recording) -> list[Fault]:
     return result
 
 
-def cut_off(y: Array, *, abrupt: bool = False) -> NDArray[np.bool_]:
+def cut_off(y: Array, q: float, *, abrupt: bool = False) -> NDArray[np.bool_]:
     """The samples of a channel that its upper limit cuts off, (N,).
 
     Args:
         y: The channel.
+        q: Its quantisation step.
         abrupt: Whether it may stay at an extreme by itself, as a position at rest does: then it
             must enter and leave its limit without slowing down.
     """
     none = np.zeros(len(y), dtype=bool)
-    span, q = float(np.ptp(y)), step(y)
-    if not span > 0 or len(np.unique(y)) < _DISTINCT:
+    span = float(np.ptp(y))
+    some = y[:: max(len(y) // _FIRST, 1)]
+    if not span > 0 or (len(np.unique(some)) < _DISTINCT and len(np.unique(y)) < _DISTINCT):
         return none
     rows = _plateaus(y, y >= y.max() - 1e-9 * span, LONG, 3 * q + CUT * span, abrupt=abrupt)
     return rows if rows.mean() >= SHARE else none
@@ -109,14 +116,14 @@ def _even(y: Array, span: float) -> bool:
     return bool(falls.min() >= _PACE * (y[0] - y[n]) / n)
 
 
-def _cut_below_noise(recording: Recording, y: Array) -> NDArray[np.bool_]:
+def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDArray[np.bool_]:
     """Plateaus with noise on top: nothing but white noise about one level near the extreme.
 
     A force that friction alone makes flat wanders by more than the noise of its sensor, or its
     axis moves at one speed.
     """
     none = np.zeros(len(y), dtype=bool)
-    sd, q, span = noise_of(y), step(y), float(np.ptp(y))
+    span = float(np.ptp(y))
     if not sd > 0:
         return none
     level = _mode(y[y >= np.quantile(y, 0.9)], sd)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ...space import Array
 from ..repeated_samples import new_samples, renewal
 from ..resolution import noise_of, step
-from .fault import Fault, apart, mask, runs, shown_as
+from ..runs import runs
+from .fault import Fault, apart, mask, shown_as
 
 if TYPE_CHECKING:
     from ..recording import Recording

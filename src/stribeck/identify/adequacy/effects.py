@@ -33,6 +33,8 @@ NAMED = 0.5
 ALIKE = 0.9
 #: Effects looked for, one after the other, each in what the last has left.
 MOST = 3
+#: Numbers in the patterns that are looked at together, at most.
+NUMBERS = 1 << 21
 
 #: What is looked at.
 LOOKS: tuple[tuple[Variable, Kind], ...] = (
@@ -253,9 +255,13 @@ def _chances(
     remainder: Remainder, known: Sequence[Pattern], block: NDArray[np.intp], kind: Kind
 ) -> list[float]:
     """The probability that a residual goes along each pattern of one column by chance."""
-    columns = remainder.without(np.column_stack([p.columns for p in known]))
     r, uneven = remainder.rows.residual, kind == "inertia"
-    chances: list[float] = t_probability(columns, r, block, uneven=uneven).tolist()
+    chances: list[float] = []
+    at_once = max(NUMBERS // max(len(r), 1), 1)
+    for first in range(0, len(known), at_once):
+        columns = np.column_stack([p.columns for p in known[first : first + at_once]])
+        columns = remainder.without(columns)
+        chances += t_probability(columns, r, block, uneven=uneven).tolist()
     return chances
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,11 +71,13 @@ class ResidualRows:
         """Rows of each log, in order."""
         return tuple(np.unique(self.log, return_counts=True)[1].tolist())
 
-    @property
+    @cached_property
     def since(self) -> Array:
         """Time since the first row of the log, s, (rows,)."""
-        first = {k: self.t[self.log == k].min() for k in np.unique(self.log)}
-        since: Array = self.t - np.array([first[k] for k in self.log])
+        _, which = np.unique(self.log, return_inverse=True)
+        first = np.full(int(which.max(initial=-1)) + 1, np.inf)
+        np.minimum.at(first, which, self.t)
+        since: Array = self.t - first[which]
         return since
 
     def variable(self, name: str) -> Array:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +26,7 @@ from .rows import Log, Rows, filtered_logs
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
+    from ...data.zero_phase import Samples
     from ..parameters import Parameters
 
 __all__ = ["Balance", "Prediction", "Rows", "Signals", "balance", "validate"]
@@ -67,15 +69,22 @@ class Prediction:
         relative_error: 100 ||measured − predicted|| / ||measured||, percent.
         residual_sd: Standard deviation of the residual, N (N m), after decimation.
         rows: Rows compared.
-        signals: One a log.
         notes: What was done to the logs or is doubtful about them, a sentence each.
+        system: The balance that was solved, or that the parameters are held against.
+        values: The parameters, the law's, then the rig's own, SI, (k,).
     """
 
     relative_error: float
     residual_sd: float
     rows: int
-    signals: tuple[Signals, ...] = field(repr=False)
     notes: tuple[str, ...]
+    system: System = field(repr=False)
+    values: Array
+
+    @cached_property
+    def signals(self) -> tuple[Signals, ...]:
+        """For figures, one a log."""
+        return tuple(_signals(self.system, log, self.values) for log in self.system.logs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +93,6 @@ class Balance(Prediction):
 
     Args:
         names: All parameters: the law's, then the rig's own.
-        values: Theirs, SI, (k,).
         free: Names of those that were found; the others were fixed or tied.
         standard_errors: (k,), those of the report: residual_sd² (WᵀW)⁻¹, as if residuals were
             white, so too small where the model leaves something out. inf where the data cannot
@@ -100,11 +108,9 @@ class Balance(Prediction):
             not fall below.
         jacobian: d predicted / d free, (rows, free), after decimation.
         residuals: Measured less predicted, (rows,), after decimation.
-        system: The balance that was solved.
     """
 
     names: tuple[str, ...]
-    values: Array
     free: tuple[str, ...]
     standard_errors: Array
     robust_errors: Array
@@ -114,7 +120,6 @@ class Balance(Prediction):
     at_bound: Mapping[str, str]
     jacobian: Array = field(repr=False)
     residuals: Array = field(repr=False)
-    system: System = field(repr=False)
 
     def figures(self) -> dict[str, float]:
         """What the literature prints beside a force balance, percent and SI."""
@@ -186,13 +191,13 @@ def balance(
         relative_error=prediction.relative_error,
         residual_sd=prediction.residual_sd,
         rows=prediction.rows,
-        signals=prediction.signals,
         notes=(
             *prediction.notes,
             *_warnings(system, W, covariance, at_bound),
         ),
-        names=names,
+        system=system,
         values=p,
+        names=names,
         free=tuple(q.name for q in parameters.free),
         standard_errors=errors,
         robust_errors=wide,
@@ -202,7 +207,6 @@ def balance(
         at_bound=at_bound,
         jacobian=W,
         residuals=residuals,
-        system=system,
     )
 
 
@@ -235,23 +239,29 @@ def _prediction(system: System, p: Array) -> Prediction:
         relative_error=100 * float(np.linalg.norm(residuals)) / size if size > 0 else float("inf"),
         residual_sd=float(np.std(residuals, ddof=1)),
         rows=len(system.y),
-        signals=tuple(_signals(system, log, p) for log in system.logs),
         notes=tuple(note for log in system.logs for note in log.notes),
+        system=system,
+        values=p,
     )
 
 
 def _signals(system: System, log: Log, p: Array) -> Signals:
     rig, law = system.rig, system.law
-    model = rig.force(law, p, log.v, log.a, log.loads)
-    rub = rig.friction(law, p, log.v, log.loads)
+
+    def forces(at: Samples) -> Array:
+        v, a, loads = log.motion(at)
+        model = rig.force(law, p, v, a, loads)
+        return np.column_stack([model, model - rig.friction(law, p, v, loads)])
+
     gain = log.gain
-    inertial, measured = log.thin(model - rub) / gain, log.force / gain
+    predicted, inertial = log.thin(forces).T / gain
+    measured = log.force / gain
     return Signals(
         t=log.t,
         velocity=log.pick(log.v),
         acceleration=log.pick(log.a),
         measured=measured,
-        predicted=log.thin(model) / gain,
+        predicted=predicted,
         friction=measured - inertial,
     )
 

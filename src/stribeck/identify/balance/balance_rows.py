@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...friction.law import POSITION
 from ..adequacy.residual_rows import ResidualRows
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def balance_rows(solution: Balance, estimates: Sequence[Estimate]) -> ResidualRo
     return ResidualRows(
         log=np.repeat(np.arange(len(logs)), [len(log.t) for log in logs]),
         t=np.concatenate([log.t for log in logs]),
-        position=np.concatenate([log.pick(log.loads[:, POSITION]) for log in logs]),
+        position=np.concatenate([log.pick(log.position) for log in logs]),
         velocity=np.concatenate([log.pick(log.v) for log in logs]),
         acceleration=np.concatenate([log.pick(log.a) for log in logs]),
         residual=solution.residuals,

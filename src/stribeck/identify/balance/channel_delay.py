@@ -13,21 +13,22 @@ ahead.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.filtering import bridged
-from ...friction.law import POSITION
 from ...space import Array
 from ..uncertainty.covariance import quick_look
 from . import variable_projection
 from .lag_search import best_lags, columns, lag_sums
 
 if TYPE_CHECKING:
+    from ...data.zero_phase import Samples
     from .balance import Balance
     from .regression import System
+    from .rows import Log
 
 #: A log is searched to at most this share of its length, whatever its strokes.
 _SHARE = 0.25
@@ -138,7 +139,7 @@ def _reach(system: System) -> float:
     """How long a stroke takes, s, the median of all; no longer than a quarter of the logs."""
     strokes, longest = [], 0.0
     for log in system.logs:
-        strokes.append(np.diff(_turns(log.clock, log.loads[:, POSITION])))
+        strokes.append(np.diff(_turns(log.clock, log.position)))
         longest = max(longest, float(log.clock[-1] - log.clock[0]))
     lengths = np.concatenate(strokes)
     stroke = float(np.median(lengths)) if len(lengths) else longest
@@ -170,7 +171,9 @@ def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
     minima = minima[np.argsort(variance[minima], kind="stable")][:_MINIMA]
     if minima[0] == zero:
         return zero
-    within = [system.least_squares(system.at_lag(lags[k]), solution.values) for k in minima]
+    within = [
+        system.least_squares(force, solution.values) for force in system.at_lags(lags[minima]).T
+    ]
     return int(minima[int(np.argmin(within))])
 
 
@@ -191,7 +194,7 @@ def _minimum(system: System, W: Array, rest: Array, near: float, row: float) -> 
     def variance(lag: float) -> float:
         one = np.zeros(len(rest), dtype=int)
         inside = _inside(system, one, np.array([lag]))
-        force = np.where(inside, system.at_lag(lag) - rest, 0.0)
+        force = np.where(inside, system.at_lags(np.array([lag]))[:, 0] - rest, 0.0)
         return _variance(W * inside[:, None], force) * len(inside) / max(int(inside.sum()), 1)
 
     ends = (near - row, near + row)
@@ -251,9 +254,8 @@ def _stepped(
     system = solution.system
     inside = _inside(system, parts, lags)
     if alike is None:
-        force = _moved(system, parts, lags)
-        rise = _moved(system, parts, lags + _SPAN * row) - _moved(system, parts, lags - _SPAN * row)
-        slope: Array = rise / (2 * _SPAN * row)
+        force, before, after = _moved(system, parts, lags, _SPAN * row)
+        slope: Array = (after - before) / (2 * _SPAN * row)
         instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
     else:
         force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
@@ -267,20 +269,17 @@ def _stepped(
     )
     tiny = np.finfo(float).tiny
     strength = np.abs(np.einsum("ij,ij->j", Z, G)) / np.maximum(np.einsum("ij,ij->j", Z, Z), tiny)
-    errors = look.errors[-len(lags) :] / np.maximum(strength, tiny)
+    errors = look.errors[-len(lags) :] / np.clip(strength, tiny, 1.0)
     variance = float(r @ r) / max(int(inside.sum()), 1)
     return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
 
 
-def _moved(system: System, parts: NDArray[np.intp], lags: Array) -> Array:
-    """The force of each part, measured later by its lag, (rows,)."""
-    if np.ptp(lags) == 0.0:
-        return system.at_lag(float(lags[0]))
-    force = np.zeros(len(parts))
-    for k, lag in enumerate(lags):
-        own = parts == k
-        force[own] = system.at_lag(float(lag))[own]
-    return force
+def _moved(system: System, parts: NDArray[np.intp], lags: Array, span: float) -> Array:
+    """The force of each part, measured later by its lag, and by a span less and more, (3, rows)."""
+    distinct, which = np.unique(lags, return_inverse=True)
+    force = system.at_lags(np.concatenate([distinct, distinct - span, distinct + span]))
+    rows, column = np.arange(len(parts)), which[parts]
+    return np.array([force[rows, column + k * len(distinct)] for k in range(3)])
 
 
 def _inside(system: System, parts: NDArray[np.intp], lags: Array) -> NDArray[np.bool_]:
@@ -306,11 +305,30 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     p[system.linear] = 0.0
     without = system.predicted(p[None])[:, 0]
     p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force - without, rcond=None)[0]
-    slopes = []
-    for log in system.logs:
-        modelled = system.rig.force(system.law, p, log.v, log.a, log.loads) + log.known
-        slopes.append(log.thin(np.gradient(bridged(modelled, log.unsure), 1.0 / log.rate)))
-    return np.concatenate(slopes)
+    return np.concatenate([log.thin(partial(_slope, system, log, p)) for log in system.logs])
+
+
+def _slope(system: System, log: Log, p: Array, at: Samples) -> Array:
+    """The slope of a modelled force over time at some samples, of neighbours that count alone.
+
+    Across a reversal, where samples do not count, the force of friction steps: that is no slope
+    of what a delay would move.
+    """
+    rows = np.arange(at.start, at.stop) if isinstance(at, slice) else at
+    before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, len(log) - 1)
+    before = np.where(log.unsure[before], rows, before)
+    after = np.where(log.unsure[after], rows, after)
+
+    def modelled(samples: Samples) -> Array:
+        return system.rig.force(system.law, p, *log.motion(samples)) + log.known_at(samples)
+
+    if isinstance(at, slice):
+        first = max(at.start - 1, 0)
+        force = modelled(slice(first, min(at.stop + 1, len(log))))
+        rise = force[after - first] - force[before - first]
+    else:
+        rise = modelled(after) - modelled(before)
+    return np.asarray(rise * log.rate / np.maximum(after - before, 1))
 
 
 def _slopes(solution: Balance, force_slope: Array) -> Array:

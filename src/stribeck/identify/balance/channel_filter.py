@@ -13,12 +13,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.filtering import bridged, decimate, difference, kept, within
+from ...data.filtering import bridged, decimate, difference, kept
+from ...data.runs import within
+from ...data.zero_phase import BLOCK
 from ...space import Array
 from . import variable_projection
 
 if TYPE_CHECKING:
     from .balance import Balance
+    from .regression import System
     from .rows import Log
 
 #: Time constants that are tried, as shares of the delay; then about the best, by these factors.
@@ -68,10 +71,6 @@ def _beside(
     sets[:, system.linear] = 0.0
     sets[1 + np.arange(len(system.linear)), system.linear] = 1.0
 
-    def modelled(log: Log, v: Array, a: Array) -> Array:
-        forces = [system.rig.force(system.law, row, v, a, log.loads) for row in sets]
-        return np.asarray(np.column_stack([f + log.known for f in forces]))
-
     filtered: list[Array] = []
     delayed: list[Array] = []
     for log in system.logs:
@@ -88,15 +87,30 @@ def _beside(
         smooth = _Runs(gaps, seconds * log.rate)
         moved = np.interp(log.clock + delay, log.clock, log.raw)
         force = smooth.fallen(log.raw) if channel == "force" else smooth.low(log.raw)
-        for table, y, model in (
-            (filtered, force, modelled(log, v, a)),
-            (delayed, smooth.low(moved), modelled(log, log.v, log.a)),
-        ):
-            both = bridged(np.column_stack([smooth.low(model), y]), gaps)
-            table.append(decimate(both, log.factor)[rows])
+
+        def thin(x: Array, log: Log = log, gaps: NDArray[np.bool_] = gaps) -> Array:
+            return decimate(bridged(x, gaps), log.factor)
+
+        def modelled(v: Array, a: Array, log: Log = log, smooth: _Runs = smooth) -> list[Array]:
+            return [thin(smooth.low(_model(system, log, row, v, a))) for row in sets]
+
+        own = modelled(v, a)
+        alike = own if channel == "force" else modelled(log.v, log.a)
+        filtered.append(np.column_stack([*own, thin(force)])[rows])
+        delayed.append(np.column_stack([*alike, thin(smooth.low(moved))])[rows])
     (left, x), (left_of_delay, x_of_delay) = map(_solved, (filtered, delayed))
     ratio = left / max(left_of_delay, np.finfo(float).tiny)
     return ChannelFilter(channel, seconds, ratio, x - x_of_delay)
+
+
+def _model(system: System, log: Log, p: Array, v: Array, a: Array) -> Array:
+    """The force of a model over a motion at full rate, (N,)."""
+    force = np.empty(len(log))
+    for k in range(0, len(log), BLOCK):
+        at = slice(k, min(k + BLOCK, len(log)))
+        force[at] = system.rig.force(system.law, p, v[at], a[at], log.motion(at).loads)
+        force[at] += log.known_at(at)
+    return force
 
 
 class _Runs:

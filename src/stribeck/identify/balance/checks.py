@@ -8,16 +8,17 @@ cannot tell one parameter from another. Each is looked for, and said in a senten
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...data.force_channel import EXACT, both_ways
 from ...data.force_channel import spikes as single_samples
+from ...data.zero_phase import BLOCK, Samples
 from ...errors import InputError
-from ...friction.law import POSITION
 from ...space import Array
 from ...units import unit
 from ..conditions import Condition, Violation
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from ..parameters import Parameters
     from ..uncertainty.estimates import Estimate
     from .regression import System
-    from .rows import Rows
+    from .rows import Log, Rows
     from .synchronisation import Synchronised
 
 #: Cut-offs at which a balance is solved again, as shares of its own.
@@ -153,12 +154,7 @@ def cutoffs(
     furthest = solution.values.copy()
     frequencies = []
     for share in SHARES:
-        longer = filtering.cutoff_hz / used / share
-        lower = replace(
-            filtering,
-            cutoff_hz=share * used,
-            edge=(filtering.edge[0] * longer, filtering.edge[1] * longer),
-        )
+        lower = filtering.lowered(share, rate)
         try:
             resolved = balance.balance(
                 recordings, system.parameters, filtering=lower, rows=rows, start=solution.values
@@ -170,6 +166,7 @@ def cutoffs(
         off = np.abs(resolved.values - solution.values) > _excess(solution, resolved)
         further = np.abs(resolved.values - solution.values) > np.abs(furthest - solution.values)
         furthest = np.where(off & further, resolved.values, furthest)
+        del resolved  # before the next is made
     moved = [i for i in system.free if furthest[i] != solution.values[i]]
     for i in moved:
         errors[i] = max(errors[i], abs(furthest[i] - solution.values[i]) / HALF_WIDTH)
@@ -214,11 +211,15 @@ def spikes(system: System, solution: balance.Balance) -> str:
     share = single_samples([log.raw for log in system.logs])
     if not share:
         return ""
-    residuals = [
-        log.raw - log.known - rig.force(law, solution.values, log.v, log.a, log.loads)
+    blocks = [
+        (log, slice(k, min(k + BLOCK, len(log))))
         for log in system.logs
+        for k in range(0, len(log), BLOCK)
     ]
-    r = np.concatenate(residuals)
+    r = np.concatenate([
+        log.raw[at] - log.known_at(at) - rig.force(law, solution.values, *log.motion(at))
+        for log, at in blocks
+    ])  # fmt: skip
     r = np.abs(r - np.median(r))
     outliers = float(np.mean(r > 3 * _MAD * np.median(r)))
     return (
@@ -235,7 +236,7 @@ def gravity(system: System, solution: balance.Balance) -> str:
         return ""
     W, r = _basis(solution), solution.residuals
     turn = [
-        np.concatenate([log.thin(f(log.loads[:, POSITION])) for log in system.logs])
+        np.concatenate([log.thin(partial(_of_position, log, f)) for log in system.logs])
         for f in (np.sin, np.cos)
     ]
     without, with_gravity = (
@@ -248,6 +249,10 @@ def gravity(system: System, solution: balance.Balance) -> str:
         f"the torque goes with the sine of the angle: gravity would leave "
         f"{np.sqrt(with_gravity / without):.0%} of the residual: use rig forced-pendulum"
     )
+
+
+def _of_position(log: Log, f: Callable[[Array], Array], at: Samples) -> Array:
+    return f(log.position[at])
 
 
 def hidden_load(recording: Recording, system: System) -> str:

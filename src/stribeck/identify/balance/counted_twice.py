@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...friction.law import POSITION
 from ...units import unit
 from ..conditions import Violation
 
@@ -92,4 +91,4 @@ def _velocity(log: Log) -> Array:
 
 
 def _position(log: Log) -> Array:
-    return log.loads[:, POSITION]
+    return log.position

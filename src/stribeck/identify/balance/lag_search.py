@@ -118,11 +118,9 @@ def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) 
     moved = np.rint(lags * log.row_rate).astype(int)
     Z = np.zeros((m, k + 2))
     Z[at, :k], Z[at, k], Z[at, k + 1] = W, rest, 1.0
-    inner = np.concatenate([np.zeros((1, k + 2, k + 2)), np.cumsum(Z[:, :, None] * Z[:, None], 0)])
-    low, high = np.clip(-moved, 0, m), np.clip(m - moved, 0, m)
-    G = inner[high] - inner[low]
-    with_force = _correlations(Z, force, moved)
-    with_square = _correlations(Z[:, k + 1 :], force**2, moved)[:, 0]
+    G = _products(Z, moved)
+    with_force = np.column_stack([_correlation(column, force, moved) for column in Z.T])
+    with_square = _correlation(Z[:, k + 1], force**2, moved)
     return LagSums(
         G[:, :k, :k],
         with_force[:, :k] - G[:, :k, k],
@@ -131,13 +129,29 @@ def _sums(log: Log, rows: NDArray[np.intp], W: Array, rest: Array, lags: Array) 
     )
 
 
-def _correlations(Z: Array, force: Array, moved: NDArray[np.intp]) -> Array:
-    """Sums of Z[t] force[t + lag] over t, zero beyond the ends, (lags, columns)."""
+def _products(Z: Array, moved: NDArray[np.intp]) -> Array:
+    """Sums of products of columns over the rows whose force lies in the log, (lags, k, k).
+
+    These are all rows but as many at one end as the force is moved by.
+    """
+    most = min(int(np.abs(moved).max(initial=0)), len(Z))
+    k = Z.shape[1]
+    whole = np.einsum("ij,ik->jk", Z, Z)
+    first, last = (
+        np.concatenate([np.zeros((1, k, k)), np.cumsum(end[:, :, None] * end[:, None], axis=0)])
+        for end in (Z[:most], Z[: len(Z) - most - 1 : -1])
+    )
+    gone = np.minimum(np.abs(moved), most)
+    return np.asarray(whole - np.where((moved > 0)[:, None, None], last[gone], first[gone]))
+
+
+def _correlation(z: Array, force: Array, moved: NDArray[np.intp]) -> Array:
+    """Sums of z[t] force[t + lag] over t, zero beyond the ends, (lags,)."""
     from scipy.fft import irfft, next_fast_len, rfft  # noqa: PLC0415 - slow to import
 
-    n = next_fast_len(2 * len(force), real=True)
-    spectrum = np.conj(rfft(Z, n, axis=0)) * rfft(force, n)[:, None]
-    return np.asarray(irfft(spectrum, n, axis=0)[np.mod(moved, n)])
+    n = next_fast_len(len(force) + int(np.abs(moved).max(initial=0)), real=True)
+    product = np.conj(rfft(z, n)) * rfft(force, n)
+    return np.asarray(irfft(product, n)[np.mod(moved, n)])
 
 
 def best_lags(sums: list[LagSums], start: int) -> list[int]:

@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...data.filtering import DECIMATION_GAIN
-from ...friction.law import HARMONIC, POSITION
+from ...friction.law import HARMONIC
 from ...space import Array, Param
 from .regression import System
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from .rows import Log
+    from collections.abc import Mapping
 
 #: Rows that a periodogram looks at, and periods that it tries at most.
 _ROWS, _PERIODS = 2_000, 4_000
@@ -55,13 +53,14 @@ def wave_start(system: System) -> Array | None:
     W = base.jacobian(p)[::every]
     Q = np.linalg.qr(W / np.maximum(np.linalg.norm(W, axis=0), np.finfo(float).tiny))[0]
     r = (base.y - base.predicted(p[None])[:, 0])[::every]
-    x = _rows(base, lambda log: log.loads[:, POSITION])[::every]
+    x = np.concatenate([log.pick(log.position) for log in base.logs])[::every]
     gains = [np.full(len(log.t), 1 if log.factor == 1 else DECIMATION_GAIN) for log in base.logs]
     size = np.concatenate(gains)[::every]
     for term, place in places.items():
         amplitude = size
         if term == "position":
-            rub = _rows(base, lambda log: base.rig.friction(law, p, log.v, log.loads))
+            motions = [log.motion(log.places) for log in base.logs]
+            rub = np.concatenate([base.rig.friction(law, p, m.v, m.loads) for m in motions])
             amplitude = size * rub[::every]
         last = place.stop - 1
         periods = np.array([parameters.fixed.get(names[last], np.nan)])
@@ -84,14 +83,10 @@ def _middle(period: Param, fixed: Mapping[str, float]) -> float:
     return fixed.get(period.name, float(np.sqrt(period.lower * period.upper)))
 
 
-def _rows(system: System, signal: Callable[[Log], Array]) -> Array:
-    return np.concatenate([log.pick(signal(log)) for log in system.logs])
-
-
 def _periods(system: System, x: Array, period: Param) -> Array:
     """The periods to try, the longest first: from the whole travel down to what filters leave."""
     travel = float(np.ptp(x))
-    rate = min((len(log.v) - 1) / float(log.clock[-1] - log.clock[0]) for log in system.logs)
+    rate = min((len(log) - 1) / float(log.clock[-1] - log.clock[0]) for log in system.logs)
     v = np.abs(np.concatenate([log.pick(log.v) for log in system.logs]))
     slow = float(np.quantile(v[v > 0], 0.25)) if (v > 0).any() else 1.0
     shortest = max(slow / system.rig.filtering.cutoff(rate), period.lower)

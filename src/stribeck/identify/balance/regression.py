@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +14,13 @@ from ..parameters import Parameters
 from . import variable_projection
 from .rows import Log
 
+if TYPE_CHECKING:
+    from ...data.zero_phase import Samples
+
 #: Step of a shape parameter for the Jacobian, as a share of its value.
 _STEP = 1e-4
+#: Shapes of the curve whose columns are kept, and numbers in all of them at most.
+SHAPES, NUMBERS = 16, 1 << 24
 
 
 class System:
@@ -36,6 +42,7 @@ class System:
         self.linear = [i for i in self.free if parameters.every[i].name in linear]
         self.shape = [i for i in self.free if i not in self.linear]
         self.y = np.concatenate([log.force for log in logs])
+        self._kept: dict[bytes, tuple[Array, Array]] = {}
         self._limits = self._linear_limits()
 
     def full(self, linear: Array, shape: Array) -> Array:
@@ -61,27 +68,34 @@ class System:
         return lower[self.linear], upper[self.linear], linear_orders
 
     def predicted(self, p: Array) -> Array:
-        """(n, k) complete sets to (rows, n) forces."""
-        rig, law = self.rig, self.law
-        return np.concatenate(
-            [
-                log.thin(
-                    np.column_stack([rig.force(law, row, log.v, log.a, log.loads) for row in p])
-                )
-                for log in self.logs
-            ]
-        )
+        """(n, k) complete sets to (rows, n) forces.
 
-    def at_lag(self, lag: float) -> Array:
-        """The force that was measured `lag` seconds later than the motion, (rows,)."""
-        return np.concatenate([log.thin(log.net(lag)) for log in self.logs])
+        They are affine in the linear parameters, whose columns are kept, so that logs are filtered
+        once for a shape of the curve; sets that hold other values than the fixed ones are not.
+        """
+        shapes, linear = p[:, self.shape], p[:, self.linear]
+        alike = np.array_equal(self.parameters.full(p[:, self.free]), p)
+        alike = alike and bool((shapes == shapes[:1]).all()) and len(p) > 0
+        if alike and (self._is_kept(shapes[0]) or len(p) > len(self.linear)):
+            W, base = self.columns(shapes[0])
+            return np.asarray(base[:, None] + np.einsum("mj,ij->mi", W, linear))
+        return self._predicted(p)
+
+    def _predicted(self, p: Array) -> Array:
+        return np.concatenate([log.thin(partial(self._forces, log, p)) for log in self.logs])
+
+    def _forces(self, log: Log, p: Array, at: Samples) -> Array:
+        motion = log.motion(at)
+        return np.column_stack([self.rig.force(self.law, row, *motion) for row in p])
+
+    def at_lags(self, lags: Array) -> Array:
+        """The force that was measured so many seconds later than the motion, (rows, lags)."""
+        return np.concatenate([log.thin(partial(_force_at_lags, log, lags)) for log in self.logs])
 
     @property
     def known(self) -> Array:
         """The known force that is taken off the measured one, (rows,)."""
-        return np.concatenate(
-            [log.thin(np.broadcast_to(log.known, log.v.shape)) for log in self.logs]
-        )
+        return np.concatenate([log.thin(partial(_known, log)) for log in self.logs])
 
     def least_squares(self, force: Array, p: Array) -> float:
         """The least sum of squares about a force, (rows,), for the shape of a complete set."""
@@ -91,9 +105,20 @@ class System:
 
     def columns(self, shape: Array) -> tuple[Array, Array]:
         """The regressor of the linear parameters at given shape ones, and what is without them."""
-        x = np.vstack([np.zeros(len(self.linear)), np.eye(len(self.linear))])
-        f = self.predicted(self.full(x, np.tile(shape, (len(x), 1))))
-        return f[:, 1:] - f[:, :1], f[:, 0]
+        key = shape.tobytes()
+        if key not in self._kept:
+            x = np.vstack([np.zeros(len(self.linear)), np.eye(len(self.linear))])
+            f = self._predicted(self.full(x, np.tile(shape, (len(x), 1))))
+            most = int(np.clip(NUMBERS // f.size, 1, SHAPES)) if f.size else 1
+            while len(self._kept) >= most:
+                self._kept.pop(next(iter(self._kept)))
+            base = f[:, 0].copy()
+            f[:, 1:] -= base[:, None]
+            self._kept[key] = f[:, 1:], base
+        return self._kept[key]
+
+    def _is_kept(self, shape: Array) -> bool:
+        return shape.tobytes() in self._kept
 
     def solved(self, start: Array | None = None) -> tuple[Array, dict[str, str]]:
         """The best complete set (near one, if given), and what stops each stopped parameter."""
@@ -137,3 +162,30 @@ class System:
             f = self.predicted(self.parameters.full(shifted))
             J[:, self.free.index(i)] = (f[:, 0] - f[:, 1]) / (2 * step[0, 0])
         return J
+
+
+def _force_at_lags(log: Log, lags: Array, at: Samples) -> Array:
+    """The raw force later by some lags, (len(at), lags), and its ends beyond them.
+
+    By cubics through four samples: a straight line between two lowers noise half way between them,
+    which reads as a delay that explains more.
+    """
+    rows = np.arange(at.start, at.stop) if isinstance(at, slice) else at
+    columns = np.empty((len(rows), len(lags)))
+    for column, lag in zip(columns.T, lags, strict=True):
+        whole, s = divmod(float(lag) * log.rate, 1.0)
+        weights = (
+            -s * (1 - s) * (2 - s) / 6,
+            (1 - s * s) * (2 - s) / 2,
+            s * (1 + s) * (2 - s) / 2,
+            -s * (1 - s * s) / 6,
+        )
+        first = rows + (int(whole) - 1)
+        column[:] = sum(
+            weight * log.raw.take(first + k, mode="clip") for k, weight in enumerate(weights)
+        )
+    return np.asarray((columns.T - log.known_at(at)).T)
+
+
+def _known(log: Log, at: Samples) -> Array:
+    return np.broadcast_to(log.known_at(at), log.clock[at].shape)

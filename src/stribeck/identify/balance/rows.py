@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data.filtering import (
     DECIMATION_GAIN,
+    Bridged,
     Filtering,
-    bridged,
-    decimate,
+    Gaps,
+    decimated,
     difference,
     even,
     kept,
@@ -23,6 +25,7 @@ from ...data.filtering import (
     velocity_error,
 )
 from ...data.resolution import noise_of, step
+from ...data.zero_phase import Samples, Signal
 from ...errors import InputError
 from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
@@ -44,9 +47,20 @@ _LEAST = 10
 _REST_SPEED, _REST_SHARE = 0.005, 0.1
 
 
+class FilteredMotion(NamedTuple):
+    """Filtered motion at some samples: velocity, acceleration, (n,), and the loads, (n, 5)."""
+
+    v: Array
+    a: Array
+    loads: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Log:
     """A filtered log: its clock to its raw force at full rate, t and force at rows that count.
+
+    What depends on its motion is worked out a block of samples at a time, and kept at the rows
+    alone: a signal is a function of samples.
 
     `force` is without the known one, which is taken off at the instants of the motion. Rows of a
     table of steady speeds have a weight each, by which their force is multiplied.
@@ -55,19 +69,31 @@ class Log:
     clock: Array
     v: Array
     a: Array
-    loads: Array
+    position: Array
     raw: Array
     factor: int
     unsure: NDArray[np.bool_]
     blur: int
     counts: NDArray[np.bool_]
     t: Array
-    force: Array
     notes: tuple[str, ...]
     label: str
     figures: Mapping[str, float]
+    loads: Callable[[Array, Array], Array]
     weight: Array | None = None
     known: Array | float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.clock)
+
+    @cached_property
+    def force(self) -> Array:
+        """The measured force at the rows that count, without the known one."""
+        return self.thin(lambda at: self.raw[at] - self.known_at(at))
+
+    def known_at(self, at: Samples) -> Array | float:
+        """The known force at some samples."""
+        return self.known[at] if isinstance(self.known, np.ndarray) else self.known
 
     @property
     def row_clock(self) -> Array:
@@ -84,14 +110,29 @@ class Log:
         """Rows a second, before some are left out."""
         return self.rate / self.factor
 
-    def thin(self, x: Array) -> Array:
-        """Full-rate columns (N, ...) bridged, decimated, and only the rows that count."""
-        thinned: Array = decimate(bridged(x, self.unsure), self.factor)[self.counts]
-        return thinned if self.weight is None else (thinned.T * self.weight).T
+    @cached_property
+    def places(self) -> NDArray[np.intp]:
+        """The samples of the rows that count."""
+        rows = kept(len(self.clock), self.factor)
+        return np.asarray(rows.start + self.factor * np.flatnonzero(self.counts))
 
-    def net(self, lag: float) -> Array:
-        """The force that was measured `lag` seconds later than the motion, less the known one."""
-        return np.asarray(np.interp(self.clock + lag, self.clock, self.raw) - self.known)
+    def motion(self, at: Samples) -> FilteredMotion:
+        """The motion at some samples."""
+        loads = self.loads(self.clock[at], self.position[at])
+        return FilteredMotion(self.v[at], self.a[at], loads)
+
+    @cached_property
+    def _gaps(self) -> Gaps:
+        return Gaps(self.unsure)
+
+    def bridged(self, signal: Signal) -> Signal:
+        """A signal with straight lines where the direction of motion is not known."""
+        return Bridged(signal, self._gaps)
+
+    def thin(self, signal: Signal) -> Array:
+        """A signal at full rate bridged, decimated, and only the rows that count."""
+        thinned: Array = decimated(self.bridged(signal), len(self), self.factor)[self.counts]
+        return thinned if self.weight is None else (thinned.T * self.weight).T
 
     @property
     def gain(self) -> float | Array:
@@ -101,9 +142,8 @@ class Log:
         return 1.0 if self.factor == 1 else DECIMATION_GAIN
 
     def pick(self, x: Array) -> Array:
-        """The samples of a full-rate signal at the rows, as they are."""
-        picked: Array = x[kept(len(x), self.factor)][self.counts]
-        return picked
+        """The samples of a full-rate channel at the rows, as they are."""
+        return np.asarray(x[self.places])
 
 
 def filtered_logs(
@@ -160,11 +200,10 @@ def _log(
         v, source = low_passed(log.velocity, log.rate, filtering), recording.velocity
         a = difference(v, log.rate)
     q, v, a = q[inner], v[inner], a[inner]
-    loads = rig.load_rows(law, recording, log.t[inner], q)
     chosen = np.zeros(len(recording), dtype=bool)
     chosen[slice(None) if rows is None else rows] = True
     thin = kept(len(v), factor)
-    counts = (chosen[log.nearest] & log.known)[inner][thin]
+    counts = log.counts(chosen, slice(first + thin.start, len(log.t) - last, factor))
     counts &= np.abs(v[thin]) >= filtering.slowest
     unsure = np.zeros(len(v), dtype=bool)
     if not filtering.reversals:
@@ -173,23 +212,22 @@ def _log(
         counts &= ~unsure[thin]
     t = log.t[inner][thin][counts]
     known = log.less[inner] if isinstance(log.less, np.ndarray) else log.less
-    force = decimate(bridged(log.force[inner] - known, unsure), factor)[counts]
     notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
     return Log(
         log.t[inner],
         v,
         a,
-        loads,
+        q,
         log.force[inner],
         factor,
         unsure,
         filtering.blur(log.rate),
         counts,
         t,
-        force,
         notes,
         recording.label,
         rig.figures(recording),
+        partial(rig.load_rows, law, recording),
         known=known,
     )
 
@@ -212,17 +250,17 @@ def _run_rows(
         clock=recording.t,
         v=recording.velocity,
         a=np.zeros(n),
-        loads=rig.load_rows(law, recording, recording.t, recording.position),
+        position=recording.position,
         raw=force,
         factor=1,
         unsure=none,
         blur=0,
         counts=counts,
         t=recording.t[counts],
-        force=force[counts] * weight,
         notes=(),
         label=recording.label,
         figures=rig.figures(recording),
+        loads=partial(rig.load_rows, law, recording),
         weight=weight,
     )
 

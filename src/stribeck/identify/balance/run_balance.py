@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +36,9 @@ from .force_residuals import BalanceResiduals
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from ...data.zero_phase import Samples
+    from .rows import Log
 
 #: A curve that the law lacks is told if chance shows it less often than this, all shapes together.
 CHANCE = 0.01
@@ -202,6 +206,10 @@ def _faults(solved: Balance) -> list[Violation]:
     return faults
 
 
+def _shaped(log: Log, shape: Callable[[Array], Array], at: Samples) -> Array:
+    return shape(log.v[at])
+
+
 def curves(solved: Balance, judged: Sequence[Estimate]) -> Effects:
     """The curve over speed that a law lacks, if chance does not explain it and it matters.
 
@@ -217,7 +225,7 @@ def curves(solved: Balance, judged: Sequence[Estimate]) -> Effects:
     if freedom < FREEDOM or not r @ r > 0:
         return Effects((), (), float("nan"))
     shapes = {
-        name: np.concatenate([log.thin(shape(log.v)) for log in system.logs])
+        name: np.concatenate([log.thin(partial(_shaped, log, shape)) for log in system.logs])
         for name, shape in _shapes(np.concatenate([log.pick(log.v) for log in system.logs])).items()
     }
     tested = {key: _tested(J, r, column, freedom) for key, column in shapes.items()}

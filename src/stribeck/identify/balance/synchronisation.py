@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...data.alignment import Delay, checked_delay
+from ...errors import InputError
 from ...space import Array
 from ...units import unit
 from ..conditions import Violation
@@ -40,6 +41,8 @@ UNSEEN = 0.5
 _WIDER = 1.1
 #: Searches for what a move leaves.
 _PASSES = 3
+#: Share of the cut-off at which a certain delay is looked at again.
+LOWER = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,6 +198,8 @@ def synchronised(
         moved = data.advanced(parameters.rig, applied)
         recordings, rows, solved = _solved(parameters, moved)
         left = channel_delay(solved)
+        if certain(left):
+            left = _confirmed(left, solved, recordings, rows)
         if not certain(left) or left.at_edge or drifts(left):
             break
         if filtered is None:
@@ -204,6 +209,33 @@ def synchronised(
         applied += left.seconds
     known = not isinstance(delay, str)
     return Synchronised(moved, recordings, rows, solved, known, left, filtered, velocities)
+
+
+def _confirmed(
+    delay: ChannelDelay,
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+) -> ChannelDelay:
+    """A delay with an error that holds at a lower cut-off, too.
+
+    Noise of the position makes a mass too small, which reads as a force that is ahead, and the less
+    so the lower the cut-off; the times of two clocks have none.
+    """
+    parameters = solved.system.parameters
+    filtering, rate = solved.system.rig.filtering, max(log.rate for log in solved.system.logs)
+    if filtering.passes(rate):
+        return delay
+    lower = filtering.lowered(LOWER, rate)
+    try:
+        resolved = balance(recordings, parameters, filtering=lower, rows=rows, start=solved.values)
+    except InputError:  # too few rows are left to tell
+        return delay
+    other = channel_delay(resolved)
+    off = abs(delay.seconds - other.seconds)
+    if off <= HALF_WIDTH * float(np.hypot(delay.error, other.error)):
+        return delay
+    return replace(delay, error=max(delay.error, off / HALF_WIDTH))
 
 
 def certain(delay: ChannelDelay) -> bool:

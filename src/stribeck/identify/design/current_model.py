@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,7 +35,9 @@ from .identified_axis import IdentifiedAxis, counted, operating_range, speeds
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
+    from ...data.zero_phase import Samples
     from ...rig import Rig
+    from ..balance.rows import Log
     from ..card import Card, ParameterCard
 
 #: Beside the data, a parameter is known to so many half-widths of its interval.
@@ -288,8 +291,8 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     problem = BalanceResiduals(System(parameters, filtered))
     box = _box(card, parameters)
 
-    thin = [(log.thin(log.v), log.thin(log.a), log.thin(log.loads)) for log in filtered]
-    v, a, loads = (np.ascontiguousarray(np.concatenate(part)) for part in zip(*thin, strict=True))
+    thin = np.concatenate([log.thin(partial(_columns, log)) for log in filtered])
+    v, a, loads = (np.ascontiguousarray(part) for part in (thin[:, 0], thin[:, 1], thin[:, 2:]))
 
     def predict(at: Array) -> Array:
         return np.array([rig.force(parameters.law, p, v, a, loads) for p in parameters.full(at)])
@@ -313,6 +316,11 @@ def _balanced(card: Card, parameters: Parameters, x: Array, logs: Sequence[Recor
     )  # fmt: skip
     axis = IdentifiedAxis(parameters, x, box, noise, float("nan"), quick.ratio, n * interval, shown)
     return axis, replace(data, noise=noise, inflation=quick.ratio, seconds=n * interval)
+
+
+def _columns(log: Log, at: Samples) -> Array:
+    """Velocity, acceleration and loads side by side, (n, 7)."""
+    return np.column_stack(log.motion(at))
 
 
 def _exposure(a: Array, loads: Array, rig: BalancedRig) -> Exposure:

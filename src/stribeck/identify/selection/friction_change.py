@@ -54,11 +54,10 @@ def friction_change(simple: TrainedLaw, rich: TrainedLaw) -> float:
 def _balanced(solved: Balance) -> Array:
     """What a balance makes of friction, offset and the like, (rows,): no inertia."""
     system, p = solved.system, solved.values
-    forces = [
-        system.rig.force(system.law, p, log.pick(log.v), np.zeros(len(log.t)), log.pick(log.loads))
-        for log in system.logs
-    ]
-    return np.concatenate(forces)
+    motions = [log.motion(log.places) for log in system.logs]
+    return np.concatenate([
+        system.rig.force(system.law, p, m.v, np.zeros(len(m.v)), m.loads) for m in motions
+    ])  # fmt: skip
 
 
 def _share(ours: Array, theirs: Array) -> float:

@@ -172,10 +172,15 @@ def fixed_b(share: float) -> float:
 
 def autocovariance(series: Array, lags: int) -> Array:
     """Sums of products a lag apart, (..., N) to (..., min(lags, N))."""
-    n = series.shape[-1]
-    spectrum = np.abs(np.fft.rfft(series, 2 * n)) ** 2
-    products: Array = np.fft.irfft(spectrum, 2 * n)[..., : min(lags, n)]
-    return products
+    from scipy.fft import irfft, next_fast_len, rfft  # noqa: PLC0415 - slow to import
+
+    lags = min(lags, series.shape[-1])
+    n = next_fast_len(series.shape[-1] + lags, real=True)
+    rows = series.reshape(-1, series.shape[-1])
+    products = np.empty((len(rows), lags))
+    for row, sums in zip(rows, products, strict=True):
+        sums[:] = irfft(np.abs(rfft(row, n)) ** 2, n)[:lags]
+    return products.reshape(*series.shape[:-1], lags)
 
 
 def first_below_zero(r: Array, logs: Sequence[int]) -> int:

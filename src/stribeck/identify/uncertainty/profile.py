@@ -49,7 +49,7 @@ SHORT, LOWER = 0.7, 0.9
 #: Evaluations of the descent to another minimum, for each parameter and one.
 MODE = 15
 #: Memory for slopes, bytes: so many sides walk at once.
-MEMORY = 4e8
+MEMORY = 1e8
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from ...optimize.moves import Answer, Detailed, Moves
 from ...optimize.trust_region import Iterate, minimise
 from .blind_directions import percent
 from .linearisation import box_of, others, predicted
-from .profile import Profile, Profiles
+from .profile import MEMORY, Profile, Profiles
 from .profile_walk import Ended
 from .residuals import Residuals
 
@@ -73,7 +73,11 @@ def sensitivities(problem: Residuals, profiles: Profiles) -> tuple[tuple[Sensiti
             moves = _elsewhere(best, box, k, float(box.u(x)[k] - best.u[k]))
             tasks[i] = AskTell("refit", box.space, moves)
     counted = Counted(problem, len(tasks) * (ROWS * box.dim + 2 * box.dim + 2))
-    refits = dict(zip(tasks, lockstep(counted, tasks.values()), strict=True))
+    at_once, order = max(int(MEMORY / (8 * best.J.size)), 1), list(tasks)
+    refits: dict[int, Iterate | None] = {}
+    for first in range(0, len(order), at_once):
+        part = order[first : first + at_once]
+        refits |= zip(part, lockstep(counted, [tasks[i] for i in part]), strict=True)
     squares = [
         profiles.squares + rise if i not in refits else _squares(refits[i], best)
         for i, rise in enumerate(rises)

@@ -1,0 +1,23 @@
+"""Runs of marked samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First sample and the one past the last of each run of True."""
+    edges = np.flatnonzero(np.diff(flags.view(np.int8), prepend=0, append=0))
+    return edges[::2], edges[1::2]
+
+
+def within(marked: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+    """Samples at most `reach` from a marked one, (N,)."""
+    starts, stops = runs(marked)
+    starts, stops = np.maximum(starts - reach, 0), np.minimum(stops + reach, len(marked))
+    apart = starts[1:] > stops[:-1]
+    change = np.zeros(len(marked) + 1, dtype=np.int8)
+    change[starts[np.r_[True, apart]] if len(starts) else starts] = 1
+    change[stops[np.r_[apart, True]] if len(stops) else stops] = -1
+    return np.cumsum(change[:-1], dtype=np.int8).view(np.bool_)

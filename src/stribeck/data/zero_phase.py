@@ -1,0 +1,113 @@
+"""Recursive filters run forwards and backwards over long columns, a block at a time.
+
+The forward pass hands its state from block to block. The backward pass of a block begins so far
+beyond its end that nothing is left of how it began (overlap and discard), so that the result is
+that of one pass over everything (SciPy's `sosfiltfilt`) to the last digits, and what it takes is a
+few blocks. Columns go through together: their recursions do not wait for each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import boolean, float64, void
+from numpy.typing import NDArray
+
+from ..compile_cache import compiled
+from ..space import Array
+
+#: Samples of a column: a slice with both ends and no step, or their numbers.
+Samples = slice | NDArray[np.intp]
+#: Columns as a function of samples: (len(samples), k), or (len(samples),) of one.
+Signal = Callable[[Samples], Array]
+
+#: Samples of a block; at the length of a response a block is that many times as long.
+BLOCK, _LONGER = 1 << 16, 8
+#: What is left of how the backward pass of a block began.
+_LEFT = 1e-20
+
+
+def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: slice) -> Array:
+    """Columns through a filter both ways, and the samples of them that are kept, (kept, k).
+
+    Args:
+        sections: Second-order sections, (n, 6).
+        signal: The columns.
+        n: Their length.
+        padding: Samples by which they are mirrored about their ends.
+        every: Which samples are kept, with all three numbers.
+    """
+    from scipy.signal import sosfilt_zi  # noqa: PLC0415 - slow to import
+
+    rest = sosfilt_zi(sections)
+    reach = _reach(sections)
+    block = max(BLOCK, _LONGER * reach)
+    total, kept, done = n + 2 * padding, list[Array](), 0
+    state: Array | None = None
+    waiting: Array | None = None
+    for begin in range(0, total, block):
+        end = min(begin + block, total)
+        y = _mirrored(signal, n, padding, begin, end)
+        if state is None:
+            state = rest[:, :, None] * y[0]
+        _cascade(sections, y, state, False)
+        y = y if waiting is None else np.concatenate([waiting, y])
+        stop = total if end == total else max(end - reach, done)
+        waiting = y[stop - done :].copy()
+        _cascade(sections, y, rest[:, :, None] * y[-1], True)
+        first = max(done - padding, 0)
+        first += (every.start - first) % every.step
+        last = min(stop - padding, every.stop)
+        kept.append(y[first + padding - done : max(last + padding - done, 0) : every.step].copy())
+        done = stop
+    return np.concatenate(kept)
+
+
+def _reach(sections: Array) -> int:
+    """Samples after which a filter has forgotten."""
+    slowest = max(float(np.abs(np.roots(s[3:])).max(initial=0.0)) for s in sections)
+    return int(np.ceil(np.log(_LEFT) / np.log(min(max(slowest, 0.1), 1 - 1e-9))))
+
+
+def _mirrored(signal: Signal, n: int, padding: int, begin: int, end: int) -> Array:
+    """Some samples of columns that go on beyond their ends as their mirror images, negated."""
+    parts = []
+    begin, end = begin - padding, end - padding
+    if begin < 0:
+        edge = _table(signal(slice(0, padding + 1)))
+        parts.append((2 * edge[0] - edge[:0:-1])[begin + padding : min(end, 0) + padding])
+    if begin < n and end > 0:
+        parts.append(_table(signal(slice(max(begin, 0), min(end, n)))))
+    if end > n:
+        edge = _table(signal(slice(n - padding - 1, n)))
+        parts.append((2 * edge[-1] - edge[-2::-1])[max(begin - n, 0) : end - n])
+    return np.array(np.concatenate(parts), order="C")
+
+
+def _table(x: Array) -> Array:
+    return x[:, None] if x.ndim == 1 else x
+
+
+@compiled(void(float64[:, ::1], float64[:, ::1], float64[:, :, ::1], boolean))
+def _cascade(sections: Array, x: Array, state: Array, backwards: bool) -> None:
+    """Columns (n, k) through second-order sections in place (direct form II, transposed).
+
+    Args:
+        sections: (s, 6).
+        x: The columns.
+        state: Of the sections, (s, 2, k).
+        backwards: Whether the last sample goes first.
+    """
+    n, k = x.shape
+    for m in range(n):
+        i = n - 1 - m if backwards else m
+        for s in range(len(sections)):
+            b0, b1, b2 = sections[s, 0], sections[s, 1], sections[s, 2]
+            a1, a2 = sections[s, 4], sections[s, 5]
+            for j in range(k):
+                u = x[i, j]
+                y = b0 * u + state[s, 0, j]
+                state[s, 0, j] = b1 * u - a1 * y + state[s, 1, j]
+                state[s, 1, j] = b2 * u - a2 * y
+                x[i, j] = y
