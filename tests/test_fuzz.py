@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +17,7 @@ from fuzz_inputs import TARGETS, prepare
 from fuzz_mutation import mutated
 from stribeck.bench.campaign import parsed, shipped
 from stribeck.data import read
+from stribeck.data.readers import isolated
 from stribeck.errors import InputError
 
 #: Formats that a process of its own reads.
@@ -99,3 +104,19 @@ def test_a_setting_called_method_is_refused() -> None:
 def test_a_setting_of_401_digits_is_refused() -> None:
     with pytest.raises(InputError, match="step must be a number > 0"):
         parsed(shipped()["paper"].replace("step = 0.25", f"step = {'9' * 401}"))
+
+
+def test_a_library_that_does_not_end_is_ended() -> None:
+    """A damaged ULog can make pyulog loop: it has seconds of the processor."""
+    code = (
+        "import sys; from pathlib import Path; from types import SimpleNamespace as S\n"
+        "import library_process as program\n"
+        "def loop(*_):\n    while True: pass\n"
+        "program._bare_packages()\n"
+        "program.answer(S(library_log=loop), Path('x'), {'options': {}}, (1 << 26, 1), None)\n"
+    )
+    path = os.pathsep.join([str(isolated.PROGRAM.parent), *sys.path])
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": path}, check=False
+    )
+    assert ended.returncode == -signal.SIGXCPU

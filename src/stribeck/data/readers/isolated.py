@@ -27,7 +27,7 @@ from .raw_table import RawTable, shortened
 PROGRAM = Path(__file__).with_name("library_process.py")
 ENVIRONMENT = {"RUST_BACKTRACE": "0", "POLARS_MAX_THREADS": "4", "OPENBLAS_NUM_THREADS": "1"}
 #: Seconds of the processor that a read may take, and more for each MiB of the file.
-_SECONDS, _SECONDS_MIB = 20, 4
+_SECONDS, _SECONDS_MIB = 8, 4
 #: Bytes of the line of JSON that heads an answer, at most: ten thousand channels.
 _LINE = 64 << 20
 _PIECE = 8 << 20

@@ -18,7 +18,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from importlib import import_module
+from math import ceil
 from pathlib import Path
+from time import process_time
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -88,7 +90,7 @@ def _bare_packages() -> None:
 
 
 def _limit(memory: int, seconds: int) -> None:
-    """No more bytes than these beside what this process has already; on Linux alone."""
+    """No more bytes and seconds than these beside what this process took; on Linux alone."""
     with suppress(ImportError, ValueError, OSError):
         import resource  # noqa: PLC0415 - there is none on Windows
 
@@ -97,7 +99,7 @@ def _limit(memory: int, seconds: int) -> None:
         used = pages * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_DATA, (used + memory, hard))
         hard = resource.getrlimit(resource.RLIMIT_CPU)[1]
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, hard))
+        resource.setrlimit(resource.RLIMIT_CPU, (ceil(process_time()) + seconds, hard))
 
 
 def _write_contents(log: LogFile, output: BinaryIO) -> None:
