@@ -17,6 +17,7 @@ from foreign.strokes import even, sines, strokes
 from stribeck import RIGS, Recording, identify, read
 from stribeck.data import segment
 from stribeck.data.gate import faults, mended
+from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
 REAL = Path(__file__).parents[2] / "shared" / "data"
@@ -348,3 +349,21 @@ def test_logs_of_a_real_servo_pass() -> None:
 def test_a_serial_link_that_repeats_values_is_told() -> None:
     found = faults(mended(read(REAL / "openarm" / "identification_joint_2.csv")))
     assert {"position", "force"} <= {f.channel for f in found if f.kind == "held"}
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1e-3, "mm and m"), (1e3, "mm and m"), (np.pi / 180, "degrees and radians")],
+)
+def test_a_command_in_another_unit_is_told(factor: float, words: str) -> None:
+    log = TestBed().run("up", seed=3).recording
+    other = replace(log, position=factor * log.position, velocity=None)
+    (sentence,) = (f.sentence for f in faults(other) if f.channel == "command")
+    assert words in sentence
+
+
+def test_an_axis_that_goes_less_far_than_its_command_is_no_other_unit() -> None:
+    log = TestBed().run("both", seed=3).recording
+    for share in (0.3, 1.0, 3.0):
+        other = replace(log, position=share * log.position, velocity=None)
+        assert not [f for f in faults(other) if f.channel == "command"]

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
+from .command_unit import in_two_units
 from .discontinuities import broken, contradicted, without_breaks, without_strays, without_wraps
 from .plateaus import clipping
 from .repeats import frozen, gaps, held
@@ -43,7 +44,7 @@ def mended(recording: Recording) -> Recording:
 def faults(recording: Recording) -> tuple[Fault, ...]:
     """What is wrong with a log that has been mended, in the order of the table of kinds."""
     if recording not in _FAULTS:
-        looks = (broken, contradicted, clipping, frozen, held, gaps)
+        looks = (broken, contradicted, in_two_units, clipping, frozen, held, gaps)
         enough = len(recording) >= FEWEST and recording.runs is None
         _FAULTS[recording] = tuple(f for look in looks for f in look(recording) if enough)
     return _FAULTS[recording]

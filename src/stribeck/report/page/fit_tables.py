@@ -266,7 +266,12 @@ def balance(report: Report) -> Table | None:
     """The figures of a force balance."""
     figures = report.card.balance
     rows = balance_figures(figures, report.units.force)
-    return Table.of_texts("Force balance", ["figure", "value"], rows) if rows else None
+    note = (
+        "Condition and collinearity say how far the columns of the balance are from independent, "
+        "as they are and scaled to one length: 1 is best, and beyond a collinearity of 30 some "
+        "parameter stands in for another."
+    ) * ("collinearity" in figures)
+    return Table.of_texts("Force balance", ["figure", "value"], rows, note=note) if rows else None
 
 
 def errors(report: Report) -> Table | None:
