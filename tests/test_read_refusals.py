@@ -200,7 +200,9 @@ def test_a_file_larger_than_the_limit_is_refused_unread(tmp_path: Path) -> None:
     with path.open("wb") as f:
         f.write(PLAIN.encode().ljust(5000, b"\n"))
         f.truncate((2 << 30) + 1)  # sparse: takes no room
-    assert "larger than 2 GiB" in refusal(path)
+    said = refusal(path)
+    assert "larger than 2 GiB" in said
+    assert "save it as Parquet or HDF5" in said
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")

@@ -60,7 +60,10 @@ def whole(file: Path) -> bytes:
     """
     size = file.stat().st_size
     if size > LARGEST:
-        raise InputError("is larger than 2 GiB: cut it into parts")
+        raise InputError(
+            "is larger than 2 GiB: cut it into parts, or save it as Parquet or HDF5, of which the "
+            "channels that are used are read alone"
+        )
     data = file.read_bytes()
     if not data.startswith(_GZIP):
         return data
