@@ -11,6 +11,26 @@ from typing import NoReturn
 from .exits import fail
 from .reading import Reading
 
+#: Options of `check` that `identify` need not have from it: with a value, and without.
+_WITH_VALUE, _ALONE = ("--out", "--rig"), ("--json", "--quiet")
+
+
+def identify_command(arguments: Sequence[str], rig: str) -> str:
+    """The command that identifies what `check` was asked about; empty without a rig.
+
+    Args:
+        arguments: Of `check`, as typed, its name first.
+        rig: The rig.
+    """
+    if not rig:
+        return ""
+    words, skipped = [], False
+    for word in arguments[1:]:
+        if not skipped and not word.startswith(tuple(f"{o}=" for o in _WITH_VALUE)):
+            words += [word] if word not in (*_WITH_VALUE, *_ALONE) else []
+        skipped = not skipped and word in _WITH_VALUE
+    return shlex.join(["stribeck", "identify", *words, "--rig", rig, "--out", "result"])
+
 
 def no_rig(logs: Sequence[Path], reading: Reading, *, json: bool) -> NoReturn:
     """List the rigs with the one that the first log suggests, say the whole command, and exit."""

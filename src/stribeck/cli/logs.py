@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -11,9 +12,11 @@ from ..errors import InputError
 from .completions import rig_names
 from .exits import show_files
 from .inputs import Json, above_zero
+from .likely_rig import identify_command
 from .reading import Reading, reads_logs
 
 if TYPE_CHECKING:
+    from ..data import Quality, Recording
     from ..rig.twin import Held, Loop, Mode
 
 #: Standard deviation of an echo that can still be called one, mm: a quarter of the stroke.
@@ -73,20 +76,51 @@ def check(
         str | None,
         typer.Option(metavar="RIG", help="Read the log as this rig's.", autocompletion=rig_names),
     ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write the page check.html and check.json there."),
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="Print no result: what goes wrong alone.")
+    ] = False,
     json: Json = False,
     reading: Reading = Reading(),  # noqa: B008 - options of its own
 ) -> None:
     """Say what is in a log, and what it is good enough for."""
     from ..data import check as quality_of
+    from ..report.folder import check_folder
     from ..report.quality_report import quality_text, show_quality
     from ..rig.lookup import rig_named
 
+    if quiet and out is None and not json:
+        raise InputError("--quiet: then nothing is left of the result: give --out DIR, or --json")
+    if out is not None:
+        check_folder(out)
     recording = reading.recording(log, rig_named(rig) if rig is not None else None)
     quality = quality_of(recording)
     if json:
         typer.echo(quality_text(quality), nl=False)
-    else:
+    elif not quiet:
         show_quality(quality)
+    if out is not None:
+        _write_check(log, rig, recording, quality, reading, out)
+        if not (json or quiet):
+            typer.echo(f"\npage in {out / 'check.html'}")
+
+
+def _write_check(
+    log: Path, rig: str | None, recording: Recording, quality: Quality, reading: Reading, out: Path
+) -> None:
+    from ..data.readers.log_contents import contents as contents_of
+    from ..report.folder import held
+    from ..report.page.log_page import write_check
+    from ..rig.lookup import rig_named
+
+    usual = dict(rig_named(rig).columns) if rig is not None else {}
+    channels = contents_of(log, columns=reading.map() or usual or None, **reading.words)
+    command = identify_command(sys.argv[1:], rig or quality.rig)
+    with held(out):
+        write_check(recording, quality, channels, command, out)
 
 
 @reads_logs

@@ -208,7 +208,7 @@ def check(
     if recording.runs is not None:
         return _runs_quality(recording)
     recording = mended(recording)
-    segments = _without_leaps(recording, segment(recording))
+    segments = seen_segments(recording)
     dt = np.diff(recording.t)
     middle = float(np.median(dt))
     gaps = dt[dt > _GAP * middle]
@@ -279,6 +279,11 @@ def _runs_quality(recording: Recording) -> Quality:
         rig=f"forced{'-rotary' * recording.rotary}",
         rig_reason="speeds and forces of runs at constant speed",
     )
+
+
+def seen_segments(recording: Recording) -> Segments:
+    """Strokes, rests and slips of a log that has been mended; a jump of its position is no slip."""
+    return _without_leaps(recording, segment(recording))
 
 
 def _without_leaps(recording: Recording, segments: Segments) -> Segments:

@@ -153,7 +153,7 @@ def _fill(stack: Sequence[Axes], plot: Plot, view: View, most: int) -> None:
         _line(stack[line.panel], view, line, most)
     for k, (start, stop) in enumerate(view.spans):
         for axes in stack:
-            axes.axvspan(start, stop, color=_SHADE, zorder=0, label="" if k else "not scored")
+            axes.axvspan(start, stop, color=_SHADE, zorder=0, label="" if k else view.shaded)
     _rules(stack, view)
     _notes(stack[0], view)
     for panel, ends in view.ranges.items():

@@ -115,7 +115,8 @@ class View:
         alt: It in a sentence, with its numbers.
         columns: Numbers by name; None where a line has a gap.
         lines: What is drawn of them.
-        spans: (from, to) on the horizontal axis that are shaded: what does not count.
+        spans: (from, to) on the horizontal axis that are shaded.
+        shaded: What they are.
         levels: Horizontal rules.
         verticals: Vertical rules.
         ranges: (least, greatest) of a panel, by its number, where not all has to be seen.
@@ -133,6 +134,7 @@ class View:
     ranges: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     notes: Sequence[Note] = ()
     remark: str = ""
+    shaded: str = "not scored"
 
 
 @dataclass(frozen=True)

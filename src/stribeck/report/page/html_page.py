@@ -7,7 +7,7 @@ import gzip
 import hashlib
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib.resources import files
@@ -19,6 +19,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from ..._version import __version__
 from ...errors import InputError
 from ...identify.card import HoldoutCard, ObjectiveCard
 from ..contents.schema import FILE, Report, read_report
@@ -92,19 +93,49 @@ def render(report: Report) -> str:
         "convergence": _listed(convergence_group(report)),
         "log": _listed(log_group(report)),
     }
-    script, library = _asset("page.js"), _library()
-    specs = {p.id: _spec(p) for plots in groups.values() for p in every_plot(plots)}
-    return _environment().get_template("page.html.j2").render(
+    return laid_out(
+        "page.html.j2",
+        groups,
+        "stribeck report",
+        f"{report.card.law} friction on {report.card.rig}",
+        answer(report),
         report=report,
         card=report.card,
-        title=f"{report.card.law} friction on {report.card.rig}",
-        answer=answer(report),
         tiles=tiles(report),
         warnings=gathered(report.card.warnings),
-        groups=groups,
         tables=fit_tables,
         facts=facts(report),
         command=shlex.join(report.command),
+    )
+
+
+def laid_out(
+    template: str,
+    groups: Mapping[str, Sequence[Group]],
+    kind: str,
+    title: str,
+    lead: str,
+    **values: Any,
+) -> str:
+    """A page as text: HTML with its plots and all they need inside.
+
+    Args:
+        template: Its template, which extends `layout.html.j2`.
+        groups: Its plots, in their order.
+        kind: What the page is.
+        title: Its heading.
+        lead: What stands under that.
+        values: What else its template shows.
+    """
+    script, library = _asset("page.js"), _library()
+    specs = {p.id: _spec(p) for plots in groups.values() for p in every_plot(plots)}
+    return _environment().get_template(template).render(
+        **values,
+        groups=groups,
+        kind=kind,
+        title=title,
+        answer=lead,
+        version=__version__,
         colours=COLOURS,
         style=Markup(_asset("page.css")),  # noqa: S704 - our own file
         script=Markup(script),  # noqa: S704 - our own file

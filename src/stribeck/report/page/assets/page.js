@@ -55,7 +55,7 @@
     }
     if (view.spans.length) {
       made.push({
-        type: "scatter", x: [null], y: [null], mode: "markers", name: "not scored", hoverinfo: "skip",
+        type: "scatter", x: [null], y: [null], mode: "markers", name: view.shaded, hoverinfo: "skip",
         marker: { symbol: "square", size: 13, color: colour("shade") },
       });
     }
