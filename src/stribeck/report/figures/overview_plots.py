@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...data.gate import Fault
-from ...data.gate.fault import SHOWN, runs
+from ...data.gate.fault import SHOWN
 from ...data.recording import Recording
+from ...data.runs import runs
 from ...data.segmentation import Segments
 from ...space import Array
 from ...units import unit
