@@ -225,7 +225,7 @@ def _modes(shape: Compensator, mode: Mode | None) -> tuple[Mode, ...]:
     """Those to try: feedback up to a crossover needs a friction that falls up to one."""
     if mode == "crossover" and not shape.crossover:
         raise InputError(
-            "--mode crossover: the identified friction does not fall up to a speed between those "
+            "mode crossover: the identified friction does not fall up to a speed between those "
             "of the slowest and the fastest motion"
         )
     if mode is not None:
@@ -261,8 +261,8 @@ def _motions(
         raise InputError(f"speed: give a number above 0, got {speed:g}")
     if pace is None and speed is None:
         raise InputError(
-            f"rig {rig.name}: no log says how fast the axis is driven: give --speed, that of the "
-            "slowest motion, or --reference, a log to follow"
+            f"rig {rig.name}: no log says how fast the axis is driven: give speed, that of the "
+            "slowest motion, or reference, a log to follow"
         )
     slow = speed if speed is not None else pace.speed if pace is not None else 0.0
     travel, start = (np.inf, 0.0) if pace is None else (pace.travel, pace.start)
@@ -300,7 +300,7 @@ def _shape(
         notes.append(
             f"the sensor's {cause} hide speeds up to {seen} {name} at a period of {h * 1e3:g} ms, "
             f"and the slowest motion has {slow}: feedback does not tell it from rest; a finer "
-            "sensor or a longer period (--period) would"
+            "sensor or a longer period would"
         )
     return Compensator(
         dead_band=max(_readable(blind), still),
