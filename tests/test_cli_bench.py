@@ -264,7 +264,6 @@ def test_a_shipped_campaign_can_be_printed_and_changed(
         (["small.toml", "--coco"], "--coco: campaign small has no problem of BBOB"),
         (["small.toml", "--resume"], "there is no store to go on with"),
         (["small.toml", "--out", "small.toml"], "small.toml: is a file, not a folder"),
-        (["small.toml", "--out", "no/such/folder"], "the folder no/such is not there"),
         (["small.toml", "--out", "foreign"], "foreign/store.sqlite: is not a store of a campaign"),
         (["small.toml", "--out", "other"], "not of 'small' with seed 4: take another --out"),
         ([], "Missing argument"),

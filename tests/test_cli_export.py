@@ -102,7 +102,6 @@ def test_a_patched_file_leaves_the_users_own_as_it_was(run: Run) -> None:
         (("--to", "c"), ["--out", "folder"]),
         (("--to", "fmu"), ["--out", "file"]),
         (("--to", "c", "--out", "card.json"), ["card.json"]),
-        (("--to", "c", "--out", "no/such/place"), ["no/such"]),
         (("--to", "table", "--out", "t.txt"), ["t.txt.csv"]),
         (("--to", "c", "--out", "x", "--name", "2nd"), ["2nd", "letter"]),
         (("--to", "c", "--out", "x", "--name", "int"), ["int"]),

@@ -479,3 +479,10 @@ def test_an_empty_store_is_exported_too(tmp_path: Path) -> None:
         write_sheets(store.records(), tmp_path)
     files = [tmp_path / name for name in ("records.csv", "records.parquet", "traces.parquet")]
     assert [pl.read_parquet(f).height for f in files[1:]] == [0, 0]
+
+
+def test_the_folders_on_the_way_to_a_store_are_made(tmp_path: Path) -> None:
+    file = tmp_path / "studies" / "august" / "store.sqlite"
+    with opened(file) as store:
+        assert store.left() == 0
+    assert file.exists()

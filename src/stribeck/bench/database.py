@@ -101,7 +101,7 @@ def exists(file: Path) -> bool:
 def make(file: Path, meta: dict[str, str]) -> None:
     """Make a store beside its place and move it there whole: nobody ever meets half of one."""
     try:
-        file.parent.mkdir(exist_ok=True)
+        file.parent.mkdir(parents=True, exist_ok=True)
         aside = Draft(file.parent)
         try:
             draft = aside.files / "store"

@@ -124,8 +124,9 @@ class Recording:
 
     def _checked(self, name: str, values: Array) -> Array:
         a = np.asarray(values, dtype=float)
-        if a.flags.writeable or (a.base is not None and not _is_sealed(a.base)):
-            a = a.copy()  # nobody else may write to it
+        own = not a.flags.writeable and (a.base is None or _is_sealed(a.base))
+        if not (own and a.flags.c_contiguous):
+            a = a.copy()  # nobody else may write to it, and compiled code reads it in order
         if a.ndim != 1 or len(a) != len(self.t) or len(a) < 2:  # noqa: PLR2004 - a motion needs two
             raise InputError(f"{self.label}: {name} has shape {a.shape}, time {np.shape(self.t)}")
         if not np.isfinite(a).all():
