@@ -23,7 +23,8 @@ from .verdicts import ForceTests, likely_rig, verdicts
 if TYPE_CHECKING:
     from .recording import Recording
 
-_GAP = 3.0  # median intervals
+#: An interval so many times the median one is a gap.
+GAP = 3.0
 #: Share of a slip that a recorded velocity makes at least where positions are known to jump.
 _SEEN = 0.5
 
@@ -211,7 +212,7 @@ def check(
     segments = seen_segments(recording)
     dt = np.diff(recording.t)
     middle = float(np.median(dt))
-    gaps = dt[dt > _GAP * middle]
+    gaps = dt[dt > GAP * middle]
     channels = recording.channels()
     speeds = np.quantile(np.abs(_moving(recording, segments)), [0.1, 0.5, 0.9]).tolist()
     tests = ForceTests(ramps(recording), presliding(recording))

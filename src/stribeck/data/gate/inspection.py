@@ -31,7 +31,7 @@ def mended(recording: Recording) -> Recording:
     if recording in _MENDED:
         return _MENDED[recording]
     result, notes = recording, []
-    if len(recording) >= FEWEST and recording.runs is None:
+    if _is_motion(recording):
         for step in (without_wraps, without_strays, without_wraps, without_breaks):
             result, changes = step(result)
             notes += changes
@@ -45,6 +45,12 @@ def faults(recording: Recording) -> tuple[Fault, ...]:
     """What is wrong with a log that has been mended, in the order of the table of kinds."""
     if recording not in _FAULTS:
         looks = (broken, contradicted, in_two_units, clipping, frozen, held, gaps)
-        enough = len(recording) >= FEWEST and recording.runs is None
-        _FAULTS[recording] = tuple(f for look in looks for f in look(recording) if enough)
+        _FAULTS[recording] = (
+            tuple(f for look in looks for f in look(recording)) if _is_motion(recording) else ()
+        )
     return _FAULTS[recording]
+
+
+def _is_motion(recording: Recording) -> bool:
+    """Whether there are samples of a motion to look at, enough of them."""
+    return len(recording) >= FEWEST and recording.runs is None

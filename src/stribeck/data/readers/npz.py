@@ -90,8 +90,7 @@ def _damage_told() -> Iterator[None]:
         OSError,  # an offset outside of the file
         zipfile.BadZipFile,
         zlib.error,
-        NotImplementedError,  # a compression that is not known
-        RuntimeError,  # a password is asked for
+        RuntimeError,  # a password is asked for, or a compression is not known (its subclass)
     ) as error:
         raise InputError(_BROKEN) from error
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,7 +70,7 @@ def _inertia(logs: Sequence[Log]) -> float:
     def picked(values: Callable[[Log], Array]) -> Array:
         return np.concatenate([log.pick(values(log)) for log in logs])
 
-    a, v, x = (picked(f) for f in (_acceleration, _velocity, _position))
+    a, v, x = (picked(attrgetter(name)) for name in ("a", "v", "position"))
     known = picked(lambda log: np.broadcast_to(log.known, log.v.shape))
     pose = np.column_stack([np.ones(len(a)), v, np.sign(v), x, np.sin(x), np.cos(x)])
     own = a - pose @ np.linalg.lstsq(pose, a, rcond=None)[0]
@@ -80,15 +81,3 @@ def _inertia(logs: Sequence[Log]) -> float:
     explained = slope**2 * float(own @ own)
     seen = explained > HOLDS * float(rest @ rest)
     return slope if seen and explained > LEAST**2 * float(known @ known) else 0.0
-
-
-def _acceleration(log: Log) -> Array:
-    return log.a
-
-
-def _velocity(log: Log) -> Array:
-    return log.v
-
-
-def _position(log: Log) -> Array:
-    return log.position

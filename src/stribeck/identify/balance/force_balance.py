@@ -72,9 +72,9 @@ def solve_balance(
     """
     synchrony = synchronised(parameters, data, delay, velocity)
     if moves_one_way(synchrony.solved.system):
-        told = without_offset(parameters)
-        if told is not parameters:
-            synchrony = synchronised(told, data, delay, velocity)
+        without = without_offset(parameters)
+        if without is not parameters:
+            synchrony = synchronised(without, data, delay, velocity)
     parameters = synchrony.solved.system.parameters
     solved = synchrony.solved
     residuals = BalanceResiduals(solved.system)
@@ -96,10 +96,12 @@ def solve_balance(
     def seen(judged: Sequence[Estimate]) -> Effects:
         return effects(balance_rows(solved, judged))
 
-    return SolvedLogs(
-        synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
-        differing, seen,
-    ).fit()  # fmt: skip
+    return balance_fit(
+        SolvedLogs(
+            synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
+            differing, seen,
+        )
+    )  # fmt: skip
 
 
 def log_parts(recordings: Sequence[Recording], solved: Balance, x: Array) -> list[LogPart]:
@@ -137,12 +139,8 @@ class SolvedLogs:
     differing: LogSpreads
     effects: Callable[[Sequence[Estimate]], Effects]
 
-    def fit(self) -> Fit:
-        """The fit: scored, validated and judged."""
-        return _balance_fit(self)
 
-
-def _balance_fit(logs: SolvedLogs) -> Fit:
+def balance_fit(logs: SolvedLogs) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
     data, recordings, solved = logs.data, logs.recordings, logs.solved
     residuals, uncertain, checks = logs.residuals, logs.uncertain, logs.checks

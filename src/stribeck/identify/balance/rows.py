@@ -27,6 +27,7 @@ from ...data.filtering import (
 from ...data.resolution import noise_of, step
 from ...data.zero_phase import Samples, Signal
 from ...errors import InputError
+from ...friction.law import HARMONIC
 from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
 
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
     from ...friction import Law
     from ..parameters import Parameters
 
-#: Terms of a law that go with the position.
-POSITION_LAWS = frozenset({"position", "cogging"})
 #: Samples of a log that count: a mask over them or a slice of them.
 Rows = slice | NDArray[np.bool_]
 
@@ -237,7 +236,7 @@ def _run_rows(
 ) -> Log:
     """Runs at constant speed as the rows that they are: nothing is filtered or accelerates."""
     own = {q.name for q in rig.params}
-    if own - {"M", "offset"} or POSITION_LAWS & set(law.terms) or recording.velocity is None:
+    if own - {"M", "offset"} or set(HARMONIC) & set(law.terms) or recording.velocity is None:
         raise InputError(
             f"{recording.label}: is a table of steady speeds, which has no positions: rig "
             f"{rig.name} with law {law.name} needs a log of a motion"

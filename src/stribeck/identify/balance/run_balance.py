@@ -31,7 +31,7 @@ from . import balance
 from .balance import Balance
 from .checks import SPEEDS, BalanceChecks, curved, distinct_speeds, unexplained
 from .constant_slopes import constant_slopes
-from .force_balance import SolvedLogs, log_parts
+from .force_balance import SolvedLogs, balance_fit, log_parts
 from .force_residuals import BalanceResiduals
 
 if TYPE_CHECKING:
@@ -91,17 +91,19 @@ def solve_runs(
         solved.robust_errors[parameters.free_places],
     )
     violations = (*held, *_scattered(parameters, logs, scatter), *_faults(solved))
-    return SolvedLogs(
-        data,
-        tuple(recordings),
-        solved,
-        residuals,
-        uncertain,
-        BalanceChecks(violations, solved.robust_errors),
-        slopes,
-        differing,
-        lambda judged: curves(solved, judged),
-    ).fit()
+    return balance_fit(
+        SolvedLogs(
+            data,
+            tuple(recordings),
+            solved,
+            residuals,
+            uncertain,
+            BalanceChecks(violations, solved.robust_errors),
+            slopes,
+            differing,
+            lambda judged: curves(solved, judged),
+        )
+    )
 
 
 def _held(parameters: Parameters, logs: Sequence[Recording]) -> tuple[Parameters, list[Violation]]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...data.gate import Fault
 from ...data.gate.fault import SHOWN
+from ...data.quality import GAP
 from ...data.recording import Recording
 from ...data.runs import runs
 from ...data.segmentation import Segments
@@ -20,8 +22,6 @@ from .plot import TALL, Column, Group, Line, Panel, Plot, View
 
 #: Samples drawn of a log at most, points of the cloud, and marks of a kind.
 MOST, CLOUD, MARKS = 8000, 2500, 1000
-#: An interval so many times the median one is a gap.
-GAP = 3.0
 #: Steps of a position, or widths of its noise, over which a velocity is taken.
 _STEPS = 14.0
 
@@ -42,12 +42,16 @@ class DrawnLog:
 
     def shown(self, channel: str) -> tuple[Array, str]:
         """A channel in the unit in which people read it, and that."""
-        si = self.recording.si_unit(channel)
-        written = SHOWN.get(si, si)
+        written = self.written(channel)
         values = self.velocity[0] if channel == "velocity" else getattr(self.recording, channel)
         return np.asarray(unit(written).from_si(values)), unit_label(written)
 
-    @property
+    def written(self, channel: str) -> str:
+        """The unit in which people read a channel, as a file has it."""
+        si = self.recording.si_unit(channel)
+        return SHOWN.get(si, si)
+
+    @cached_property
     def velocity(self) -> tuple[Array, float]:
         """As it was recorded, or the slope of the position over the seconds that go with it."""
         log, segments = self.recording, self.segments
@@ -62,7 +66,7 @@ class DrawnLog:
         slope = (log.position[after] - log.position[before]) / (log.t[after] - log.t[before])
         return slope, 2 * lag * log.dt
 
-    @property
+    @cached_property
     def gaps(self) -> list[tuple[float, float]]:
         """From when to when rows are missing, the longest ones, s."""
         t = self.recording.t
@@ -97,7 +101,7 @@ def _channels_plot(log: DrawnLog) -> Plot:
     lines = [Line("t", "x", "measured", "position", wide=True),
              Line("t", "v", "repeat2", name, panel=1)]  # fmt: skip
     if recording.command is not None:
-        series["command"] = np.asarray(unit(_written(log, "position")).from_si(recording.command))
+        series["command"] = np.asarray(unit(log.written("position")).from_si(recording.command))
         lines.insert(0, Line("t", "command", "command", "command", "dashes"))
     if recording.force is not None:
         series["F"], force = log.shown("force")
@@ -111,11 +115,6 @@ def _channels_plot(log: DrawnLog) -> Plot:
     view = View("log", _alt(log), columns, lines, spans=log.gaps, shaded="rows missing")
     height = TALL + 120 * (len(panels) - 2)
     return Plot("log-plot", "The log", "Time / s", panels, [view], height)
-
-
-def _written(log: DrawnLog, channel: str) -> str:
-    si = log.recording.si_unit(channel)
-    return SHOWN.get(si, si)
 
 
 def _thinned(log: DrawnLog, series: dict[str, Array]) -> dict[str, Column]:
@@ -153,7 +152,7 @@ def _slips(log: DrawnLog, x: Array, length: str) -> tuple[dict[str, Column], Lin
     slips = sorted(log.segments.slips, key=lambda s: -abs(s.jump))[:MARKS]
     if not slips:
         return None
-    scale = unit(_written(log, "position")).factor
+    scale = unit(log.written("position")).factor
     at: Column = [float(0.5 * (t[s.start] + t[s.stop])) for s in slips]
     y: Column = [float(0.5 * (x[s.start] + x[s.stop])) for s in slips]
     hover = [
@@ -172,7 +171,7 @@ def _strokes(
     if not strokes:
         return []
     middles = [(s.rows.start + s.rows.stop - 1) // 2 for s in strokes]
-    scales = unit(_written(log, "position")).factor, unit(_written(log, "velocity")).factor
+    scales = unit(log.written("position")).factor, unit(log.written("velocity")).factor
     hover = [
         f"stroke {k}, {'up' if s.direction > 0 else 'down'}: {number(s.travel / scales[0], 4)} "
         f"{length} at {number(s.speed / scales[1], 3)} {speed}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...data.channels import CHANNELS
 from ...data.gate import faults, mended
 from ...data.gate.fault import SHOWN
 from ...data.quality import seen_segments
@@ -173,6 +174,4 @@ def _covered(quality: Quality) -> Table:
 
 
 def _si(quality: Quality, channel: str) -> str:
-    from ...data.channels import CHANNELS  # noqa: PLC0415
-
     return CHANNELS[channel][quality.rotary]
