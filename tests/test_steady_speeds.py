@@ -147,6 +147,8 @@ def test_one_direction_cannot_tell_a_weight() -> None:
     fit = identify({"v [m/s]": v, "F [N]": forces(v, CURVE, 0.3)}, rig="forced", law="stribeck")
     assert "all runs go one way" in violated(fit)
     assert "offset" not in fit.intervals
+    verdicts = {e.name: (e.verdict, e.reason) for e in fit.estimates}
+    assert verdicts["F_C"] == ("weak", "data")  # a weight of any size is part of it
     few = identify({"v [m/s]": v[::4], "F [N]": forces(v[::4], CURVE, 0.3)}, rig="forced",
                    fixed={"F_V": 60.0})  # fmt: skip
     assert few.estimates[0].verdict != "identified"  # two degrees of freedom

@@ -42,8 +42,7 @@ def one_way_violations(parameters: Parameters) -> list[Violation]:
     """What holding the offset means for the friction, where it is held for that reason."""
     if OFFSET not in parameters.held:
         return []
-    levels = [q.name for q in parameters.free if stem(q.name) in _LEVELS]
-    label = parameters.rig.label
+    levels, label = levels_of(parameters), parameters.rig.label
     part = f" and is part of {' and '.join(map(label, levels))}" if levels else ""
     sentence = (
         "the axis moves one way only, where a constant force looks like friction: "
@@ -51,3 +50,8 @@ def one_way_violations(parameters: Parameters) -> list[Violation]:
         f"(--set {label(OFFSET)}=0)"
     )
     return [Violation("data", sentence, frozenset(levels) or None)]
+
+
+def levels_of(parameters: Parameters) -> list[str]:
+    """The free parameters that a constant force adds to while the axis moves one way."""
+    return [q.name for q in parameters.free if stem(q.name) in _LEVELS]

@@ -33,6 +33,7 @@ from .checks import SPEEDS, BalanceChecks, curved, distinct_speeds, unexplained
 from .constant_slopes import constant_slopes
 from .force_balance import SolvedLogs, balance_fit, log_parts
 from .force_residuals import BalanceResiduals
+from .one_way import OFFSET, levels_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -114,23 +115,28 @@ def _held(parameters: Parameters, logs: Sequence[Recording]) -> tuple[Parameters
     """
     free, label = {q.name for q in parameters.free}, parameters.rig.label
     ways = {int(np.sign(v)) for log in logs for v in _speeds(log)} - {0}
-    told = []
+    violations, holding = [], dict[str, float]()
     if "M" in free:
-        told.append(
+        holding["M"] = 0.0
+        sentence = (
             f"at constant speed nothing accelerates: {label('M')} is taken as 0, and the table "
             "says nothing of it"
         )
-    if "offset" in free and len(ways) < 2:  # noqa: PLR2004 - directions
-        told.append(
+        violations.append(Violation("data", sentence, caps=False))
+    one_way = len(ways) < 2  # noqa: PLR2004 - directions
+    if one_way and OFFSET in free and OFFSET not in parameters.bounded:
+        holding[OFFSET] = 0.0
+        sentence = (
             "all runs go one way: a constant force (a weight, a sensor's offset) cannot be told "
             "from friction and is taken as 0; give speeds and forces of both directions, with "
-            "their signs"
+            f"their signs, or say what it is (--set {label(OFFSET)}=0)"
         )
-    holding = {"M": 0.0} | ({"offset": 0.0} if len(ways) < 2 else {})  # noqa: PLR2004 - as above
-    held = parameters.holding({n: v for n, v in holding.items() if n in free})
+        levels = frozenset(levels_of(parameters))
+        violations.append(Violation("data", sentence, levels or None))
+    held = parameters.holding(holding)
     if not held.free:
         raise InputError(f"{logs[0].label}: no parameter is left to be found")
-    return held, [Violation("data", sentence, caps=False) for sentence in told]
+    return held, violations
 
 
 def _speeds(log: Recording) -> Array:
