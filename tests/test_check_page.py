@@ -143,3 +143,18 @@ def test_check_writes_it_for_any_log(stribeck: Callable[..., Completed], tmp_pat
 def test_the_command_keeps_how_the_log_is_read(typed: str, command: str) -> None:
     assert identify_command(typed.split(), "forced") == command
     assert not identify_command(typed.split(), "")
+
+
+def test_the_page_of_a_table_says_nothing_of_what_was_not_looked_at() -> None:
+    v = np.array([-0.1, -0.01, -0.001, 0.001, 0.01, 0.1])
+    table = Recording.of({"v [m/s]": v, "F [N]": 20.0 * np.sign(v) + 60.0 * v})
+    page = check_page(table, check(table), None, "")
+    assert "What the gate tells" not in page
+    assert "what they seem" not in page
+    assert "half of the runs are below" in page
+
+
+def test_missing_rows_are_told_beside_the_findings() -> None:
+    log = staircase()
+    page = check_page(log, check(log), None, "")
+    assert "Rows are missing in 1 place, at most 2.01 s at a time." in page

@@ -80,7 +80,9 @@ def check_page(
         quality.file or "A recording",
         _lead(quality),
         quality=quality,
+        inspected=drawn is not None,
         findings=None if drawn is None else _findings(drawn),
+        missing=_missing(quality),
         covered=_covered(quality),
         shows=_shows(quality),
         channels=None if contents is None else contents_table(contents),
@@ -96,10 +98,21 @@ def _lead(quality: Quality) -> str:
         f"It suggests no rig: {quality.rig_reason}"
     )  # fmt: skip
     count = len(quality.faults)
-    found = f"{count} finding{'s' * (count != 1)} in its channels" if count else (
-        "Its channels are what they seem"
-    )  # fmt: skip
-    return f"{found}. {rig}."
+    if "position" not in quality.channels:
+        state = "Means of runs at constant speed"
+    elif count:
+        state = f"{count} finding{'s' * (count != 1)} in its channels"
+    else:
+        state = _missing(quality) or "Its channels are what they seem"
+    return f"{state}. {rig}."
+
+
+def _missing(quality: Quality) -> str:
+    """Where rows are missing; empty where none are."""
+    if not quality.gaps:
+        return ""
+    places = f"{quality.gaps} place{'s' * (quality.gaps != 1)}"
+    return f"Rows are missing in {places}, at most {quality.longest_gap:.3g} s at a time"
 
 
 def _tiles(quality: Quality) -> list[tuple[str, str]]:
@@ -167,7 +180,8 @@ def _covered(quality: Quality) -> Table:
         rows.append([name, low, high, unit_label(written), shown])
     speed = SHOWN.get(si := _si(quality, "velocity"), si)
     middle = [number(float(unit(speed).from_si(s)), 3) for s in quality.speeds]
-    note = f"half of the moving time is below {middle[1]} {unit_label(speed)}, a tenth below "
+    share = "moving time is" if "position" in quality.channels else "runs are"
+    note = f"half of the {share} below {middle[1]} {unit_label(speed)}, a tenth below "
     note += f"{middle[0]}, nine tenths below {middle[2]}"
     heads = ["channel", "least", "greatest", "unit", "step"]
     return Table.of_texts("Ranges", heads, rows, labels=(0, 3), note=note)
