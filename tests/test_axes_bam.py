@@ -103,7 +103,7 @@ def test_plain_friction_is_identified_again(
     estimates = {e.name: e for e in fit.estimates}
     assert all(e.verdict != "identified" or e.low <= by_squares[n] <= e.high
                for n, e in estimates.items() if n in by_squares)  # fmt: skip
-    (sentence,) = (w for w in fit.warnings if w.startswith("--loss squares puts"))
+    (sentence,) = (w for w in fit.warnings if w.startswith('loss="squares" puts'))
     assert "R at 7." in sentence
 
 

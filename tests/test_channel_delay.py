@@ -72,7 +72,7 @@ def test_a_delay_is_found_to_the_length_of_a_stroke_and_allowed_for(kind: str, l
     fit = identified(sensors.delayed(table(kind), "force", late))
     assert fit.delay == pytest.approx(late, abs=1e-3 if kind == "strokes" else 6e-3)
     assert holds(fit)
-    assert "--delay off leaves it" in told(fit)[0]
+    assert 'delay="off" leaves it' in told(fit)[0]
     assert ("behind" if late > 0 else "ahead of") in told(fit)[0]
 
 
@@ -98,7 +98,7 @@ def test_off_tells_a_delay_alone_and_a_number_is_taken_as_it_is() -> None:
     late = sensors.delayed(table(), "force", 0.03)
     off, known, wrong = (identified(late, delay=d) for d in ("off", 0.03, 0.01))
     assert off.delay == 0.0
-    assert "--delay auto moves it back" in told(off)[0]
+    assert 'delay="auto" moves it back' in told(off)[0]
     assert "identified" not in verdicts(off).values()
     assert (known.delay, known.search.ended) == (0.03, "solved")
     assert holds(known)

@@ -35,14 +35,14 @@ def sentence(score: Score, rivals: int, estimate: Estimate = F_S) -> str:
 
 @pytest.mark.parametrize("score", [LITTLE, NOISY])
 def test_repeats_are_asked_for_where_they_disagree(score: Score) -> None:
-    assert "raise --repeats" in sentence(score, 1)
-    assert "--repeats" not in sentence(score, 3)
+    assert "raise repeats" in sentence(score, 1)
+    assert "raise repeats" not in sentence(score, 3)
 
 
 def test_ranges_are_to_be_widened_where_a_parameter_sits_at_their_end() -> None:
     assert "widen" not in sentence(LITTLE, 3)
     at_end = replace(F_S, at_bound="upper")
-    assert "widen the range of F_S (--bounds)" in sentence(LITTLE, 3, at_end)
+    assert "widen the range of F_S (bounds)" in sentence(LITTLE, 3, at_end)
 
 
 def shared(name: Literal["up", "both"], *, restart: bool) -> bool:
@@ -87,5 +87,5 @@ def test_a_plan_names_the_direction_that_was_driven(direction: int, word: str) -
 @pytest.mark.parametrize("score", [LITTLE, NOISY])
 def test_a_single_search_names_the_command_that_makes_more(score: Score) -> None:
     (violation,) = misfit_violations(BED, score, [LOG], [F_S], 1, 1)
-    assert "identify with --repeats 3" in violation.sentence
+    assert "identify with repeats=3" in violation.sentence
     assert "raise" not in violation.sentence

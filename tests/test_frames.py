@@ -145,7 +145,7 @@ def test_notes_and_extra_columns_are_those_of_the_file(tmp_path: Path) -> None:
         ({"t_s": T, "x_mm": X[:-1]}, "columns t_s and x_mm have 400 and 399 rows"),
         ({"t_s": T, "q_rad": np.zeros((N, 6))}, r"column q_rad has the shape \(400, 6\)"),
         ({"t_s": T, "x_mm": ["far"] * N}, "row 0, column x_mm: 'far' is not a number"),
-        ({"t_s": T}, r'no position column among t_s.*columns = \{"position": "head \[mm\]"\}'),
+        ({"t_s": T}, r'no position column among t_s.*columns=\{"position": "head \[mm\]"\}'),
         ({"t_s": [], "x_mm": []}, "the time column is empty"),
         ({1: T, "1": X}, "two columns are called 1"),
         (pd.DataFrame(np.column_stack([T, X]), columns=["x_mm", "x_mm"]), "two columns are called"),

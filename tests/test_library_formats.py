@@ -351,7 +351,7 @@ def test_clocks_that_part_are_told(tmp_path: Path) -> None:
     (sentence,) = (p for p in log.problems if "apart" in p)
     parted, lasting = (float(w) for w in (sentence.split()[10], sentence.split()[14]))
     assert 1e-3 * parted / lasting == pytest.approx(0.005, rel=0.03)
-    assert "the header stamps are used; compare --stamp log" in sentence
+    assert 'the header stamps are used; compare columns={"stamp": "log"}' in sentence
 
 
 def test_a_bag_by_another_name(tmp_path: Path) -> None:

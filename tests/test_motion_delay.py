@@ -78,7 +78,7 @@ def test_the_delay_of_a_joint_is_told_with_what_it_biases(late: float) -> None:
     at = float(sentence.split(" ms ")[0].split()[-1])
     assert at == pytest.approx(1e3 * late, abs=1.5)
     assert "behind its command: with that J is" in sentence
-    assert sentence.endswith(f"--delay {-at:.3g} moves it back")
+    assert sentence.endswith(f"delay={-1e-3 * at:.4g} moves it back")
     assert not lies(fit, JOINT)
     assert not {e.verdict for e in fit.estimates if e.name in ("F_V", "J")} & {"identified"}
 

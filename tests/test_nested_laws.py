@@ -162,7 +162,7 @@ def test_an_interval_that_another_loss_leaves_is_told(bam: servo.Bam, leaves: bo
     for violation in violations:
         assert violation.condition == "model"
         assert violation.parameters
-        assert "--loss absolute puts" in violation.sentence
+        assert 'loss="absolute" puts' in violation.sentence
         assert not other_loss_violations(problem, x, judged(problem, x, 10.0))[0]
 
 

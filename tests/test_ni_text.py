@@ -87,7 +87,9 @@ def test_lvm(columns: str, comma: bool, tmp_path: Path) -> None:
 def test_segments_of_lvm(tmp_path: Path) -> None:
     path = write(tmp_path, lvm("One") + "\n" + segment("One", 2.0))
     _, log = log_of(path)
-    assert log.problems == ("has 2 segments: the first is read; --episode 2 takes the next",)
+    assert log.problems == (
+        'has 2 segments: the first is read; columns={"episode": "2"} takes the next',
+    )
     _, log = log_of(path, episode="2")
     np.testing.assert_allclose(log.tables()[0].columns["position"], 2.0 * X)
     with pytest.raises(InputError, match="has no segment 3: there are 1 to 2"):

@@ -458,7 +458,7 @@ def test_emps(file: str) -> None:
 @real
 def test_a_log_without_units_is_read_through_a_mapping() -> None:
     path = REAL / "dfki_pendulum/sysid_measured.csv"
-    with pytest.raises(InputError, match=r"time and position without a unit.*--column time="):
+    with pytest.raises(InputError, match=r'without a unit: say it, as in units={"time": "s", "pos'):
         read(path)
     mapped = {"time": "time [s]", "position": "position [rad]", "velocity": "velocity [rad/s]",
               "force": "torque [Nm]"}  # fmt: skip

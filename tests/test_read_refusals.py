@@ -229,7 +229,7 @@ BAD_MAPPINGS: dict[str, tuple[Any, str]] = {
     "absent column": ({"force": "load [N]"}, "no such column: there are t_s, x_mm"),
     "absent factor": ({"force": {"column": "x_mm", "unit": "N", "factor": "k"}}, "factor 'k'"),
     "no such channel": ({"torque": "x_mm"}, "no channel 'torque'"),
-    "no unit": ({"force": "y"}, 'map it as force = "y [N]"'),
+    "no unit": ({"force": "y"}, 'say it, as in units={"y": "N"}'),
     "unknown unit": ({"force": "y [Nn]"}, "unknown unit 'Nn'"),
     "wrong dimension": ({"force": "y [mm]"}, "does not measure the force"),
     "torque on a slide": ({"force": "y [Nm]"}, "does not measure the force"),

@@ -17,6 +17,7 @@ from statistics import median
 FLOORS = {
     "_version": 0, "errors": 0, "units": 0, "constant": 0, "space": 0, "text_file": 0,
     "lock_file": 0, "draft": 0, "compile_cache": 0, "drive": 0, "presenters": 0,
+    "wording": 0,
     "friction": 1, "data": 1, "optimize": 1,
     "rig": 2,
     "identify": 3,
@@ -35,7 +36,7 @@ ROOMS = {
     "report": ("contents", "figures", "page"),
 }
 #: What floor 0 may import of its own floor.
-GROUND = {"constant", "errors", "lock_file", "space", "text_file", "units"}
+GROUND = {"constant", "errors", "lock_file", "space", "text_file", "units", "wording"}
 ROOT = Path(__file__).parents[1] / "src" / "stribeck"
 
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from ..errors import InputError
+from ..wording import on_command_line
 from .arguments import checked, spread
 from .campaigns import bench
 from .crash import crash
@@ -46,7 +47,7 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"  # figures are files: whether there are windows is no matter
     _open_streams()
     try:
-        with interruption.handled(), quiet():
+        with interruption.handled(), quiet(), on_command_line():
             _run()
     except KeyboardInterrupt:  # another one, while the first was told
         sys.exit(interruption.status)

@@ -39,6 +39,7 @@ from ..rig.motion.row_pool import borrowed
 from ..rig.motion.velocity import NO_RUB
 from ..rig.rig import Motion, Rig
 from ..space import Array
+from ..wording import either
 from .compensator import Compensator, compensator_output
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def controlled(rig: Rig) -> Controller:
     if controller is None:
         raise InputError(
             f"rig {rig.name} has no controller to add a compensation to: state its gains kp and kd "
-            "in a file (--loop FILE.toml)"
+            f"{either('in a file (--loop FILE.toml)', 'as loop=PositionLoop(kp, kd)')}"
         )
     return controller
 

@@ -34,6 +34,7 @@ from ..identify.pace import Pace, paced
 from ..rig.balanced import BalancedRig
 from ..rig.lookup import rig_and_law
 from ..units import unit
+from ..wording import either, option
 from .closed_loop import IDEAL, controlled, drive_friction
 from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
@@ -152,9 +153,9 @@ def compensate(
         InputError: a rig without a controller, a card that is not of this rig, or no speed.
     """
     if not 0 < period < np.inf:
-        raise InputError(f"period: give a time above 0 s, got {period:g}")
+        raise InputError(f"{option('period')}: give a time above 0 s, got {period:g}")
     if scale is not None and not 0 < scale < np.inf:
-        raise InputError(f"scale: give a number above 0, got {scale:g}")
+        raise InputError(f"{option('scale')}: give a number above 0, got {scale:g}")
     card = card_of(model)
     rig = None if rig is None else rig_and_law(rig, None)[0]
     if rig is not None and loop is None:
@@ -213,8 +214,8 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
     if loop is not None:
         if rig.controller() is not None and not isinstance(rig, BalancedRig):
             raise InputError(
-                f"rig {rig.name} has a controller with gains of its own: set those by --rig FILE, "
-                "and leave kp and kd out of the loop"
+                f"rig {rig.name} has a controller with gains of its own: set those by "
+                f"{either('--rig FILE', 'rig.set(...)')}, and leave kp and kd out of the loop"
             )
         rig = replace(rig, loop=loop)
     controlled(rig)

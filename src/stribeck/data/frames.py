@@ -66,9 +66,7 @@ def frame_table(frame: Frame) -> RawTable:
         text |= {name: (f"row {first[0]}", first[1])} if first else {}
         notes += [note] if note else []
     rows = _rows(columns)
-    return RawTable(
-        columns, np.arange(rows), "row", text, scalars, known, tuple(notes), in_memory=True
-    )
+    return RawTable(columns, np.arange(rows), "row", text, scalars, known, tuple(notes))
 
 
 def _named(frame: Frame) -> Iterator[tuple[str, Any]]:

@@ -16,6 +16,7 @@ from ..identify.card import Card, Carded
 from ..presenters import presenter
 from ..text_file import page_bytes
 from ..units import unit
+from ..wording import either, option
 from .model import Model, model_of
 
 
@@ -75,18 +76,6 @@ class ExportTarget:
     suffix: str = ""
 
 
-#: What options are for, in the words of the command line.
-OPTIONS: Mapping[str, str] = {
-    "name": "--name",
-    "settings": "--set",
-    "compensation": "--compensation",
-    "points": "--points",
-    "speed": "--speed",
-    "into": "--into",
-    "joint": "--joint",
-}
-
-
 def export(
     model: Model | Card | Carded | str | Path,
     to: str,
@@ -129,19 +118,24 @@ def export(
         "speed": speed, "into": into, "joint": joint,
     }  # fmt: skip
     known: dict[str, Any] = {o: value for o, value in options.items() if value is not None}
-    for option in known:
-        if option not in target.options:
-            takes = ", ".join(OPTIONS[o] for o in target.options) or "no options"
-            raise InputError(f"{OPTIONS[option]} means nothing to {to}: it takes {takes}")
-    for option in target.needed:
-        if option not in known:
-            raise InputError(f"{to}: give {OPTIONS[option]}: {target.doc}")
+    for keyword in known:
+        if keyword not in target.options:
+            takes = ", ".join(map(_typed, target.options)) or "no options"
+            raise InputError(f"{_typed(keyword)} means nothing to {to}: it takes {takes}")
+    for keyword in target.needed:
+        if keyword not in known:
+            raise InputError(f"{to}: give {_typed(keyword)}: {target.doc}")
     if isinstance(compensation, str | Path):
         known["compensation"] = read_settings(compensation)
     if into is not None:
         known["into"] = SourceFile.read(Path(into))
     exported = target.make(model_of(model), **known)
     return exported._replace(folder=target.folder, suffix=target.suffix)
+
+
+def _typed(keyword: str) -> str:
+    """An argument of `export` as a message names it."""
+    return either("--set", keyword) if keyword == "settings" else option(keyword)
 
 
 def compensator(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..rig.simulated import as_simulated
+from ..wording import option
 from .conditions import Violation
 from .polish import polish
 from .uncertainty.linearisation import box_of
@@ -181,7 +182,8 @@ def _violations(first: _Solution, best: _Solution) -> list[Violation]:
             Violation(
                 "arithmetic",
                 f"finer steps of the simulation than {rig.fineness} still move {_largest(best)}: "
-                "its interval is too narrow by that; set finer ones (--set, docs/rigs.md)",
+                f"its interval is too narrow by that; set finer ones ({option('constants')}, "
+                "docs/rigs.md)",
                 frozenset(name for name, shift in best.shifts.items() if shift > SHARE),
             )
         )

@@ -8,6 +8,7 @@ from dataclasses import replace
 from ..constant import BORROWED
 from ..rig.rig import shown_difference
 from ..units import unit
+from ..wording import either, option
 from .free_constants import FreeConstantsProblem, Ruling
 from .parameters import Parameters
 from .uncertainty.blind_directions import percent
@@ -62,8 +63,10 @@ def borrowed(problem: Residuals) -> list[str]:
     values = ", ".join(
         f"{c.name} = {c.shown:.4g} ± {c.shown_tolerance:.2g} {c.unit}".rstrip() for c in foreign
     )
+    stated = option("constants", {"NAME": "VALUE"})
+    toleranced = either("NAME=VALUE±TOLERANCE", 'constants={"NAME": (VALUE, TOLERANCE)}')
     sentence = (
         f"constants not of this axis but of the rig's source: {values}; intervals carry these "
-        "tolerances: give your own (--set NAME=VALUE, or NAME=VALUE±TOLERANCE)"
+        f"tolerances: give your own ({stated}, or {toleranced})"
     )
     return [sentence]

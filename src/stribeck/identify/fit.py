@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
 from ..rig.lookup import rig_and_law
+from ..wording import option
 from .data_split import data_split
 from .loss import Breakaway, Loss, Objective
 from .multistart import Progress
@@ -129,9 +130,9 @@ def identify(
         ("posterior", posterior, MOST_SAMPLES),
     ):
         if not isinstance(count, Integral) or count < 0:
-            raise InputError(f"{name} must be a whole number >= 0, got {count!r}")
+            raise InputError(f"{option(name)} must be a whole number >= 0, got {count!r}")
         if count > most:
-            raise InputError(f"{name} must be {most:,} at most, got {count}")
+            raise InputError(f"{option(name)} must be {most:,} at most, got {count}")
     search: dict[str, Any] = {
         "method": method,
         "seed": seed,
@@ -195,5 +196,5 @@ def _refuse(rig: Rig, names: Sequence[str]) -> None:
     if names:
         raise InputError(
             f"rig {rig.name} is solved by least squares, without a search: "
-            f"{', '.join(names)} does not apply"
+            f"{', '.join(map(option, names))} does not apply"
         )

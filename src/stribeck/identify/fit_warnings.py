@@ -11,6 +11,7 @@ from ..friction import LAWS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..units import unit
+from ..wording import option
 from .conditions import Violation
 from .exact_constants import scale
 from .parameters import Parameters
@@ -62,7 +63,7 @@ def misfit_violations(
     """
     search = "" if rivals > 1 else _unconfirmed(repeats)
     if explains_little(parameters, score):
-        ends = [f"the range of {e.name} (--bounds)" for e in estimates if e.at_bound]
+        ends = [f"the range of {e.name} ({option('bounds')})" for e in estimates if e.at_bound]
         causes = [
             *([_more(repeats)] if search else []),
             *([f"widen {' and '.join(ends)}"] if ends else []),
@@ -103,7 +104,7 @@ def _unconfirmed(repeats: int) -> str:
 
 def _more(repeats: int) -> str:
     """What to do where repeats do not confirm each other; a comparison of laws makes one each."""
-    return "identify with --repeats 3" if repeats == 1 else "raise --repeats"
+    return f"identify with {option('repeats', 3)}" if repeats == 1 else f"raise {option('repeats')}"
 
 
 def noise_floor(rig: Rig, logs: Sequence[Recording]) -> float:
@@ -140,7 +141,7 @@ def output_error_warnings(
     if rivals < 2 <= repeats:  # noqa: PLR2004 - an answer found once is not confirmed
         warnings.append(
             f"only {rivals} of {repeats} repeats came within {RIVAL - 1:.0%} of the best J: the "
-            "answer is not confirmed; raise --repeats"
+            f"answer is not confirmed; raise {option('repeats')}"
         )
     trained = directions_of(train)
     rig = as_simulated(parameters.rig)

@@ -18,6 +18,7 @@ from ..optimize import rms
 from ..optimize.lockstep import Counted
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
+from ..wording import option
 from .conditions import Violation
 from .initial_state import FreeStartProblem, started_at
 from .moved_estimates import refit_text
@@ -138,6 +139,6 @@ def _violation(
     drive = "force" if problem.parameters.rig.applied_force else "command"
     sentence = (
         f"the motion was measured {at_least}{1e3 * abs(seconds):.3g} ms {side} its {drive}: "
-        f"{changes}: --delay {-1e3 * seconds:.3g} moves it back"
+        f"{changes}: {option('delay', float(f'{-seconds:.3g}'))} moves it back"
     )
     return Violation("data", sentence, caps=moved)  # a refit close by moves less than a fit

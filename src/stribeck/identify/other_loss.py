@@ -14,6 +14,7 @@ import numpy as np
 
 from ..rig.rig import shown_in
 from ..space import Array, Param, Space
+from ..wording import option
 from .conditions import Violation
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
@@ -70,9 +71,9 @@ def other_loss_violations(
         return [], spent
     loss = "squares" if parameters.objective.loss == "absolute" else "absolute"
     sentence = (
-        f"--loss {loss} puts {', '.join(left.values())} outside the interval: the model leaves "
-        "out something that the two losses weigh differently; trust neither value, or use a law "
-        "that has it"
+        f"{option('loss', loss)} puts {', '.join(left.values())} outside the interval: the model "
+        "leaves out something that the two losses weigh differently; trust neither value, or use "
+        "a law that has it"
     )
     return [Violation("model", sentence, frozenset(left))], spent
 

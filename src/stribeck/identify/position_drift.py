@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..optimize import rms
 from ..optimize.lockstep import Counted
 from ..space import Array, Param, Space
+from ..wording import option
 from .adequacy.bins import t_probability
 from .conditions import Violation
 from .initial_state import FreeStartProblem
@@ -95,7 +96,8 @@ def drift_violations(
     changes, _ = refit_text(problem, judged, refit, start)
     sentence = (
         f"the measured position drifts beside the model's ({100 * share:.2g} % of the variance): "
-        f"{changes}: the axis creeps or the sensor's zero moves; train on shorter parts (--train)"
+        f"{changes}: the axis creeps or the sensor's zero moves; train on shorter parts "
+        f"({option('train')})"
     )
     # The refit starts at the fit: one with the drift in it all along might end farther off.
     return [Violation("model", sentence)], rows

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..optimize.lockstep import Counted
 from ..rig.simulated import as_simulated
 from ..space import Array
+from ..wording import option
 from .breakaway_scatter import BreakawayWeights, Scatter, Spread, scatter, spreads
 from .known_holds import is_held
 from .own_breakaway import BREAKAWAY, breakaway_columns, moved_onsets
@@ -57,7 +58,8 @@ def by_slip_where_needed(
     if objective.by_slip and not has_level:
         raise InputError(
             f"law {law.name} has no breakaway level {BREAKAWAY} of its own, that could differ "
-            "from slip to slip: leave out --breakaway scattered, or take a stribeck law"
+            f"from slip to slip: leave out {option('breakaway', 'scattered')}, or take a stribeck "
+            "law"
         )
     slips: list[Segment] = []
     with suppress(InputError):  # without slips there is nothing to ask
@@ -84,8 +86,9 @@ def scatter_sentence(parameters: Parameters, seen: Scatter | None) -> list[str]:
     if seen.read and parameters.objective.by_slip:
         sentences.append(
             f"the force of the log follows its reading: each of {seen.slips} slips is simulated "
-            "under the force that the controller held, and J is that of single slips; --breakaway "
-            "common takes the log for one motion in a loop that sees the axis without a sensor"
+            "under the force that the controller held, and J is that of single slips; "
+            f"{option('breakaway', 'common')} takes the log for one motion in a loop that sees the "
+            "axis without a sensor"
         )
     return sentences
 
@@ -95,7 +98,7 @@ def _scattered(parameters: Parameters, seen: Scatter) -> list[str]:
     if parameters.objective.by_slip:
         sentence = (
             f"{fact}: each slip has a breakaway of its own, F_S is their mean, and J is that of "
-            "single slips; --breakaway common has one for all"
+            f"single slips; {option('breakaway', 'common')} has one for all"
         )
     else:
         sentence = f"{fact}: law {parameters.law.name} has no level that could, stribeck has F_S"

@@ -10,6 +10,7 @@ from ..data.alignment import Delay, checked_delay
 from ..data.log_list import Columns, Logs
 from ..rig.simulated import as_simulated
 from ..space import Array
+from ..wording import option
 from .balance.force_balance import balance_scores
 from .card import read_card
 from .data_split import ranges_or_all, recording_list
@@ -100,7 +101,7 @@ def untrained_directions(
                 sentences.append(
                     f"{log.label} {extent} also runs the other way than the card was trained on "
                     f"({trained.low:.4g} to {trained.high:.4g} {trained.unit}): "
-                    "--range tells which part"
+                    f"{option('within')} tells which part"
                 )
     return sentences
 

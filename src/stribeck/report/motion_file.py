@@ -12,6 +12,7 @@ from ..data.readers.raw_table import printable
 from ..errors import InputError
 from ..rig.rig import shown_in
 from ..units import unit
+from ..wording import option
 from .folder import check_file, write_all, write_text
 
 #: Samples of a ramp, and of a run, that make a log.
@@ -99,16 +100,16 @@ def _check_size(bed: TestBed, direction: Any) -> None:
     """A run is neither over before it is sampled nor larger than a file should be."""
     drive, _ = bed.drive(direction)
     ramp = (bed.high - bed.low) / bed.speed
-    for name, rate in (("--rate", bed.rate), ("--echo-rate", bed.echo_rate)):
+    for name, rate in (("rate", bed.rate), ("echo_rate", bed.echo_rate)):
         if not rate >= FEWEST / ramp:
             raise InputError(
-                f"a ramp of {ramp:.3g} s has fewer than {FEWEST} samples at {name} "
-                f"{rate:g}: sample faster or move slower"
+                f"a ramp of {ramp:.3g} s has fewer than {FEWEST} samples at "
+                f"{option(name, rate)}: sample faster or move slower"
             )
         if not rate <= MOST / float(drive.t[-1]):
             raise InputError(
-                f"a run of {drive.t[-1]:.3g} s has more than {MOST:,} samples at {name} "
-                f"{rate:g}: sample slower or move faster"
+                f"a run of {drive.t[-1]:.3g} s has more than {MOST:,} samples at "
+                f"{option(name, rate)}: sample slower or move faster"
             )
 
 

@@ -23,6 +23,7 @@ from ..errors import InputError
 from ..friction import LAWS, Law
 from ..friction.law import addressed
 from ..space import Array
+from ..wording import option
 from .motion import sampled_loop
 from .motion.command import Drive
 from .motion.sampled_loop import BedMotor, CommandPath, Converter
@@ -188,7 +189,7 @@ class TestBed:
         if not (law.static and law.sticks):
             raise InputError(
                 f"law {law.name} does not rest by itself: the test bed runs it in an ideal loop "
-                "alone (--loop ideal)"
+                f"alone ({option('loop', 'ideal')})"
             )
         laws, c = self.rig.split(law, p)
         course, x0, seconds = self._course(direction)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...units import unit
+from ...wording import option
 from .budget import ReadBudget, refuse_many
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
@@ -51,7 +52,7 @@ def _open(path: Path, options: ReadOptions) -> TablesInMemory:
         times, values = _samples(body, line)
         if len(times):
             _add(tables, name, scale * times, values, line)
-    return TablesInMemory(tuple(tables), lacking="" if options.time_unit else _TIME_UNIT_IS_OPEN)
+    return TablesInMemory(tuple(tables), lacking="" if options.time_unit else _open_time_unit())
 
 
 READER = Reader("codesys", "CODESYS, ctrlX and kin, trace (.trace.csv)", (".csv",), _opens, _open)
@@ -62,8 +63,10 @@ def _scale(options: ReadOptions) -> float:
     return float(unit(options.time_unit).factor) if options.time_unit else 1.0
 
 
-#: What is said as long as the unit of time is not.
-_TIME_UNIT_IS_OPEN = "its times are ms or us, which it does not say: give --time-unit ms or us"
+def _open_time_unit() -> str:
+    """What is said as long as the unit of time is not."""
+    stated = option("columns", {"time_unit": "ms"})
+    return f"its times are ms or us, which it does not say: give {stated} or us"
 
 
 def _samples(body: bytes, line: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from ...drive import DriveChain
 from ...errors import InputError
 from ...units import Unit, unit
+from ...wording import either, is_command_line, option
 from ..channels import CHANNELS
 from .choice import Choice, kinds_of, refuse_unfit, unit_of_column, usual_unit
 from .column_map import Entry
@@ -20,7 +21,6 @@ from .stamps import Epoch, epoch
 
 #: Names that a refusal lists; the command line shows all of them above it.
 _NAMED = 6
-_EXAMPLE = {"time": "t [s]", "position": "x [mm]"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,6 @@ class Heads:
         bare: Name -> the name without the joint that was asked for; columns of another joint or of
             none, but for times, are not in it.
         order: All names, as `contents` numbers them.
-        in_memory: Whether the log is a frame of the caller's, whose units are an argument.
         drive: The chain from what the drive recorded to the force at the axis.
     """
 
@@ -43,7 +42,6 @@ class Heads:
     timed: bool
     bare: Mapping[str, str]
     order: tuple[str, ...] = ()
-    in_memory: bool = False
     drive: DriveChain | None = None
 
     @classmethod
@@ -75,7 +73,6 @@ class Heads:
             timed,
             _bare(columns, joint),
             tuple(c.name for c in channels),
-            log.in_memory,
             drive,
         )
 
@@ -236,7 +233,7 @@ def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
     if written is None and channel == "time" and (clock := _epoch(heads, column)):
         return _dated(column, clock)
     if written is None:
-        raise InputError(_unmapped_unit(heads, column, channel))
+        raise InputError(_unmapped_unit(column, channel))
     factor = 1.0 if isinstance(entry, str) else entry.get("factor", 1.0)
     if isinstance(factor, str) and factor not in {**heads.columns, **heads.scalars}:
         raise InputError(f"the mapping says {channel} has the factor {shortened(factor)!r}, but "
@@ -244,11 +241,11 @@ def mapped_choice(heads: Heads, channel: str, entry: Entry) -> Choice:
     return Choice(column, heads.unit(channel, column, written), factor)
 
 
-def _unmapped_unit(heads: Heads, column: str, channel: str) -> str:
+def _unmapped_unit(column: str, channel: str) -> str:
     name, example = shortened(column), usual_unit(channel, column)
-    if heads.in_memory:
-        return f'column {name} has no unit: say it, as in units={{"{name}": "{example}"}}'
-    return f'column {name} has no unit: map it as {channel} = "{name} [{example}]"'
+    mapped = f'map it as {channel} = "{name} [{example}]"'
+    stated = f"say it, as in {option('units', {name: example})}"
+    return f"column {name} has no unit: {either(mapped, stated)}"
 
 
 def _epoch(heads: Heads, column: str) -> Epoch | None:
@@ -279,17 +276,17 @@ def _needed(
     if bare := [h for h in named if names[h].unit is None]:
         if channel == "time" and (clock := _epoch(heads, bare[0])):
             return _dated(bare[0], clock)
-        raise InputError(without_unit(heads, names, bare[0], channel, chosen))
+        raise InputError(without_unit(names, bare[0], channel, chosen))
     for h in named:
         refuse_unfit(channel, Choice(h, heads.unit(channel, h, names[h].unit or "")), kinds)
     if channel == "position" and not named:
         unsaid = [h for h, head in names.items() if "velocity" in meanings(head) and not head.unit]
         if unsaid:
-            raise InputError(without_unit(heads, names, unsaid[0], "velocity", chosen))
+            raise InputError(without_unit(names, unsaid[0], "velocity", chosen))
     if next(iter(heads.columns), "") == "column 1":
         raise InputError(
             "has no heads: name its columns by number, as in "
-            '--column time="1 [s]" --column position="2 [mm]"'
+            f"{option('columns', {'time': '1 [s]', 'position': '2 [mm]'})}"
         )
     raise InputError(_nothing_named(heads, names, channel, kinds))
 
@@ -300,11 +297,6 @@ def _nothing_named(
     """That no head says time or position, and how to say which is."""
     among = f"no {channel} column among {listed(heads.columns, _NAMED) or 'none'}"
     example = f"head [{usual_unit(channel)}]"
-    if heads.in_memory:
-        return (
-            f'{among}: name it like "{_EXAMPLE[channel]}" or map it: '
-            f'columns = {{"{channel}": "{example}"}}'
-        )
     fitting = [
         h
         for h, head in names.items()
@@ -312,19 +304,18 @@ def _nothing_named(
         if (u := heads.known(channel, head.unit)) and u.dimension in kinds
     ]
     other = {
-        "time": ", or at what rate it was recorded: --rate 500 (Hz)",
-        "position": '; a velocity does, too: --column velocity="head [mm/s]"',
+        "time": f", or at what rate it was recorded: {option('columns', {'rate': 500})} (Hz)",
+        "position": f"; a velocity does, too: {option('columns', {'velocity': 'head [mm/s]'})}",
     }
     if fitting:
-        return f'{among}: say which it is, as in --column {channel}="{fitting[0]}"'
+        return f"{among}: say which it is, as in {option('columns', {channel: fitting[0]})}"
     return (
         f"{among}: say which it is, by its head or its number, and its unit: "
-        f'--column {channel}="{example}"{other.get(channel, "")}'
+        f"{option('columns', {channel: example})}{other.get(channel, '')}"
     )
 
 
 def without_unit(
-    heads: Heads,
     names: Mapping[str, Head],
     first: str,
     channel: str,
@@ -332,18 +323,19 @@ def without_unit(
 ) -> str:
     """Why columns without units cannot be taken, and how to say them."""
     lacking = {channel: shortened(first)}
-    # Of a file the channels that it cannot do without are said at once, of a frame all of them.
-    others = CHANNELS if heads.in_memory else ["position"] if channel == "time" else []
+    # A command line is told the channels that a log cannot do without, a program all of them.
+    needed = ["position"] if channel == "time" else []
+    others = needed if is_command_line() else CHANNELS
     for other in (c for c in others if c not in {*chosen, *lacking}):
         bare = [h for h, head in names.items() if other in meanings(head) and not head.unit]
         if bare and shortened(bare[0]) not in lacking.values():
             lacking[other] = shortened(bare[0])
     *rest, last = lacking.values()
     together, several = f"{', '.join(rest)} and {last}" if rest else last, "s" * bool(rest)
-    if heads.in_memory:
-        units = ", ".join(f'"{h}": "{usual_unit(c, h)}"' for c, h in lacking.items())
-        return f"column{several} {together} without a unit: say it, as in units={{{units}}}"
-    fix = " ".join(f'--column {c}="{h} [{usual_unit(c, h)}]"' for c, h in lacking.items())
+    if not is_command_line():
+        units = option("units", {h: usual_unit(c, h) for c, h in lacking.items()})
+        return f"column{several} {together} without a unit: say it, as in {units}"
+    fix = option("columns", {c: f"{h} [{usual_unit(c, h)}]" for c, h in lacking.items()})
     each = "each with its unit" if rest else "with its unit"
     return f"column{several} {together} without a unit: say it {each}, as in {fix}"
 
@@ -365,7 +357,7 @@ def ranked(
         a, b = shortened(first[0]), shortened(rivals[0][0])
         raise InputError(
             f"columns {a} and {b} both look like the {channel}: map one, as in "
-            f'--column {channel}="{a}"'
+            f"{option('columns', {channel: a})}"
         )
     return Choice(*first, reason="by its head")
 

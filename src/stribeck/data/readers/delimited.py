@@ -17,6 +17,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from .budget import ReadBudget
 from .file_bytes import whole
 from .log_file import Reader, ReadOptions, TablesInMemory
@@ -69,7 +70,7 @@ def read_text(data: bytes) -> RawTable:
     table = _parse(text, layout)
     if overruns:
         note = (f"the sampler overran {overruns} times: samples are missing there, and times by "
-                "--rate are too early from the first on")  # fmt: skip
+                f"{option('columns', {'rate': 'HZ'})} are too early from the first on")  # fmt: skip
         table = replace(table, notes=(*table.notes, note))
     return table
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ...wording import is_command_line
 from .budget import ReadBudget, refuse_many
 from .log_file import Channel, ReadOptions, TablesInMemory
 from .raw_table import RawTable, shortened
@@ -92,7 +93,6 @@ class IsolatedLog:
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
     few: tuple[RawTable, ...] | None = None
-    in_memory: bool = False
     lacking: str = ""
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
@@ -145,7 +145,7 @@ class _LibraryAnswer:
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
         self._process = process([kind.module, str(path), *limits], self._errors)
         self.head: dict[str, Any] = {}
-        self._request = json.dumps(request).encode()
+        self._request = json.dumps({**request, "typed": is_command_line()}).encode()
 
     def __enter__(self) -> Self:
         try:

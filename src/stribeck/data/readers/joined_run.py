@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,7 +47,6 @@ class JoinedRun:
     common: tuple[CommonClock, ...]
     problems: tuple[str, ...] = ()
     lacking: str = ""
-    in_memory: bool = field(default=False, init=False)
 
     @property
     def channels(self) -> tuple[Channel, ...]:

@@ -18,7 +18,6 @@ class LazyLog:
         load: Samples of channels, a table a clock.
         problems: What was left out, or looks wrong, a sentence each.
         text: Column of text -> the place and the content of its first cell that is no number.
-        in_memory: Whether it is a frame of the caller's.
         lacking: What has to be said before times are in s, and how.
     """
 
@@ -26,7 +25,6 @@ class LazyLog:
     load: Callable[[Collection[str]], tuple[RawTable, ...]]
     problems: tuple[str, ...] = ()
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    in_memory: bool = False
     lacking: str = ""
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from ...wording import option
 from .frame_log import frame_log
 from .isolated import IsolatedFormat
 from .lazy_log import LazyLog
@@ -57,7 +58,7 @@ def _opens(path: Path, _head: bytes) -> bool:
 
 READER = Reader(
     "lerobot",
-    "LeRobot dataset, a folder (v2.0 to v3.0); --episode N",
+    "LeRobot dataset, a folder (v2.0 to v3.0), an episode at a time",
     (),
     _opens,
     _FORMAT.open,
@@ -89,9 +90,8 @@ def _episode(lazy: Any, part: str | None) -> Any:
     if part is None and count == 1:
         return lazy
     if part is None:
-        raise InputError(
-            f"has {count} episodes, {first} to {last}: name one, as in --episode {first}"
-        )
+        named = option("columns", {"episode": str(first)})
+        raise InputError(f"has {count} episodes, {first} to {last}: name one, as in {named}")
     if not part.isdecimal() or not first <= int(part) <= last:
         raise InputError(f"has no episode {shortened(part)}: there are {first} to {last}")
     return lazy.filter(column == int(part))

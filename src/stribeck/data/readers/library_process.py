@@ -66,13 +66,15 @@ def answer(
     """Read what is asked for and write it; this process has its limits from then on."""
     memory, seconds = limits
     _limit(THREADS + memory, seconds)
+    words = import_module(f"{_PACKAGES[0]}.wording")
     try:
         options = import_module(f"{_PACKAGES[-1]}.log_file").ReadOptions(**request["options"])
-        log = reader.library_log(path, options)
-        if "names" in request:
-            _write_tables(log.tables(request["names"]), output)
-        else:
-            _write_contents(log, output)
+        with words.on_command_line(entered=request.get("typed", False)):
+            log = reader.library_log(path, options)
+            if "names" in request:
+                _write_tables(log.tables(request["names"]), output)
+            else:
+                _write_contents(log, output)
     except MemoryError:
         _write_line({"broken": "it unpacks to too much"}, output)
     except BaseException as error:  # noqa: BLE001 - whatever a library raises on a damaged file

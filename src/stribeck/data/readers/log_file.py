@@ -76,10 +76,6 @@ class LogFile(Protocol):
     def lacking(self) -> str:
         """What has to be said before its times are in s, and how; empty if they are."""
 
-    @property
-    def in_memory(self) -> bool:
-        """Whether it is no file but a frame of the caller's, whose units are an argument."""
-
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Samples of channels, a table a clock; of all channels if no names are given.
 
@@ -147,11 +143,6 @@ class TablesInMemory:
     def problems(self) -> tuple[str, ...]:
         """What the tables note."""
         return tuple(note for table in self.all_tables for note in table.notes) + self.notes
-
-    @property
-    def in_memory(self) -> bool:
-        """Whether it is a frame of the caller's."""
-        return any(table.in_memory for table in self.all_tables)
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Those that have one of the channels, with these alone."""

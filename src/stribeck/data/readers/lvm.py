@@ -16,6 +16,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from .arrays import TimedSeries, by_times
 from .budget import ReadBudget, refuse_many
 from .cells import number_columns
@@ -124,7 +125,8 @@ def _chosen(segments: list[_LvmSegment], part: str | None) -> tuple[int, tuple[s
         if not part.isdecimal() or not 1 <= int(part) <= count:
             raise InputError(f"has no segment {printable(part)[:20]}: there are 1 to {count}")
         return int(part) - 1, ()
-    note = f"has {count} segments: the first is read; --episode 2 takes the next"
+    following = option("columns", {"episode": "2"})
+    note = f"has {count} segments: the first is read; {following} takes the next"
     return 0, (note,) if count > 1 else ()
 
 

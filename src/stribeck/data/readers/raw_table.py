@@ -26,7 +26,6 @@ class RawTable:
         t: When each row was measured, s, (N,), if the format itself says so; None where a column
             has to.
         clock: What the clock of those times is called; tables of one name share it.
-        in_memory: Whether it is no file but a frame of the caller's, whose units are an argument.
         began: The instant of t = 0, s since 1970, where the format says it.
         dates: Column of dates -> the instant of its 0, s since 1970; of times of day, since
             midnight.
@@ -41,7 +40,6 @@ class RawTable:
     notes: tuple[str, ...] = ()
     t: Array | None = None
     clock: str = ""
-    in_memory: bool = False
     began: float | None = None
     dates: Mapping[str, float] = field(default_factory=dict)
 

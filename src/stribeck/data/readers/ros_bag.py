@@ -20,6 +20,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from .isolated import IsolatedFormat
 from .lazy_log import LazyLog
 from .log_file import Channel, Reader, ReadOptions
@@ -191,7 +192,7 @@ def _drift(name: str, first: _Stamps, last: _Stamps, options: ReadOptions) -> It
         yield (
             f"{shortened(name)}: its header stamps and those of the log drift {1e3 * parted:.3g} "
             f"ms apart in {lasting:.4g} s ({1e6 * parted / lasting:.3g} ppm): the {options.stamp} "
-            f"stamps are used; compare --stamp {other}"
+            f"stamps are used; compare {option('columns', {'stamp': other})}"
         )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...space import Array
 from ...units import unit
+from ...wording import option
 from ..steady_runs import MOST, SteadyRuns
 from .choice import Choice, kinds_of, refuse_unfit
 from .column_map import Entry
@@ -81,7 +82,7 @@ def _runs(heads: Heads, mapped: Mapping[str, Entry]) -> dict[str, Choice]:
         named = {c: [h for h, v in free.items() if c in meanings(v)] for c in ("velocity", "force")}
         if all(named[c] or c in chosen for c in named):
             first = named[lacking[0]][0]
-            raise InputError(without_unit(heads, free, first, lacking[0], chosen))
+            raise InputError(without_unit(free, first, lacking[0], chosen))
         return {}
     rotary = chosen["velocity"].rotary
     for channel, choice in chosen.items():
@@ -158,10 +159,9 @@ def steady_arguments(
             f"table of steady speeds takes {FEWEST} runs, a log its times"
         )
     rows = rows[np.argsort(channels["velocity"][rows], kind="stable")]
-    option = 'columns={"rate": 500}' if table.in_memory else "--rate 500"
     sentence = (
         "each row is taken as a run at constant speed, as no column is a time or a position; of "
-        f"a log, {option} says the samples a second"
+        f"a log, {option('columns', {'rate': 500})} says the samples a second"
     )
     told = (sentence, weighed) if weighed else (sentence,)
     if lost := int((~valid).sum()):

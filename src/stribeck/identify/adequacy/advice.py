@@ -12,6 +12,7 @@ from ...friction import LAWS
 from ...friction.law import Term
 from ...space import Param
 from ...units import unit
+from ...wording import option
 from ..conditions import Violation
 from ..moved_estimates import may_be
 from ..uncertainty.verdict import IDENTIFIED
@@ -142,13 +143,17 @@ def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recordin
     elif effect.variable == "acceleration":
         text = "a load, a delay between channels or play in the drive does that"
     elif effect.kind == "inertia":
-        text = "a load comes or goes; train on one load (--train), or log each load apart"
+        text = (
+            f"a load comes or goes; train on one load ({option('train')}), or log each load apart"
+        )
     elif effect.kind == "force":
-        text = "the zero of a channel or a load drifts; train on shorter parts (--train)"
+        text = f"the zero of a channel or a load drifts; train on shorter parts ({option('train')})"
     elif all(log.temperature is not None for log in recordings):
         text = _term(parameters, "temperature")
     else:
-        text = "train on the part in which it is steady (--train), or log the temperature"
+        text = (
+            f"train on the part in which it is steady ({option('train')}), or log the temperature"
+        )
     return text
 
 
@@ -161,7 +166,9 @@ def _of_position(parameters: Parameters, effect: Effect) -> str:
         return _term(parameters, "cogging")
     if parameters.rig.name == "forced-rotary":
         return "if that is a weight, use rig forced-pendulum"
-    return "no rig here has that; take it off the force, or train on less travel (--train)"
+    return (
+        f"no rig here has that; take it off the force, or train on less travel ({option('train')})"
+    )
 
 
 def _bears_load(parameters: Parameters) -> bool:
@@ -179,7 +186,7 @@ def _of_speed(law: str, effect: Effect) -> str:
     if effect.pattern == "drop" and stem in _WITH_DROP:
         return f"use law {law.replace(stem, _WITH_DROP[stem])}"
     if effect.pattern == "square":
-        return "no law here has that; train on a narrower range of speeds (--train)"
+        return f"no law here has that; train on a narrower range of speeds ({option('train')})"
     if stem.startswith("stribeck") and not stem.startswith("stribeck-free"):
         directional = "-directional" * stem.endswith("-directional")
         return f"try law stribeck-free{directional}, or `stribeck select`"
@@ -188,5 +195,5 @@ def _of_speed(law: str, effect: Effect) -> str:
 
 def _term(parameters: Parameters, term: Term) -> str:
     if term in parameters.law.terms:
-        return f"the term {term} does not catch it; train on less of the log (--train)"
+        return f"the term {term} does not catch it; train on less of the log ({option('train')})"
     return f"use law {parameters.law.name}+{term}"

@@ -21,6 +21,7 @@ from ...data.zero_phase import BLOCK, Samples
 from ...errors import InputError
 from ...space import Array
 from ...units import unit
+from ...wording import option
 from ..conditions import Condition, Violation
 from ..data_check import data_violations
 from ..uncertainty.covariance import HALF_WIDTH
@@ -311,7 +312,7 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
         low, high = (float(shown.from_si(np.quantile(np.abs(v), q))) for q in (0.1, 0.9))
         sentences.append(
             f"the speeds are too narrow to tell F_V from F_C ({low:.3g} to {high:.3g} "
-            f"{shown.written}): hold one, as with --set F_V=0"
+            f"{shown.written}): hold one, as with {option('fixed', {'F_V': 0})}"
         )
     if (
         curved(system)

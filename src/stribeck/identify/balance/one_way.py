@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...rig.rig import stem
+from ...wording import option
 from ..conditions import Violation
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def one_way_violations(parameters: Parameters) -> list[Violation]:
     sentence = (
         "the axis moves one way only, where a constant force looks like friction: "
         f"{label(OFFSET)} is held at 0{part}: log the other way too, or say what it is "
-        f"(--set {label(OFFSET)}=0)"
+        f"({option('fixed', {label(OFFSET): 0})})"
     )
     return [Violation("data", sentence, frozenset(levels) or None)]
 

@@ -30,6 +30,7 @@ from ...errors import InputError
 from ...friction.law import HARMONIC
 from ...rig.balanced import BalancedRig, as_balanced
 from ...space import Array
+from ...wording import option
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -269,4 +270,4 @@ def _rests(label: str, speed: Array) -> tuple[str, ...]:
     if share <= _REST_SHARE:
         return ()
     sentence = f"{share:.0%} of the rows are at or near rest, where friction is not that of slip"
-    return (f"{label}: {sentence}: leave them out with --train",)
+    return (f"{label}: {sentence}: leave them out with {option('train')}",)

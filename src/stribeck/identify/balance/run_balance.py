@@ -19,6 +19,7 @@ from ...data.recording import Recording
 from ...data.steady_runs import SteadyRuns
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from ..adequacy.effects import OF_INTERVAL, OF_VALUE, Effect, Effects
 from ..conditions import Violation
 from ..data_split import DataSplit
@@ -129,7 +130,7 @@ def _held(parameters: Parameters, logs: Sequence[Recording]) -> tuple[Parameters
         sentence = (
             "all runs go one way: a constant force (a weight, a sensor's offset) cannot be told "
             "from friction and is taken as 0; give speeds and forces of both directions, with "
-            f"their signs, or say what it is (--set {label(OFFSET)}=0)"
+            f"their signs, or say what it is ({option('fixed', {label(OFFSET): 0})})"
         )
         levels = frozenset(levels_of(parameters))
         violations.append(Violation("data", sentence, levels or None))

@@ -13,6 +13,7 @@ from ...data.alignment import Delay, checked_delay
 from ...errors import InputError
 from ...space import Array
 from ...units import unit
+from ...wording import option
 from ..conditions import Violation
 from ..data_split import DataSplit
 from ..uncertainty.covariance import HALF_WIDTH
@@ -84,7 +85,7 @@ class Synchronised:
             return [_fault(_filter(filtered))]
         violations = [*self._applied(), *self._ambiguous()]
         if certain(left):
-            advice = "" if self.known else ": --delay auto moves it back"
+            advice = "" if self.known else f": {option('delay', 'auto')} moves it back"
             still = " still" if self.data.delay else ""
             violations.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
         elif names := self._moved_by_likely():
@@ -92,7 +93,7 @@ class Synchronised:
                 Violation(
                     "data",
                     f"the force may be {_interval(left)}, which would move {self._moves(names)}: "
-                    "--delay takes what is known of it, 0 included",
+                    f"{option('delay')} takes what is known of it, 0 included",
                     frozenset(names),
                 )
             )
@@ -127,7 +128,8 @@ class Synchronised:
             text = f"the force is moved back by {1e3 * self.data.delay:.4g} ms, as was said"
         else:
             whole = replace(self.left, seconds=self.data.delay + self.left.seconds)
-            text = f"the force is {_interval(whole)}, and moved by that: --delay off leaves it"
+            advice = f"{option('delay', 'off')} leaves it"
+            text = f"the force is {_interval(whole)}, and moved by that: {advice}"
         return [Violation("data", text, caps=False)]
 
     def _ambiguous(self) -> list[Violation]:
@@ -277,7 +279,7 @@ def _edge(delay: ChannelDelay) -> str:
     word = "behind" if delay.seconds > 0 else "ahead of"
     return (
         f"the force is at least {1e3 * delay.reach:.4g} ms {word} the motion, as long as a stroke "
-        "takes: align the channels, or give what is known with --delay"
+        f"takes: align the channels, or give what is known with {option('delay')}"
     )
 
 
@@ -288,7 +290,7 @@ def _drift(delay: ChannelDelay) -> str:
     ]
     return (
         f"the force is not behind the motion by one time: by {', '.join(texts)}: log both on one "
-        "clock, or identify the parts apart with --train"
+        f"clock, or identify the parts apart with {option('train')}"
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ...errors import InputError
 from ...rig.balanced import as_balanced
+from ...wording import option
 from ..conditions import Violation
 from .balance import balance
 from .training_rows import training_rows
@@ -49,10 +50,11 @@ def with_velocity(
     recorded = replace(parameters, rig=read("recorded"))
     by_channel, by_position = (_unexplained(p, data) for p in (recorded, parameters))
     used = by_channel < BETTER * by_position
-    word, option = ("used", "position") if used else ("not used", "recorded")
+    word, other = ("used", "position") if used else ("not used", "recorded")
     text = (
         f"the recorded velocity is {word}: the model leaves {by_channel:.3g} % of the force with "
-        f"it, {by_position:.3g} % with that of the position; --velocity {option} takes the other"
+        f"it, {by_position:.3g} % with that of the position; {option('velocity', other)} takes the "
+        "other"
     )
     return (recorded if used else parameters), (Violation("data", text, caps=False),)
 

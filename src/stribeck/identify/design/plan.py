@@ -18,6 +18,7 @@ from ...data.log_list import Columns, Logs
 from ...errors import InputError
 from ...presenters import presenter
 from ...space import Array
+from ...wording import option
 from ..card import Card, card_of
 from ..card_logs import logs_beside
 from ..data_split import recording_list, refuse_runs
@@ -459,8 +460,8 @@ def _bound_warning(current: CurrentModel) -> str | None:
     if not at:
         return None
     return (
-        f"{', '.join(at)} at an end of the search range: widen that (--bounds) and identify again "
-        "before believing what is expected"
+        f"{', '.join(at)} at an end of the search range: widen that ({option('bounds')}) and "
+        "identify again before believing what is expected"
     )
 
 

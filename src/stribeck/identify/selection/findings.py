@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...wording import option
 from .candidate import Candidate
 from .nesting import INGREDIENTS, step
 from .paired_test import COARSE, FEWEST, MARGIN, MATERIAL, Paired
@@ -51,7 +52,7 @@ class Finding:
         if self.range_ends:
             return (
                 f"{head}cannot be told ({pair}): {', '.join(self.range_ends)}, which keeps its "
-                "error up. Widen that range (--bounds)."
+                f"error up. Widen that range ({option('bounds')})."
             )
         moved = self.held.friction
         friction = "" if np.isnan(moved) else f", and friction differs by up to {percent(moved)}"
@@ -157,7 +158,7 @@ def sentences(
     texts = [_recommendation(laws, recommended, best), *([one_way] if one_way else [])]
     texts += [
         f"{_at_end(law.name, n, end)}: beyond it its error is less, so that the comparison holds "
-        "for these ranges alone. Widen it (--bounds)."
+        f"for these ranges alone. Widen it ({option('bounds')})."
         for law in laws
         for n, end in law.range_ends.items()
     ]

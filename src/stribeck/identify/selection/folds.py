@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ...data.ranges import FEWEST, Range, windows
 from ...data.segmentation import segment
 from ...errors import InputError
+from ...wording import option
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -124,7 +125,7 @@ def splits(
             assert part.within is not None  # noqa: S101 - test logs are not trained on
             raise InputError(
                 f"hold-out {part.within.text} overlaps the training data, so that its error says "
-                "nothing: give --train as well"
+                f"nothing: give {option('train')} as well"
             )
     texts = [f"ranges {', '.join(r.text for r in holdout)}"] if holdout else []
     texts += [f"{len(test)} test log{'s' * (len(test) > 1)}"] if test else []
@@ -216,7 +217,8 @@ def _round(
         if not parts:
             raise InputError(
                 f"{logs[0].label}: is too short for {folds} folds, so that nothing is {purpose}: "
-                "give fewer (--folds 2), a range to hold out (--holdout), or longer logs"
+                f"give fewer ({option('folds', 2)}), a range to hold out ({option('holdout')}), or "
+                "longer logs"
             )
     return tuple(train), tuple(held_out)
 

@@ -6,16 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...wording import either
 from .offer import HOLD, Course, Offer, OperatingRange, course
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-#: Why an axis is not reversed that was driven one way.
-ONE_WAY = (
-    "the data go one way, and nothing says that friction is the same on the way back: record both "
-    "ways and identify --directional"
-)
 #: Speeds of ramps, as multiples of the one in the log.
 SPEEDS = (0.2, 0.5, 2.0, 5.0)
 #: Speeds of the staircase of speeds.
@@ -35,7 +31,7 @@ def ramps(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
     """
     directions = axis.directions
     if len(directions) == 1:
-        yield Offer("reversal", "", refusal=ONE_WAY)
+        yield Offer("reversal", "", refusal=_one_way())
     for times in SPEEDS:
         name, speed = f"ramp × {_share(times)}", times * axis.pace
         yield (_slow if times < 1 else _ramps)(axis, directions, speed, seconds, name)
@@ -44,6 +40,15 @@ def ramps(axis: OperatingRange, seconds: float) -> Iterator[Offer]:
     yield _knots(axis, directions, seconds, "breakaway", *_creep(axis))
     yield _knots(axis, directions, seconds, "starts from rest", *_rests(axis))
     yield _stairs(axis, directions, seconds)
+
+
+def _one_way() -> str:
+    """Why an axis is not reversed that was driven one way."""
+    directional = either("identify --directional", 'identify with law="NAME-directional"')
+    return (
+        "the data go one way, and nothing says that friction is the same on the way back: record "
+        f"both ways and {directional}"
+    )
 
 
 def _run_in(axis: OperatingRange) -> float:
