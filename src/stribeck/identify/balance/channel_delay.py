@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
-from ..uncertainty.covariance import quick_look
+from ..uncertainty.covariance import correlation_time, quick_look
 from . import variable_projection
+from .lag_evidence import ratios, searched_errors
 from .lag_search import best_lags, columns, lag_sums
 
 if TYPE_CHECKING:
@@ -102,17 +103,22 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     before = whole if np.ptp(start) == 0.0 else None
     apart = _stepped(solution, W, rest, parts, start, row, before)
     apart = _refined(solution, W, rest, parts, apart, row)
-    at_zero, tiny = system.y - rest, float(np.finfo(float).tiny)
+    tiny = float(np.finfo(float).tiny)
+    unmoved = _beside(np.linalg.qr(W)[0], system.y - rest)
+    share = whole.variance / max(float(unmoved @ unmoved) / len(unmoved), tiny)
+    effective = len(unmoved) / correlation_time(unmoved, [len(log.t) for log in system.logs])
+    searched = partial(searched_errors, effective=effective, row=row, reach=float(lags[-1]))
+    ratio = np.array([1.0 / max(share, tiny)])
     return ChannelDelay(
         seconds=lag,
-        error=float(whole.errors[0]),
+        error=float(searched(np.array([lag]), whole.errors, ratio)[0]),
         parts=apart.lags,
-        part_errors=apart.errors,
+        part_errors=searched(apart.lags - lag, apart.errors, ratios(sums, places, least)),
         labels=labels,
         reach=float(lags[-1]),
         sample=1.0 / min(log.rate for log in system.logs),
         slopes=_slopes(solution, whole.slope),
-        share=whole.variance / max(_variance(W, at_zero), tiny),
+        share=share,
         unexplained=float(np.sqrt(whole.variance / max(float(np.mean(system.y**2)), tiny))),
     )
 

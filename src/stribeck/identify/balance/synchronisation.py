@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 #: logged a sample late is no fault that moves an estimate: delays up to this many samples are left.
 HELD = 1.25
 #: A delay is certain beyond so many standard errors, or if it leaves less than this share of the
-#: residual's sum of squares; and it is told beyond so many errors if it would move an estimate out
-#: of its interval.
+#: residual's sum of squares and is likely; it is likely beyond so many errors, and told then if it
+#: would move an estimate out of its interval.
 CERTAIN, MOSTLY, LIKELY = 5.0, 0.5, 2.0
 #: What a delay may be that the log does not show, as a standard deviation in samples: that of an
 #: output which is held for one.
@@ -242,7 +242,8 @@ def _confirmed(
 
 def certain(delay: ChannelDelay) -> bool:
     """Whether a delay is longer than a held output makes, and beyond its errors."""
-    sure = abs(delay.seconds) > CERTAIN * delay.error or delay.share < MOSTLY
+    errors = abs(delay.seconds) / max(delay.error, float(np.finfo(float).tiny))
+    sure = errors > CERTAIN or (delay.share < MOSTLY and errors > LIKELY)
     explains = 100 * delay.unexplained < NOTHING
     return sure and explains and abs(delay.seconds) > HELD * delay.sample
 

@@ -1,0 +1,63 @@
+"""How well a sum of squares tells a lag from another one, when all lags about it were tried.
+
+About a minimum its curvature tells the error of a lag, and says nothing of whether that minimum is
+one by chance: noise that is moved along a motion without starts and reversals fits it somewhere
+better than where it is. So beyond a row the error is at least what the fall of the sum of squares
+is worth: that of so many rows as the residuals are independent, by a chance that counts every lag
+that lies as near (the correction of Bonferroni).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from ...space import Array
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .lag_search import LagSums
+
+
+def searched_errors(
+    distance: Array, errors: Array, ratio: Array, effective: float, *, row: float, reach: float
+) -> Array:
+    """Standard errors of lags, s, which count that others were tried, (k,).
+
+    Args:
+        distance: Of each lag from the one that it is held against, s, (k,).
+        errors: By the curvature about it, s, (k,).
+        ratio: Mean square of the residuals at the other lag by that at this one, (k,).
+        effective: Rows over the time in which the residuals forget.
+        row: From one lag to the next, s.
+        reach: How far was searched, s, and the most that an error is.
+    """
+    size = np.abs(distance)
+    gain = effective * np.log(np.maximum(ratio, 1.0))
+    chance = np.minimum((1.0 + 2.0 * size / row) * chdtrc(1.0, gain), 1.0)
+    sigmas = np.abs(ndtri(0.5 * chance))  # inf where the chance is too small to be written
+    least = size / np.maximum(sigmas, np.maximum(size / reach, np.finfo(float).tiny))
+    return np.where(size > row, np.fmax(errors, least), errors)
+
+
+def ratios(sums: Sequence[LagSums], places: Sequence[int], common: int) -> Array:
+    """Mean square with each part in turn at a common lag by that with all at their own, (parts,).
+
+    Args:
+        sums: Of the parts at each lag.
+        places: The lag of each part, by its place.
+        common: The common one, by its place.
+    """
+
+    def variance(at: Sequence[int]) -> float:
+        first, *others = (s.at(k) for s, k in zip(sums, at, strict=True))
+        for other in others:
+            first = first + other
+        return float(first.variance())
+
+    own = max(variance(places), float(np.finfo(float).tiny))
+    moved = [[*places[:i], common, *places[i + 1 :]] for i in range(len(places))]
+    return np.array([variance(at) for at in moved]) / own

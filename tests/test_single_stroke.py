@@ -1,0 +1,85 @@
+"""Delays between force and motion on an axis that moves one way: what a stroke shows of them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, norm
+
+from foreign import driven, sensors
+from foreign.clock import Array
+from foreign.friction import coulomb_viscous
+from stribeck import Recording, identify
+from stribeck.identify.balance.lag_evidence import searched_errors
+from stribeck.identify.result import Fit
+
+DT = 1e-3
+T = DT * np.arange(5000)
+STAIRS = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4)
+STARTS = np.add.outer(np.arange(5), [0.0, 0.1]).ravel()
+#: Speeds over 5 s, all of one sign, and no reversal that would mark an instant.
+SPEEDS = {
+    "a ramp that ends in motion": np.interp(T, [0.1, 0.2], [0.0, 0.1]),
+    "a whole stroke": np.interp(T, [0.1, 0.2, 4.8, 4.9], [0.0, 0.1, 0.1, 0.0]),
+    "ever faster": 0.06 * T,
+    "nearly steady": 0.05 + 0.002 * T,
+    "slowly up and down": 0.1 + 0.02 * np.sin(0.2 * np.pi * T),
+    "stairs": np.interp(T, STARTS, np.repeat(STAIRS, 2)[1:-1]),
+}  # fmt: skip
+
+
+@cache
+def motion(speeds: str, warming: float) -> dict[str, Array]:
+    v = SPEEDS[speeds]
+    x = np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * DT)])
+    curve, loop = coulomb_viscous(20.0, 60.0), driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-4)
+    extras = driven.Extras(warming=warming, warming_time=2.0)
+    return driven.simulate(10.0, curve, curve, loop, T, x, extras)._asdict()
+
+
+def fitted(speeds: str, seed: int, *, warming: float = 0.0, late: float = 0.0) -> Fit:
+    rng = np.random.default_rng(seed)
+    table = sensors.noisy(motion(speeds, warming), "force", 1.0, rng, memory=20.0)
+    table = sensors.noisy(table, "position", 1e-6, rng)
+    if late:
+        table = sensors.delayed(table, "force", late)
+    log = Recording(table["t"], table["position"], force=table["force"])
+    return identify(log, rig="forced", law="coulomb-viscous")
+
+
+def told(fit: Fit) -> list[str]:
+    return [w for w in fit.warnings if "the motion" in w or "by one time" in w]
+
+
+@pytest.mark.parametrize("warming", [0.0, 0.3])
+@pytest.mark.parametrize("speeds", SPEEDS)
+def test_a_stroke_in_step_is_told_no_delay(speeds: str, warming: float) -> None:
+    """Noise along a motion without starts fits somewhere better; so does a friction that falls."""
+    for seed in range(3):
+        fit = fitted(speeds, seed, warming=warming)
+        assert told(fit) == []
+        assert fit.delay == 0.0
+
+
+@pytest.mark.parametrize("late", [0.02, 0.2, -0.05])
+def test_steps_of_speed_show_a_delay(late: float) -> None:
+    fit = fitted("stairs", 0, late=late)
+    assert fit.delay == pytest.approx(late, abs=1e-3)
+    assert len(told(fit)) == 1
+
+
+def test_an_error_counts_the_lags_that_were_tried() -> None:
+    """200 rows that leave 5 % less at a lag 50 rows off: 101 lags lie as near."""
+    (error,) = searched_errors(
+        np.array([-0.5]), np.array([0.001]), np.array([1.05]), 200.0, row=0.01, reach=2.0
+    )
+    assert 101 * chi2.sf(200 * np.log(1.05), 1) == pytest.approx(2 * norm.sf(0.5 / error))
+    near, none, sure = searched_errors(
+        np.array([0.008, 0.5, 0.5]), np.full(3, 0.001), np.array([1.05, 1.0, 50.0]), 200.0,
+        row=0.01, reach=2.0,
+    )  # fmt: skip
+    assert near == 0.001  # within a row there is one minimum
+    assert none == 2.0  # nothing speaks for it
+    assert sure == pytest.approx(0.5 / 27.6, rel=0.01)  # sqrt(chi2) of 782, less 101 lags
