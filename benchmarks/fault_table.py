@@ -25,6 +25,7 @@ SHORT = 90
 #: Sentences that name parameters of any fit: what they move with, not what is wrong with them.
 GENERAL = re.compile(
     r"taken as exact|in proportion|together with|hardly (see|tell)|not of this axis|the data .* see"
+    r"|for each ms"
 )
 #: A parameter's name in a sentence is no part of a longer one.
 NAME = r"(?<![\w]){}(?![\w])"

@@ -206,11 +206,26 @@ def test_what_is_moved_is_read_where_it_belongs() -> None:
 
 @pytest.mark.parametrize(
     ("delay", "words"),
-    [("soon", "give auto, off or a time"), (float("nan"), "give a time"), (1e3, "leaves nothing")],
+    [
+        ("soon", "give auto, off or a time"),
+        (float("nan"), "give a time"),
+        (1e3, "leaves nothing"),
+        (None, "give seconds, or seconds and a tolerance"),
+        ((0.0, 1.0, 2.0), "give seconds, or seconds and a tolerance"),
+        ((0.0, -1.0), "a tolerance in seconds, 0 or more"),
+    ],
 )
 def test_refusals(delay: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         identified(table(), delay=delay)
+
+
+def test_the_tolerance_of_a_delay_is_in_the_intervals() -> None:
+    late = sensors.delayed(table(), "force", 0.001)
+    exact, known = identified(late, delay=0.0), identified(late, delay=(0.0, 0.004))
+    assert exact.values == known.values
+    assert not holds(exact)
+    assert holds(known)
 
 
 def test_a_log_without_a_force_has_none_to_move() -> None:

@@ -24,7 +24,7 @@ STAGES = {
     "output_error_fit.combinations": "combinations",
     "output_error_fit.log_spreads": "",
     "output_error_fit.drift_violations": "",
-    "output_error_fit.delay_violations": "",
+    "output_error_fit.motion_delay": "",
     "output_error_fit.exact_slopes": "",
     "output_error_fit.equation_error": "effects",
     "output_error_fit.effects": "effects",

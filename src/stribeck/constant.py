@@ -146,7 +146,7 @@ class Quantity:
     source: str = ""
 
 
-def quantity(text: str, place: str) -> Quantity:
+def quantity(text: str, place: str, kind: str = _WRITTEN) -> Quantity:
     """A quantity as people write it: a value, its unit, tolerance, origin and source.
 
     `20` is exact; `20±5`, `20+-5` and `20±10%` are not; `20 nameplate` has the tolerance of such
@@ -155,6 +155,7 @@ def quantity(text: str, place: str) -> Quantity:
     Args:
         text: What was written.
         place: Where, for the message.
+        kind: What it is not, in the message, where it is none.
 
     Raises:
         InputError: it is not that.
@@ -167,13 +168,13 @@ def quantity(text: str, place: str) -> Quantity:
     numbers = plain.removesuffix(_NAMEPLATE).strip()
     origin: Origin = "yours" if numbers == plain else _NAMEPLATE
     parts = _SPLIT.split(numbers)
-    value, written = _split(parts[0], place, text)
+    value, written = _split(parts[0], place, text, kind)
     if len(parts) == 1:
         tolerance = NAMEPLATE * abs(value) if origin == _NAMEPLATE else 0.0
         return Quantity(value, written, tolerance, origin, source)
     if len(parts) > 2:  # noqa: PLR2004 - a value and its tolerance
         raise InputError(f"{place}: {text!r} has two tolerances")
-    tolerance, after = _split(parts[1], place, text)
+    tolerance, after = _split(parts[1], place, text, kind)
     if tolerance < 0:
         raise InputError(f"{place}: {text!r}: a tolerance is not below 0")
     relative = after.startswith("%") and written != "%"
@@ -185,25 +186,26 @@ def quantity(text: str, place: str) -> Quantity:
     return Quantity(value, written or after, tolerance, origin, source)
 
 
-def _split(part: str, place: str, whole: str) -> tuple[float, str]:
+def _split(part: str, place: str, whole: str, kind: str) -> tuple[float, str]:
     """A number and the unit behind it."""
     match = _NUMBER.fullmatch(part.strip())
     if match is None:
-        raise InputError(f"{place}: {whole!r} is not {_WRITTEN}")
-    return number(match[1], place, whole=whole, kind=_WRITTEN), (match[2] or "").strip()
+        raise InputError(f"{place}: {whole!r} is not {kind}")
+    return number(match[1], place, whole=whole, kind=kind), (match[2] or "").strip()
 
 
-def toleranced(text: str, place: str) -> tuple[float, float, Origin]:
+def toleranced(text: str, place: str, kind: str = _WRITTEN) -> tuple[float, float, Origin]:
     """A value, its tolerance and its origin as `quantity` reads them, without a unit.
 
     Args:
         text: What was written.
         place: Where, for the message.
+        kind: What it is not, in the message, where it is none.
 
     Raises:
         InputError: it is not that.
     """
-    stated = quantity(text, place)
+    stated = quantity(text, place, kind)
     if stated.unit or stated.source:
-        raise InputError(f"{place}: {text!r} is not {_WRITTEN}")
+        raise InputError(f"{place}: {text!r} is not {kind}")
     return stated.value, stated.tolerance, stated.origin

@@ -65,7 +65,7 @@ DelayText = Annotated[
     str,
     typer.Option(
         "--delay",
-        metavar="auto|off|MS",
+        metavar="auto|off|MS[±TOL]",
         help="By how many ms the force (or command) is after the motion; auto looks for it.",
     ),
 ]
@@ -127,10 +127,13 @@ def _interval(text: str, place: str) -> tuple[float, float]:
 
 
 def delay_value(text: str) -> Delay:
-    """A delay as it is typed: auto, off or milliseconds."""
+    """A delay as it is typed: auto, off or milliseconds, exactly or with a tolerance."""
+    from ..constant import toleranced
+
     if text in ("auto", "off"):
         return cast("Delay", text)
-    return 1e-3 * number(text, "--delay", kind="auto, off or a number of ms")
+    value, tolerance, _ = toleranced(text, "--delay", "auto, off, a number of ms, nor MS±TOLERANCE")
+    return 1e-3 * value, 1e-3 * tolerance
 
 
 def setting_value(text: str) -> Any:

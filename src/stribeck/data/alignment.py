@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ..constant import COVERAGE
 from ..errors import InputError
 
 if TYPE_CHECKING:
     from .recording import Recording
 
-#: What the delay of a force is: looked for and allowed for, left, or so many seconds.
-Delay = float | Literal["auto", "off"]
+#: What the delay of a force is: looked for and allowed for, left, or so many seconds, exactly or
+#: with a tolerance, which is twice a standard deviation.
+Delay = float | tuple[float, float] | Literal["auto", "off"]
 
 #: Channels that are measured with the force, not with the motion.
 FORCE_CHANNELS = ("force", "current", "voltage", "pressure")
@@ -24,18 +26,25 @@ MOTION_CHANNELS = ("position", "velocity", "acceleration")
 _LEAST = 10
 
 
-def checked_delay(delay: Delay) -> Delay:
-    """A delay as callers give it.
+def checked_delay(delay: Delay) -> tuple[float, float] | Literal["auto", "off"]:
+    """A delay as callers give it: a word, or seconds and their standard deviation.
 
     Raises:
-        InputError: it is neither `auto`, `off` nor a time.
+        InputError: it is neither `auto`, `off` nor a time, or its tolerance is below zero.
     """
     if isinstance(delay, str):
         if delay not in ("auto", "off"):
             raise InputError(f"delay {delay!r}: give auto, off or a time in seconds")
-    elif not np.isfinite(delay):
-        raise InputError(f"delay {delay}: give a time in seconds")
-    return delay
+        return delay
+    try:
+        seconds, tolerance = map(float, delay if isinstance(delay, Sequence) else (delay, 0.0))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"delay {delay!r}: give seconds, or seconds and a tolerance") from error
+    if not np.isfinite(seconds):
+        raise InputError(f"delay {seconds}: give a time in seconds")
+    if not 0.0 <= tolerance < np.inf:
+        raise InputError(f"delay {seconds} ± {tolerance}: give a tolerance in seconds, 0 or more")
+    return seconds, tolerance / COVERAGE
 
 
 def advanced(

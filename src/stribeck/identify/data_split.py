@@ -25,12 +25,15 @@ class DataSplit:
         train: Ranges to train on; none means everything.
         holdout: Ranges to validate on.
         delay: By how much the drive of the recordings has been moved back already, s.
+        delay_known: How well that is known beforehand, as a standard deviation, s; None where
+            nobody has said anything of it.
     """
 
     recordings: tuple[Recording, ...]
     train: tuple[Range, ...]
     holdout: tuple[Range, ...]
     delay: float = 0.0
+    delay_known: float | None = None
 
     def advanced(self, rig: Rig, seconds: float) -> DataSplit:
         """The same with the drive of a rig moved back by so much more.

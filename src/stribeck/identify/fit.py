@@ -104,7 +104,8 @@ def identify(
         delay: Of the force (the command, where the motion is commanded) after the motion in the
             logs, s, negative where it is ahead. On a rig with a measured force, `auto` looks for
             one and moves the force where it is certain, and `off` tells it alone; elsewhere it is
-            told, and a number moves it.
+            told. A number moves it, exactly; of a pair the second is the tolerance. Intervals hold
+            what it may be: half a sample where nothing is said.
         velocity: `recorded`, of the `position`, or `auto`: of force balances, where a log has a
             velocity, the one that leaves less of the force.
         breakaway: `common` to all slips, `scattered` from slip to slip, or `auto`, as the log
@@ -164,8 +165,10 @@ def identify(
     else:
         if velocity != "auto":
             raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")
-        if not isinstance(checked_delay(delay), str):
-            data = data.advanced(rig, float(delay))
+        said = checked_delay(delay)
+        if not isinstance(said, str):
+            seconds, known = said
+            data = replace(data.advanced(rig, seconds), delay_known=known)
         fit = solve_output_error(
             parameters, data, SearchSettings(**search), draws=bootstrap, progress=progress
         )

@@ -1,35 +1,40 @@
 """A delay of the measured motion after its drive, in fits by output error.
 
 A motion that was logged late by tau is off by about tau times the velocity, which parameters make
-up for as well as they can: viscous friction and inertia take most of it. So the delay is made an
-unknown among the others: where the slopes at the fit say that it would take away much of the
-misfit, fit and delay are refined together.
+up for as well as they can. Where commands turn and speeds change, viscous friction and inertia take
+most of it and something is left over: the log shows the delay, and where the slopes at the fit say
+that it would take away much of the misfit, fit and delay are refined together. Where a command
+goes on at one speed v, the motion lags it by v tau in every rest and every slip alike: that is the
+stretch k v tau of a spring, F_S and F_C take all of it, and no log shows it.
+
+So a delay is a constant of the log: 0, give or take what is known of it beforehand. That is half a
+sample as a standard deviation where nobody says more, as of the force in a balance. The intervals
+of the parameters hold what is left of it beside what the log shows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
-from ..optimize import rms
 from ..optimize.lockstep import Counted
-from ..rig.simulated import as_simulated
-from ..space import Array, Param, Space
-from ..wording import option
-from .conditions import Violation
-from .initial_state import FreeStartProblem, started_at
-from .moved_estimates import refit_text
-from .polish import polish
+from ..space import Array
+from .delayed_problem import DelayedProblem
+from .initial_state import FreeStartProblem
+from .polish import Polished, polish
 from .problem import MotionProblem
+from .uncertainty.covariance import quick_look
 from .uncertainty.linearisation import box_of, linearised
+from .uncertainty.residuals import logs_of
 
 if TYPE_CHECKING:
     from ..optimize.trust_region import Iterate
-    from .polish import Polished
-    from .segment import Segment
+    from .parameters import Parameters
     from .uncertainty.estimates import Estimate
 
 #: A delay is looked for up to this share of a log's length, either way.
@@ -38,88 +43,128 @@ REACH = 0.02
 #: pendulums and bristles keep 0.98 and more, those of a rough model 0.85); the slopes may promise a
 #: little less, as the misfit is not linear in it.
 LEAVES, PROMISED = 0.8, 0.85
-#: A delay beyond this share of the reach is at its edge.
-EDGE = 0.98
 #: Evaluations of the refit for each unknown.
 ROWS = 30
+#: What a delay may be where nobody has said it, as a standard deviation in samples.
+UNSEEN = 0.5
+#: A delay is refined if the slopes have it move an estimate by this share of its half-width.
+MOVES = 0.5
 
 
-class DelayedProblem:
-    """A motion problem with the delay of its measured motion as a further parameter, the last.
+@dataclass(frozen=True, eq=False)
+class MotionDelay:
+    """By how much later than its drive the motion of logs was measured, as a fit shows it.
 
     Args:
-        problem: The motion problem, with its starts as they are.
-        reach: The longest delay to either side, s.
+        seconds: The delay that explains the logs best.
+        error: Its standard error; inf where the logs do not show it.
+        known: What is known of it beforehand, as a standard deviation, s; 0 where it was said
+            exactly.
+        said: Whether the user has said it.
+        slopes: By how much the free parameters rise for each second of it, all others refitted,
+            SI, (free,).
+        reach: How far was searched to each side, s.
+        misfit: J without it, in the problem's unit.
+        refit: The free parameters with it, where it takes away most of the misfit; else None.
     """
 
-    def __init__(self, problem: MotionProblem, reach: float) -> None:
-        self.problem, self.parameters = problem, problem.parameters
-        self.name = f"{problem.name}/delay"
-        self.logs = problem.logs
-        delay = Param("delay", -reach, reach, "s")
-        self.space = Space((*problem.space.params, delay))
+    seconds: float
+    error: float
+    known: float
+    said: bool
+    slopes: Array
+    reach: float
+    misfit: float
+    refit: Polished | None
 
-    def __call__(self, x: Array, /) -> Array:
-        """(n, dim) points to (n,) root mean squares of their residuals."""
-        return rms(self.residuals(x))
+    @property
+    def shown(self) -> bool:
+        """Whether the logs tell more of it than is known beforehand."""
+        return self.error < self.known
 
-    def residuals(self, x: Array, /) -> Array:
-        """(n, dim) points to (n, samples) residuals, in the problem's unit.
+    @property
+    def shift(self) -> float:
+        """The mean of the delay by what is known beforehand and by the logs, s."""
+        prior, seen = self.known**2, self.error**2
+        return self.seconds * prior / (prior + seen) if np.isfinite(seen) and prior else 0.0
 
-        The simulated motion is read between its samples: the measured one has noise, which would
-        average out there.
-        """
-        x = np.atleast_2d(x)
-        blocks = [
-            np.full((len(x), int(np.count_nonzero(s.track.score))), np.nan)
-            for s in self.problem.train
-        ]
-        for seconds in np.unique(x[:, -1]).tolist():
-            rows = x[:, -1] == seconds
-            for block, segment in zip(blocks, self.problem.train, strict=True):
-                block[rows] = self.problem.segment_residuals(
-                    x[rows, :-1], self._started(segment, seconds), late=seconds
-                )
-        return np.concatenate(blocks, axis=1)
-
-    def _started(self, segment: Segment, seconds: float) -> Segment:
-        """A segment from where its motion is seen so much later."""
-        log, at = segment.recording, segment.track.t[0]
-        if as_simulated(self.parameters.rig).from_rest:
-            return segment
-        start, there = np.interp([at, at + seconds], log.t, log.position)
-        return started_at(segment, segment.track.x0 + float(there - start))
+    @property
+    def spread(self) -> float:
+        """The standard deviation of the same, s."""
+        if not np.isfinite(self.error):
+            return self.known
+        return float(self.known * self.error / max(np.hypot(self.known, self.error), 1e-300))
 
 
-def delay_violations(
-    problem: MotionProblem | FreeStartProblem, x: Array, judged: Sequence[Estimate]
-) -> tuple[list[Violation], int]:
-    """The delay that takes away most of a misfit, with what it biases; and the rows evaluated.
+def motion_delay(
+    problem: MotionProblem | FreeStartProblem,
+    x: Array,
+    judged: Sequence[Estimate],
+    known: float | None,
+) -> tuple[MotionDelay | None, int]:
+    """The delay of the motion that a fit shows; and the rows evaluated.
+
+    None where a controller is known to have read the position by itself.
 
     Args:
         problem: The problem solved, its constants as they were estimated.
         x: The fit, SI, (dim,); starts stay where they are.
         judged: Its estimates, as in `parameters.every`.
+        known: What was said of the delay, as a standard deviation, s; None where nothing was.
     """
     if isinstance(problem, FreeStartProblem):
         problem, x = problem.at(x)
-    if problem.weights is not None:  # slips, each with a start of its own
-        return [], 0
+    if any(s.track.stretch.size for s in problem.train):
+        return None, 0
     reach = REACH * min(float(np.ptp(s.recording.t)) for s in problem.train)
     delayed, at = DelayedProblem(problem, reach), np.append(x, 0.0)
-    counted = Counted(delayed, 3 * len(at) + 1)
+    counted = Counted(delayed, 6 * len(at) + 2)
     try:
         fit = linearised(counted, box_of(delayed), at)
     except InputError:
-        return [], counted.rows
-    if _promised(fit) > PROMISED:
-        return [], counted.rows
+        return None, counted.rows
+    seconds, error, slopes = _delay(delayed, fit)
     start = float(delayed(at[None])[0])
-    refit = polish(delayed, at, start, ROWS * len(at))
-    rows = counted.rows + 1 + refit.evaluations
-    if refit.cost**2 > LEAVES * start**2:
-        return [], rows
-    return [_violation(problem, judged, refit, start, reach)], rows
+    rows = 1
+    refit: Polished | None = None
+    by_slip = problem.weights is not None
+    told = _promised(fit) <= PROMISED and not by_slip
+    if told or (abs(seconds) > error and _moves(problem.parameters, judged, slopes * seconds)):
+        refined = polish(delayed, at, start, ROWS * len(at))
+        rows += refined.evaluations
+        if told and refined.cost**2 <= LEAVES * start**2:
+            refit = refined
+        seconds = float(refined.x[-1])
+        if abs(seconds) > error:  # what a refit changes, as the misfit is not linear in it
+            slopes = (refined.x - at)[: len(slopes)] / seconds
+        with suppress(InputError):  # that of the slopes at the fit stands
+            error = _delay(delayed, linearised(counted, box_of(delayed), refined.x))[1]
+    sample = max(s.recording.dt for s in problem.train)
+    delay = MotionDelay(
+        seconds=seconds,
+        error=error,
+        known=UNSEEN * sample if known is None else known,
+        said=known is not None,
+        slopes=slopes,
+        reach=reach,
+        misfit=start,
+        refit=refit,
+    )
+    return delay, rows + counted.rows
+
+
+def _delay(delayed: DelayedProblem, fit: Iterate) -> tuple[float, float, Array]:
+    """The delay by the slopes at a fit, its standard error, and the slopes of the parameters."""
+    box, free = box_of(delayed), len(delayed.parameters.free)
+    scale = box.scale(fit.u)
+    look = quick_look(fit.J, fit.r, logs_of(delayed, len(fit.r)))
+    step = -float(look.curvature[-1] @ (fit.J @ fit.r)) * scale[-1]
+    Jx = fit.J[:-1]
+    slopes = -np.linalg.pinv(Jx @ Jx.T, hermitian=True) @ (Jx @ fit.J[-1])
+    si = (slopes * scale[:-1] / scale[-1])[:free]
+    seconds = float(box.x(fit.u)[-1]) + step
+    error = float(look.errors[-1] * scale[-1])
+    return float(np.clip(seconds, -delayed.space.upper[-1], delayed.space.upper[-1])), error, si
 
 
 def _promised(fit: Iterate) -> float:
@@ -129,16 +174,11 @@ def _promised(fit: Iterate) -> float:
     return with_delay / max(without, np.finfo(float).tiny)
 
 
-def _violation(
-    problem: MotionProblem, judged: Sequence[Estimate], refit: Polished, start: float, reach: float
-) -> Violation:
-    seconds = float(refit.x[-1])
-    changes, moved = refit_text(problem, judged, refit, start)
-    at_least = "at least " if abs(seconds) > EDGE * reach else ""
-    side = "behind" if seconds > 0 else "ahead of"
-    drive = "force" if problem.parameters.rig.applied_force else "command"
-    sentence = (
-        f"the motion was measured {at_least}{1e3 * abs(seconds):.3g} ms {side} its {drive}: "
-        f"{changes}: {option('delay', float(f'{-seconds:.3g}'))} moves it back"
+def _moves(parameters: Parameters, judged: Sequence[Estimate], moves: Array) -> bool:
+    """Whether moves of the free parameters, SI, are material beside their intervals."""
+    at = {q.name: k for k, q in enumerate(parameters.free)}
+    return any(
+        abs(moves[at[q.name]]) > MOVES * 0.5 * (e.high - e.low)
+        for q, e in zip(parameters.every, judged, strict=True)
+        if q.name in at and e.verdict == "identified"
     )
-    return Violation("data", sentence, caps=moved)  # a refit close by moves less than a fit

@@ -18,6 +18,7 @@ from .combinations import Combination, combinations
 from .conditions import Violation, lowered, sentences
 from .constants_report import borrowed, with_rulings
 from .data_check import data_violations, trained_samples
+from .delay_advice import with_delay
 from .exact_constants import Slopes, exact_constants, exact_slopes
 from .fit_warnings import (
     misfit_violations,
@@ -27,7 +28,7 @@ from .fit_warnings import (
 from .free_constants import FreeConstantsProblem, Ruling, rulings, stated_by_logs
 from .initial_state import FreeStartProblem
 from .log_spread import LogSpreads, log_spreads, spread_over_logs
-from .motion_delay import delay_violations
+from .motion_delay import MotionDelay, motion_delay
 from .multistart import Optimum
 from .other_loss import other_loss_violations
 from .position_drift import drift_violations
@@ -199,6 +200,10 @@ def _judged(
         parameters, score, data.recordings, judged, optimum.rivals, optimum.repeats
     )
     refits: list[Violation] = work.result(partial(_refits, solved, judged, rough=bool(misfit)), [])
+    late: MotionDelay | None = work.result(
+        partial(motion_delay, problem, x, judged, data.delay_known), None
+    )
+    judged, sums, delayed = with_delay(problem, judged, sums, late)
     trained = trained_samples(data.recordings, solved.train)
     violations = [
         *arithmetic,
@@ -206,6 +211,7 @@ def _judged(
         *misfit,
         *between,
         *refits,
+        *delayed,
     ]
     judged = mark_never_slid(parameters, judged, logs)
     judged = with_rulings(parameters, judged, ruled)
@@ -253,7 +259,7 @@ def _log_by_log(solved: _SolvedProblem, answers: Mapping[int, Array]) -> tuple[L
 def _refits(
     solved: _SolvedProblem, judged: Sequence[Estimate], *, rough: bool
 ) -> tuple[list[Violation], int]:
-    """What refits with a drift, a delay or another loss tell of a fit; and the rows evaluated.
+    """What refits with a drift or another loss tell of a fit; and the rows evaluated.
 
     Args:
         solved: The fit.
@@ -261,7 +267,7 @@ def _refits(
         rough: Whether the misfit is beyond the noise: only then the other loss is tried.
     """
     problem, x, optimum = solved.problem, solved.x, solved.optimum
-    refits = [drift_violations(problem, x, judged), delay_violations(problem, x, judged)]
+    refits = [drift_violations(problem, x, judged)]
     if rough:
         refits.append(
             other_loss_violations(optimum.problem, solved.uncertain.x, judged, optimum.search.runs)

@@ -155,12 +155,21 @@ class MotionProblem:
         p, physical = self._physical(x)
         residuals = np.full((len(p), int(np.count_nonzero(segment.track.score))), np.nan)
         if physical.any():
-            positions = self._rig.positions(self.parameters.law, p[physical], segment.track)
             if late:
-                t = segment.track.t
-                positions = np.array([np.interp(t - late, t, row) for row in positions])
+                positions = self._later(p[physical], segment, late)
+            else:
+                positions = self._rig.positions(self.parameters.law, p[physical], segment.track)
             residuals[physical] = self._misfit(positions, segment)
         return residuals
+
+    def _later(self, p: Array, segment: Segment, late: float) -> Array:
+        """Positions that were measured so much later, between samples with their velocities."""
+        from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - slow to import
+
+        t = segment.track.t
+        x, v = self._rig.states(self.parameters.law, p, segment.track)
+        positions: Array = CubicHermiteSpline(t, x, v, axis=1)(np.clip(t - late, t[0], t[-1]))
+        return positions
 
     def _misfit(self, positions: Array, segment: Segment) -> Array:
         """Measured less simulated positions of a segment, as the loss counts them."""

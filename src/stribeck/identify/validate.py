@@ -64,7 +64,7 @@ def validate(
     parameters, p = model.model()
     named = {"auto": model.delay, "off": 0.0}
     checked = checked_delay(delay)
-    seconds = named[checked] if isinstance(checked, str) else float(checked)
+    seconds = named[checked] if isinstance(checked, str) else checked[0]
     recordings = recording_list(
         logs, parameters.rig, units=units, columns=columns, subtract=subtract
     )

@@ -55,7 +55,8 @@ class Synchronised:
         recordings: Those of them that are trained on.
         rows: Which of their samples count, as for `balance`.
         solved: Their balance.
-        known: Whether that was said by the user.
+        known: How well that was known to the user, as a standard deviation, s; None where he has
+            not said it.
         left: What delay is left.
         filtered: A filter on a channel that explains the logs beside the delay.
         velocities: What is told of a recorded velocity.
@@ -65,7 +66,7 @@ class Synchronised:
     recordings: tuple[Recording, ...]
     rows: tuple[Rows | None, ...]
     solved: Balance
-    known: bool
+    known: float | None
     left: ChannelDelay
     filtered: ChannelFilter | None
     velocities: tuple[Violation, ...]
@@ -85,7 +86,8 @@ class Synchronised:
             return [_fault(_filter(filtered))]
         violations = [*self._applied(), *self._ambiguous()]
         if certain(left):
-            advice = "" if self.known else f": {option('delay', 'auto')} moves it back"
+            moves = f": {option('delay', 'auto')} moves it back"
+            advice = "" if self.known is not None else moves
             still = " still" if self.data.delay else ""
             violations.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
         elif names := self._moved_by_likely():
@@ -106,11 +108,12 @@ class Synchronised:
         it adds to their errors; the rest of what it may be does so at random.
         """
         left = self.left
-        if self.known and not certain(left):
+        if self.known == 0.0 and not certain(left):
             return errors
         shift, spread = 0.0, left.error
-        if not self.data.delay:
-            unseen, seen = (UNSEEN * left.sample) ** 2, max(left.error, 1e-12) ** 2
+        if self.known or not self.data.delay:
+            unseen = (self.known or UNSEEN * left.sample) ** 2
+            seen = max(left.error, 1e-12) ** 2
             shift = left.seconds * unseen / (unseen + seen)
             spread = float(np.sqrt(unseen * seen / (unseen + seen)))
         wide, free = errors.copy(), self.solved.system.free
@@ -124,7 +127,7 @@ class Synchronised:
     def _applied(self) -> list[Violation]:
         if not self.data.delay:
             return []
-        if self.known:
+        if self.known is not None:
             text = f"the force is moved back by {1e3 * self.data.delay:.4g} ms, as was said"
         else:
             whole = replace(self.left, seconds=self.data.delay + self.left.seconds)
@@ -192,9 +195,9 @@ def synchronised(
     Raises:
         InputError: as `balance`, or a delay that leaves nothing of a log.
     """
-    delay = checked_delay(delay)
+    said = checked_delay(delay)
     parameters, velocities = with_velocity(parameters, data, velocity)
-    applied = 0.0 if isinstance(delay, str) else float(delay)
+    applied, known = (0.0, None) if isinstance(said, str) else said
     filtered: ChannelFilter | None = None
     for _ in range(_PASSES):
         moved = data.advanced(parameters.rig, applied)
@@ -206,10 +209,9 @@ def synchronised(
             break
         if filtered is None:
             filtered = channel_filter(solved, left.seconds)
-        if delay != "auto" or filtered.ratio < CLEARLY:
+        if said != "auto" or filtered.ratio < CLEARLY:
             break
         applied += left.seconds
-    known = not isinstance(delay, str)
     return Synchronised(moved, recordings, rows, solved, known, left, filtered, velocities)
 
 

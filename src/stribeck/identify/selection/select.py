@@ -305,9 +305,11 @@ def _synchronised(
     parameters: Parameters, data: DataSplit, delay: Delay, velocity: VelocitySource
 ) -> DataSplit:
     """The data with force and motion at one time."""
-    delay = checked_delay(delay)
+    said = checked_delay(delay)
     if parameters.rig.approach == "output_error":
-        return data if isinstance(delay, str) else data.advanced(parameters.rig, float(delay))
+        if isinstance(said, str):
+            return data
+        return replace(data.advanced(parameters.rig, said[0]), delay_known=said[1])
     return synchronised(parameters, data, delay, velocity=velocity).data
 
 
