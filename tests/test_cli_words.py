@@ -234,3 +234,25 @@ def test_lists_are_json_too_and_nothing_is_padded(run: Any, name: str) -> None:
     for told in (run(name), run(name, first)):
         assert told.status == 0
         assert not [line for line in told.out.splitlines() if line != line.rstrip()]
+
+
+def test_how_a_log_was_read_is_a_note_and_no_warning(run: Any, tmp_path: Path) -> None:
+    """The same log, its rows named otherwise and some of them twice: nothing speaks against it."""
+    rows = (tmp_path / "force.csv").read_text().splitlines()
+    (tmp_path / "twice.csv").write_text("\n".join([*rows[:9], *rows[8:]]) + "\n")
+    for name in ("force", "twice"):
+        run("identify", f"{name}.csv", "--rig", "forced", "--law", "coulomb-viscous", "--out", name,
+            "--no-figures")  # fmt: skip
+    once, twice = (json.loads((tmp_path / n / "card.json").read_text()) for n in ("force", "twice"))
+    assert twice["warnings"] == once["warnings"]
+    assert (once["notes"], twice["notes"]) == ([], ["twice.csv: 1 exact duplicate row dropped"])
+    verdicts = [[p["verdict"] for p in c["parameters"].values()] for c in (once, twice)]
+    assert verdicts[0] == verdicts[1]
+    told = run("identify", "twice.csv", "--rig", "forced", "--law", "coulomb-viscous")
+    assert told.out.splitlines()[-1] == "note: twice.csv: 1 exact duplicate row dropped"
+    page = (tmp_path / "twice" / "report.html").read_text()
+    assert '<p class="note">Note: twice.csv: 1 exact duplicate row dropped.</p>' in page
+    assert f"{len(once['warnings'])} warning" in page
+    assert re.search(
+        r"^note +1 exact duplicate row dropped$", run("check", "twice.csv").out, re.MULTILINE
+    )

@@ -75,7 +75,7 @@ def test_the_force_is_that_of_the_axis() -> None:
         assert estimates[name].value == pytest.approx(truth, rel=0.01)
         assert estimates[name].verdict == "identified"
         assert "in proportion to rated_torque" in estimates[name].meaning
-    notes = [w for w in fitted().warnings if "where friction is" in w]
+    notes = [n for n in fitted().notes if "where friction is" in n]
     assert len(notes) == 1
     assert "1 % is 12.06 N at the axis" in notes[0]  # 0.0064 N m x 3 x 2 pi/0.01 m
     assert not [w for w in fitted().warnings if "in proportion to the measured force" in w]
@@ -170,7 +170,7 @@ def test_amperes_stay_amperes_and_say_so() -> None:
     assert {n: estimates[n].unit for n in ("F_C", "F_V", "M")} == {
         "F_C": "A", "F_V": "A s/m", "M": "A s**2/m",
     }  # fmt: skip
-    assert any("friction is in A" in w for w in fit.warnings)
+    assert any("friction is in A" in n for n in fit.notes)
     (sentence,) = [w for w in fit.warnings if "the known mass asks for" in w]
     assert float(sentence.split('kt = "')[1].split(" ")[0]) == pytest.approx(0.2, rel=0.01)
     written = fit.card()

@@ -115,7 +115,7 @@ def test_long_warnings_are_paragraphs(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "60")
     text = "the model explains little and the rest of this line is here to make it long indeed"
-    show_warnings([text])
+    show_warnings([text], [])
     first, *continuation = capsys.readouterr().out.splitlines()
     assert first.startswith("warning: the model")
     assert continuation

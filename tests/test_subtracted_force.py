@@ -73,7 +73,7 @@ def test_gravity_that_the_log_knows_leaves_friction_and_inertia() -> None:
         assert fit.values[name] == pytest.approx(value, rel=0.01)
         assert verdicts(fit)[name] == "identified"
     assert "the torque goes with the sine" not in " ".join(fit.warnings)
-    assert "tau_gravity [N m] is subtracted from the force" in " ".join(fit.warnings)
+    assert "tau_gravity [N m] is subtracted from the force" in " ".join(fit.notes)
     without = identify(motion(), rig="forced-rotary")
     assert "the torque goes with the sine" in " ".join(without.warnings)
 

@@ -55,7 +55,7 @@ class Quality:
         faults: Channels that are not what they seem, a sentence each.
         breakaways: Ramps of a measured force, and where the axis broke away in them.
         presliding: Stiffness of the contact, if force cycles below breakaway; else None.
-        notes: What was mended when the log was read.
+        notes: How the log was read, and what was mended.
         verdict: What the log is good enough for and what not, a sentence each.
         rig: The rig that it suggests; empty where none does.
         rig_reason: Why.
@@ -138,7 +138,7 @@ class Quality:
             ),
             *(("breakaway", self._breakaway(b)) for b in self.breakaways),
             *([("presliding", self._presliding(self.presliding))] if self.presliding else []),
-            *(("mended", note) for note in self.notes),
+            *(("note", note) for note in self.notes),
             *(("fault", sentence) for sentence in self.faults),
         ]
         likely = [("likely rig", f"{self.rig}: {self.rig_reason}")] * bool(self.rig)
@@ -149,7 +149,7 @@ class Quality:
         return [
             ("runs", f"{self.rows} at constant speed, each a mean"),
             *((name, self._span(name)) for name in self.channels),
-            *(("read", note) for note in self.notes),
+            *(("note", note) for note in self.notes),
             *(("verdict", line) for line in self.verdict),
             ("likely rig", f"{self.rig}: {self.rig_reason}"),
         ]

@@ -299,6 +299,7 @@ class Card(_Part):
     velocity: Literal["recorded"] | None = None
     data: list[DataCard]
     warnings: list[str] = []
+    notes: list[str] = []
     software: dict[str, str]
 
     def text(self) -> str:

@@ -122,6 +122,7 @@ def fit_card(fit: Fit) -> Card:
             for log in fit.recordings
         ],
         warnings=list(fit.warnings),
+        notes=list(fit.notes),
         software={"stribeck": __version__},
     )
 

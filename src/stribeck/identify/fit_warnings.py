@@ -155,7 +155,6 @@ def output_error_warnings(
         if one_way and directions_of(held_out) - trained:
             warnings.append(f"hold-out {part.text} runs in a direction that was not trained on")
     warnings += scale(rig)
-    warnings += [f"{log.label}: {note}" for log in recordings for note in log.notes]
     return warnings
 
 

@@ -125,6 +125,12 @@ class Fit:
         """The friction law."""
         return self.parameters.law
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the logs were read and what was mended in them, a sentence each: no warnings."""
+        sentences = (f"{log.label}: {note}" for log in self.recordings for note in log.notes)
+        return tuple(dict.fromkeys(sentences))
+
     def used(self, recording: Recording) -> int:
         """How many samples of a recording the fit was trained on."""
         if self.balance is not None:

@@ -96,7 +96,7 @@ def _end(value: float, ended: str | None) -> str:
 
 
 def show_fit(fit: Fit) -> None:
-    """Print parameters, the misfit beside its baselines, what was held out, and warnings."""
+    """Print parameters, the misfit beside its baselines, what was held out, warnings and notes."""
     out = console()
     show_table(_parameters(fit))
     for e in fit.estimates:
@@ -123,7 +123,7 @@ def show_fit(fit: Fit) -> None:
     if fit.posterior is not None:
         out.print()
         show_table(_posterior(fit, fit.posterior))
-    show_warnings(fit.warnings)
+    show_warnings(fit.warnings, fit.notes)
 
 
 def _posterior(fit: Fit, drawn: Posterior) -> Table:

@@ -38,10 +38,12 @@ def fit_html(fit: Fit) -> str:
 
 
 def card_html(card: Card) -> str:
-    """Parameters with intervals and verdicts, the misfit beside its baselines, and warnings."""
+    """Parameters with intervals and verdicts, the misfit and its baselines, warnings and notes."""
     tables = [parameters(card), breakaway(card), baselines(card)]
     title = f"{card.law} on {card.rig}"
-    return str(_document(title, tables, gathered(card.warnings), "warning"))
+    warnings = [f"warning: {w}" for w in gathered(card.warnings)]
+    notes = [f"note: {n}" for n in gathered(card.notes)]
+    return str(_document(title, tables, [*warnings, *notes]))
 
 
 def recording_html(recording: Recording) -> str:
@@ -62,7 +64,7 @@ def recording_html(recording: Recording) -> str:
         f"{number(1 / recording.dt, 4)} Hz"
     )
     table = Table.of_texts("Channels", ["channel", "unit", "least", "greatest"], rows, (0, 1))
-    return str(_document(title, [table], recording.notes, "note"))
+    return str(_document(title, [table], [f"note: {n}" for n in recording.notes]))
 
 
 def quality_html(quality: Quality) -> str:
@@ -84,12 +86,9 @@ def plan_html(plan: Plan) -> str:
                          [*words, *plan_sentences(plan)]))  # fmt: skip
 
 
-def _document(
-    title: str, tables: Sequence[Table | None], sentences: Sequence[str] = (), kind: str = ""
-) -> Markup:
-    """A heading, tables, and sentences below them; each is called what it is."""
+def _document(title: str, tables: Sequence[Table | None], sentences: Sequence[str] = ()) -> Markup:
+    """A heading, tables, and sentences below them."""
     head = Markup("<p><b>{}</b></p>").format(title)
     body = Markup("\n").join(table.html() for table in tables if table is not None)
-    mark = f"{kind}: " if kind else ""
-    items = Markup("").join(Markup("<li>{}{}</li>").format(mark, s) for s in sentences)
+    items = Markup("").join(Markup("<li>{}</li>").format(s) for s in sentences)
     return head + body + (Markup("<ul>{}</ul>").format(items) if sentences else Markup(""))

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 #: Columns of a line that nobody wraps.
 UNCUT = 1000
-#: What stands before a warning.
-_HEAD = "warning: "
 
 
 class _Output(Console):
@@ -59,10 +57,12 @@ def console() -> Console:
     )
 
 
-def show_warnings(warnings: Sequence[str]) -> None:
-    """Print warnings, a paragraph each; what is said of several logs is said once."""
+def show_warnings(warnings: Sequence[str], notes: Sequence[str]) -> None:
+    """Print warnings and notes, a paragraph each; what is said of several logs is said once."""
     for warning in gathered(warnings):
-        show_paragraph(warning, _HEAD)
+        show_paragraph(warning, "warning: ")
+    for note in gathered(notes):
+        show_paragraph(note, "note: ", "dim")
 
 
 def show_paragraph(text: str, head: str, style: str = "yellow") -> None:
@@ -73,14 +73,14 @@ def show_paragraph(text: str, head: str, style: str = "yellow") -> None:
         out.print(Text.assemble((head, style) if k == 0 else " " * len(head), line))
 
 
-def gathered(warnings: Sequence[str]) -> list[str]:
-    """Warnings of which those that differ in the log and in numbers only are told by the first."""
+def gathered(sentences: Sequence[str]) -> list[str]:
+    """Sentences of which those that differ in the log and in numbers only are told by the first."""
     alike: dict[str, list[str]] = {}
-    for warning in warnings:
-        log, colon, note = warning.partition(": ")
+    for sentence in sentences:
+        log, colon, rest = sentence.partition(": ")
         names_log = colon and not re.search(r"\s", log) and "." in log  # the name of a file
-        key = re.sub(r"\d+(\.\d+)?", "#", note) if names_log else warning
-        alike.setdefault(key, []).append(warning)
+        key = re.sub(r"\d+(\.\d+)?", "#", rest) if names_log else sentence
+        alike.setdefault(key, []).append(sentence)
     return [
         first
         if not more

@@ -196,7 +196,6 @@ def balance_fit(logs: SolvedLogs) -> Fit:
         *loaded,
         *uncertain.notes(parameters, MISFIT),
         *solved.notes,
-        *(f"{log.label}: {note}" for log in recordings for note in log.notes),
     ]
     return Fit(
         parameters=parameters,

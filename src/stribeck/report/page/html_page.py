@@ -103,6 +103,7 @@ def render(report: Report) -> str:
         card=report.card,
         tiles=tiles(report),
         warnings=gathered(report.card.warnings),
+        notes=gathered(report.card.notes),
         tables=fit_tables,
         facts=facts(report),
         command=shlex.join(report.command),
