@@ -30,6 +30,9 @@ EDGE = 0.98
 #: An interval is widened for the delay where that makes its half-width so much larger, and that is
 #: told where the half-width is then above this share of the value.
 WIDER, MATERIAL = 1.1, 0.01
+#: Where nothing is said of a delay and the log does not show it, it is told what moves out of its
+#: interval within so many of its standard deviations: ten samples.
+BEYOND = 20.0
 
 #: A parameter, or its sum with a constant.
 Known = TypeVar("Known", "Estimate", "Combination")
@@ -130,10 +133,10 @@ def _moved(
     """An estimate, before and after, if it is told what a delay does to it; else none."""
     before, after = estimates
     half = 0.5 * (after.high - after.low)
-    if delay.shown:
+    if delay.shown or delay.said:
         told = after is not before and half > MATERIAL * abs(after.value)
     else:
-        told = half < abs(slope) * delay.reach
+        told = half < abs(slope) * BEYOND * delay.known
     return (
         [_DelayedEstimate(name, q, slope, half)] if told and before.verdict == "identified" else []
     )
@@ -153,10 +156,10 @@ def _sentence(problem: MotionProblem, delay: MotionDelay, moved: Sequence[_Delay
             f"by the log the motion was recorded {shows} {later}, {prior} beforehand, and "
             f"intervals hold that: {changes} for each ms: {_advice()}"
         )
-    soonest = min((m.half_width / abs(m.slope) for m in moved), default=0.0)
+    soonest = 1e3 * min((m.half_width / abs(m.slope) for m in moved), default=0.0)
     return (
         f"the log does not show how much {later} the motion was recorded, {prior}: {changes} for "
-        f"each ms, and {1e3 * soonest:.2g} ms would be beyond an interval: {_advice()}"
+        f"each ms, and {float(f'{soonest:.2g}'):g} ms would be beyond an interval: {_advice()}"
     )
 
 
