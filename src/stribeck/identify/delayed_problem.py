@@ -13,6 +13,7 @@ from ..space import Array, Param, Space
 from .initial_state import started_at
 
 if TYPE_CHECKING:
+    from ..rig.motion.track import Track
     from .problem import MotionProblem
     from .segment import Segment
 
@@ -48,11 +49,13 @@ class DelayedProblem:
     def _at(self, x: Array, seconds: float) -> Array:
         """The residuals under one delay, (n, rows).
 
-        Where a command alone drives the axis, that comes later, which is exact. Elsewhere the
+        Where a command alone drives the axis, that comes later, which is exact; so it does where
+        each slip has a breakaway of its own, whose instant is measured, too. Elsewhere the
         simulated motion is read between its samples: the measured one has noise, which would
         average out there.
         """
-        if not any(s.track.inputs.size for s in self.problem.train):
+        by_slip = self.problem.weights is not None
+        if by_slip or not any(s.track.inputs.size for s in self.problem.train):
             return self._commanded(seconds).residuals(x)
         blocks = [
             self.problem.segment_residuals(x, self._started(segment, seconds), late=seconds)
@@ -70,11 +73,16 @@ class DelayedProblem:
 
     def _commanded(self, seconds: float) -> MotionProblem:
         """The motion problem under a command that comes so much later."""
-        train = [
-            replace(s, track=s.track._replace(knots_t=s.track.knots_t + seconds))
-            for s in self.problem.train
-        ]
+        train = [replace(s, track=_driven_later(s.track, seconds)) for s in self.problem.train]
         weights = self.problem.weights
         if weights is not None:
             return self.problem.weighed(weights, train)
         return self.problem.of_segments(train)
+
+
+def _driven_later(track: Track, seconds: float) -> Track:
+    """A track whose command, and what else drives the axis at the samples, comes so much later."""
+    inputs = track.inputs
+    if inputs.size:
+        inputs = np.array([np.interp(track.t - seconds, track.t, row) for row in inputs])
+    return track._replace(knots_t=track.knots_t + seconds, inputs=inputs)

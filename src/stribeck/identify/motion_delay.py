@@ -23,6 +23,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..optimize.lockstep import Counted
+from ..rig.simulated import as_simulated
 from ..space import Array
 from .delayed_problem import DelayedProblem
 from .initial_state import FreeStartProblem
@@ -104,7 +105,8 @@ def motion_delay(
 ) -> tuple[MotionDelay | None, int]:
     """The delay of the motion that a fit shows; and the rows evaluated.
 
-    None where a controller is known to have read the position by itself.
+    None where a controller is known to have read the position by itself, or to have held its force
+    from sample to sample while slips are fitted one by one.
 
     Args:
         problem: The problem solved, its constants as they were estimated.
@@ -114,7 +116,8 @@ def motion_delay(
     """
     if isinstance(problem, FreeStartProblem):
         problem, x = problem.at(x)
-    if any(s.track.stretch.size for s in problem.train):
+    held = problem.weights is not None and as_simulated(problem.parameters.rig).holds_force
+    if held or any(s.track.stretch.size for s in problem.train):
         return None, 0
     reach = REACH * min(float(np.ptp(s.recording.t)) for s in problem.train)
     delayed, at = DelayedProblem(problem, reach), np.append(x, 0.0)
