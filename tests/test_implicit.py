@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from stribeck.data.recording import Recording
 from stribeck.errors import InputError
-from stribeck.friction import LAWS, Law, law_named
+from stribeck.friction import LAWS, Law, law_named, slip_law
 from stribeck.identify.parameters import partition
 from stribeck.identify.problem import problem
 from stribeck.rig import RIGS
@@ -19,7 +19,7 @@ from stribeck.rig.motion.track import Track, track
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.slide_bed import SLIDE_BED
 from stribeck.rig.stepped import SteppedRig
-from stribeck.space import Array
+from stribeck.space import Array, Param
 
 COULOMB, STRIBECK, LUGRE = LAWS["coulomb-viscous"], LAWS["stribeck"], LAWS["lugre"]
 G = 9.80665
@@ -199,6 +199,62 @@ def test_errors_fall_with_the_fourth_power_of_the_step() -> None:
     errors = np.abs(np.array(runs[:3]) - runs[3])
     orders = np.log2(errors[:-1] / errors[1:])
     assert ((orders > 3.5) & (orders < 4.5)).all(), orders
+
+
+@slip_law
+def _two_levels(v: float, p: Array) -> float:
+    return math.copysign(p[0] + (p[1] if abs(v) > p[2] else 0.0), v)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.2, 0.3, 0.45, 0.5, 0.55, 0.7, 0.8, 0.95])
+def test_a_jump_of_friction_within_a_step_is_enclosed(share: float) -> None:
+    """Friction rises from 3 to 7 N at 1 m/s, at any place of a step: 4, then 2 m/s², closed form.
+
+    A step that took the jump for a bend would be off by up to a third of 4 N over 20 ms: 0.3 mm.
+    """
+    law = Law(
+        "two levels", tuple(Param(name, 0.0, 10.0, "N") for name in ("low", "rise", "at")),
+        _two_levels, "", "", "",
+    )  # fmt: skip
+    t = np.linspace(0.0, 0.4, 21)
+    start = 1.0 - 4.0 * (10 + share) * 0.02
+    x, v = motion_of(law, [3.0, 4.0, 1.0, 2.0, 0.0], forced_log(t, np.full(21, 11.0), v0=start),
+                     step=20.0)  # fmt: skip
+    early, late = np.minimum(t, (10 + share) * 0.02), np.maximum(t - (10 + share) * 0.02, 0.0)
+    np.testing.assert_allclose(v, start + 4.0 * early + 2.0 * late, atol=2e-5)
+    exact = start * early + 2.0 * early**2 + 1.0 * late + late**2
+    np.testing.assert_allclose(x, exact, atol=5e-6)
+
+
+def test_a_brisk_servo_is_what_a_stiff_solver_finds() -> None:
+    """No stop, no corner: steps of 10 ms are explicit, their errors far below the tolerance."""
+    axis = rig("servo-pendulum")
+    t = np.linspace(0.0, 0.16, 17)
+    log = Recording(
+        t=t, position=0.1 + 3.0 * t + 1e-9 * np.sin(t), velocity=np.full(17, 3.0),
+        command=0.6 + 3.0 * t, rotary=True,
+    )  # fmt: skip
+    law, p = (
+        LAWS["bam-m4"],
+        np.array([0.012, 0.01, 0.02, 1.5, 1.2, 0.1, 0.15, 0.41, 8.6, 2e-3, 0.01]),
+    )
+    segment = track_of(axis, log)._replace(v0=3.0)
+    x = axis.move(law, p[None], segment).position[0]
+    K_c, K_v, K_cs, w_s, alpha, K_l, K_ls, k_t, R, armature, offset = p.tolist()
+    m, length, gain, duty, g = (axis[name] for name in ("m", "l", "kp", "duty", "g"))
+
+    def slope(now: float, state: Array) -> list[float]:
+        q, w = state
+        volts = axis["vin"] * gain * duty * (0.6 + 3.0 * now - q)
+        drive, weight = k_t / R * (volts - k_t * w), -m * g * length * math.sin(q + offset)
+        pressed, slow = abs(drive - weight), math.exp(-(abs(w / w_s) ** alpha))
+        friction = K_c + K_v * w + K_l * pressed + slow * (K_cs + K_ls * pressed)
+        return [w, (drive + weight - friction) / (m * length**2 + armature)]
+
+    y = solve_ivp(slope, (0.0, 0.16), [0.1, 3.0], "DOP853", t, rtol=1e-12, atol=1e-13).y
+    assert y[1].min() > 0.5
+    assert np.abs(axis["vin"] * gain * duty * (0.6 + 3.0 * t - y[0])).max() < axis["vin"]
+    np.testing.assert_allclose(x, y[0], atol=2e-7)
 
 
 @pytest.mark.parametrize("step", [0.5, 1.0, 2.0, 3.0, 5.0, 20.0])

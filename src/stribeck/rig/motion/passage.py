@@ -18,6 +18,10 @@ The error of a step is the change of velocity and position less the integral of 
 Simpson's rule, which is of order 4, too, and shares nothing with the extrapolation. A step whose
 error exceeds the tolerance is halved; corners of the drive and of a law's states are enclosed so.
 
+Under a law without states, whose velocity decays by little in a step, most steps need no equation
+to be solved: they are explicit, by Nyström's method of order 4 (1925; Abramowitz and Stegun,
+25.5.20). Where such a step fails its own check, or comes to rest, it is taken implicitly.
+
 A law without states sticks. It stops at the instant at which its velocity is zero, which is
 located: within a step friction keeps its sign. Then it rests until the force passes a breakaway
 level, which is located as well, or goes on at once, forward or backward.
@@ -34,6 +38,7 @@ from ...friction.law import terms_factor
 from ...space import Array
 from .drive_force import driven, mixed
 from .drives import CLAMP, DAMPING, INERTIA, SLIDE
+from .explicit_step import MILD, acceleration, explicit_step
 from .velocity import rubs, solved
 
 #: A step is halved so often at most.
@@ -98,23 +103,6 @@ def _step(
     if states > 0:
         rub(w, h, z, load, p, out)
     return w
-
-
-@compiled(forceinline=True)
-def _acceleration(
-    slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, u: Array,
-    q: float, v: float, z: Array, load: Array, out: Array,
-) -> float:  # fmt: skip
-    """The acceleration in an instant; at rest the sign of a zero says which way it goes."""
-    mass, F, d, _ = driven(kind, c, u, q, v, load)
-    F -= d * v + rubs(slip, rub, general, terms_factor(term, p, load), v, 0.0, z, load, p, out)
-    if kind == SLIDE and (c[INERTIA] > 0.0 or c[DAMPING] > 0.0):
-        a = (F - c[DAMPING] * v) / (mass + c[INERTIA])
-        motor = c[INERTIA] * a + c[DAMPING] * v
-        if abs(motor) > c[CLAMP]:
-            a = (F - np.copysign(c[CLAMP], motor)) / mass
-        return a  # type: ignore[no-any-return]
-    return F / mass  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
@@ -248,11 +236,11 @@ def _defect(
     """By what Simpson's rule is off a step, m or rad, and the acceleration at its end."""
     mixed(inputs, held, k, begin + share, u)
     v_end = v_1 if way * v_1 > 0.0 or way == 0.0 else np.copysign(0.0, way)
-    a_1 = _acceleration(slip, rub, general, kind, p, term, c, u, q_1, v_end, end, load, out)
+    a_1 = acceleration(slip, rub, general, kind, p, term, c, u, q_1, v_end, end, load, out)
     v_m = 0.5 * (v + v_1) + 0.125 * h * (a_0 - a_1)
     q_m = 0.5 * (q + q_1) + 0.125 * h * (v - v_1)
     mixed(inputs, held, k, begin + 0.5 * share, u)
-    a_m = _acceleration(slip, rub, general, kind, p, term, c, u, q_m, v_m, middle, load, out)
+    a_m = acceleration(slip, rub, general, kind, p, term, c, u, q_m, v_m, middle, load, out)
     off = base * abs(v + h * (a_0 + 4.0 * a_m + a_1) / 6.0 - v_1)
     return off + abs(q + h * (v + h * (a_0 + 2.0 * a_m) / 6.0) - q_1), a_1
 
@@ -275,6 +263,7 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         mixed(inputs, held, k, j / n, u)
         mass, _, d, _ = driven(kind, c, u, q, v, load)
         damped = (memory[DECAY] + d / mass) * base > STIFF or memory[SPRING] * base * base > FAST
+        quick = states == 0 and not damped
         while at < 1.0:
             if steps_left <= 0:
                 return np.nan, np.nan, 0
@@ -297,8 +286,24 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             theta = 1.0 if damped else _share(memory, h)
             if fresh:
                 mixed(inputs, held, k, begin, u)
-                a_0 = _acceleration(slip, rub, general, kind, p, term, c, u, q, v, z, load, half)
+                a_0 = acceleration(slip, rub, general, kind, p, term, c, u, q, v, z, load, half)
                 fresh = False
+            if quick and stop == 0.0 and max(abs(memory[DECAY]), d / mass) * h <= MILD:
+                q_1, v_1, a_1, error, rate = explicit_step(
+                    slip, rub, general, kind, p, term, c, inputs, held, k, begin, piece / n, h,
+                    base, way, q, v, a_0, tolerance, half, load, coarse, u,
+                )  # fmt: skip
+                rate -= d / mass
+                if way * v_1 > 0.0 and error <= tolerance and abs(rate) * h <= MILD:
+                    q, v, a_0, at, memory[DECAY] = q_1, v_1, a_1, at + piece, rate
+                    if at > 1.0 - _NONE:
+                        at = 1.0
+                    if not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004
+                        return q, v, steps_left
+                    if level > 0 and error * GROW <= tolerance:
+                        level -= 1
+                    continue
+                quick = False
             w_c, w_1, w_2 = _pair(
                 slip, rub, general, states, kind, p, term, c, inputs, held, k, begin, piece / n, h,
                 theta, q, v, a_0, z, coarse, half, fine, u, load, memory,
