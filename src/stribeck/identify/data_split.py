@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from ..data.alignment import Delay, checked_delay
 from ..data.gate import mended
 from ..data.log_list import Columns, Logs, log_list
 from ..data.ranges import Range
@@ -104,6 +105,31 @@ def recording_list(
                 f"which rig {rig.name} does not go: leave subtract out"
             )
     return [mended(recording) for recording in recordings]
+
+
+def steady_tables(
+    recordings: Sequence[Recording], ranges: Sequence[Range], delay: Delay, velocity: str = "auto"
+) -> bool:
+    """Whether logs are tables of steady speeds.
+
+    Args:
+        recordings: The logs.
+        ranges: All that were asked for.
+        delay: Of the force after the motion, as it was asked for.
+        velocity: Where it comes from, as it was asked for.
+
+    Raises:
+        InputError: some are and some are not, or something was asked of tables that they lack.
+    """
+    tables = [log for log in recordings if log.runs is not None]
+    if tables and len(tables) < len(recordings):
+        raise InputError("tables of steady speeds and logs of motions: identify each by itself")
+    if tables and (ranges or velocity != "auto" or not isinstance(checked_delay(delay), str)):
+        raise InputError(
+            f"{tables[0].label}: is a table of steady speeds, which has no positions or times: "
+            "leave out ranges, delays and where the velocity comes from"
+        )
+    return bool(tables)
 
 
 def refuse_runs(recordings: Sequence[Recording], purpose: str) -> None:

@@ -15,7 +15,7 @@ from ..friction import Law
 from ..rig import Rig
 from ..rig.lookup import rig_and_law
 from ..wording import option
-from .data_split import data_split
+from .data_split import data_split, steady_tables
 from .loss import Breakaway, Loss, Objective
 from .multistart import Progress
 from .output_error import solve_output_error
@@ -158,8 +158,8 @@ def identify(
         from .balance.force_balance import solve_balance  # noqa: PLC0415
         from .balance.run_balance import solve_runs  # noqa: PLC0415
 
-        if any(log.runs is not None for log in data.recordings):
-            fit = solve_runs(parameters, data, draws=bootstrap, delay=delay)
+        if steady_tables(data.recordings, data.ranges, delay, velocity):
+            fit = solve_runs(parameters, data, draws=bootstrap)
         else:
             fit = solve_balance(parameters, data, draws=bootstrap, delay=delay, velocity=velocity)
     else:

@@ -36,7 +36,7 @@ def without_offset(parameters: Parameters) -> Parameters:
     if len(free) == len(parameters.free) or OFFSET in parameters.bounded or not free:
         return parameters
     fixed = {**parameters.fixed, OFFSET: 0.0}
-    return replace(parameters, free=free, fixed=fixed, held=frozenset({OFFSET}))
+    return replace(parameters, free=free, fixed=fixed, held=parameters.held | {OFFSET})
 
 
 def one_way_violations(parameters: Parameters) -> list[Violation]:

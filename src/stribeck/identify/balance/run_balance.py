@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...data.alignment import Delay, checked_delay
 from ...data.recording import Recording
 from ...data.steady_runs import SteadyRuns
 from ...errors import InputError
 from ...space import Array
-from ...wording import option
 from ..adequacy.effects import OF_INTERVAL, OF_VALUE, Effect, Effects
 from ..conditions import Violation
 from ..data_split import DataSplit
@@ -34,7 +32,7 @@ from .checks import SPEEDS, BalanceChecks, curved, distinct_speeds, unexplained
 from .constant_slopes import constant_slopes
 from .force_balance import SolvedLogs, balance_fit, log_parts
 from .force_residuals import BalanceResiduals
-from .one_way import OFFSET, levels_of
+from .one_way import without_offset
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,6 +40,7 @@ if TYPE_CHECKING:
     from ...data.zero_phase import Samples
     from .rows import Log
 
+MASS = "M"
 #: A curve that the law lacks is told if chance shows it less often than this, all shapes together.
 CHANCE = 0.01
 #: Degrees of freedom below which nothing can be said of such a curve.
@@ -54,34 +53,24 @@ _HALVINGS = 9
 _BEYOND = 2.0
 
 
-def solve_runs(
-    parameters: Parameters,
-    data: DataSplit,
-    *,
-    draws: int = 0,
-    delay: Delay = "auto",
-) -> Fit:
+def solve_runs(parameters: Parameters, data: DataSplit, *, draws: int = 0) -> Fit:
     """Identify a law from one or several tables of steady speeds.
 
     Args:
         parameters: Of a law on a rig with a measured force.
         data: The tables.
         draws: Data sets of a block bootstrap.
-        delay: There is none in a table.
 
     Raises:
-        InputError: a log among the tables, a range or a delay, or too few rows.
+        InputError: too few rows, or parameters of which a table says nothing.
     """
     logs = data.recordings
-    if any(log.runs is None for log in logs):
-        raise InputError("tables of steady speeds and logs of motions: identify each by itself")
-    if data.ranges or not isinstance(checked_delay(delay), str):
-        raise InputError(
-            f"{logs[0].label}: is a table of steady speeds, which has no positions or times: leave "
-            "out ranges and delays"
-        )
-    parameters, held = _held(parameters, logs)
-    recordings, scatter = _weighted(parameters, logs)
+    parameters = without_mass(parameters)
+    if len({int(np.sign(v)) for log in logs for v in _speeds(log)} - {0}) == 1:
+        parameters = without_offset(parameters)
+    if not parameters.free:
+        raise InputError(f"{logs[0].label}: no parameter is left to be found")
+    recordings, scatter = weighted(parameters, logs)
     solved = balance.balance(recordings, parameters)
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
@@ -92,7 +81,11 @@ def solve_runs(
         log_parts(recordings, solved, x),
         solved.robust_errors[parameters.free_places],
     )
-    violations = (*held, *_scattered(parameters, logs, scatter), *_faults(solved))
+    violations = (
+        *_at_constant_speed(parameters),
+        *_scattered(parameters, logs, scatter),
+        *_faults(solved),
+    )
     return balance_fit(
         SolvedLogs(
             data,
@@ -108,43 +101,29 @@ def solve_runs(
     )
 
 
-def _held(parameters: Parameters, logs: Sequence[Recording]) -> tuple[Parameters, list[Violation]]:
-    """Parameters of which a table says nothing, held at 0, and what is told of that.
+def without_mass(parameters: Parameters) -> Parameters:
+    """The parameters with the mass held at 0: at constant speed nothing accelerates."""
+    if MASS not in {q.name for q in parameters.free}:
+        return parameters
+    return replace(parameters.holding({MASS: 0.0}), held=parameters.held | {MASS})
 
-    Nothing accelerates, so that it says nothing of a mass; and runs of one direction cannot tell
-    an offset from F_C.
-    """
-    free, label = {q.name for q in parameters.free}, parameters.rig.label
-    ways = {int(np.sign(v)) for log in logs for v in _speeds(log)} - {0}
-    violations, holding = [], dict[str, float]()
-    if "M" in free:
-        holding["M"] = 0.0
-        sentence = (
-            f"at constant speed nothing accelerates: {label('M')} is taken as 0, and the table "
-            "says nothing of it"
-        )
-        violations.append(Violation("data", sentence, caps=False))
-    one_way = len(ways) < 2  # noqa: PLR2004 - directions
-    if one_way and OFFSET in free and OFFSET not in parameters.bounded:
-        holding[OFFSET] = 0.0
-        sentence = (
-            "all runs go one way: a constant force (a weight, a sensor's offset) cannot be told "
-            "from friction and is taken as 0; give speeds and forces of both directions, with "
-            f"their signs, or say what it is ({option('fixed', {label(OFFSET): 0})})"
-        )
-        levels = frozenset(levels_of(parameters))
-        violations.append(Violation("data", sentence, levels or None))
-    held = parameters.holding(holding)
-    if not held.free:
-        raise InputError(f"{logs[0].label}: no parameter is left to be found")
-    return held, violations
+
+def _at_constant_speed(parameters: Parameters) -> list[Violation]:
+    """What holding the mass means, where it is held for that reason."""
+    if MASS not in parameters.held:
+        return []
+    sentence = (
+        f"at constant speed nothing accelerates: {parameters.rig.label(MASS)} is taken as 0, and "
+        "the table says nothing of it"
+    )
+    return [Violation("data", sentence, caps=False)]
 
 
 def _speeds(log: Recording) -> Array:
     return np.zeros(0) if log.velocity is None else log.velocity
 
 
-def _weighted(parameters: Parameters, logs: Sequence[Recording]) -> tuple[list[Recording], float]:
+def weighted(parameters: Parameters, logs: Sequence[Recording]) -> tuple[list[Recording], float]:
     """Tables whose errors hold what runs scatter beside them, and that scatter, N (N m).
 
     Paule and Mandel's: the scatter at which the weighted squares are their degrees of freedom.

@@ -13,6 +13,7 @@ from ...rig.simulated import as_simulated
 from ..arithmetic import Checked, exact_enough
 from ..balance.force_balance import solve_balance
 from ..balance.force_residuals import BalanceResiduals
+from ..balance.run_balance import solve_runs
 from ..data_split import DataSplit
 from ..free_constants import with_free_constants
 from ..multistart import Optimum
@@ -59,6 +60,8 @@ def unidentified(trained: TrainedLaw) -> tuple[str, ...]:
 
 def _balance_fit(trained: TrainedLaw, data: DataSplit) -> Fit:
     """The fit of the force balance, with a better answer if a simpler law led there."""
+    if any(log.runs is not None for log in data.recordings):
+        return solve_runs(trained.parameters, data)
     source = as_balanced(trained.parameters.rig).filtering.velocity
     fit = solve_balance(trained.parameters, data, delay="off", velocity=source)
     error = fit.score.value

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from ...data.ranges import FEWEST, Range, windows
 from ...data.segmentation import segment
 from ...errors import InputError
+from ...space import Array
 from ...wording import option
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
     from ...rig import Rig
 
-Kind = Literal["hold-out", "logs", "strokes", "time"]
+Kind = Literal["hold-out", "logs", "strokes", "time", "runs"]
 Mask = NDArray[np.bool_]
 
 #: Logs from which on whole logs are held out.
@@ -34,13 +35,16 @@ _TRAVEL = 0.1
 
 @dataclass(frozen=True, eq=False)
 class LogRange:
-    """A part of a log; all of it where `within` is None."""
+    """A part of a log: a range, or all of it where `within` is None; of a table, some runs."""
 
     recording: Recording
     within: Range | None
+    runs: Mask | None = None
 
     def mask(self) -> Mask:
         """Which samples, (N,)."""
+        if self.runs is not None:
+            return self.runs
         counted = np.zeros(len(self.recording), dtype=bool)
         for window in windows(self.recording, self.within):
             counted[window.rows] = True
@@ -54,7 +58,14 @@ class LogRange:
 
 
 def directions(parts: Sequence[LogRange]) -> frozenset[int]:
-    """The directions, +1 and -1, in which parts of logs run over a tenth of their travel."""
+    """The directions, +1 and -1, in which parts of logs run over a tenth of their travel.
+
+    Those of the runs where the logs are tables.
+    """
+    steady = [part for part in parts if part.recording.runs is not None]
+    if steady:
+        ways_of_runs = (np.unique(np.sign(_speeds(part)[part.mask()])) for part in steady)
+        return frozenset(int(way) for ways in ways_of_runs for way in ways if way)
     ways = [
         (stroke.direction, float(np.ptp(part.recording.position[rows])))
         for part in parts
@@ -79,8 +90,8 @@ class Splits:
     """All rounds of a comparison.
 
     Args:
-        kind: What is held out: what was asked for, logs in turn, strokes in turn, or parts of
-            the time in turn.
+        kind: What is held out: what was asked for, logs in turn, strokes in turn, parts of the
+            time in turn, or runs of tables in turn.
         text: The same in words.
         whole: All that may be trained on: what the law that is recommended is fitted to.
         rounds: One for data that was held out on purpose, or one for each fold.
@@ -163,6 +174,8 @@ def _overlap(a: LogRange, b: LogRange) -> bool:
 def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, folds: int) -> Splits:
     if folds < 2:  # noqa: PLR2004 - with one fold, nothing is left to train on
         raise InputError(f"folds: give 2 or more, got {folds}")
+    if any(log.runs is not None for log in logs):
+        return _runs_in_turn(logs, whole, folds)
     if len(logs) >= _LOGS and _all_directions(logs, folds := min(folds, len(logs))):
         groups = [set(map(id, logs[k::folds])) for k in range(folds)]
         rounds = tuple(
@@ -183,6 +196,36 @@ def _folded(logs: Sequence[Recording], whole: tuple[LogRange, ...], rig: Rig, fo
     )
     text = "whole strokes" if by_stroke else "a part of every stroke"
     return Splits("strokes" if by_stroke else "time", f"{text}, in {folds} rounds", whole, rounds)
+
+
+def _runs_in_turn(logs: Sequence[Recording], whole: tuple[LogRange, ...], folds: int) -> Splits:
+    """Of each direction every so many-th run in the order of speeds, so that none reaches far."""
+    folds = min(folds, *(len(log) for log in logs))
+    dealt = [_dealt(_speeds(part), folds) for part in whole]
+    rounds = tuple(
+        Split(
+            tuple(LogRange(log, None, which != k) for log, which in zip(logs, dealt, strict=True)),
+            tuple(LogRange(log, None, which == k) for log, which in zip(logs, dealt, strict=True)),
+        )
+        for k in range(folds)
+    )
+    return Splits("runs", f"runs in turn, in {folds} rounds", whole, rounds)
+
+
+def _dealt(v: Array, folds: int) -> NDArray[np.intp]:
+    """The round of each run, (N,)."""
+    which = np.zeros(len(v), dtype=np.intp)
+    for way in (v >= 0.0, v < 0.0):
+        order = np.argsort(np.abs(v[way]), kind="stable")
+        places = np.empty(len(order), dtype=np.intp)
+        places[order] = np.arange(len(order)) % folds
+        which[way] = places
+    return which
+
+
+def _speeds(part: LogRange) -> Array:
+    velocity = part.recording.velocity
+    return np.zeros(len(part.recording)) if velocity is None else velocity
 
 
 def _all_directions(logs: Sequence[Recording], folds: int) -> bool:

@@ -28,10 +28,12 @@ from ...presenters import presenter
 from ...rig import Rig
 from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
+from ...wording import option
 from ..balance.one_way import without_offset
+from ..balance.run_balance import weighted, without_mass
 from ..balance.synchronisation import synchronised
 from ..balance.velocity_source import VelocitySource, with_velocity
-from ..data_split import DataSplit, data_split, recording_list, refuse_runs
+from ..data_split import DataSplit, data_split, recording_list, steady_tables
 from ..loss import Loss, Objective
 from ..own_breakaway import breakaway_columns
 from ..parameters import Parameters, partition
@@ -194,15 +196,12 @@ def select(
     given: dict[str, Any] = {"units": units, "columns": columns, "subtract": subtract}
     trained = recording_list(logs, axis, **given)
     tests = [] if test is None else recording_list(test, axis, **given)
-    refuse_runs([*trained, *tests], "a comparison of laws")
+    data = data_split(trained, train, holdout, axis)
+    steady = steady_tables([*trained, *tests], data.ranges, delay, velocity)
     axis = axis.behind([*trained, *tests])
     parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
     simulated = axis.approach == "output_error"
-    for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
-        if value is not None and (not isinstance(value, Integral) or value < least):
-            raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
-    if folds is not None and folds > MOST_FOLDS:
-        raise InputError(f"folds must be {MOST_FOLDS:,} at most, got {folds}")
+    _check_counts(seed, budget, folds)
     if (
         idle := []
         if simulated
@@ -213,18 +212,21 @@ def select(
     ):
         raise InputError(
             f"rig {axis.name} is solved by least squares, without a search: "
-            f"{', '.join(idle)} does not apply"
+            f"{', '.join(map(option, idle))} does not apply"
         )
-    data = data_split(trained, train, holdout, axis)
-    parameter_sets, velocity_read = _with_velocity(parameter_sets, data, velocity)
+    parameter_sets, data, velocity_read = _prepared(
+        parameter_sets, data, delay, velocity, steady=steady
+    )
     axis = parameter_sets[0].rig
-    data = _synchronised(parameter_sets[-1], data, delay, velocity_read.source)
     trained, tests = list(data.recordings), [axis.in_step(log, data.delay) for log in tests]
     if folds is not None and (data.holdout or tests):
         raise InputError("folds are for data of which nothing was held out: leave them away")
     count = FOLDS if folds is None else folds
     rounds = splits(trained, axis, data.train, data.holdout, tests, count)
     parameter_sets, excluded = _answerable(parameter_sets, rounds)
+    if steady:  # all laws count runs alike: by their errors, and by what they scatter beside
+        trained, _ = weighted(parameter_sets[-1], trained)
+        rounds = splits(trained, axis, (), (), tests, count)
     conditions = (*velocity_read.sentences, *_one_breakaway(parameter_sets, data))
     training = _Training(rounds, data, 0 if seed is None else seed, budget or BUDGET, progress)
     interrupted = False
@@ -246,12 +248,41 @@ def select(
     return replace(selection, sentences=told, interrupted=interrupted)
 
 
+def _check_counts(seed: int | None, budget: int | None, folds: int | None) -> None:
+    """Refuse numbers that no comparison can have.
+
+    Raises:
+        InputError: one is.
+    """
+    for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
+        if value is not None and (not isinstance(value, Integral) or value < least):
+            raise InputError(f"{option(name)} must be a whole number >= {least}, got {value!r}")
+    if folds is not None and folds > MOST_FOLDS:
+        raise InputError(f"{option('folds')} must be {MOST_FOLDS:,} at most, got {folds}")
+
+
 @dataclass(frozen=True)
 class _Velocity:
     """Which velocity all laws read, and what is told of it."""
 
     source: VelocitySource
     sentences: tuple[str, ...] = ()
+
+
+def _prepared(
+    parameter_sets: list[Parameters],
+    data: DataSplit,
+    delay: Delay,
+    velocity: VelocitySource,
+    *,
+    steady: bool,
+) -> tuple[list[Parameters], DataSplit, _Velocity]:
+    """Laws and logs with one velocity and at one time; tables of steady speeds have neither."""
+    if steady:
+        return [without_mass(p) for p in parameter_sets], data, _Velocity("position")
+    parameter_sets, velocity_read = _with_velocity(parameter_sets, data, velocity)
+    synchronous = _synchronised(parameter_sets[-1], data, delay, velocity_read.source)
+    return parameter_sets, synchronous, velocity_read
 
 
 def _with_velocity(
