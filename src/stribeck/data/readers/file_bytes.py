@@ -12,7 +12,8 @@ from .budget import LARGEST, ReadBudget
 
 #: Bytes that tell a format, of a file or of what is packed in it.
 HEAD = 4096
-_GZIP = b"\x1f\x8b"
+GZIP = b"\x1f\x8b"
+BROKEN_GZIP = "is a broken gzip archive: copy or export it again"
 _CHUNK = 1 << 20
 
 
@@ -44,7 +45,7 @@ def head(file: Path) -> bytes:
         return b""
     with file.open("rb") as opened:
         start = opened.read(HEAD)
-    if not start.startswith(_GZIP):
+    if not start.startswith(GZIP):
         return start
     try:
         return zlib.decompressobj(wbits=31).decompress(start, HEAD)
@@ -65,14 +66,14 @@ def whole(file: Path) -> bytes:
             "channels that are used are read alone"
         )
     data = file.read_bytes()
-    if not data.startswith(_GZIP):
+    if not data.startswith(GZIP):
         return data
     most = ReadBudget(len(data)).total
     try:
         with gzip.open(file) as packed:
             data = packed.read(most + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise InputError("is a broken gzip archive: copy or export it again") from error
+        raise InputError(BROKEN_GZIP) from error
     if len(data) > most:
         raise InputError(f"unpacks to more than {ReadBudget(size).most}: unpack it first")
     if not data:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
 from ...space import Array
+from .interval import Interval
 from .raw_table import RawTable
 
 
@@ -81,6 +82,18 @@ class LogFile(Protocol):
 
         Raises:
             InputError: they are broken, or take more memory than the file's size allows.
+        """
+
+
+@runtime_checkable
+class LogInParts(LogFile, Protocol):
+    """A file of which a part can be read without the rest."""
+
+    def part(self, names: Collection[str], interval: Interval) -> tuple[RawTable, ...]:
+        """Samples of channels in an interval, and a few beside it; all where that is not known.
+
+        Raises:
+            InputError: as `tables` does.
         """
 
 

@@ -69,39 +69,79 @@ class Instants(NamedTuple):
     origin: float
 
 
+class StampForm(NamedTuple):
+    """How a column writes dates or times of day.
+
+    Args:
+        form: As polars has it.
+        first: The first of them, ns since 1970 or since midnight.
+        of_day: Whether they are times of day.
+        zone: By how much their zone is ahead of universal time, s.
+    """
+
+    form: str
+    first: int
+    of_day: bool
+    zone: float
+
+    @property
+    def origin(self) -> float:
+        """The first, s, as `Instants` has it."""
+        return self.first * 1e-9 - self.zone
+
+    def since_first(self, words: pl.Series) -> Array | None:
+        """Time from its first, s, (N,), nan for an empty cell; None if a word differs."""
+        words = _bare(words)
+        ticks = _ticks(words, self.form, of_day=self.of_day)
+        if ticks.null_count() > words.null_count():
+            return None
+        return np.asarray((ticks - self.first).to_numpy(), dtype=float) * 1e-9
+
+
+def stamp_forms(words: pl.Series) -> list[StampForm]:
+    """The forms of dates and times of day in which the first of some words can be read."""
+    bare = _bare(words).drop_nulls().head(1)
+    if bare.len() == 0 or (":" not in str(bare[0]) and "T" not in str(bare[0])):
+        return []
+    zone = _ZONE.search(str(_stripped(words).drop_nulls()[0]))
+    every = [(form, False) for form in _FORMATS] + [(form, True) for form in _TIMES]
+    ticks = [(form, of_day, _ticks(bare, form, of_day=of_day)) for form, of_day in every]
+    return [
+        StampForm(form, int(first[0]), of_day, 0.0 if of_day else _offset(zone))
+        for form, of_day, first in ticks
+        if first.null_count() == 0
+    ]
+
+
 def instants(words: pl.Series) -> Instants | None:
     """The dates or times of day in words; None if they are none.
 
     Times of day that go back went past midnight.
     """
-    import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
-
-    words = words.str.strip_chars().str.strip_chars('"').str.strip_chars()
-    zoned = words.drop_nulls()
-    zone = _ZONE.search(str(zoned[0])) if zoned.len() else None
-    words = words.str.replace(_ZONE.pattern, "").str.replace(",", ".", literal=True)
-    words = pl.select(pl.when(words != "").then(words)).to_series()
-    filled = words.drop_nulls()
-    if filled.len() == 0 or (":" not in str(filled[0]) and "T" not in str(filled[0])):
-        return None
-    for form in _FORMATS:
-        stamps = filled.head(1).str.to_datetime(form, time_unit="ns", strict=False)
-        if stamps.null_count() == 0:
-            stamps = words.str.to_datetime(form, time_unit="ns", strict=False)
-            if stamps.null_count() == words.null_count():
-                since = _from_first(stamps.to_physical(), 1e-9)
-                return Instants(since.t, since.origin - _offset(zone))
-    for form in _TIMES:
-        times = words.str.to_time(form, strict=False)
-        if times.null_count() == words.null_count():
-            since = _from_first(times.to_physical(), 1e-9)
-            return Instants(_past_midnight(since.t), since.origin)
+    for form in stamp_forms(words):
+        t = form.since_first(words)
+        if t is not None:
+            return Instants(past_midnight(t) if form.of_day else t, form.origin)
     return None
 
 
-def _from_first(ticks: pl.Series, tick: float) -> Instants:
-    first = int(ticks.drop_nulls()[0])
-    return Instants(np.asarray((ticks - first).to_numpy(), dtype=float) * tick, first * tick)
+def _stripped(words: pl.Series) -> pl.Series:
+    return words.str.strip_chars().str.strip_chars('"').str.strip_chars()
+
+
+def _bare(words: pl.Series) -> pl.Series:
+    """Words without blanks, quotes and zone, empty ones null."""
+    import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
+
+    words = _stripped(words).str.replace(_ZONE.pattern, "").str.replace(",", ".", literal=True)
+    return pl.select(pl.when(words != "").then(words)).to_series()
+
+
+def _ticks(words: pl.Series, form: str, *, of_day: bool) -> pl.Series:
+    """Instants, ns since 1970 or since midnight, null for what is not of the form."""
+    if of_day:
+        return words.str.to_time(form, strict=False).to_physical()
+    return words.str.to_datetime(form, time_unit="ns", strict=False).to_physical()
 
 
 def _offset(zone: re.Match[str] | None) -> float:
@@ -112,8 +152,11 @@ def _offset(zone: re.Match[str] | None) -> float:
     return (-1.0 if sign == "-" else 1.0) * (3600.0 * int(hours) + 60.0 * int(minutes))
 
 
-def _past_midnight(t: Array) -> Array:
+def past_midnight(t: Array) -> Array:
+    """Times of day that go on after midnight, s; nan stays."""
     finite = np.flatnonzero(np.isfinite(t))
+    if not len(finite):
+        return t
     backwards = np.diff(t[finite], prepend=t[finite[0]]) < -0.5 * _DAY
     result = t.copy()
     result[finite] += _DAY * np.cumsum(backwards)

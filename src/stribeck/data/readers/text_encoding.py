@@ -10,8 +10,9 @@ from ...errors import InputError
 
 #: Bytes of a text from which its encoding and layout are told.
 SNIFFED = 1 << 16
+NO_TEXT = "is not text: export the log as CSV, Parquet or MATLAB 5"
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
-_MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+_MARKS = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be", b"\xef\xbb\xbf": "utf-8"}
 
 
 def utf8(data: bytes) -> bytes:
@@ -20,18 +21,31 @@ def utf8(data: bytes) -> bytes:
     Raises:
         InputError: it is no text.
     """
-    encoding = next((e for mark, e in _MARKS if data.startswith(mark)), None) or _wide(data)
+    encoding = encoding_mark(data)
     try:
-        if encoding:
-            data = data.decode(encoding).encode()
+        if encoding is not None:
+            name, mark = encoding
+            data = data[mark:].decode(name).encode()
         elif not data.isascii():
             data.decode()
     except UnicodeDecodeError:
         data = data.decode("latin-1").encode()
     if _CONTROL.search(data, 0, SNIFFED) or b"\0" in data:
-        raise InputError("is not text: export the log as CSV, Parquet or MATLAB 5")
+        raise InputError(NO_TEXT)
     line_end = b"\r\n" if b"\n" in data else b"\r"
     return data.replace(line_end, b"\n") if b"\r" in data else data
+
+
+def encoding_mark(head: bytes) -> tuple[str, int] | None:
+    """The encoding that the first bytes of a text show, and the bytes of its mark."""
+    marked = next(((name, len(m)) for m, name in _MARKS.items() if head.startswith(m)), None)
+    wide = _wide(head)
+    return marked or (None if wide is None else (wide, 0))
+
+
+def has_control(head: bytes) -> bool:
+    """Whether the first bytes of something have characters that no text has."""
+    return _CONTROL.search(head, 0, SNIFFED) is not None
 
 
 def _wide(data: bytes) -> str | None:
@@ -45,5 +59,5 @@ def _wide(data: bytes) -> str | None:
 
 def is_text(head: bytes) -> bool:
     """Whether the first bytes of a file are those of a text."""
-    marked = head.startswith(tuple(mark for mark, _ in _MARKS)) or _wide(head) is not None
+    marked = encoding_mark(head) is not None
     return marked or not (_CONTROL.search(head) or b"\0" in head)

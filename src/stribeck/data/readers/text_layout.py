@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from ...errors import InputError
 from .heads import is_unit
+from .raw_table import unique_names
 from .text_encoding import SNIFFED
 
 #: Share of rows of one width from which on a table without heads is one.
@@ -45,6 +46,11 @@ class TextLayout:
     width: int
     separator: str
     decimal_comma: bool
+
+    @property
+    def names(self) -> list[str]:
+        """The heads of all columns, each once; empty where there is none."""
+        return unique_names(self.heads + [""] * (self.width - len(self.heads)))
 
 
 def text_layout(text: bytes) -> TextLayout:
