@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gzip
+import math
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stribeck.data import read
 from stribeck.data.readers import delimited
 from stribeck.data.readers.delimited import read_text
 from stribeck.data.readers.interval import Interval
@@ -194,10 +197,42 @@ def test_large_files_are_opened_in_blocks(tmp_path: Path, monkeypatch: pytest.Mo
     path = tmp_path / "log.csv"
     path.write_bytes(TEXTS["plain"])
     monkeypatch.setattr(delimited, "LARGE", 100)
-    from stribeck.data import read  # noqa: PLC0415 - beside what it is compared with
-
     blocks = read(path)
     monkeypatch.setattr(delimited, "LARGE", 1 << 30)
     whole = read(path)
     np.testing.assert_array_equal(blocks.position, whole.position)
     assert blocks.notes == whole.notes
+
+
+def moving(n: int) -> bytes:
+    """A log of n rows at 100 Hz from 5 s on, with a column of words."""
+    t = [5 + 0.01 * k for k in range(n)]
+    lines = [f"{a:.2f},{math.sin(a)!r},{math.cos(a)!r},idle" for a in t]
+    return text("t [s],x [mm],v [mm/s],mode", lines).encode()
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_a_window_of_a_large_log_is_that_of_a_small_one(
+    large: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(moving(3000))
+    monkeypatch.setattr(delimited, "LARGE", 100 if large else 1 << 30)
+    monkeypatch.setattr(delimited, "large_text", partial(large_text, block=5000))
+    part = read(f"{path}@10s:12.5s")
+    np.testing.assert_allclose(part.position, 1e-3 * np.sin(np.arange(15.0, 17.495, 0.01)))
+    assert part.t[0] == 0.0
+    assert part.source is not None
+    assert part.source.rows == 3000
+    with pytest.raises(InputError, match=r"200s:300s holds 0 samples: the log lasts 29.99 s"):
+        read(f"{path}@200s:300s")
+
+
+def test_a_window_is_read_without_the_rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(moving(3000).replace(b"\n30.00,", b"\n30.00,torn"))
+    monkeypatch.setattr(delimited, "LARGE", 100)
+    monkeypatch.setattr(delimited, "large_text", partial(large_text, block=5000))
+    assert len(read(f"{path}@10s:12.5s")) == 250
+    with pytest.raises(InputError, match="line 2502, column x"):
+        read(path)

@@ -196,9 +196,9 @@ def test_paths_that_are_no_log(tmp_path: Path) -> None:
 
 
 def test_a_file_larger_than_the_limit_is_refused_unread(tmp_path: Path) -> None:
-    path = tmp_path / "huge.csv"
+    path = tmp_path / "huge.json"
     with path.open("wb") as f:
-        f.write(PLAIN.encode().ljust(5000, b"\n"))
+        f.write(b'[{"t_s": 0, "x_m": 1},'.ljust(5000, b"\n"))
         f.truncate((2 << 30) + 1)  # sparse: takes no room
     said = refusal(path)
     assert "larger than 2 GiB" in said

@@ -18,8 +18,9 @@ from .column_map import Entry
 from .columns import Heads, is_there, named_column
 from .heads import named_by_stem
 from .joined import joined
-from .log_file import LogFile
+from .log_file import LogFile, LogInParts
 from .log_map import LogMap
+from .log_span import LogSpan, no_samples
 from .raw_table import RawTable, listed, shortened
 from .repair import Mender, filled_extra
 from .steady_table import chosen_columns, is_steady, steady_arguments
@@ -89,23 +90,26 @@ def assembled(
     wanted = {c.column for c in chosen.values()} | ({known.column} if known else set())
     wanted |= {c.factor for c in chosen.values() if isinstance(c.factor, str)}
     grid = (chosen.get("position") or chosen["velocity"]).column
-    table = _table(log, heads, wanted, grid, chosen)
+    steady = is_steady(heads, chosen)
+    if steady and window is not None:
+        raise InputError("is a table of steady speeds, without times: give it as a whole")
+    span = None if steady else LogSpan.of(heads, wanted, grid, chosen)
+    table = _table(log, heads, wanted, grid, chosen, _Wanted(span, window))
     if "time" not in chosen and table.t is None and used.rate is not None:
         table = replace(table, t=np.arange(len(table.places)) / used.rate)
     if budget is not None:  # a scalar becomes a column
         budget.take_cells(len(table.places), len(table.columns) + len(table.scalars))
-    if is_steady(heads, chosen):
-        if window is not None:
-            raise InputError("is a table of steady speeds, without times: give it as a whole")
+    if steady:
         if known is not None:
             raise InputError("is a table of steady speeds: give forces without what is to be "
                              "subtracted")  # fmt: skip
         arguments = steady_arguments(table, chosen, (*notes, *log.problems))
     else:
-        arguments = _mended(table, chosen, (*notes, *log.problems), window, known)
+        arguments = _mended(table, chosen, (*notes, *log.problems), _Wanted(span, window), known)
     columns = {n: e for n, c in chosen.items() if n in KNOWN and (e := c.entry())}
     signal = chosen["force"].column if used.drive and "force" in chosen else ""
-    return Assembly(arguments, len(table.places), columns, signal)
+    rows = len(table.places) if span is None else span.rows
+    return Assembly(arguments, rows, columns, signal)
 
 
 def _known_force(heads: Heads, entry: str, chosen: Mapping[str, Choice]) -> Choice:
@@ -142,13 +146,26 @@ def _known_force(heads: Heads, entry: str, chosen: Mapping[str, Choice]) -> Choi
     return choice
 
 
+class _Wanted(NamedTuple):
+    """The part of a log that is wanted: its span, if that is known, and s from its begin."""
+
+    span: LogSpan | None
+    window: tuple[float, float] | None
+
+
 def _table(
-    log: LogFile, heads: Heads, wanted: set[str], grid: str, chosen: Mapping[str, Choice]
+    log: LogFile,
+    heads: Heads,
+    wanted: set[str],
+    grid: str,
+    chosen: Mapping[str, Choice],
+    part: _Wanted,
 ) -> RawTable:
-    """The columns that are used, and others as long as the log is small, on one clock."""
-    rows = max((c.count for c in heads.columns.values()), default=0)
-    everything = rows * len(heads.columns) <= _EXTRAS
-    tables = log.tables(None if everything else {*wanted, *heads.scalars})
+    """The columns that are used, and others as long as these are few, on one clock.
+
+    Of a window no more than its rows and some beside them are read, where the log can tell them.
+    """
+    tables, everything = _tables(log, heads, wanted, part)
     apart = [t for t in tables if grid in t.columns or wanted.intersection(t.columns)]
     others = {n: v for t in tables for n, v in t.scalars.items()}
     held = frozenset(chosen[c].column for c in _HELD if c in chosen)
@@ -166,6 +183,29 @@ def _table(
     return table
 
 
+def _tables(
+    log: LogFile, heads: Heads, wanted: set[str], part: _Wanted
+) -> tuple[tuple[RawTable, ...], bool]:
+    """The columns that are used, and others as long as these are few, and whether they are.
+
+    Raises:
+        InputError: they take too much memory, or are broken.
+    """
+    span, window = part
+    rows = max((c.count for c in heads.columns.values()), default=0)
+    if span is None or window is None or not isinstance(log, LogInParts):
+        everything = rows * len(heads.columns) <= _EXTRAS
+        if span is not None and not everything:
+            span.refuse_much(rows, len(wanted))
+        return log.tables(None if everything else {*wanted, *heads.scalars}), everything
+    rows = span.rows_in(window)
+    everything = rows * len(heads.columns) <= _EXTRAS
+    if not everything:
+        span.refuse_much(rows, len(wanted))
+    names = {*heads.columns, *heads.scalars} if everything else {*wanted, *heads.scalars}
+    return log.part(names, span.interval(window)), everything
+
+
 def _present(heads: Heads, mapped: Mapping[str, Entry]) -> dict[str, Entry]:
     """The mapping without channels whose column is not there; time and position must be."""
     return {
@@ -179,7 +219,7 @@ def _mended(
     table: RawTable,
     chosen: Mapping[str, Choice],
     notes: tuple[str, ...],
-    window: tuple[float, float] | None,
+    part: _Wanted,
     known: Choice | None,
 ) -> dict[str, Any]:
     """Channels and other columns in SI from the chosen columns, their defects mended and told."""
@@ -189,6 +229,7 @@ def _mended(
         channels = {"time": table.t, **channels}
     if known is not None:
         channels[_KNOWN] = known.values(table)
+    begin = _begin(channels["time"]) if part.span is None else part.span.first
     mender = Mender(table, channels, {}, list(table.notes))
     if "position" not in channels:
         mender.channels = {**channels, "position": _integral(channels)}
@@ -203,9 +244,10 @@ def _mended(
         mender.notes.append(f"{left}: {'they have' if several else 'it has'} text")
     mender.mend()
     t = mender.channels.pop("time")
-    if abs(t[0]) > _LATE * float(np.median(np.diff(t))):
-        mender.notes.append(f"time counts from the first sample, {t[0]:.9g} s on the log's clock")
-    rows = _rows(t - t[0], window)
+    since = float(t[0]) if part.window is None else begin
+    if abs(since) > _LATE * float(np.median(np.diff(t))):
+        mender.notes.append(f"time counts from the first sample, {since:.9g} s on the log's clock")
+    rows = _rows(t - since, part)
     force = None
     if known is not None:
         force = KnownForce.of(known.column, known.unit, mender.channels.pop(_KNOWN)[rows])
@@ -230,21 +272,26 @@ def _integral(channels: Mapping[str, Array]) -> Array:
     return x
 
 
-def _rows(t: Array, window: tuple[float, float] | None) -> slice:
+def _begin(t: Array) -> float:
+    """The first instant of a log."""
+    finite = t[np.isfinite(t)]
+    return float(finite[0]) if len(finite) else 0.0
+
+
+def _rows(t: Array, part: _Wanted) -> slice:
     """The samples of a window, s from the start.
 
     Raises:
         InputError: there are fewer than two.
     """
+    span, window = part
     if window is None:
         return slice(0, len(t))
     tolerance = 1e-6 * float(np.median(np.diff(t)))
     first, last = np.searchsorted(t, [end - tolerance for end in window])
     if last - first < 2:  # noqa: PLR2004 - a motion needs two
-        raise InputError(
-            f"{window[0]:g}s:{window[1]:g}s holds {last - first} samples: the log lasts "
-            f"{t[-1]:.4g} s"
-        )
+        seconds = float(t[-1]) if span is None else span.seconds
+        raise InputError(no_samples(window, int(last - first), seconds))
     return slice(int(first), int(last))
 
 

@@ -67,6 +67,27 @@ class ReadBudget:
         self.take(rows * (columns + 2) * CELL, f"{rows:,} rows of {columns:,} columns")
 
 
+def refuse_rows(rows: int, columns: int, rate: float) -> None:
+    """Refuse more rows of a log than any read may take, and say how long a part of it may be.
+
+    Args:
+        rows: That are asked for.
+        columns: The same.
+        rate: Of the log, Hz.
+
+    Raises:
+        InputError: they take more than `MOST`.
+    """
+    each = (columns + 2) * CELL
+    if rows * each > MOST:
+        seconds = float(f"{0.95 * MOST / each / rate:.2g}")
+        raise InputError(
+            f"{rows:,} rows of {columns} columns need {_written(rows * each)} of memory, and "
+            f"{_written(MOST)} is the most: give parts of the log of up to {seconds:g} s, as in "
+            f"LOG@0s:{seconds:g}s"
+        )
+
+
 def refuse_many(count: int, content: str) -> None:
     """Refuse more columns, variables or names than a log has.
 

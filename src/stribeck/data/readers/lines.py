@@ -29,7 +29,7 @@ from .text_table import without_overruns
 _LINE_FEED, _RETURN, _QUOTE = 10, 13, 34
 
 
-class Block(NamedTuple):
+class LineBlock(NamedTuple):
     """Some lines.
 
     Args:
@@ -136,7 +136,7 @@ class LinedFile:
             file.seek(self.encoding.mark)
             return file.read(count)
 
-    def blocks(self, at: int, layout: TextLayout) -> Iterator[tuple[Block, bytes]]:
+    def blocks(self, at: int, layout: TextLayout) -> Iterator[tuple[LineBlock, bytes]]:
         """The blocks of its rows with their lines in UTF-8, from their first byte on.
 
         Raises:
@@ -161,7 +161,7 @@ class LinedFile:
                 text = self.encoding.text(raw[:cut])
                 refuse_huge_line(text, layout, line)
                 text, overruns = without_overruns(text)
-                yield Block(at, cut, line, overruns), text
+                yield LineBlock(at, cut, line, overruns), text
                 at, rest = at + cut, raw[cut:]
                 wanted = max(self.block, 2 * len(rest))
                 line += count(text, _LINE_FEED)
@@ -176,8 +176,8 @@ class LinedFile:
             )
 
     def each(
-        self, blocks: Sequence[Block], most: int | None = None
-    ) -> Iterator[tuple[Block, bytes]]:
+        self, blocks: Sequence[LineBlock], most: int | None = None
+    ) -> Iterator[tuple[LineBlock, bytes]]:
         """Blocks with their lines in UTF-8, or with the first of these, `most` bytes about."""
         with unpacked(self.path) as file:
             for block in blocks:

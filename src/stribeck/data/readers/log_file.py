@@ -86,8 +86,8 @@ class LogFile(Protocol):
 
 
 @runtime_checkable
-class LogInParts(LogFile, Protocol):
-    """A file of which a part can be read without the rest."""
+class LogInParts(Protocol):
+    """A `LogFile` of which a part can be read without the rest."""
 
     def part(self, names: Collection[str], interval: Interval) -> tuple[RawTable, ...]:
         """Samples of channels in an interval, and a few beside it; all where that is not known.

@@ -19,7 +19,7 @@ from ...errors import InputError
 from ...space import Array
 from .budget import ReadBudget
 from .interval import BESIDE, Interval, cut
-from .lines import Block, Encoding, LinedFile, unpacked
+from .lines import Encoding, LineBlock, LinedFile, unpacked
 from .log_file import Channel
 from .raw_table import RawTable
 from .text_columns import WordColumn
@@ -34,7 +34,7 @@ LARGE, BLOCK = 128 << 20, 32 << 20
 _FIRST = 1 << 14
 
 
-class _Columns(NamedTuple):
+class _TextColumns(NamedTuple):
     """Columns by their place, the line of each row, and how words became numbers."""
 
     values: dict[int, Array]
@@ -61,14 +61,13 @@ class BlockedText:
     file: LinedFile
     layout: TextLayout
     comment: str
-    blocks: tuple[Block, ...]
+    blocks: tuple[LineBlock, ...]
     rows: tuple[int, ...]
     names: Mapping[int, str]
     channels: tuple[Channel, ...] = ()
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
     lacking: str = ""
-    in_memory: bool = False
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Samples of channels, of all if no names are given.
@@ -117,7 +116,7 @@ class BlockedText:
     def _state(self, places: Collection[int]) -> dict[int, WordColumn]:
         return {i: WordColumn(decimal_comma=self.layout.decimal_comma) for i in places}
 
-    def _rows_of(self, block: Block, text: bytes) -> TextRows:
+    def _rows_of(self, block: LineBlock, text: bytes) -> TextRows:
         return TextRows(text, self.layout, self.comment, block.line)
 
     def _table(self, places: Collection[int], chosen: Sequence[int]) -> RawTable:
@@ -125,7 +124,7 @@ class BlockedText:
         columns = self.columns(places, chosen)
         return text_table(columns.values, columns.lines, self.layout, columns.state, self.names)
 
-    def columns(self, places: Collection[int], chosen: Sequence[int]) -> _Columns:
+    def columns(self, places: Collection[int], chosen: Sequence[int]) -> _TextColumns:
         """Columns over some blocks."""
         state = self._state(places)
         if chosen and chosen[0]:  # dates count from the first of the log
@@ -138,7 +137,7 @@ class BlockedText:
             if not any(column.outdated for column in state.values()):
                 return columns
 
-    def _in_state(self, state: dict[int, WordColumn], chosen: Sequence[int]) -> _Columns:
+    def _in_state(self, state: dict[int, WordColumn], chosen: Sequence[int]) -> _TextColumns:
         count, at = sum(self.rows[k] for k in chosen), 0
         values = {i: np.empty(count) for i in state}
         lines = np.empty(count, dtype=np.int64)
@@ -160,7 +159,7 @@ class BlockedText:
                 column[part] = frame[str(i)].to_numpy()
             lines[part] = rows.places(frame.height)
             at = part.stop
-        return _Columns({i: state[i].whole(v) for i, v in values.items()}, lines, state)
+        return _TextColumns({i: state[i].whole(v) for i, v in values.items()}, lines, state)
 
 
 def large_text(path: Path, block: int = BLOCK) -> BlockedText:

@@ -6,6 +6,7 @@ import csv
 import re
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 
 from ...errors import InputError
 from .heads import is_unit
@@ -47,7 +48,7 @@ class TextLayout:
     separator: str
     decimal_comma: bool
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """The heads of all columns, each once; empty where there is none."""
         return unique_names(self.heads + [""] * (self.width - len(self.heads)))

@@ -180,13 +180,14 @@ class TextRows:
         if not self._spans_lines():
             yield from lines
             return
+        begin = 0
         for number, line in lines:
-            row = [line]
-            quotes = line.count(b'"')
+            end, quotes = begin + len(line), line.count(b'"')
             while quotes % 2 and (following := next(lines, None)) is not None:
-                row.append(following[1])
+                end += len(following[1])
                 quotes += following[1].count(b'"')
-            yield number, b"".join(row)
+            yield number, self.body[begin:end]
+            begin = end
 
     def _width(self, line: bytes) -> int:
         """The number of fields in a line."""
@@ -205,7 +206,7 @@ class TextRows:
         for i, line in self._numbered():
             if line.count(layout.separator.encode()) < layout.width and layout.separator != " ":
                 continue
-            width = self._width(line)
+            width = 0 if line.count(b'"') % 2 else self._width(line)  # a quote that is not closed
             if width > layout.width and not line.startswith(self.comment.encode()):
                 raise InputError(f"line {i} has {width} fields, the header {len(layout.heads)}")
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
+from ...wording import option
 from .raw_table import RawTable
 from .text_columns import WordColumn
 from .text_layout import TextLayout
@@ -26,8 +27,8 @@ def overrun_note(count: int) -> tuple[str, ...]:
     """A sentence on lines of a sampler that was too late."""
     if not count:
         return ()
-    note = (f"the sampler overran {count} times: samples are missing there, and times by --rate "
-            "are too early from the first on")  # fmt: skip
+    note = (f"the sampler overran {count} times: samples are missing there, and times by "
+            f"{option('columns', {'rate': 'HZ'})} are too early from the first on")  # fmt: skip
     return (note,)
 
 
