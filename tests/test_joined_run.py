@@ -284,3 +284,62 @@ def test_numbers_beyond_all_measure_are_refused(tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text("\n".join(lines))
     with pytest.raises(InputError, match=r"force (is infinite|has values beyond)"):
         read(path)
+
+
+# --- files without times ------------------------------------------------------------------------
+
+
+def alone(path: Path, head: str, values: Array) -> Path:
+    """A file of one column."""
+    path.write_text("\n".join([*([head] if head else []), *(f"{v:.9f}" for v in values)]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("head", ["F [N]", ""])
+@pytest.mark.parametrize("start", [0.0, EPOCH])
+def test_a_file_of_values_has_the_times_of_one_with_as_many(
+    head: str, start: float, tmp_path: Path
+) -> None:
+    written(tmp_path / "pos.csv", t_s=start + SLOW, x_mm=1e3 * x_of(SLOW))
+    alone(tmp_path / "force.csv", head, f_of(SLOW))
+    columns = None if head else {"force": "column 1 [N]"}
+    log = read(str(tmp_path / "pos.csv+force.csv"), columns=columns)
+    np.testing.assert_allclose(log.position, x_of(SLOW), atol=1e-7)
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, f_of(SLOW), atol=1e-7)
+    assert "force.csv says no times: its 1200 rows are at those of pos.csv" in log.notes
+
+
+def test_a_file_of_values_with_another_count_takes_a_rate(tmp_path: Path, run: Run) -> None:
+    written(tmp_path / "pos.csv", t_s=SLOW, x_mm=1e3 * x_of(SLOW))
+    alone(tmp_path / "force.csv", "F [N]", f_of(FAST))
+    path = tmp_path / "pos.csv+force.csv"
+    told = run("check", path)
+    assert told.status == 2
+    assert (
+        "force.csv: says no times, and has 2700 rows, not the 1200 of pos.csv: say at what rate it "
+        "was recorded, --rate 500 (Hz), or export it with its times"
+    ) in told.err
+    assert run("check", path, "--rate", "250").status == 0
+    assert_joined(read(path, rate=250.0))
+    alone(tmp_path / "pos.csv", "x [mm]", x_of(SLOW))
+    with pytest.raises(ChoiceError, match="says no times, and so does every file of the run"):
+        read(path)
+
+
+@pytest.mark.parametrize("ending", ["", ";", "\t"])
+def test_a_column_alone_is_a_log_at_a_rate(ending: str, tmp_path: Path) -> None:
+    rows = [f"{1e3 * x:.6f}{ending}" for x in x_of(FAST)]
+    for point in ".,"[: 1 + (ending == ";")]:
+        text = "\n".join([f"x [mm]{ending}", *rows]).replace(".", point)
+        (tmp_path / "x.csv").write_text(text + "\n")
+        log = read(tmp_path / "x.csv", rate=250.0)
+        np.testing.assert_allclose(log.position, x_of(FAST), atol=1e-8)
+        np.testing.assert_allclose(log.t, FAST, atol=1e-9)
+
+
+@pytest.mark.parametrize("text", ["a\nb\n1\n2\n3\n", "word\n" * 40, "x\n1\n2\n"])
+def test_a_few_numbers_or_words_are_no_column(text: str, tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text(text)
+    with pytest.raises(InputError, match="has no rows of at least two numbers"):
+        read(tmp_path / "a.txt")

@@ -57,7 +57,7 @@ BAD_TEXT = {
     "only a header": ("t_s,x_mm\n", "no rows of numbers"),
     "no header": ("\n".join(ROWS), "no heads: name its columns by number"),
     "prose": ("Dear colleague,\nthe log follows.\n", "rows of"),
-    "one column": ("x_mm\n" + "\n".join(map(str, range(N))), "at least two numbers"),
+    "one column": ("x_mm\n" + "\n".join(map(str, range(N))), "no time column among x_mm"),
     "too few samples": ("\n".join(PLAIN.split("\n")[:5]), "4 usable samples"),
     "a row too long": (with_row(7, "0.05,2.5,9"), "line 7 has 3 fields"),
     "a row too short": (with_row(7, "0.05"), "line 7 has 1 field"),

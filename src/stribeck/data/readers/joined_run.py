@@ -131,6 +131,7 @@ class _Signal(NamedTuple):
 
 def _joined(files: tuple[RunFile, ...]) -> JoinedRun:
     """The run of these files."""
+    files = tuple(file.timed_by(files) for file in files)
     problems = [f"{file.name}: {p}" for file in files for p in file.log.problems]
     if lacking := next((file.lacking for file in files if file.lacking), ""):
         none = tuple(FileClock(file.name, (0.0, 0.0), 0.0) for file in files)
@@ -147,12 +148,21 @@ def _joined(files: tuple[RunFile, ...]) -> JoinedRun:
         if corrected or clocks[0].counts != clocks[k].counts:
             common[k] = replace(common[k], difference=signal.difference)
         sentences.append(difference_sentence(clocks[0], clocks[k], *signal, corrected=corrected))
-    if len(sentences) < len(files) - 1:
+    own = [k for k, file in enumerate(files) if file.beside is None]
+    if len(sentences) < len(own) - 1:
         sentences.append("a drift of clocks shows only where two files have a signal in common")
     both, apart = overlap(clocks, common)
     lacking = lacking or apart
-    sentences[:0] = [] if lacking else [clocks_sentence(clocks, common, both)]
+    if len(own) > 1 and not lacking:
+        chosen = [clocks[k] for k in own], [common[k] for k in own]
+        sentences.insert(0, clocks_sentence(*chosen, both))
     sentences += _renamed(files)
+    sentences += [
+        f"{shortened(f.name)} says no times: its {f.rows} rows are at those of "
+        f"{shortened(f.beside.name)}"
+        for f in files
+        if f.beside is not None
+    ]
     return JoinedRun(files, clocks, tuple(common), (*sentences, *problems), lacking)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import InputError
 from ...space import Array
+from ...wording import option
 from .choice import Choice
 from .column_map import Entry
 from .columns import Heads, time_choice
@@ -31,6 +32,8 @@ class RunFile:
         names: Its channels -> what they are called in the run.
         time: Its column of times; None if the format has a clock, or the rate is said.
         rate: Of a file without times, Hz.
+        beside: The file whose times it has, where it says none and has as many rows.
+        timeless: Whether it has one column, and that is no time.
         lacking: What has to be said before it has times.
     """
 
@@ -39,6 +42,8 @@ class RunFile:
     names: Mapping[str, str]
     time: Choice | None = None
     rate: float | None = None
+    beside: RunFile | None = None
+    timeless: bool = False
     lacking: str = ""
 
     @classmethod
@@ -72,7 +77,33 @@ class RunFile:
         except InputError as error:
             if options.rate is not None:
                 return replace(plain, rate=options.rate)
-            return replace(plain, lacking=f"{name}: {error}")
+            alone = sum(not c.constant for c in log.channels) == 1
+            return replace(plain, timeless=alone, lacking=f"{name}: {error}")
+
+    def timed_by(self, others: Sequence[RunFile]) -> RunFile:
+        """The same with the times of another file, where it has none and another has as many rows.
+
+        Args:
+            others: The files of the run.
+        """
+        if not self.timeless:
+            return self
+        timed = [file for file in others if not file.lacking]
+        same = next((f for f in timed if f.rows == self.rows), None)
+        if same is not None:
+            return replace(self, beside=same, timeless=False, lacking="")
+        counts = " or ".join(f"the {file.rows} of {shortened(file.name)}" for file in timed)
+        why = f"has {self.rows} rows, not {counts}" if timed else "so does every file of the run"
+        text = (
+            f"{self.name}: says no times, and {why}: say at what rate it was recorded, "
+            f"{option('columns', {'rate': 500})} (Hz), or export it with its times"
+        )
+        return replace(self, lacking=text)
+
+    @property
+    def rows(self) -> int:
+        """How many rows it has."""
+        return max((c.count for c in self.log.channels if not c.constant), default=0)
 
     def clock(self) -> FileClock:
         """When its samples were taken, as it says.
@@ -80,6 +111,8 @@ class RunFile:
         Raises:
             InputError: it has fewer than two instants.
         """
+        if self.beside is not None:
+            return replace(self.beside.clock(), file=self.name)
         columns = [c for c in self.log.channels if not c.constant]
         first = {self.time.column} if self.time is not None else {c.name for c in columns[:1]}
         table = next((t for t in self.tables(first) if t.t is not None and len(t.t) > 1), None)
@@ -124,7 +157,20 @@ class RunFile:
                 timed = replace(table, t=self.time.values(table))
             elif table.t is None and self.rate is not None:
                 timed = replace(table, t=np.arange(len(table.places)) / self.rate)
+            elif table.t is None and self.beside is not None:
+                timed = replace(table, t=self.beside.times(len(table.places)))
             yield _in_order(timed, self.name)
+
+    def times(self, count: int) -> Array:
+        """The instants of its rows, s on its clock, (count,)."""
+        wanted = {self.time.column} if self.time is not None else {self.log.channels[0].name}
+        for table in self.log.tables(wanted):
+            t = self.time.values(table) if self.time is not None else table.t
+            if t is None and self.rate is not None:
+                t = np.arange(len(table.places)) / self.rate
+            if t is not None and len(t) == count:
+                return t
+        raise InputError(f"{self.name} has not the {count} instants of the file beside it")
 
     def signal(self, name: str) -> tuple[Array, Array]:
         """Times and values of a channel, empty where it has no times."""

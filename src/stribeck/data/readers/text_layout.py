@@ -15,6 +15,8 @@ from .text_encoding import SNIFFED
 
 #: Share of rows of one width from which on a table without heads is one.
 _ALIKE = 0.9
+#: Numbers from which on a column is one of samples.
+_FEWEST = 10
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 #: What a line begins with that is none of the table.
 COMMENTS = ("#", "%", "//")
@@ -58,7 +60,7 @@ def text_layout(text: bytes) -> TextLayout:
     """The layout of a text.
 
     Raises:
-        InputError: it has no rows of at least two numbers of one width.
+        InputError: it has no rows of numbers of one width.
     """
     head = text[:SNIFFED].decode(errors="replace")
     lines = head.split("\n")
@@ -74,7 +76,26 @@ def text_layout(text: bytes) -> TextLayout:
             return min(layouts, key=lambda x: x.first_numbers)
     if len(text) > SNIFFED and len(lines) == 1:
         raise InputError(f"line 1 is longer than {SNIFFED >> 10} KiB: leave out columns")
+    if (single := _single_column(lines)) is not None:
+        return single
     raise InputError(_what_is_wrong(lines))
+
+
+def _single_column(lines: list[str]) -> TextLayout | None:
+    """The layout of one number a line below at most one line of words, or None."""
+    fields = [line.strip(" \r\t,;") for line in lines]
+    filled = [
+        i for i, field in enumerate(fields) if field and not field.startswith((*COMMENTS, "---"))
+    ]
+    headed = bool(filled) and not _is_number(fields[filled[0]])
+    rows = filled[headed:]
+    if len(rows) < _FEWEST or not all(_is_number(fields[i]) for i in rows):
+        return None
+    heads = [fields[filled[0]].strip('"') if headed else "column 1"]
+    comma = _decimal_comma([fields[i] for i in rows[:100]], "\t")
+    ending = lines[rows[0]].rstrip(" \r")[-1]
+    separator, width = (ending, 2) if ending in ";,\t" else ("\t", 1)
+    return TextLayout(heads, rows[0], rows[0], width, separator, comma)
 
 
 def _layout(lines: list[str], separator: str, *, strict: bool, headless: bool) -> TextLayout | None:
