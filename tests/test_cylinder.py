@@ -158,8 +158,6 @@ def test_a_rig_file_maps_a_pressure_of_any_name_and_unit(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("law", "rig", "words"),
     [
-        ("lugre", "forced", "law lugre has inner states, which a force balance cannot follow"),
-        ("maxwell-slip", "forced-rotary", "law maxwell-slip has inner states"),
         ("bam-m3", "forced-rotary", "law bam-m3 depends on the force of the drive"),
         ("coulomb-load", "forced", "law coulomb-load depends on the normal load, which rig forced"),
     ],

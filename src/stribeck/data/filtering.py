@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class Filtering:
         reversals: Whether rows about a change of direction stay, where the sign of the velocity
             is not known to the error of its estimate (`unsure_of_direction`).
         velocity: Differences of the position, or the channel that was recorded, low-passed alike.
+        share: The cut-off's greatest share of the sampling rate.
 
     The report's own, for 1 kHz, is `Filtering(edge=(0.049, 0.0), reversals=True)`: 4th order at
     100 Hz, the first 49 samples dropped and none at the end, every 10th sample kept, reversals
@@ -71,6 +72,7 @@ class Filtering:
     slowest: float = 0.0
     reversals: bool = False
     velocity: Literal["position", "recorded"] = "position"
+    share: float = CUTOFF_SHARE
 
     def __post_init__(self) -> None:
         if not 1 <= self.order <= 10:  # noqa: PLR2004 - above, the filter rings for seconds
@@ -86,7 +88,7 @@ class Filtering:
 
     def cutoff(self, rate: float) -> float:
         """The cut-off for a sampling rate, both in Hz; half of it where there is no low pass."""
-        share = CUTOFF_SHARE if self.velocity == "position" else 0.5
+        share = self.share if self.velocity == "position" else 0.5
         return min(self.cutoff_hz, share * rate)
 
     def passes(self, rate: float) -> bool:
@@ -260,6 +262,23 @@ def velocity_error(noise: float, step: float, rate: float, filtering: Filtering)
         return _SIGMAS * noise * float(np.linalg.norm(low_pass)) + 0.5 * step
     rms = float(np.linalg.norm(difference(low_pass, rate)))
     return _SIGMAS * noise * rms + step * rate * float(low_pass.max())
+
+
+class PositionError(NamedTuple):
+    """How far a low-passed position is off, m (rad): its standard deviation, and at most."""
+
+    sd: float
+    most: float
+
+
+def position_error(noise: float, step: float, rate: float, filtering: Filtering) -> PositionError:
+    """The error of a low-passed position, as `velocity_error`."""
+    left = 1.0
+    if not filtering.passes(rate):
+        low_pass = _low_pass_response(filtering.order, filtering.cutoff(rate) / rate)
+        left = float(np.linalg.norm(low_pass))
+    sd = left * float(np.hypot(noise, step / np.sqrt(12)))
+    return PositionError(sd, _SIGMAS * left * noise + 0.5 * step)
 
 
 class Gaps:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
+from .yield_spectrum import Spectrum
 
 
 def _slip(v: float, p: Array) -> float:
@@ -33,6 +34,11 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
     return sigma_0 * out[0] + F_V * v  # type: ignore[no-any-return]
 
 
+def _starts(spectrum: Spectrum) -> Array:
+    F_C = spectrum.level
+    return np.array([[k, F_C, 1.0, 0.0] for k in (spectrum.stiffness, F_C / spectrum.way)])
+
+
 DAHL = Law(
     name="dahl",
     params=(
@@ -49,4 +55,5 @@ DAHL = Law(
     cite="P. R. Dahl (1968), TOR-0158(3107-18)-1, doi 10.21236/ADA041920",
     linear=("F_V",),
     physical=lambda p: np.all(p >= 0, axis=1) & (p[:, 0] > 0),
+    starts=_starts,
 )

@@ -8,6 +8,8 @@ from ..compile_cache import compiled
 from ..space import Array, Param
 from .law import Law, rub_law
 from .lugre import LUGRE
+from .lugre import starts as lugre_starts
+from .yield_spectrum import Spectrum
 
 #: What is left to the steady deflection below which the approach is known in closed form, as a
 #: share of the plastic range, and the step of the quadrature until then, in its logarithm.
@@ -81,6 +83,11 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
     return sigma_0 * out[0] + sigma_1 * v * (1.0 - gives * u) + F_V * v  # type: ignore[no-any-return]
 
 
+def _starts(spectrum: Spectrum) -> Array:
+    p = lugre_starts(spectrum)
+    return np.column_stack([p, np.full(len(p), 0.3)])
+
+
 ELASTO_PLASTIC = Law(
     name="elasto-plastic",
     params=(
@@ -98,4 +105,5 @@ ELASTO_PLASTIC = Law(
     cite="Dupont, Hayward, Armstrong, Altpeter (2002), doi 10.1109/TAC.2002.1000274",
     linear=("sigma_1", "F_V"),
     physical=lambda p: np.logical_and(LUGRE.physical(p[:, :6]), (p[:, 6] >= 0) & (p[:, 6] < 1)),
+    starts=_starts,
 )  # fmt: skip

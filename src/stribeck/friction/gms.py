@@ -1,6 +1,7 @@
 """The generalised Maxwell-slip law: Maxwell elements whose levels fall and lag as they slide."""
 
-from functools import cache
+from functools import cache, partial
+from itertools import product
 from math import copysign, exp
 from typing import Any
 
@@ -8,7 +9,11 @@ import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
-from .maxwell import ELEMENTS, VISCOUS, elements
+from .maxwell import ELEMENTS, VISCOUS, elements, start_of
+from .yield_spectrum import Spectrum
+
+#: Where a search begins: Coulomb levels as shares of the mean friction, and lags, s.
+_DROPPED, _LAGS = 0.9, (3e-3, 3e-2)
 
 
 def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> float:
@@ -54,6 +59,15 @@ def slip_of(n: int) -> Any:
     return slip_law(_slip)
 
 
+def _starts(spectrum: Spectrum, n: int) -> Array:
+    """Maxwell elements whose level drops at one of the speeds, and how fast."""
+    elements = start_of(spectrum, n)[0]
+    elements[:n] *= _DROPPED
+    return np.array([
+        [*elements, _DROPPED**-2, v_s, tau] for v_s, tau in product(spectrum.speeds, _LAGS)
+    ])  # fmt: skip
+
+
 @cache
 def gms(n: int) -> Law:
     """The law with n elements."""
@@ -83,6 +97,7 @@ def gms(n: int) -> Law:
             & (p[:, 2 * n + 1] >= 1)
             & np.all(p[:, 2 * n + 2 : 2 * n + 4] > 0, axis=1)
         ),
+        starts=partial(_starts, n=n),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from numba.extending import typeof_impl
 from ..compile_cache import compiled
 from ..errors import InputError
 from ..space import Array, Param
+from .yield_spectrum import Spectrum
 
 #: The compiled signature of every static law: slip friction in N at a speed, with parameters p.
 #: Kernels take a law as a *value* of this type, so a law compiles once and no kernel per law.
@@ -193,6 +194,8 @@ class Law:
         loads: Which of LOADS it reads.
         terms: Which of TERMS it has; their parameters come last in `params`.
         sizes: How many parameters each of them has.
+        starts: Parameter sets without terms, (n, k), near one whose contact has a spectrum, where
+            a search begins; None for a law that says nothing of it.
     """
 
     name: str
@@ -209,6 +212,7 @@ class Law:
     loads: tuple[str, ...] = ()
     terms: tuple[Term, ...] = ()
     sizes: tuple[int, ...] = ()
+    starts: Callable[[Spectrum], Array] | None = None
 
     @property
     def static(self) -> bool:

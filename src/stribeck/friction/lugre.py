@@ -1,11 +1,13 @@
 """The LuGre law: contact as a brush of bristles that bend, and slip as they give way."""
 
+from itertools import product
 from math import copysign, exp, expm1
 
 import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
+from .yield_spectrum import Spectrum
 
 #: A bristle that falls into its deflection at a greater rate than this, 1/s, is there at once.
 _QUICKEST = 1e200
@@ -33,6 +35,15 @@ def _rub(v: float, h: float, z: Array, load: Array, p: Array, out: Array) -> flo
     return sigma_0 * out[0] + sigma_1 * rate * gap * (1.0 - share) + F_V * v  # type: ignore[no-any-return]
 
 
+def starts(spectrum: Spectrum) -> Array:
+    """Levels about that of the spectrum, its drop at one of the speeds."""
+    level = spectrum.level
+    return np.array([
+        [k, 0.0, 1.1 * level, 0.9 * level, v_s, 0.0]
+        for k, v_s in product((spectrum.stiffness, level / spectrum.way), spectrum.speeds)
+    ])  # fmt: skip
+
+
 LUGRE = Law(
     name="lugre",
     params=(
@@ -54,4 +65,5 @@ LUGRE = Law(
     physical=lambda p: (
         (p[:, 2] >= p[:, 3]) & np.all(p >= 0, axis=1) & (p[:, 0] > 0) & (p[:, 4] > 0)
     ),
+    starts=starts,
 )

@@ -1,6 +1,6 @@
 """The Maxwell-slip law: blocks on springs side by side, each of which slips at its own level."""
 
-from functools import cache
+from functools import cache, partial
 from math import copysign
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
+from .yield_spectrum import Spectrum
 
 #: How many elements the law has unless its name says so: `maxwell-slip:6`.
 ELEMENTS = 4
@@ -57,6 +58,12 @@ def elements(n: int) -> tuple[Param, ...]:
     )  # fmt: skip
 
 
+def start_of(spectrum: Spectrum, n: int) -> Array:
+    """Levels of n elements, the first yield and the ratios of the others, and F_V, (1, k)."""
+    levels, yields = spectrum.merged(n)
+    return np.array([[*levels, yields[0], *(yields[1:] / yields[:-1]), 0.0]])
+
+
 @cache
 def maxwell_slip(n: int) -> Law:
     """The law with n elements."""
@@ -77,6 +84,7 @@ def maxwell_slip(n: int) -> Law:
         physical=lambda p: (
             np.all(p >= 0, axis=1) & (p[:, n] > 0) & np.all(p[:, n + 1 : 2 * n] >= 1, axis=1)
         ),
+        starts=partial(start_of, n=n),
     )
 
 

@@ -18,6 +18,7 @@ from ..space import Array, Param
 from .equation import FIRST, Equation, Input
 from .experiments.imposed_motions import strokes
 from .experiments.offer import Offer, OperatingRange
+from .measured_path import MeasuredPath
 from .motion.drives import FORCE
 from .rig import Approach, Rig
 
@@ -61,6 +62,20 @@ class BalancedRig(Rig):
         """The same rig with the velocity from the position, or as it was recorded."""
         return replace(self, filtering=replace(self.filtering, velocity=source))
 
+    def filtering_of(self, law: Law) -> Filtering:
+        """How its logs are made ready for a law.
+
+        States are driven by the whole motion, its rests and reversals included, and the corners of
+        loops below breakaway are sharp: they take twice the band.
+        """
+        if not law.states:
+            return self.filtering
+        wide, narrow = 2 * self.filtering.cutoff_hz, self.filtering
+        edge = (0.5 * narrow.edge[0], 0.5 * narrow.edge[1])
+        return replace(
+            narrow, cutoff_hz=wide, share=2 * narrow.share, edge=edge, reversals=True, slowest=0.0
+        )
+
     def filter_reach(self, dt: float) -> int:
         """Samples to each side that the low-pass filter mixes with one, at an interval dt, s."""
         return max(self.filtering.edges(1 / dt))
@@ -79,13 +94,8 @@ class BalancedRig(Rig):
         """Refuse a law that a force balance cannot follow.
 
         Raises:
-            InputError: it has inner states, or depends on a load that this rig does not know.
+            InputError: it depends on a load that this rig does not know.
         """
-        if law.states:
-            raise InputError(
-                f"law {law.name} has inner states, which a force balance cannot follow: identify "
-                "it by simulation, as on rig presliding"
-            )
         if unknown := [n for n in law.loads if n not in self.loads]:
             raise InputError(
                 f"law {law.name} depends on {_LOAD_WORDS.get(unknown[0], unknown[0])}, which rig "
@@ -169,7 +179,15 @@ class BalancedRig(Rig):
         del loads
         return {"M": a, "offset": np.ones(len(a))}
 
-    def force(self, law: Law, p: Array, v: Array, a: Array, loads: Array | None = None) -> Array:
+    def force(
+        self,
+        law: Law,
+        p: Array,
+        v: Array,
+        a: Array,
+        loads: Array | None = None,
+        friction: Array | None = None,
+    ) -> Array:
         """The measured force that a motion takes, N (N m), (N,).
 
         Args:
@@ -178,10 +196,11 @@ class BalancedRig(Rig):
             v: Velocity, (N,); at exactly zero the friction is midway between its two levels.
             a: Acceleration, (N,).
             loads: As `load_rows` gives them, (N, 5); all zero by default.
+            friction: The friction in it, (N,), of a law with states, which no velocity tells.
         """
         loads = np.zeros((len(v), len(LOADS))) if loads is None else loads
         columns = self.columns_of(a, loads)
-        balance: Array = self.friction(law, p, v, loads)
+        balance: Array = self.friction(law, p, v, loads) if friction is None else friction
         for value, q in zip(p[len(law.params) :], self.own(law), strict=True):
             balance = balance + value * columns[q.name]
         if "cogging" in law.terms:
@@ -189,15 +208,20 @@ class BalancedRig(Rig):
         return balance
 
     def friction(self, law: Law, p: Array, v: Array, loads: Array | None = None) -> Array:
-        """The friction in it, as for `force`, (N,)."""
+        """The friction in it, as for `force`, (N,); with states, that of steady sliding."""
         loads = np.zeros((len(v), len(LOADS))) if loads is None else loads
         p = np.ascontiguousarray(p[: len(law.params)], dtype=float)
         v = np.ascontiguousarray(v, dtype=float)
         rub: Array = (
             slips(law.slip, v, p)
-            if law.rub is None
+            if law.rub is None or law.states
             else rubs(law.rub, v, np.ascontiguousarray(loads), p)
         )
+        return rub * _factor(law, p, loads) if law.terms else rub
+
+    def friction_along(self, law: Law, p: Array, path: MeasuredPath, loads: Array) -> Array:
+        """Friction of a law with states along a path, N (N m), (N,); see `MeasuredPath`."""
+        rub = path.friction(law, p)
         return rub * _factor(law, p, loads) if law.terms else rub
 
 

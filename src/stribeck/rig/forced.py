@@ -11,6 +11,7 @@ _RANGES = {
     "F_C": (0.0, 1e6),
     "F_V": (0.0, 1e7),
     "v_SS": (1e-5, 1.0),
+    "W": (0.0, 1e6),
 }
 
 FORCED = BalancedRig(
@@ -28,7 +29,7 @@ FORCED = BalancedRig(
         "stribeck-directional",
     ),
     ranges=_RANGES,
-    shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s"},
+    shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s", "v_s": "mm/s", "d_1": "um"},
 )
 
 FORCED_ROTARY = BalancedRig(
@@ -40,8 +41,15 @@ FORCED_ROTARY = BalancedRig(
         Param("offset", -1e6, 1e6, "N m", "T_0", doc="constant torque: sensor offset"),
     ),
     laws=FORCED.laws,
-    ranges=_RANGES | {"v_SS": (1e-4, 10.0)},
-    shows={"position": "deg", "velocity": "deg/s", "v_SS": "deg/s"},
+    ranges=_RANGES
+    | {
+        "v_SS": (1e-4, 10.0),
+        "v_s": (1e-4, 10.0),
+        "sigma_0": (1.0, 1e7),
+        "sigma_1": (0.0, 1e4),
+        "d_1": (1e-7, 1e-2),
+    },
+    shows={"position": "deg", "velocity": "deg/s", "v_SS": "deg/s", "v_s": "deg/s", "d_1": "mrad"},
     labels={"M": "J"},
     rotary=True,
 )

@@ -5,6 +5,9 @@ position (`Filtering`), both sides are decimated in parallel, and what is linear
 is solved by least squares: the inverse dynamic identification model of M. Gautier, as used by the
 EMPS report (Janot, Gautier, Brunot 2019). Parameters that shape the curve (v_SS, an exponent) are
 searched around it by variable projection (Golub and Pereyra 1973, doi 10.1137/0710036).
+
+A law with states is driven along the measured motion, rests and reversals included
+(`rig.measured_path`), and searched from what the spectrum of the contact shows (`state_starts`).
 """
 
 from __future__ import annotations
@@ -20,9 +23,12 @@ from ...data.filtering import Filtering
 from ...errors import InputError
 from ...space import Array
 from . import variable_projection
+from .modelled_force import friction_signal
 from .position_waves import wave_start
 from .regression import System
 from .rows import Log, Rows, filtered_logs
+from .settled_rows import settled
+from .state_starts import state_starts, within_force
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -157,8 +163,8 @@ def balance(
 
     Args:
         recordings: One or several logs of the axis; they are stacked.
-        parameters: Of a law without inner states on a rig with a measured force. All ranges
-            hold, and so does the law's `physical` order.
+        parameters: Of a law on a rig with a measured force. All ranges hold, and so does the law's
+            `physical` order.
         filtering: How the logs are filtered; by default the rig's way.
         rows: For each log, which of its samples count: a mask or a slice; None for all. Applied
             after filtering, so that filters see no edges.
@@ -170,17 +176,25 @@ def balance(
         InputError: no measured force, too few rows, or nothing left to find.
     """
     system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
-    free, names = system.free, parameters.names
-    if len(system.y) <= len(free):
+    if len(system.y) <= len(system.free):
         raise InputError(
-            f"{len(system.y)} rows cannot tell {len(free)} parameters: "
+            f"{len(system.y)} rows cannot tell {len(system.free)} parameters: "
             "give more data, or decimate less"
         )
-    p, at_bound = system.solved(wave_start(system) if start is None else start)
+    if start is None and system.law.states:
+        system = System(within_force(system), system.logs)
+        parameters, start = system.parameters, state_starts(system)
+    elif start is None:
+        start = wave_start(system)
+    p, at_bound = system.solved(start)
+    if system.law.states and (fewer := settled(system, p)) is not system:
+        system = fewer
+        p, at_bound = system.solved(p)
+    free, names = system.free, parameters.names
     W = system.jacobian(p)
-    prediction = _prediction(system, p)
+    predicted = prediction(system, p)
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
-    covariance = variable_projection.covariance(W, prediction.residual_sd, stopped)
+    covariance = variable_projection.covariance(W, predicted.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
     logs = [len(log.t) for log in system.logs]
     robust = np.sqrt(variable_projection.robust_variances(W, residuals, logs))
@@ -188,11 +202,11 @@ def balance(
     errors[free] = np.sqrt(np.diag(covariance))
     wide[free] = np.fmax(errors[free], robust)
     return Balance(
-        relative_error=prediction.relative_error,
-        residual_sd=prediction.residual_sd,
-        rows=prediction.rows,
+        relative_error=predicted.relative_error,
+        residual_sd=predicted.residual_sd,
+        rows=predicted.rows,
         notes=(
-            *prediction.notes,
+            *predicted.notes,
             *_warnings(system, W, covariance, at_bound),
         ),
         system=system,
@@ -228,10 +242,11 @@ def validate(
         rows: As for `balance`.
     """
     system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
-    return _prediction(system, np.asarray(p, dtype=float))
+    p = np.asarray(p, dtype=float)
+    return prediction(settled(system, p) if system.law.states else system, p)
 
 
-def _prediction(system: System, p: Array) -> Prediction:
+def prediction(system: System, p: Array) -> Prediction:
     """How well a complete set explains the logs."""
     residuals = system.y - system.predicted(p[None])[:, 0]
     size = float(np.linalg.norm(system.y))
@@ -248,10 +263,12 @@ def _prediction(system: System, p: Array) -> Prediction:
 def _signals(system: System, log: Log, p: Array) -> Signals:
     rig, law = system.rig, system.law
 
+    friction = friction_signal(rig, law, log, p)
+
     def forces(at: Samples) -> Array:
-        v, a, loads = log.motion(at)
-        model = rig.force(law, p, v, a, loads)
-        return np.column_stack([model, model - rig.friction(law, p, v, loads)])
+        rub = friction(at)
+        model = rig.force(law, p, *log.motion(at), rub)
+        return np.column_stack([model, model - rub])
 
     gain = log.gain
     predicted, inertial = log.thin(forces).T / gain

@@ -24,9 +24,10 @@ from ..uncertainty.covariance import correlation_time, quick_look
 from . import variable_projection
 from .lag_evidence import ratios, searched_errors
 from .lag_search import best_lags, columns, lag_sums
+from .modelled_force import force_signal
 
 if TYPE_CHECKING:
-    from ...data.zero_phase import Samples
+    from ...data.zero_phase import Samples, Signal
     from .balance import Balance
     from .regression import System
     from .rows import Log
@@ -311,10 +312,14 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     p[system.linear] = 0.0
     without = system.predicted(p[None])[:, 0]
     p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force - without, rcond=None)[0]
-    return np.concatenate([log.thin(partial(_slope, system, log, p)) for log in system.logs])
+    models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
+    return np.concatenate([
+        log.thin(partial(_slope, log, model))
+        for log, model in zip(system.logs, models, strict=True)
+    ])  # fmt: skip
 
 
-def _slope(system: System, log: Log, p: Array, at: Samples) -> Array:
+def _slope(log: Log, model: Signal, at: Samples) -> Array:
     """The slope of a modelled force over time at some samples, of neighbours that count alone.
 
     Across a reversal, where samples do not count, the force of friction steps: that is no slope
@@ -326,7 +331,7 @@ def _slope(system: System, log: Log, p: Array, at: Samples) -> Array:
     after = np.where(log.unsure[after], rows, after)
 
     def modelled(samples: Samples) -> Array:
-        return system.rig.force(system.law, p, *log.motion(samples)) + log.known_at(samples)
+        return np.asarray(model(samples) + log.known_at(samples))
 
     if isinstance(at, slice):
         first = max(at.start - 1, 0)

@@ -29,6 +29,7 @@ from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .balance import NOTHING
 from .clustered_errors import clustered_errors
+from .modelled_force import force_signal
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -39,8 +40,9 @@ if TYPE_CHECKING:
     from .rows import Log, Rows
     from .synchronisation import Synchronised
 
-#: Cut-offs at which a balance is solved again, as shares of its own.
-SHARES = (0.7, 0.5, 1 / 3)
+#: Cut-offs at which a balance is solved again, as shares of its own; and those under a law with
+#: states, whose loops have corners that lower ones round.
+SHARES, SHARES_STATES = (0.7, 0.5, 1 / 3), (0.7,)
 #: Gravity is told to be missing if sine and cosine of the angle take this share off it.
 GRAVITY_GAIN = 0.4
 #: Speeds of a direction within this ratio, tenth to ninetieth percentile, are one speed.
@@ -148,13 +150,13 @@ def cutoffs(
     """
     errors = solution.robust_errors.copy()
     rate = max(1.0 / log.dt for log in recordings)
-    filtering = system.rig.filtering
+    filtering = system.filtering
     if filtering.passes(rate):
         return "", errors
     used = filtering.cutoff(rate)
     furthest = solution.values.copy()
     frequencies = []
-    for share in SHARES:
+    for share in SHARES_STATES if system.law.states else SHARES:
         lower = filtering.lowered(share, rate)
         try:
             resolved = balance.balance(
@@ -213,13 +215,14 @@ def spikes(system: System, solution: balance.Balance) -> str:
     if not share:
         return ""
     blocks = [
-        (log, slice(k, min(k + BLOCK, len(log))))
+        (log, modelled, slice(k, min(k + BLOCK, len(log))))
         for log in system.logs
+        for modelled in (force_signal(rig, law, log, solution.values),)
         for k in range(0, len(log), BLOCK)
     ]
     r = np.concatenate([
-        log.raw[at] - log.known_at(at) - rig.force(law, solution.values, *log.motion(at))
-        for log, at in blocks
+        log.raw[at] - log.known_at(at) - modelled(at)
+        for log, modelled, at in blocks
     ])  # fmt: skip
     r = np.abs(r - np.median(r))
     outliers = float(np.mean(r > 3 * _MAD * np.median(r)))
@@ -328,7 +331,9 @@ def speeds(system: System, solution: balance.Balance) -> list[str]:
 def curved(system: System) -> bool:
     """Whether a parameter that shapes the law's curve over speed is to be found."""
     own = len(system.law.params) - sum(system.law.sizes)
-    return any(i < own for i in system.shape)
+    speeds = {"m/s", "rad/s"}
+    shaped = [i for i in system.shape if i < own]
+    return any(not system.law.states or system.parameters.every[i].unit in speeds for i in shaped)
 
 
 def distinct_speeds(speed: Array) -> int:

@@ -59,8 +59,9 @@ def clustered_errors(
         below the robust ones.
     """
     errors = solution.robust_errors.copy()
-    if len(solution.system.logs) < 2:  # noqa: PLR2004 - one log is no sample of logs
-        return "", errors
+    # A reversal that is off by the sensor's error shifts the friction of states from there on.
+    if len(solution.system.logs) < 2 and not solution.system.law.states:  # noqa: PLR2004
+        return "", errors  # one log is no sample of logs
     blocks = _blocks(solution)
     free = np.array(solution.system.free)
     identified = np.isfinite(np.diag(solution.covariance))
@@ -95,7 +96,7 @@ def _blocks(solution: Balance) -> Array:
     """The stroke of each row: a number that rises at each reversal and log."""
     parts, last = [], 0
     for log in solution.system.logs:
-        direction = np.sign(log.pick(log.v))
+        direction = np.sign(log.pick(log.v if log.path is None else log.path.heading))
         parts.append(last + np.cumsum(np.diff(direction, prepend=direction[:1]) != 0))
         last = int(parts[-1][-1]) + 1 if len(direction) else last
     return np.concatenate(parts)

@@ -42,6 +42,7 @@ from .known_load import load_notes
 from .known_mass import calibration, mass_violations
 from .one_way import moves_one_way, one_way_violations, without_offset
 from .regression import System
+from .sensor_bias import SensorBias, sensor_bias
 from .synchronisation import synchronised
 from .training_rows import counting
 from .velocity_source import VelocitySource
@@ -80,6 +81,9 @@ def solve_balance(
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
     uncertain = uncertainty(residuals, x, keep=True, draws=draws)
+    bias = None
+    if parameters.law.states:
+        bias = sensor_bias(solved, synchrony.recordings, synchrony.rows)
     slopes = constant_slopes(
         solved,
         lambda p: balance.balance(
@@ -99,7 +103,7 @@ def solve_balance(
     return balance_fit(
         SolvedLogs(
             synchrony.data, synchrony.recordings, solved, residuals, uncertain, checks, slopes,
-            differing, seen,
+            differing, seen, bias,
         )
     )  # fmt: skip
 
@@ -127,6 +131,7 @@ class SolvedLogs:
         slopes: Of the parameters over the constants of the rig.
         differing: What the logs give one by one.
         effects: What the residual shows of what the model leaves out, of the estimates.
+        bias: What the error of the position has moved the estimates by.
     """
 
     data: DataSplit
@@ -138,11 +143,13 @@ class SolvedLogs:
     slopes: Slopes
     differing: LogSpreads
     effects: Callable[[Sequence[Estimate]], Effects]
+    bias: SensorBias | None = None
 
 
 def balance_fit(logs: SolvedLogs) -> Fit:
     """The fit of a solved force balance: scored, validated and judged."""
-    data, recordings, solved = logs.data, logs.recordings, logs.solved
+    data, recordings, bias = logs.data, logs.recordings, logs.bias
+    solved = logs.solved if bias is None else bias.without(logs.solved)
     residuals, uncertain, checks = logs.residuals, logs.uncertain, logs.checks
     slopes, differing = logs.slopes, logs.differing
     parameters, p, stops = solved.system.parameters, solved.values, solved.at_bound
@@ -150,16 +157,17 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     others = {n: at for n, at in stops.items() if n not in ends}
     unwidened = estimates(
         parameters,
-        p,
+        logs.solved.values,
         uncertain,
         errors=solved.standard_errors[parameters.free_places],
         ends=ends,
         resting=others,
         misfit=MISFIT,
     )
-    judged, between = spread_over_logs(
-        parameters, checks.widened(parameters, solved, unwidened), differing
-    )
+    widened = checks.widened(parameters, logs.solved, unwidened)
+    if bias is not None:
+        widened = bias.moved(widened)
+    judged, between = spread_over_logs(parameters, widened, differing)
     unscaled, judged = judged, with_tolerances(parameters, judged, slopes)
     seen = logs.effects(judged)
     unscaled, _ = with_effects(parameters, unscaled, seen, recordings)
@@ -171,6 +179,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     violations = (
         *one_way_violations(parameters),
         *checks.violations,
+        *(() if bias is None else bias.violations(logs.solved, judged)),
         *between,
         *inadequate,
         *neighbour_violations(parameters, recordings),

@@ -21,7 +21,8 @@ class BalanceResiduals:
         self.space = Space(system.parameters.free)
         self.logs = tuple(len(log.t) for log in system.logs)
         at = {k: i for i, k in enumerate(system.free)}
-        self.orders = tuple((at[i], at[j]) for i, j in orders(system.law) if i in at and j in at)
+        pairs = orders(system.law, nonlinear=system.law.states > 0)
+        self.orders = tuple((at[i], at[j]) for i, j in pairs if i in at and j in at)
         self._system = system
         self._shape = [system.free.index(i) for i in system.shape]
 

@@ -16,6 +16,7 @@ import numpy as np
 from ...data.filtering import DECIMATION_GAIN
 from ...friction.law import HARMONIC
 from ...space import Array, Param
+from .modelled_force import friction_signal
 from .regression import System
 
 if TYPE_CHECKING:
@@ -59,8 +60,9 @@ def wave_start(system: System) -> Array | None:
     for term, place in places.items():
         amplitude = size
         if term == "position":
-            motions = [log.motion(log.places) for log in base.logs]
-            rub = np.concatenate([base.rig.friction(law, p, m.v, m.loads) for m in motions])
+            rub = np.concatenate([
+                friction_signal(base.rig, law, log, p)(log.places) for log in base.logs
+            ])  # fmt: skip
             amplitude = size * rub[::every]
         last = place.stop - 1
         periods = np.array([parameters.fixed.get(names[last], np.nan)])

@@ -12,10 +12,11 @@ from ...rig.balanced import as_balanced
 from ...space import Array, Space
 from ..parameters import Parameters
 from . import variable_projection
+from .modelled_force import friction_signal
 from .rows import Log
 
 if TYPE_CHECKING:
-    from ...data.zero_phase import Samples
+    from ...data.zero_phase import Samples, Signal
 
 #: Step of a shape parameter for the Jacobian, as a share of its value.
 _STEP = 1e-4
@@ -37,6 +38,7 @@ class System:
     def __init__(self, parameters: Parameters, logs: list[Log]) -> None:
         self.parameters, self.logs = parameters, logs
         self.rig, self.law = as_balanced(parameters.rig), parameters.law
+        self.filtering = self.rig.filtering_of(self.law)
         linear = {q.name for q in self.rig.own(self.law)} | set(self.law.linear)
         self.free = parameters.free_places
         self.linear = [i for i in self.free if parameters.every[i].name in linear]
@@ -44,6 +46,11 @@ class System:
         self.y = np.concatenate([log.force for log in logs])
         self._kept: dict[bytes, tuple[Array, Array]] = {}
         self._limits = self._linear_limits()
+        self._orders = [
+            (self.shape.index(i), self.shape.index(j))
+            for i, j in orders(self.law, nonlinear=True)
+            if self.law.states and i in self.shape and j in self.shape
+        ]
 
     def full(self, linear: Array, shape: Array) -> Array:
         """(n, linear) and (n, shape) values to (n, k) complete sets."""
@@ -82,11 +89,20 @@ class System:
         return self._predicted(p)
 
     def _predicted(self, p: Array) -> Array:
-        return np.concatenate([log.thin(partial(self._forces, log, p)) for log in self.logs])
+        return np.concatenate([log.thin(self._forces(log, p)) for log in self.logs])
 
-    def _forces(self, log: Log, p: Array, at: Samples) -> Array:
-        motion = log.motion(at)
-        return np.column_stack([self.rig.force(self.law, row, *motion) for row in p])
+    def _forces(self, log: Log, p: Array) -> Signal:
+        own = len(self.law.params)
+        frictions = {
+            row[:own].tobytes(): friction_signal(self.rig, self.law, log, row) for row in p
+        }
+
+        def forces(at: Samples) -> Array:
+            motion, rubs = log.motion(at), {key: rub(at) for key, rub in frictions.items()}
+            rows = [self.rig.force(self.law, row, *motion, rubs[row[:own].tobytes()]) for row in p]
+            return np.column_stack(rows)
+
+        return forces
 
     def at_lags(self, lags: Array) -> Array:
         """The force that was measured so many seconds later than the motion, (rows, lags)."""
@@ -121,24 +137,42 @@ class System:
         return shape.tobytes() in self._kept
 
     def solved(self, start: Array | None = None) -> tuple[Array, dict[str, str]]:
-        """The best complete set (near one, if given), and what stops each stopped parameter."""
+        """The best complete set, and what stops each stopped parameter.
+
+        Args:
+            start: Complete sets near it, (n, k) or (k,); by default a grid.
+        """
         names = self.parameters.names
         ends: dict[str, str] = {}
         shape = np.empty(0)
         if self.shape:
             space = Space(tuple(self.parameters.every[i] for i in self.shape))
-            u_start = None if start is None else space.encode(start[None, self.shape])[0]
+            u_start = None
+            if start is not None:
+                u_start = space.encode(np.atleast_2d(start)[:, self.shape])
             u = variable_projection.search(
-                lambda u: self._residuals(space.decode(u[None])[0]), space.dim, u_start
+                lambda u: self._residuals(self._ordered(space.decode(u[None])[0])),
+                space.dim,
+                u_start,
+                polished=1 if self.law.states else variable_projection.POLISHED,
             )
-            shape = space.decode(u[None])[0]
+            shape = self._ordered(space.decode(u[None])[0])
             ends = {n: "lower" for n, s in zip(space.names, u, strict=True) if s < 1e-4}  # noqa: PLR2004
             ends |= {n: "upper" for n, s in zip(space.names, u, strict=True) if s > 1 - 1e-4}
+            ends |= {
+                space.names[i]: space.names[j] for i, j in self._orders if shape[i] == shape[j]
+            }
         x, stops = self._linear(shape)
         for i, stop in stops.items():
             stop_name = stop if isinstance(stop, str) else names[self.linear[stop]]
             ends[names[self.linear[i]]] = stop_name
         return self.full(x[None], shape[None])[0], ends
+
+    def _ordered(self, shape: Array) -> Array:
+        """Shape parameters of which none is below one that it may not fall below."""
+        for i, j in self._orders:
+            shape[i] = max(shape[i], shape[j])
+        return shape
 
     def _linear(self, shape: Array) -> tuple[Array, dict[int, Any]]:
         W, base = self.columns(shape)

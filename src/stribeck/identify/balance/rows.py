@@ -15,20 +15,24 @@ from ...data.filtering import (
     Bridged,
     Filtering,
     Gaps,
+    PositionError,
     decimated,
     difference,
     even,
     kept,
     low_passed,
+    position_error,
     smooth,
     unsure_of_direction,
     velocity_error,
 )
+from ...data.motion_path import motion_path
 from ...data.resolution import noise_of, step
 from ...data.zero_phase import Samples, Signal
 from ...errors import InputError
 from ...friction.law import HARMONIC
 from ...rig.balanced import BalancedRig, as_balanced
+from ...rig.measured_path import MeasuredPath
 from ...space import Array
 from ...wording import option
 
@@ -63,7 +67,8 @@ class Log:
     alone: a signal is a function of samples.
 
     `force` is without the known one, which is taken off at the instants of the motion. Rows of a
-    table of steady speeds have a weight each, by which their force is multiplied.
+    table of steady speeds have a weight each, by which their force is multiplied. A law with states
+    is driven along `path`.
     """
 
     clock: Array
@@ -82,6 +87,7 @@ class Log:
     loads: Callable[[Array, Array], Array]
     weight: Array | None = None
     known: Array | float = 0.0
+    path: MeasuredPath | None = None
 
     def __len__(self) -> int:
         return len(self.clock)
@@ -155,8 +161,8 @@ def filtered_logs(
     """Each recording filtered and decimated; see `balance` for the arguments.
 
     Raises:
-        InputError: a law that a force balance cannot follow, no recording, no measured force, or
-            too few samples or rows.
+        InputError: a law that the rig does not know the loads of, no recording, no measured force,
+            or too few samples or rows.
     """
     logs = list(recordings) if isinstance(recordings, Sequence) else [recordings]
     if not logs:
@@ -166,7 +172,7 @@ def filtered_logs(
     rows = [None] * len(logs) if rows is None else rows
     if len(rows) != len(logs):
         raise InputError(f"rows are given for {len(rows)} of {len(logs)} recordings")
-    filtering = filtering or rig.filtering
+    filtering = filtering or rig.filtering_of(law)
     filtered = [_log(r, law, rig, filtering, w) for r, w in zip(logs, rows, strict=True)]
     if sum(len(log.t) for log in filtered) < 2:  # noqa: PLR2004 - a spread needs two
         if all(log.unsure.all() for log in filtered):
@@ -211,8 +217,15 @@ def _log(
         unsure = unsure_of_direction(v, log.rate, filtering, error)
         counts &= ~unsure[thin]
     t = log.t[inner][thin][counts]
+    path = None
+    if law.states:
+        x = recording.position
+        off = position_error(noise_of(x), step(x), log.rate, filtering)
+        path = measured_path(q, v, log.rate, off, None if log.known is None else log.known[inner])
     known = log.less[inner] if isinstance(log.less, np.ndarray) else log.less
-    notes = log.notes + _rests(recording.label, np.abs(v[thin][counts]))
+    notes = log.notes
+    if not law.states:
+        notes += _rests(recording.label, np.abs(v[thin][counts]))
     return Log(
         log.t[inner],
         v,
@@ -229,7 +242,28 @@ def _log(
         rig.figures(recording),
         partial(rig.load_rows, law, recording),
         known=known,
+        path=path,
     )
+
+
+def measured_path(
+    q: Array, v: Array, rate: float, error: PositionError, known: NDArray[np.bool_] | None
+) -> MeasuredPath:
+    """How a low-passed motion drives states.
+
+    Args:
+        q: Position, (N,).
+        v: Velocity, (N,).
+        rate: Samples a second.
+        error: Of the position.
+        known: False inside gaps of the log, (N,); None where there are none.
+    """
+    starts = np.zeros(1, dtype=np.int64)
+    if known is not None:
+        starts = np.concatenate([starts, np.flatnonzero(known[1:] & ~known[:-1]) + 1])
+    path = motion_path(q, 2 * error.most, error.sd)
+    way = np.diff(path, prepend=path[0])
+    return MeasuredPath(way, v, 1.0 / rate, starts, error.most)
 
 
 def _run_rows(

@@ -207,9 +207,9 @@ def synchronised(
             left = _confirmed(left, solved, recordings, rows)
         if not certain(left) or left.at_edge or drifts(left):
             break
-        if filtered is None:
+        if filtered is None and not solved.system.law.states:
             filtered = channel_filter(solved, left.seconds)
-        if said != "auto" or filtered.ratio < CLEARLY:
+        if said != "auto" or (filtered is not None and filtered.ratio < CLEARLY):
             break
         applied += left.seconds
     return Synchronised(moved, recordings, rows, solved, known, left, filtered, velocities)
@@ -227,7 +227,7 @@ def _confirmed(
     so the lower the cut-off; the times of two clocks have none.
     """
     parameters = solved.system.parameters
-    filtering, rate = solved.system.rig.filtering, max(log.rate for log in solved.system.logs)
+    filtering, rate = solved.system.filtering, max(log.rate for log in solved.system.logs)
     if filtering.passes(rate):
         return delay
     lower = filtering.lowered(LOWER, rate)

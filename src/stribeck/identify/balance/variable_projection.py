@@ -20,7 +20,7 @@ from ..uncertainty.covariance import first_below_zero, long_run_variance
 from ..uncertainty.residuals import parts
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
-_LEVELS, _MORE, _POLISHED = {1: 16, 2: 6}, 3, 3
+_LEVELS, _MORE, POLISHED = {1: 16, 2: 6}, 3, 3
 #: How far from the edges of the cube a given start is kept.
 _INSIDE = 1e-3
 #: A direction is blind if it moves the prediction by less than this share of what the best seen
@@ -111,27 +111,31 @@ def triangle(A: Array) -> Array:
     return R
 
 
-def search(residuals: Callable[[Array], Array], dim: int, start: Array | None = None) -> Array:
+def search(
+    residuals: Callable[[Array], Array],
+    dim: int,
+    start: Array | None = None,
+    *,
+    polished: int = POLISHED,
+) -> Array:
     """The point of the unit cube with the least sum of squared residuals.
 
-    A grid of starts, the same each time, or one given; the best are polished by bounded least
-    squares.
+    A grid of starts, the same each time, or those given, (n, dim); the best are polished by bounded
+    least squares.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - slow to import
 
     n = _LEVELS.get(dim, _MORE)
     grid = np.array(list(product((np.arange(n) + 0.5) / n, repeat=dim)))
     if start is not None:
-        grid = np.clip(start[None], _INSIDE, 1 - _INSIDE)
+        grid = np.clip(start, _INSIDE, 1 - _INSIDE)
     costs = np.array([np.sum(residuals(u) ** 2) for u in grid])
     best: Array = grid[np.argmin(costs)]
     least = float(costs.min())
-    for first in grid[np.argsort(costs, kind="stable")[:_POLISHED]]:
-        polished = least_squares(
-            residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12
-        )
-        if 2 * polished.cost < least:
-            best, least = np.asarray(polished.x), 2 * float(polished.cost)
+    for first in grid[np.argsort(costs, kind="stable")[:polished]]:
+        fit = least_squares(residuals, first, bounds=(0.0, 1.0), xtol=1e-10, ftol=1e-12, gtol=1e-12)
+        if 2 * fit.cost < least:
+            best, least = np.asarray(fit.x), 2 * float(fit.cost)
     return best
 
 

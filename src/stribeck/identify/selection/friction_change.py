@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..balance.modelled_force import friction_signal
 from ..score import simulated
 
 if TYPE_CHECKING:
@@ -55,8 +56,10 @@ def _balanced(solved: Balance) -> Array:
     """What a balance makes of friction, offset and the like, (rows,): no inertia."""
     system, p = solved.system, solved.values
     motions = [log.motion(log.places) for log in system.logs]
+    frictions = [friction_signal(system.rig, system.law, log, p)(log.places) for log in system.logs]
     return np.concatenate([
-        system.rig.force(system.law, p, m.v, np.zeros(len(m.v)), m.loads) for m in motions
+        system.rig.force(system.law, p, m.v, np.zeros(len(m.v)), m.loads, friction)
+        for m, friction in zip(motions, frictions, strict=True)
     ])  # fmt: skip
 
 

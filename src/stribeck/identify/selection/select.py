@@ -354,7 +354,8 @@ def _parameters(
     """The laws with their parameters, the simplest first.
 
     Raises:
-        InputError: an unknown law, one that is given twice, or a name that no law knows.
+        InputError: an unknown law, one that is given twice, one with states where forces are
+            balanced, or a name that no law knows.
     """
     chosen = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
     names = [law.name for law in chosen]
@@ -362,6 +363,11 @@ def _parameters(
         raise InputError(f"law {twice[0]} is given twice: give it once")
     if not chosen:
         raise InputError("no law was given")
+    if axis.approach == "force_balance" and (driven := [law.name for law in chosen if law.states]):
+        raise InputError(
+            f"law {driven[0]} has inner states, whose balance counts rests and reversals, too: "
+            f"their errors are not those of other laws; identify each with {option('holdout')}"
+        )
     known_names: set[str] = set()
     result = []
     for law in chosen:

@@ -1,0 +1,158 @@
+"""What the error of the position does to a law with states, and estimates without it.
+
+States are driven by the measured motion, whose error does not average out: a path that is longer
+than the axis went wears bristles out, and acceleration from a noisy position makes a mass too
+small. So the same error is added once more, by chance, and what that moves the estimates by is
+taken off them (simulation and extrapolation: Cook and Stefanski 1994, doi 10.2307/2290994; one
+step of Gauss and Newton takes the place of a refit).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...data.resolution import noise_of, step
+from ...space import Array
+from ...units import unit
+from ..conditions import Violation
+from ..uncertainty.covariance import HALF_WIDTH
+from ..uncertainty.verdict import IDENTIFIED
+from .balance import prediction
+from .regression import System
+from .rows import filtered_logs
+from .settled_rows import rows_of
+
+if TYPE_CHECKING:
+    from ...data.recording import Recording
+    from ..uncertainty.estimates import Estimate
+    from .balance import Balance
+    from .rows import Rows
+
+#: Times that the error is added, and the seed of the chance that draws it.
+DRAWS, SEED = 4, 1994
+#: Standard deviation of what the extrapolation leaves, as a share of what it takes off.
+LEFT = 0.25
+#: A move is told from this share of the half-width of an interval.
+TOLD = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class SensorBias:
+    """What the error of the position has moved the estimates by.
+
+    Args:
+        shift: Of all parameters, SI, (k,): what is to be taken off.
+        error: Standard error of that, (k,).
+    """
+
+    shift: Array
+    error: Array
+
+    def without(self, solved: Balance) -> Balance:
+        """A balance with parameters that the error of the position has not moved."""
+        values = solved.values - self.shift
+        predicted = prediction(solved.system, values)
+        return replace(
+            solved,
+            values=values,
+            relative_error=predicted.relative_error,
+            residual_sd=predicted.residual_sd,
+            residuals=solved.system.y - solved.system.predicted(values[None])[:, 0],
+        )
+
+    def moved(self, estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+        """Estimates whose intervals are moved along, and widened by what is not known of it."""
+        return tuple(
+            e if e.verdict == "fixed" else _moved(e, float(s), HALF_WIDTH * float(sd))
+            for e, s, sd in zip(estimates, self.shift, self.error, strict=True)
+        )
+
+    def violations(self, solved: Balance, estimates: Sequence[Estimate]) -> list[Violation]:
+        """What was taken off, a sentence, of the balance as it was solved."""
+        parts = []
+        for i, e in enumerate(estimates):
+            half = 0.5 * (e.high - e.low)
+            if e.verdict == "fixed" or not abs(self.shift[i]) > TOLD * half:
+                continue
+            shown = unit(e.unit)
+            was, now = (float(shown.from_si(x)) for x in (solved.values[i], e.value))
+            parts.append(f"{e.name} from {was:.4g} to {now:.4g} {e.unit}".rstrip())
+        if not parts:
+            return []
+        text = f"the error of the position is taken off: that moves {', '.join(parts)}"
+        return [Violation("data", text, caps=False)]
+
+
+def _moved(e: Estimate, shift: float, further: float) -> Estimate:
+    value = e.value - shift
+    low = value - float(np.hypot(e.value - e.low, further))
+    high = value + float(np.hypot(e.high - e.value, further))
+    e = replace(e, value=value, low=low, high=high)
+    if e.verdict == "identified" and max(value - low, high - value) > IDENTIFIED * abs(value):
+        return replace(e, verdict="weak", reason="wide")
+    return e
+
+
+def sensor_bias(
+    solved: Balance, recordings: Sequence[Recording], rows: Sequence[Rows | None]
+) -> SensorBias:
+    """What the error of the positions has moved the estimates of a solved balance by.
+
+    Args:
+        solved: Of a law with states.
+        recordings: Its logs.
+        rows: Which of their samples count.
+    """
+    rng = np.random.default_rng(SEED)
+    moves = np.array([_move(solved, recordings, rows, rng) for _ in range(DRAWS)])
+    shift = np.zeros(len(solved.values))
+    error = np.zeros(len(solved.values))
+    free = solved.system.free
+    shift[free] = moves.mean(axis=0)
+    error[free] = np.hypot(
+        moves.std(axis=0, ddof=1) / np.sqrt(DRAWS), LEFT * np.abs(moves.mean(axis=0))
+    )
+    return _allowed(solved, shift, error)
+
+
+def _move(
+    solved: Balance,
+    recordings: Sequence[Recording],
+    rows: Sequence[Rows | None],
+    rng: np.random.Generator,
+) -> Array:
+    """By how much the free parameters move with the error added once more, (free,)."""
+    parameters = solved.system.parameters
+    logs = [_noisier(log, rng) for log in recordings]
+    filtered = filtered_logs(logs, parameters, None, rows)
+    system = System(parameters, rows_of(filtered, solved.system.logs))
+    J = system.jacobian(solved.values)
+    r = system.y - system.predicted(solved.values[None])[:, 0]
+    seen = np.isfinite(np.diag(solved.covariance))
+    lengths = np.linalg.norm(J[:, seen], axis=0)
+    lengths[lengths == 0] = 1.0
+    move = np.zeros(J.shape[1])
+    move[seen] = np.linalg.lstsq(J[:, seen] / lengths, r, rcond=None)[0] / lengths
+    return move
+
+
+def _noisier(log: Recording, rng: np.random.Generator) -> Recording:
+    sd = float(np.hypot(noise_of(log.position), step(log.position) / np.sqrt(12)))
+    return replace(log, position=log.position + sd * rng.standard_normal(len(log)))
+
+
+def _allowed(solved: Balance, shift: Array, error: Array) -> SensorBias:
+    """As much of a shift as leaves the law physical and its parameters in their ranges."""
+    parameters = solved.system.parameters
+    lower = np.array([q.lower for q in parameters.every])
+    upper = np.array([q.upper for q in parameters.every])
+    value = np.clip(solved.values - shift, lower, upper)
+    value = np.where(np.isin(np.arange(len(value)), solved.system.free), value, solved.values)
+    law = parameters.law
+    if not np.all(law.physical(value[None, : len(law.params)])):
+        return SensorBias(np.zeros_like(shift), np.hypot(error, np.abs(shift) / HALF_WIDTH))
+    return SensorBias(solved.values - value, error)
