@@ -75,7 +75,7 @@ def answer(key: str, seed: int) -> Answer:
             "sentences": [],
             "conditions": [],
         }
-    sentences = [*fit.warnings, *(note for log in logs for note in log.notes)]
+    sentences = [*fit.warnings, *fit.notes]
     return header | {
         "seconds": round(time.perf_counter() - start_time, 2),
         "misfit": fit.score.value,
