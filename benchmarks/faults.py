@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+import reproductions
 from fault_row import Row, axis_of
 from fault_rows import ROWS
 from fault_table import PAGE, cells, page, summary, tables
@@ -32,6 +33,12 @@ from stribeck.rig import Rig
 __all__ = ["measure", "tables"]
 
 FOLDER = Path(__file__).parent
+REPRODUCED = """## What earlier versions said
+
+Faults that were met on logs like these, with what was said of them then and what is now. Biases and
+counts are those of the tables above and of [validation.md](validation.md); the rest is tried by
+`python benchmarks/reproductions.py`.
+"""
 PART, WHOLE = "faults.part.jsonl", "faults.jsonl"
 
 
@@ -145,7 +152,8 @@ def main() -> None:
     options = ask.parse_args()
     if options.page:
         part = json.loads((FOLDER / "results.json").read_text(encoding="utf-8"))["faults"]
-        PAGE.write_text(page(part["found"]), encoding="utf-8")
+        earlier = f"{REPRODUCED}\n{reproductions.table().markdown()}"
+        PAGE.write_text(f"{page(part['found'])}\n{earlier}", encoding="utf-8")
         return
     rows = [r for r in ROWS if re.search(options.only, f"{r.axis}: {r.perturbation}")]
     if not options.show:

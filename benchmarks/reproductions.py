@@ -1,11 +1,11 @@
 """What earlier versions said of some logs that was not so, and what is said of these now.
 
     python benchmarks/reproductions.py [--only WORDS]     try them again
-    python benchmarks/reproductions.py --show             print what is in reproductions.json
+    python benchmarks/faults.py --page                    the table, below that of faults
 
 A row has what was said earlier, what is said now, and the command that shows it. Rows of the fault
 table and of other studies are read from their results; the rest is tried here, some of it on the
-recordings in `../shared/data` (without them a row stays as it is).
+recordings in `../shared/data` (without them a row stays as it is). Each goes to reproductions.json.
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ from typing import Any
 
 import numpy as np
 
+import ert_coverage
 import foreign_axes
 import nested_laws
 from foreign import sensors
-from stribeck import Fit, Recording, check, identify, read
+from stribeck import Fit, Recording, check, identify, read, select
 from stribeck.identify.uncertainty.estimates import range_end
 from stribeck.identify.uncertainty.sensor_noise import sensor_noise
 from stribeck.report.table import Cell, Table
@@ -149,6 +150,20 @@ def _end() -> str:
     return "at no end" if range_end(3237.0, stiffness) is None else "at an end"
 
 
+def _selected() -> str:
+    axis = foreign_axes.forced()
+    selection = select(_logs(axis), rig="forced", laws=["coulomb-viscous", "stribeck"])
+    (finding,) = selection.findings
+    return "warranted" if finding.warranted else "not warranted"
+
+
+def _ert() -> str:
+    times = ert_coverage.TIMES["log-normal, s = 1.5"]
+    shares = [ert_coverage.covered(times, 1.0, n, 200)[1] for n in ert_coverage.RUNS]
+    runs = ", ".join(map(str, ert_coverage.RUNS))
+    return f"{', '.join(f'{100 * s:.0f}' for s in shares)} % of {runs} runs (nominal 95 %)"
+
+
 def _mill() -> str | None:
     file, columns = DATA / "cnc" / "experiment_11.csv", FOLDER.parent / "docs/logs/cnc_x.toml"
     if not file.exists():
@@ -164,7 +179,7 @@ def _losses() -> str | None:
     rig, logs, bounds = nested_laws.axis("xl330")
     texts = []
     for loss in ("squares", "absolute"):
-        fit = identify(logs, rig=rig.exact(), law="bam-m1", loss=loss, bounds=bounds)  # type: ignore[arg-type]
+        fit = identify(logs, rig=rig.exact(), law="bam-m1", loss=loss, bounds=bounds)
         e = fit.estimates[[q.name for q in fit.parameters.every].index("K_c")]
         texts.append(f"{loss}: {e.value:.4f} ({e.low:.4f} to {e.high:.4f}), {e.verdict}")
     return "; ".join(texts)
@@ -224,6 +239,10 @@ CASES: Sequence[Case] = (
          "which it contains, had 14.9", "python benchmarks/nested_laws.py", _nested),
     Case("K_c of 16 logs of a servo by two losses", "0.0103 to 0.0130 and 0.0174 to 0.0296, both "
          "without a word", f"{SELF} K_c", _losses),
+    Case("a slide with Coulomb and viscous friction alone, laws compared",
+         "Stribeck warranted, 61 %", f"{SELF} compared", _selected),
+    Case("expected running times with heavy tails", "79 % of the intervals hold them",
+         "python benchmarks/ert_coverage.py", _ert),
     Case("sigma_0 of 3237 in 1 to 10⁷", "at the lower end", f"{SELF} sigma_0", _end),
     *(
         Case(f"law {law} on a force balance", failed, f"{SELF} '{re.escape(law)}'",
@@ -241,25 +260,21 @@ def kept() -> dict[str, str]:
     return json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {}
 
 
-def table() -> str:
+def table() -> Table:
     """What was said, what is said now, and the commands."""
     said = kept()
     rows = [
         tuple(map(Cell.label, (c.what, c.earlier, said.get(c.what, "–"), c.command))) for c in CASES
     ]
     heads = ("log", "earlier", "now", "command")
-    return Table("What was said of logs, and is said now", heads, tuple(rows)).text()
+    return Table("What was said of logs, and is said now", heads, tuple(rows))
 
 
 def main() -> None:
-    """Try some or all again, or print what is kept."""
+    """Try some or all again."""
     ask = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     ask.add_argument("--only", default="", help="those whose log matches this")
-    ask.add_argument("--show", action="store_true", help="try nothing")
     options = ask.parse_args()
-    if options.show:
-        print(table())
-        return
     said = kept()
     for case in CASES:
         if re.search(options.only, case.what) and (now := case.now()) is not None:
