@@ -256,3 +256,45 @@ def test_how_a_log_was_read_is_a_note_and_no_warning(run: Any, tmp_path: Path) -
     assert re.search(
         r"^note +1 exact duplicate row dropped$", run("check", "twice.csv").out, re.MULTILINE
     )
+
+
+# --- before a log is read -----------------------------------------------------------------------
+
+ASKED = {
+    "identify": [
+        ("law", "strbeck", "no law 'strbeck'"),
+        ("rig", "slide-bd", "no rig 'slide-bd'"),
+        ("method", "mbtz", "no method 'mbtz'"),
+        ("loss", "squared", "loss 'squared' is not one of squares, absolute"),
+        ("breakaway", "any", "breakaway 'any' is not one of"),
+        ("velocity", "best", "velocity 'best': give auto, recorded, position"),
+        ("velocity", "recorded", "rig slide-bed is simulated: it reads no velocity"),
+        ("repeats", 0, "repeats must be a whole number >= 1"),
+    ],
+    "select": [
+        ("laws", "strbeck", "no law 'strbeck'"),
+        ("rig", "slide-bd", "no rig 'slide-bd'"),
+        ("loss", "squared", "loss 'squared' is not one of squares, absolute"),
+        ("velocity", "best", "velocity 'best': give auto, recorded, position"),
+        ("folds", 1, "folds must be a whole number >= 2"),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "value", "words"),
+    [(command, *row) for command, rows in ASKED.items() for row in rows],
+)
+def test_what_is_misspelt_is_refused_before_a_log_is_read(
+    run: Any, tmp_path: Path, command: str, name: str, value: Any, words: str
+) -> None:
+    (tmp_path / "not_a.log").write_text("Dear colleague,\nthe log follows.\n")
+    options = {"rig": "slide-bed", name: value}
+    typed = [w for n, v in options.items() for w in (f"--{n}", str(v))]
+    told = run(command, "not_a.log", *typed)
+    assert (told.status, told.out) == (2, "")
+    assert (f"--{words}" if words.startswith(f"{name} ") else words) in told.err
+    if name == "laws":
+        options[name] = [value]
+    with pytest.raises(stribeck.InputError, match=re.escape(words)):
+        getattr(stribeck, command)(tmp_path / "not_a.log", **options)

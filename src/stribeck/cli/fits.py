@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -120,9 +120,17 @@ def identify(
     if paper:
         options = _paper(chosen, options | {"setting": setting})
 
-    # What fits is loaded once there is something to fit.
     from ..identify.fit import identify as identified
+    from ..identify.request import checked_request
+    from ..rig.lookup import rig_and_law
 
+    asked: dict[str, Any] = {
+        "fixed": fixed, "bounds": ends, "tie": ties, "loss": loss, "restart": restart,
+        "delay": late, "velocity": velocity, "breakaway": breakaway, "bootstrap": bootstrap,
+        "posterior": posterior,
+    }  # fmt: skip
+    search = {**options, "seed": seed, "settings": settings or None}
+    checked_request(*rig_and_law(chosen, name), search=search, **asked)
     clock = Stopwatch.of_process()
     clock.lap("start-up")
     recordings = reading.recordings(logs, chosen)
@@ -135,20 +143,9 @@ def identify(
                 law=name,
                 train=train or None,
                 holdout=holdout or None,
-                fixed=fixed,
-                bounds=ends,
-                tie=ties,
-                seed=seed,
-                settings=settings,
-                loss=cast("Any", loss),
-                restart=restart,
-                delay=late,
-                velocity=cast("Any", velocity),
-                breakaway=cast("Any", breakaway),
-                bootstrap=bootstrap,
-                posterior=posterior,
                 progress=progress,
-                **options,
+                **asked,
+                **search,
             )
         clock.lap("search", fit.search.seconds)
         clock.lap("uncertainty")
@@ -297,29 +294,26 @@ def select(
     each_once("--train", train)
     each_once("--holdout", holdout)
     late = delay_value(delay)
-    recordings = reading.recordings([*logs, *(test or [])], chosen)
 
-    # What fits is loaded once there is something to fit.
+    from ..identify.selection.laws_asked import checked_comparison
     from ..identify.selection.select import select as selected
 
+    asked: dict[str, Any] = {
+        "laws": ladder, "fixed": fixed, "bounds": ends, "seed": seed, "budget": budget,
+        "folds": folds, "loss": loss, "delay": late, "velocity": velocity,
+    }  # fmt: skip
+    checked_comparison(chosen, **asked)
+    recordings = reading.recordings([*logs, *(test or [])], chosen)
     with held(out):
         with SelectionProgress(chosen.unit_shown("position")) as progress:
             selection = selected(
                 recordings[: len(logs)],
                 rig=chosen,
-                laws=ladder,
                 train=train or None,
                 holdout=holdout or None,
                 test=recordings[len(logs) :] or None,
-                fixed=fixed,
-                bounds=ends,
-                seed=seed,
-                budget=budget,
-                folds=folds,
-                loss=cast("Any", loss),
-                delay=late,
-                velocity=cast("Any", velocity),
                 progress=progress.step,
+                **asked,
             )
         _tell_selection(selection, out, json)
 

@@ -4,33 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 from ..constant import Stated
 from ..data.alignment import Delay, checked_delay
 from ..data.log_list import Columns, Logs
-from ..errors import InputError
 from ..friction import Law
 from ..rig import Rig
 from ..rig.lookup import rig_and_law
-from ..wording import option
 from .data_split import data_split, steady_tables
-from .loss import Breakaway, Loss, Objective
+from .loss import Breakaway, Loss
 from .multistart import Progress
 from .output_error import solve_output_error
 from .parameters import partition
+from .request import checked_request
 from .result import Fit
-from .search_settings import SearchSettings
 from .uncertainty.posterior import posterior as draw_posterior
 from .uncertainty.posterior import sampler
 
 if TYPE_CHECKING:
     from ..data.ranges import Range
     from .balance.velocity_source import VelocitySource
-
-#: Refits of redrawn residuals and samples of the posterior at most: a thousand times the usual.
-MOST_DRAWS, MOST_SAMPLES = 200_000, 20_000_000
 
 
 def identify(
@@ -120,40 +114,21 @@ def identify(
         InputError: something asked for cannot be done with these recordings.
     """
     rig, law = rig_and_law(rig, law, constants, exact=exact)
+    search = {
+        "method": method, "seed": seed, "budget": budget, "repeats": repeats, "target": target,
+        "polishing": polishing, "settings": settings or None,
+    }  # fmt: skip
+    objective, searching = checked_request(
+        rig, law, search=search, fixed=fixed, bounds=bounds, tie=tie, loss=loss, restart=restart,
+        delay=delay, velocity=velocity, breakaway=breakaway, bootstrap=bootstrap,
+        posterior=posterior,
+    )  # fmt: skip
     data = data_split(logs, train, holdout, rig, units=units, columns=columns, subtract=subtract)
     rig = rig.behind(data.recordings)
     if posterior:
         sampler()  # says at once if it is not there
-    objective = Objective(loss, restart, breakaway)
     parameters = partition(rig, law, fixed=fixed, bounds=bounds, tied=tie, objective=objective)
-    for name, count, most in (
-        ("bootstrap", bootstrap, MOST_DRAWS),
-        ("posterior", posterior, MOST_SAMPLES),
-    ):
-        if not isinstance(count, Integral) or count < 0:
-            raise InputError(f"{option(name)} must be a whole number >= 0, got {count!r}")
-        if count > most:
-            raise InputError(f"{option(name)} must be {most:,} at most, got {count}")
-    search: dict[str, Any] = {
-        "method": method,
-        "seed": seed,
-        "budget": budget,
-        "repeats": repeats,
-        "target": target,
-        "polishing": polishing,
-        "settings": settings or None,
-    }
-    search = {name: value for name, value in search.items() if value is not None}
     if rig.approach == "force_balance":
-        _refuse(
-            rig,
-            [
-                *search,
-                *(["loss"] * (loss != "squares")),
-                *(["restart"] * restart),
-                *(["breakaway"] * (breakaway != "auto")),
-            ],
-        )
         # Compiled code that others need not load.
         from .balance.force_balance import solve_balance  # noqa: PLC0415
         from .balance.run_balance import solve_runs  # noqa: PLC0415
@@ -163,15 +138,11 @@ def identify(
         else:
             fit = solve_balance(parameters, data, draws=bootstrap, delay=delay, velocity=velocity)
     else:
-        if velocity != "auto":
-            raise InputError(f"rig {rig.name} is simulated: it reads no velocity of a log")
         said = checked_delay(delay)
         if not isinstance(said, str):
             seconds, known = said
             data = replace(data.advanced(rig, seconds), delay_known=known)
-        fit = solve_output_error(
-            parameters, data, SearchSettings(**search), draws=bootstrap, progress=progress
-        )
+        fit = solve_output_error(parameters, data, searching, draws=bootstrap, progress=progress)
     return _sampled(fit, posterior, 0 if seed is None else seed)
 
 
@@ -188,16 +159,3 @@ def _sampled(fit: Fit, samples: int, seed: int) -> Fit:
     unsettled = "the posterior's walkers have not settled: ask for more samples"
     warnings = fit.warnings if drawn.settled else (*fit.warnings, unsettled)
     return replace(fit, posterior=drawn, warnings=warnings)
-
-
-def _refuse(rig: Rig, names: Sequence[str]) -> None:
-    """Refuse arguments of a search on a rig that is solved without one.
-
-    Raises:
-        InputError: there is one.
-    """
-    if names:
-        raise InputError(
-            f"rig {rig.name} is solved by least squares, without a search: "
-            f"{', '.join(map(option, names))} does not apply"
-        )

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
+from ..wording import option
 
 Loss = Literal["squares", "absolute"]
 #: Whether slips break away at one level or each at its own; `auto` where the log shows the latter.
@@ -45,7 +46,7 @@ class Objective:
             ("breakaway", self.breakaway, get_args(Breakaway)),
         ):
             if value not in choices:
-                raise InputError(f"{name} {value!r} is not one of {', '.join(choices)}")
+                raise InputError(f"{option(name)} {value!r} is not one of {', '.join(choices)}")
 
     @property
     def by_slip(self) -> bool:

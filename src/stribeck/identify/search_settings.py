@@ -14,6 +14,7 @@ from ..data.segmentation import segment
 from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
 from ..optimize.descents import Descents
+from ..wording import option
 from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
@@ -58,7 +59,7 @@ class SearchSettings:
             method does so itself.
 
     Raises:
-        InputError: a number is not whole, or too small.
+        InputError: a number is not whole, or too small, or there is no such method or setting.
     """
 
     method: str = MemeticTabuSearch.name
@@ -73,9 +74,12 @@ class SearchSettings:
         for name, least in (("budget", 1), ("repeats", 1), ("seed", 0)):
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < least:
-                raise InputError(f"{name} must be a whole number >= {least}, got {value!r}")
+                raise InputError(f"{option(name)} must be a whole number >= {least}, got {value!r}")
         if self.repeats > MOST_REPEATS:
-            raise InputError(f"repeats must be {MOST_REPEATS:,} at most, got {self.repeats}")
+            raise InputError(
+                f"{option('repeats')} must be {MOST_REPEATS:,} at most, got {self.repeats}"
+            )
+        self._algorithm(smooth=False)
 
     @property
     def memetic(self) -> bool:

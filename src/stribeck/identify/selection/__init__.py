@@ -1,5 +1,6 @@
 """Which law the data support: nested laws fitted alike, compared on held-out data.
 
 `select.select` compares laws; its result has a `candidate` a law, and their `paired_test`;
-`nesting` has one law's answer as a point of another's.
+`nesting` has one law's answer as a point of another's, `laws_asked` what is refused before a log is
+read.
 """

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,15 +27,14 @@ from ...presenters import presenter
 from ...rig import Rig
 from ...rig.balanced import as_balanced
 from ...rig.lookup import rig_and_law
-from ...wording import option
 from ..balance.one_way import without_offset
 from ..balance.run_balance import weighted, without_mass
 from ..balance.synchronisation import synchronised
 from ..balance.velocity_source import VelocitySource, with_velocity
 from ..data_split import DataSplit, data_split, recording_list, steady_tables
-from ..loss import Loss, Objective
+from ..loss import Loss
 from ..own_breakaway import breakaway_columns
-from ..parameters import Parameters, partition
+from ..parameters import Parameters
 from ..result import Fit
 from ..slip_by_slip import by_slip_where_needed
 from .candidate import Candidate
@@ -44,6 +42,7 @@ from .candidate_fit import candidate_fit, unidentified
 from .findings import Finding, findings, sentences
 from .folds import Splits, directions, splits
 from .friction_change import friction_change
+from .laws_asked import checked_comparison, law_parameters
 from .nesting import ingredients
 from .paired_test import Paired, criteria, paired, whiteness
 from .trained_law import (
@@ -59,8 +58,6 @@ if TYPE_CHECKING:
     from ...data.ranges import Range
 
 FOLDS = 5
-#: Each law is fitted anew in each of so many rounds at most.
-MOST_FOLDS = 1_000
 #: Directions in words.
 WAYS = {1: "to greater positions", -1: "to smaller positions"}
 
@@ -193,27 +190,18 @@ def select(
         InputError: something asked for cannot be done with these recordings.
     """
     axis, _ = rig_and_law(rig, None, constants, exact=exact)
+    asked: dict[str, Any] = {"laws": laws, "fixed": fixed, "bounds": bounds, "loss": loss}
+    checked_comparison(
+        axis, **asked, seed=seed, budget=budget, folds=folds, delay=delay, velocity=velocity
+    )
     given: dict[str, Any] = {"units": units, "columns": columns, "subtract": subtract}
     trained = recording_list(logs, axis, **given)
     tests = [] if test is None else recording_list(test, axis, **given)
     data = data_split(trained, train, holdout, axis)
     steady = steady_tables([*trained, *tests], data.ranges, delay, velocity)
     axis = axis.behind([*trained, *tests])
-    parameter_sets = _parameters(axis, laws, dict(fixed or {}), dict(bounds or {}), Objective(loss))
+    parameter_sets = law_parameters(axis, **asked)
     simulated = axis.approach == "output_error"
-    _check_counts(seed, budget, folds)
-    if (
-        idle := []
-        if simulated
-        else [
-            *(n for n, v in {"seed": seed, "budget": budget}.items() if v is not None),
-            *(["loss"] * (loss != "squares")),
-        ]
-    ):
-        raise InputError(
-            f"rig {axis.name} is solved by least squares, without a search: "
-            f"{', '.join(map(option, idle))} does not apply"
-        )
     parameter_sets, data, velocity_read = _prepared(
         parameter_sets, data, delay, velocity, steady=steady
     )
@@ -246,19 +234,6 @@ def select(
         selection, interrupted = compared(), True
     told = (*selection.sentences, *conditions)
     return replace(selection, sentences=told, interrupted=interrupted)
-
-
-def _check_counts(seed: int | None, budget: int | None, folds: int | None) -> None:
-    """Refuse numbers that no comparison can have.
-
-    Raises:
-        InputError: one is.
-    """
-    for name, value, least in (("seed", seed, 0), ("budget", budget, 1), ("folds", folds, 2)):
-        if value is not None and (not isinstance(value, Integral) or value < least):
-            raise InputError(f"{option(name)} must be a whole number >= {least}, got {value!r}")
-    if folds is not None and folds > MOST_FOLDS:
-        raise InputError(f"{option('folds')} must be {MOST_FOLDS:,} at most, got {folds}")
 
 
 @dataclass(frozen=True)
@@ -295,8 +270,6 @@ def _with_velocity(
     """
     richest = parameter_sets[-1]
     if richest.rig.approach == "output_error":
-        if velocity != "auto":
-            raise InputError(f"rig {richest.rig.name} is simulated: it reads no velocity of a log")
         return parameter_sets, _Velocity("position")
     chosen, violations = with_velocity(richest, data, velocity)
     source = as_balanced(chosen.rig).filtering.velocity
@@ -342,52 +315,6 @@ def _synchronised(
             return data
         return replace(data.advanced(parameters.rig, said[0]), delay_known=said[1])
     return synchronised(parameters, data, delay, velocity=velocity).data
-
-
-def _parameters(
-    axis: Rig,
-    laws: Sequence[str | Law] | None,
-    fixed: dict[str, float],
-    bounds: dict[str, tuple[float, float]],
-    objective: Objective,
-) -> list[Parameters]:
-    """The laws with their parameters, the simplest first.
-
-    Raises:
-        InputError: an unknown law, one that is given twice, one with states where forces are
-            balanced, or a name that no law knows.
-    """
-    chosen = [rig_and_law(axis, law)[1] for law in (axis.laws if laws is None else laws)]
-    names = [law.name for law in chosen]
-    if twice := [n for n in names if names.count(n) > 1]:
-        raise InputError(f"law {twice[0]} is given twice: give it once")
-    if not chosen:
-        raise InputError("no law was given")
-    if axis.approach == "force_balance" and (driven := [law.name for law in chosen if law.states]):
-        raise InputError(
-            f"law {driven[0]} has inner states, whose balance counts rests and reversals, too: "
-            f"their errors are not those of other laws; identify each with {option('holdout')}"
-        )
-    known_names: set[str] = set()
-    result = []
-    for law in chosen:
-        names_of_law = {n for q in axis.parameters(law) for n in (q.name, axis.label(q.name))}
-        known_names |= names_of_law
-        result.append(
-            partition(
-                axis,
-                law,
-                fixed={n: v for n, v in fixed.items() if n in names_of_law},
-                bounds={n: v for n, v in bounds.items() if n in names_of_law},
-                objective=objective,
-            )
-        )
-    if strange := [n for n in (*fixed, *bounds) if n not in known_names]:
-        raise InputError(
-            f"no law here has a parameter {strange[0]!r} on rig {axis.name}: there are "
-            f"{', '.join(sorted(known_names))}"
-        )
-    return sorted(result, key=lambda p: len(p.free))
 
 
 def _answerable(
