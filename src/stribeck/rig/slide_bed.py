@@ -81,7 +81,7 @@ def _constants() -> tuple[Constant, ...]:
         constant("dp", m * dv * 1e-3, "N s", "impulse that ends rest, m dv", derived, "derived"),
         constant("ramp_speed", 0.0, "mm/s",
                  "speed of the command where a log has none; 0: the log's mean speed", section),
-        constant("step", 1.0, "ms",
+        constant("step", 10.0, "ms",
                  "longest step where a law reads more than speed, or never sticks", "docs/rigs.md"),
         # So small that a slip starts when it should: under a friction that falls by more than
         # m/step, an implicit step does not feel that rest is not stable, and lingers.
