@@ -6,19 +6,20 @@ its matrices transposed, and cells and structures as references into `#refs#`, w
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from .arrays import by_length, matrix_names
+from .arrays import matrix_names
 from .isolated import IsolatedFormat
-from .lazy_log import LazyLog
 from .log_file import Channel, Reader, ReadOptions
 from .raw_table import RawTable, listed, shortened
+from .sliced_log import SlicedLog, SlicedRows
 
 LIBRARIES = ("h5py",)
 _MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -66,20 +67,16 @@ class _DatasetColumns:
             return np.asarray(self.dataset[:, start:stop], dtype=float).T
         return np.asarray(self.dataset[start:stop], dtype=float)
 
-    def columns(self, wanted: Collection[str]) -> dict[str, np.ndarray[Any, Any]]:
-        """Those of its columns, (N,) each, read in blocks."""
-        kept = [i for i, name in enumerate(self.names) if name in wanted]
+    @property
+    def block(self) -> int:
+        """Rows that are read at a time: so that each of its chunks is unpacked once."""
         block = max(_BLOCK // len(self.names), 1)
-        if self.dataset.chunks and not self.transposed:  # each is unpacked once
-            block = -(-block // self.dataset.chunks[0]) * self.dataset.chunks[0]
-        values = np.empty((len(kept), self.count))
-        for start in range(0, self.count, block):
-            stop = min(start + block, self.count)
-            values[:, start:stop] = self.rows(start, stop)[:, kept].T
-        return {self.names[i]: values[k] for k, i in enumerate(kept)}
+        if self.dataset.chunks and not self.transposed:
+            return int(-(-block // self.dataset.chunks[0]) * self.dataset.chunks[0])
+        return block
 
 
-def library_log(path: Path, options: ReadOptions) -> LazyLog:
+def library_log(path: Path, options: ReadOptions) -> SlicedLog:
     """An HDF5 file, in the process that has h5py.
 
     Raises:
@@ -104,18 +101,25 @@ def library_log(path: Path, options: ReadOptions) -> LazyLog:
     channels = [c for s in series for c in _channels(s)]
     channels += [Channel(n, None, 1, ends=(v, v), constant=True) for n, v in scalars.items()]
 
-    def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
-        columns = {
-            n: a
-            for s in series
-            if set(s.names).intersection(wanted)
-            for n, a in s.columns(wanted).items()
-        }
-        units = {n: s.unit for s in series if s.unit for n in s.names}
-        return by_length(columns, units, {n: v for n, v in scalars.items() if n in wanted})
+    owners = {name: (one, i) for one in series for i, name in enumerate(one.names)}
+
+    def empty(names: Sequence[str]) -> RawTable:
+        units = {n: unit for n in names if (unit := owners[n][0].unit)}
+        none = np.empty(0)
+        return RawTable(dict.fromkeys(names, none), np.empty(0, np.int64), "row", units=units)
+
+    def pieces(names: Sequence[str], rows: range) -> Iterator[SlicedRows]:
+        own = [one for one in series if set(one.names).intersection(names)]
+        block = max((one.block for one in own), default=1)
+        stops = range(rows.start - rows.start % block + block, rows.stop + block, block)
+        for start, stop in pairwise([rows.start, *(min(stop, rows.stop) for stop in stops)]):
+            if start < stop:
+                values = {id(one): one.rows(start, stop) for one in own}
+                columns = {n: values[id(owners[n][0])][:, owners[n][1]] for n in names}
+                yield SlicedRows(None, columns)
 
     problems = (f"left out, not columns of numbers: {listed(skipped)}",) if skipped else ()
-    return LazyLog(tuple(channels), load, problems)
+    return SlicedLog(tuple(channels), empty, pieces, scalars, problems)
 
 
 _FORMAT = IsolatedFormat("hdf5_file", LIBRARIES, "an HDF5 file")

@@ -21,6 +21,7 @@ from ...errors import InputError
 from ...space import Array
 from ...wording import is_command_line
 from .budget import ReadBudget, refuse_many
+from .interval import Interval
 from .log_file import Channel, ReadOptions, TablesInMemory
 from .raw_table import RawTable, shortened
 
@@ -69,7 +70,8 @@ class IsolatedFormat:
             left = "; ".join(entry["problems"][:3])
             raise InputError(f"has no channels of numbers{f': {left}' if left else ''}")
         text = {name: (place, cell) for name, (place, cell) in entry["text"].items()}
-        return IsolatedLog(self, path, options, channels, text, tuple(entry["problems"]), tables)
+        kind = SlicedIsolatedLog if entry["sliced"] else IsolatedLog
+        return kind(self, path, options, channels, text, tuple(entry["problems"]), tables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +107,34 @@ class IsolatedLog:
         budget = ReadBudget(size_on_disk(self.path))
         for rows, columns in Counter(c.count for c in asked).items():
             budget.take_cells(rows, columns)
+        return self._answered(asked)
+
+    def _answered(
+        self, asked: Sequence[Channel], interval: Interval | None = None
+    ) -> tuple[RawTable, ...]:
+        names = [c.name for c in asked]
         if self.few is not None:
             return TablesInMemory(self.few).tables(names)
-        request = {"options": asdict(self.options), "names": [c.name for c in asked]}
+        request = {
+            "options": asdict(self.options),
+            "names": names,
+            "interval": None if interval is None else asdict(interval),
+        }
         with _LibraryAnswer(self.format, self.path, request) as answer:
             return answer.tables()
+
+
+@dataclass(frozen=True, eq=False)
+class SlicedIsolatedLog(IsolatedLog):
+    """The same of a format of which a part can be read."""
+
+    def part(self, names: Collection[str], interval: Interval) -> tuple[RawTable, ...]:
+        """Samples of channels in an interval, and a few beside it.
+
+        Raises:
+            InputError: as `tables` does.
+        """
+        return self._answered([c for c in self.channels if c.name in names], interval)
 
 
 def size_on_disk(*files: Path) -> int:
@@ -182,9 +207,24 @@ class _LibraryAnswer:
             budget.take_cells(head["rows"], len(head["columns"]))
         return tuple(_table(head, self) for head in self.head["tables"])
 
-    def numbers(self, count: int) -> Array:
-        """The next of the numbers."""
-        values = np.empty(count)
+    def count(self, most: int) -> int:
+        """The rows of the next piece.
+
+        Raises:
+            InputError: there are none, or more than were announced.
+        """
+        written = self._stdout.read(8)
+        count = int.from_bytes(written, sys.byteorder)
+        if not 0 < count <= most:
+            raise self._broken("it ends early")
+        return count
+
+    def numbers(self, values: Array) -> None:
+        """Fill an array with the next of the numbers.
+
+        Raises:
+            InputError: there are fewer.
+        """
         cells = values.view(np.uint8)
         at = 0
         while at < len(cells):
@@ -193,7 +233,6 @@ class _LibraryAnswer:
                 raise self._broken("it ends early")
             cells[at : at + len(piece)] = np.frombuffer(piece, dtype=np.uint8)
             at += len(piece)
-        return values
 
     @property
     def _stdin(self) -> IO[bytes]:
@@ -239,11 +278,17 @@ def _channel(entry: Mapping[str, Any]) -> Channel:
 
 
 def _table(head: Mapping[str, Any], answer: _LibraryAnswer) -> RawTable:
-    rows = head["rows"]
-    t = answer.numbers(rows) if head["timed"] else None
+    rows, first, at = head["rows"], head["first"], 0
+    t = np.empty(rows) if head["timed"] else None
+    columns = {name: np.empty(rows) for name in head["columns"]}
+    while at < rows and columns:
+        count = answer.count(rows - at)
+        for values in (*([] if t is None else [t]), *columns.values()):
+            answer.numbers(values[at : at + count])
+        at += count
     return RawTable(
-        {name: answer.numbers(rows) for name in head["columns"]},
-        np.arange(1, rows + 1),
+        columns,
+        np.arange(first + 1, first + rows + 1),
         head["word"],
         {name: (place, cell) for name, (place, cell) in head["text"].items()},
         head["scalars"],

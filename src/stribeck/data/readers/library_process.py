@@ -5,8 +5,9 @@
 A damaged file can make a library crash, loop, or ask for all memory there is. So it runs in a
 process of its own, with `BYTES` of memory beside what its imports took, and `SECONDS` of the
 processor. `MODULE` is a module of this folder that has `library_log`. The request says with which
-options, and which channels; the answer is a line of JSON and then the numbers, float64, column by
-column. Of this package only what that module imports is loaded, not what `stribeck` as a whole is.
+options, which channels and of what time; the answer is a line of JSON and then the numbers,
+float64, piece by piece. Of this package only what that module imports is loaded, not what
+`stribeck` as a whole is.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict
 from importlib import import_module
@@ -22,7 +23,7 @@ from math import ceil
 from pathlib import Path
 from time import process_time
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -36,6 +37,14 @@ THREADS = 128 << 20
 FEW = 1 << 20
 _CHUNK = 1 << 20
 _PACKAGES = ("stribeck", "stribeck.data", "stribeck.data.readers")
+
+
+class _AskedTable(NamedTuple):
+    """A table, its rows, and its samples in pieces."""
+
+    table: RawTable
+    rows: range
+    pieces: Iterator[Any]
 
 
 def main() -> None:
@@ -72,7 +81,7 @@ def answer(
         with words.on_command_line(entered=request.get("typed", False)):
             log = reader.library_log(path, options)
             if "names" in request:
-                _write_tables(log.tables(request["names"]), output)
+                _write_tables(_parts(log, request), output)
             else:
                 _write_contents(log, output)
     except MemoryError:
@@ -112,20 +121,37 @@ def _write_contents(log: LogFile, output: BinaryIO) -> None:
         "problems": log.problems,
     }
     few = sum(channel.count for channel in log.channels) <= FEW
-    tables = log.tables() if few else None
-    heads = None if tables is None else [_head(table) for table in tables]
-    _write_line({**contents, "tables": heads}, output)
+    tables = list(_parts(log, {})) if few else None
+    heads = None if tables is None else [_head(*table) for table in tables]
+    _write_line({**contents, "sliced": hasattr(log, "pieces"), "tables": heads}, output)
     _write_numbers(tables or (), output)
 
 
-def _write_tables(tables: tuple[RawTable, ...], output: BinaryIO) -> None:
-    _write_line({"tables": [_head(table) for table in tables]}, output)
-    _write_numbers(tables, output)
+def _parts(log: Any, request: Mapping[str, Any]) -> Iterator[_AskedTable]:
+    """The tables that are asked for, each with its pieces as they are read."""
+    names, interval = request.get("names"), request.get("interval")
+    if not hasattr(log, "pieces"):
+        for table in log.tables(names):
+            rows = range(len(table.places))
+            yield _AskedTable(
+                table, rows, iter([(table.t, table.columns)] if rows and table.columns else [])
+            )
+        return
+    kind = import_module(f"{_PACKAGES[-1]}.interval").Interval
+    for table, rows in log.parts(names, None if interval is None else kind(**interval)):
+        yield _AskedTable(table, rows, log.pieces(list(table.columns), rows))
 
 
-def _head(table: RawTable) -> Mapping[str, Any]:
+def _write_tables(parts: Iterable[_AskedTable], output: BinaryIO) -> None:
+    every = list(parts)
+    _write_line({"tables": [_head(*part) for part in every]}, output)
+    _write_numbers(every, output)
+
+
+def _head(table: RawTable, rows: range, _pieces: Any) -> Mapping[str, Any]:
     return {
-        "rows": len(table.places),
+        "first": rows.start,
+        "rows": len(rows),
         "columns": list(table.columns),
         "timed": table.t is not None,
         "clock": table.clock,
@@ -138,12 +164,15 @@ def _head(table: RawTable) -> Mapping[str, Any]:
     }
 
 
-def _write_numbers(tables: tuple[RawTable, ...], output: BinaryIO) -> None:
-    for table in tables:
-        for values in (*([] if table.t is None else [table.t]), *table.columns.values()):
-            for start in range(0, len(values), _CHUNK):
-                piece = np.asarray(values[start : start + _CHUNK], dtype=np.float64)
-                output.write(piece.tobytes())
+def _write_numbers(parts: Iterable[_AskedTable], output: BinaryIO) -> None:
+    """The pieces of each table: how many rows, then their instants, then column by column."""
+    for part in parts:
+        for t, columns in part.pieces:
+            output.write(np.int64(len(next(iter(columns.values())))).tobytes())
+            for values in (*([] if t is None else [t]), *columns.values()):
+                for start in range(0, len(values), _CHUNK):
+                    piece = np.asarray(values[start : start + _CHUNK], dtype=np.float64)
+                    output.write(piece.tobytes())
 
 
 def _write_line(entry: Mapping[str, Any], output: BinaryIO) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,12 @@ import numpy as np
 
 from ...space import Array
 from .isolated import IsolatedFormat
-from .lazy_log import LazyLog
 from .log_file import Channel, Reader, ReadOptions
 from .raw_table import RawTable, listed, unique_names
+from .sliced_log import SlicedLog, SlicedRows
 
+#: Records that are read at a time, with all channels of their group.
+_BLOCK = 1 << 16
 LIBRARIES = ("asammdf", "asammdf.blocks.mdf_v4", "asammdf.blocks.mdf_v3")
 
 
@@ -31,7 +33,7 @@ class _Place:
     index: int
 
 
-def library_log(path: Path, _options: ReadOptions) -> LazyLog:
+def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
     """An MDF file, in the process that has asammdf."""
     from asammdf import MDF  # noqa: PLC0415 - an extra
 
@@ -61,15 +63,26 @@ def library_log(path: Path, _options: ReadOptions) -> LazyLog:
         if unit:
             units[name] = unit
 
-    def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
-        groups = sorted({where[n].group for n in wanted})
-        return tuple(
-            _table(file, g, {n: where[n] for n in wanted if where[n].group == g}, units)
-            for g in groups
+    def empty(names: Sequence[str]) -> RawTable:
+        timed = spans[where[names[0]].group] is not None
+        return RawTable(
+            {n: np.empty(0) for n in names},
+            np.empty(0, np.int64),
+            "record",
+            units={n: units[n] for n in names if n in units},
+            t=np.empty(0) if timed else None,
+            clock=f"group {where[names[0]].group}" if timed else "",
+            began=_began(file) if timed else None,
         )
 
+    def pieces(names: Sequence[str], rows: range) -> Iterator[SlicedRows]:
+        timed = spans[where[names[0]].group] is not None
+        for start in range(rows.start, rows.stop, _BLOCK):
+            count = min(_BLOCK, rows.stop - start)
+            yield _piece(file, {n: where[n] for n in names}, start, count, timed=timed)
+
     problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
-    return LazyLog(tuple(channels), load, problems)
+    return SlicedLog(tuple(channels), empty, pieces, problems=problems)
 
 
 _FORMAT = IsolatedFormat("mdf4", LIBRARIES, "an MDF file")
@@ -134,25 +147,17 @@ def _values(signal: Any) -> Array:
     return values
 
 
-def _table(file: Any, group: int, places: dict[str, _Place], units: dict[str, str]) -> RawTable:
-    """Channels of one group."""
+def _piece(
+    file: Any, places: dict[str, _Place], start: int, count: int, *, timed: bool
+) -> SlicedRows:
+    """Some records of channels of one group."""
     columns: dict[str, Array] = {}
     t: Array | None = None
     for name, place in places.items():
-        signal = _signal(file, place)
+        signal = _signal(file, place, record_offset=start, record_count=count)
         columns[name] = _values(signal)
-        t = np.asarray(signal.timestamps, dtype=float) if t is None else t
-    timed = file.masters_db.get(group) is not None
-    rows: Sequence[int] = range(1, len(next(iter(columns.values()))) + 1)
-    return RawTable(
-        columns,
-        np.asarray(rows),
-        "record",
-        units={n: u for n, u in units.items() if n in columns},
-        t=t if timed else None,
-        clock=f"group {group}" if timed else "",
-        began=_began(file) if timed else None,
-    )
+        t = np.asarray(signal.timestamps, dtype=float) if timed and t is None else t
+    return SlicedRows(t, columns)
 
 
 def _began(file: Any) -> float | None:

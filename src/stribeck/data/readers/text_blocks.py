@@ -146,7 +146,7 @@ class BlockedText:
         blocks = [self.blocks[k] for k in chosen]
         for k, (block, text) in zip(chosen, self.file.each(blocks), strict=True):
             rows = self._rows_of(block, text)
-            if rows.may_be_long():
+            if rows.may_be_long(self.rows[k]):
                 rows.refuse_long_rows()
             frame = rows.columns(read, at)
             if frame.height != self.rows[k]:

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,21 +102,22 @@ class TextRows:
     def count(self) -> int:
         """How many rows there are."""
         mark = self.comment.encode()
-        if self._spans_lines():
+        if self._spans_lines:
             return sum(not line.startswith(mark) for _, line in self._numbered())
         lines = count(self.body, _LINE_FEED)
-        comments = self.body.startswith(mark) + self.body.count(b"\n" + mark)
+        comments = 0 if mark not in self.body else self.body.count(b"\n" + mark)
+        comments += self.body.startswith(mark)
         return lines + (bool(self.body) and not self.body.endswith(b"\n")) - comments
 
-    def may_be_long(self) -> bool:
-        """Whether there may be a row of more fields than the table has columns.
+    def may_be_long(self, rows: int) -> bool:
+        """Whether there may be a row of more fields than the table has columns, among so many.
 
         Not if separators are no more than all rows have, and none of these may lack one.
         """
         layout = self.layout
         if layout.separator == " ":
             return False  # all columns are parsed, which shows it
-        most = self.count() * (layout.width - 1)
+        most = rows * (layout.width - 1)
         return layout.width > len(layout.heads) or count(self.body, ord(layout.separator)) > most
 
     def _numbers(self, kept: Collection[int], words: Collection[int]) -> pl.DataFrame | None:
@@ -145,13 +147,13 @@ class TextRows:
             body = re.sub(rb"(?m)^\t|\t$", b"", re.sub(rb"[ \t]+", b"\t", body))
         chosen = sorted(kept) if len(kept) < len(kinds) and separator != " " else None
         frame = pl.read_csv(
-            io.BytesIO(body),
+            body,
             has_header=False,
             schema={str(i): kind for i, kind in enumerate(kinds)},
             columns=chosen,
             separator="\t" if separator == " " else separator,
             quote_char='"' if b'"' in body else None,
-            comment_prefix=self.comment,
+            comment_prefix=self.comment if self.comment.encode() in body else None,
             missing_columns="insert",
             **options,
         )
@@ -160,13 +162,15 @@ class TextRows:
     def places(self, rows: int) -> NDArray[np.int64]:
         """The line number of each row."""
         mark = self.comment.encode()
-        if b"\n" + mark not in b"\n" + self.body and not self._spans_lines():
+        commented = mark in self.body and b"\n" + mark in b"\n" + self.body
+        if not commented and not self._spans_lines:
             return np.arange(rows) + self.line
         filled = (number for number, line in self._numbered() if not line.startswith(mark))
         lines = np.fromiter(filled, dtype=np.int64)[:rows]
         after = (lines[-1] if len(lines) else 0) + 1
         return np.append(lines, np.arange(rows - len(lines)) + after)  # never too few
 
+    @cached_property
     def _spans_lines(self) -> bool:
         """Whether a quoted cell has a line end in it."""
         if b'"' not in self.body:
@@ -177,7 +181,7 @@ class TextRows:
     def _numbered(self) -> Iterator[tuple[int, bytes]]:
         """Rows with the number of their first line; a list of them would be ten times as long."""
         lines = enumerate(io.BytesIO(self.body), self.line)
-        if not self._spans_lines():
+        if not self._spans_lines:
             yield from lines
             return
         begin = 0
