@@ -169,7 +169,7 @@ def test_what_no_log_of_a_ramp_shows_is_told_with_what_it_moves(late: float) -> 
     fit = bed(late)
     (sentence,) = recorded(fit)
     assert sentence in fit.warnings
-    assert "does not show how much later than its command" in sentence
+    assert "the log cannot show how much later than its command" in sentence
     assert "0 ± 20 ms is assumed" in sentence
     assert "F_C falls 0.02" in sentence  # N each ms
     assert {e.verdict for e in fit.estimates if e.name in ("F_S", "F_C")} == {"identified"}

@@ -14,6 +14,7 @@ from ..wording import either, option
 from .conditions import Violation
 from .initial_state import FreeStartProblem
 from .moved_estimates import refit_text
+from .segment import recordings_of
 from .uncertainty.covariance import HALF_WIDTH
 from .uncertainty.verdict import IDENTIFIED
 
@@ -149,16 +150,17 @@ def _sentence(problem: MotionProblem, delay: MotionDelay, moved: Sequence[_Delay
     source = "was said" if delay.said else "is assumed (a sample)"
     prior = f"0 ± {2e3 * delay.known:.3g} ms {source}"
     changes = ", ".join(_change(problem, m) for m in moved)
+    logs = "log" if len(recordings_of(problem.train)) == 1 else "logs"
     later = f"later than its {_drive(problem)}"
     if delay.shown:
         shows = f"{1e3 * delay.seconds:.2g} ± {1e3 * HALF_WIDTH * delay.error:.2g} ms"
         return (
-            f"by the log the motion was recorded {shows} {later}, {prior} beforehand, and "
+            f"by the {logs} the motion was recorded {shows} {later}, {prior} beforehand, and "
             f"intervals hold that: {changes} for each ms: {_advice()}"
         )
     soonest = 1e3 * min((m.half_width / abs(m.slope) for m in moved), default=0.0)
     return (
-        f"the log does not show how much {later} the motion was recorded, {prior}: {changes} for "
+        f"the {logs} cannot show how much {later} the motion was recorded, {prior}: {changes} for "
         f"each ms, and {float(f'{soonest:.2g}'):g} ms would be beyond an interval: {_advice()}"
     )
 
