@@ -62,15 +62,15 @@ def _found(name: str) -> Any:
 
 
 def _fault(kind: str, perturbation: str, *parameters: str) -> str:
-    """A row of the fault table: biases, how often identified, and whether it is told."""
+    """A row of the fault table: biases, how often identified, and whether the table has it told."""
     rows = [r for r in _found("faults")["rows"] if r["kind"] == kind]
-    (row,) = [r for r in rows if r["perturbation"] == perturbation]
+    row = next(r for r in rows if r["perturbation"] == perturbation)  # with exact constants first
     found = [(n, row["parameters"][n]) for n in parameters or row["parameters"]]
     texts = [
         f"{n} {100 * p['bias']:+.1f} %, identified in {p['identified']} of {p['of']}"
         for n, p in found
     ]
-    return f"{'; '.join(texts)}; {'told' if row['told'] else 'not told'}"
+    return "; ".join([*texts, *(["told"] if row["told"] else [])])
 
 
 def _held(study: str, parameter: str) -> str:
@@ -186,7 +186,7 @@ def _losses() -> str | None:
 
 
 def _faults(words: str) -> str:
-    return f"python benchmarks/faults.py --only '{words}'"
+    return f"python benchmarks/faults.py --only '{words.partition('^')[0]}'"  # of a pattern
 
 
 CASES: Sequence[Case] = (
