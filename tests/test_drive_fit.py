@@ -273,7 +273,8 @@ def test_a_simulated_axis_has_wide_levels_and_narrow_ratios(
     log = Recording(motion.t, position, force=motion.force).through(chain)
     fit = identify(log, rig="presliding", law="dahl", repeats=1, budget=1000)
     level = by_name(fit)["F_C"]
-    assert (level.high - level.low) / 2 / level.value == pytest.approx(0.049, rel=0.02)
+    # A tolerance of 5 % is 4.9 % at 95 %, and the log's own noise comes on top.
+    assert 0.049 <= (level.high - level.low) / 2 / level.value <= 0.052
     ratio = next(r for r in fit.ratios if r.name == "sigma_0 / F_C")
     assert ratio.low < 1e6 / 12.0 < ratio.high
     assert (ratio.high - ratio.low) / 2 / ratio.value < 0.002

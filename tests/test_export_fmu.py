@@ -26,7 +26,7 @@ from stribeck.export.fmu.description import exponents
 from stribeck.export.model import Model
 from stribeck.friction import law_named
 from stribeck.friction.law import NORMAL
-from stribeck.rig.motion.drives import FORCE, JOINT
+from stribeck.rig.motion.drives import AXIS, IDLE, AxisConstants, AxisInputs, rows
 from stribeck.rig.motion.implicit import motions
 from stribeck.rig.motion.track import Track, track
 from stribeck.rig.simulated import SimulatedRig
@@ -239,19 +239,13 @@ def rig_of(model: Model) -> SimulatedRig:
     return model.rig
 
 
-def inputs_of(model: Model) -> list[str]:
-    """The names of its inputs, in the order in which its drive reads them."""
-    return [v.name for v in axis(model).of("input") if v.name not in ("temperature", "pressure")]
-
-
 def moved(unit: Unit, model: Model, segment: Track, **values: float) -> Array:
     """The unit's motion over a prepared track: (4, N)."""
-    rows = dict(zip(inputs_of(model), segment.inputs[2:], strict=True))
-    rows |= {"temperature": segment.inputs[1]} if "temperature" in unit.references else {}
-    rows |= {"pressure": segment.inputs[0]} if "pressure" in unit.references else {}
-    start = {name: x[0] for name, x in rows.items()}
+    places = {v.name: v.place for v in axis(model).of("input") if v.place < len(segment.inputs)}
+    series = {name: segment.inputs[place] for name, place in places.items()}
+    start = {name: x[0] for name, x in series.items()}
     unit.begin(position_start=segment.x0, velocity_start=segment.v0, **start, **values)
-    return unit.walk(segment.t - segment.t[0], rows)
+    return unit.walk(segment.t - segment.t[0], series)
 
 
 def ramp(temperature: float = 293.15) -> Track:
@@ -318,15 +312,16 @@ SERVO = {
 }  # fmt: skip
 
 
-def forced(model: Model, t: Array, *inputs: Array, constants: Array, kind: int = FORCE,
-           hold: bool = False) -> Array:  # fmt: skip
-    """Positions of an axis under a force, as `implicit` has them, with the unit's own steps."""
+def forced(
+    model: Model, t: Array, constants: AxisConstants, hold: bool = False, **inputs: Array
+) -> Array:
+    """Positions of an axis under inputs, as `implicit` has them, with the unit's own steps."""
     settings = {v.name: v.start for v in axis(model).of("setting")}
-    x0 = 0.1
-    segment = Track(t, t, t, x0, t, t, np.empty((3, 0)), inputs=np.array(inputs),
-                    held=np.full(len(inputs), float(hold)))  # fmt: skip
+    table = np.array(AxisInputs(**{n: x + 0 * t for n, x in {**IDLE._asdict(), **inputs}.items()}))
+    segment = Track(t, t, t, 0.1, t, t, np.empty((3, 0)), inputs=table,
+                    held=np.full(len(table), float(hold)))  # fmt: skip
     q, _, _ = motions(
-        model.law, kind, model.p[None], constants[None], segment, settings["step"] or 0.0,
+        model.law, AXIS, model.p[None], rows(constants, 1), segment, settings["step"] or 0.0,
         settings["tolerance"] or 0.0,
     )  # fmt: skip
     position: Array = q[0]
@@ -337,9 +332,8 @@ def forced(model: Model, t: Array, *inputs: Array, constants: Array, kind: int =
 @pytest.mark.parametrize("law", ["coulomb-viscous", "stribeck", "coulomb-viscous-directional"])
 def test_emps_follows_its_recorded_force(opened: Callable[[Model], Unit], law: str) -> None:
     model, t, force = emps(law)
-    nothing = np.zeros(len(t))
     offset = 0.0 if model.law.directional else -3.1648
-    expected = forced(model, t, nothing, nothing, force, constants=np.array([95.1089, offset]))
+    expected = forced(model, t, AxisConstants(M=95.1089, g_0=offset), added=force)
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0])
     motion = unit.walk(t, {"force": force})
@@ -371,10 +365,7 @@ def test_fmpy_simulates_a_recorded_force(tmp_path: Path) -> None:
         str(tmp_path / "axis.fmu"), stop_time=t[-1], output_interval=1e-3, input=inputs,
         start_values={"position_start": 0.1}, output=["position"],
     )  # fmt: skip
-    nothing = np.zeros(len(t))
-    expected = forced(
-        model, t, nothing, nothing, force, constants=np.array([95.1089, -3.1648]), hold=True
-    )
+    expected = forced(model, t, AxisConstants(M=95.1089, g_0=-3.1648), hold=True, added=force)
     assert difference(np.interp(t, motion["time"], motion["position"]), expected) <= 1e-6
 
 
@@ -404,8 +395,10 @@ def test_a_joint_is_the_rigs_with_a_torque_that_follows_or_is_held(
     rig = rig_of(model).set(hold=hold, limit=20.0, kp=60.0)
     t = np.arange(0.0, 3.0, 4e-3)
     command = 0.5 * np.sin(2.0 * t)
-    inputs = np.array([0 * t, 0 * t, command, np.gradient(command, t), 0.3 * np.sign(np.sin(t))])
-    segment = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(5))
+    nothing = np.zeros(len(t))
+    steps = 0.3 * np.sign(np.sin(t))
+    inputs = np.array([nothing, nothing, nothing, command, np.gradient(command, t), steps])
+    segment = Track(t, t, t, 0.05, t, t, np.empty((3, 0)), v0=0.2, inputs=inputs, held=np.zeros(6))
     expected = rig.move(model.law, model.values[None], segment)
     motion = moved(opened(model), model, segment, hold=hold, limit=20.0, kp=60.0)
     assert difference(motion[0], expected.position[0]) <= 1e-9
@@ -420,8 +413,8 @@ def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
     model = model_with("forced-pendulum", "coulomb-viscous", values, (-5.0, 5.0))
     t = np.arange(0.0, 5.0, 5e-3)
     torque = 0.8 * np.sin(3.0 * t)
-    joint = np.array([0.06, 0.0, 0.0, 1.2, 0.2, 0.03, np.inf, 0.0])
-    expected = forced(model, t, *(0.0 * t for _ in range(4)), torque, constants=joint, kind=JOINT)
+    joint = AxisConstants(M=0.06, g_sin=1.2, g_cos=0.2, g_0=0.03)
+    expected = forced(model, t, joint, feed_forward=torque)
     unit = opened(model)
     unit.begin(position_start=0.1)
     motion = unit.walk(t, {"force": torque})
@@ -436,7 +429,7 @@ def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model]
     area = np.pi / 4 * 0.025**2 + 1e-5
     force = pressure * area + 150.0 * np.sin(4.0 * t)
     expected = forced(
-        model, t, pressure, 0.0 * t, force - pressure * area, constants=np.array([8.0, 3.0])
+        model, t, AxisConstants(M=8.0, g_0=3.0), normal=pressure, added=force - pressure * area
     )
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0], pressure=pressure[0])

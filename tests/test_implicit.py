@@ -418,8 +418,8 @@ def test_a_range_starts_from_the_measured_state() -> None:
 @pytest.mark.parametrize(
     ("name", "rotary", "message"),
     [
-        ("servo-pendulum", True, "needs the goal of the servo"),
-        ("joint", True, "needs the commanded angle"),
+        ("servo-pendulum", True, "needs the commanded position"),
+        ("joint", True, "needs the commanded position"),
         ("presliding", False, "needs the measured force"),
         ("presliding", True, "position is an angle"),
         ("joint", False, "position is a length"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ import pytest
 from command import Completed, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
 from stribeck.constant import constant
-from stribeck.rig.equation import FIRST, THIRD, Equation, Input
-from stribeck.rig.motion.drives import JOINT
+from stribeck.rig.equation import Equation, Input
+from stribeck.rig.motion.drives import AXIS, FEED_FORWARD, GOAL, AxisConstants
 from stribeck.rig.motion.track import Track
 from stribeck.rig.rig import Motion
 from stribeck.rig.simulated import SimulatedRig
@@ -27,29 +27,33 @@ from stribeck.space import Array
 class BeltAxis(SteppedRig):
     """M dv/dt = clip(k_f kv (kp (x_c − x) − v), k_f i_max) − offset − F_f: a cascade controller."""
 
-    kind: ClassVar[int] = JOINT
-    held: ClassVar[tuple[bool, ...]] = (False, False, False)
-    entry: ClassVar[int | None] = THIRD
+    @property
+    def entry(self) -> int:
+        return FEED_FORWARD
 
-    def inputs(self, recording: Recording) -> tuple[Array, ...]:
+    def inputs(self, recording: Recording) -> Mapping[str, Array]:
         if recording.command is None:
             raise InputError(f"{recording.label}: rig {self.name} needs a command")
-        nothing = np.zeros(len(recording))
-        return recording.command, nothing, nothing
+        return {"goal": recording.command, "feed_forward": np.zeros(len(recording))}
 
-    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
         per_speed = values["k_f"] * values["kv"]
-        most = values["k_f"] * values["i_max"]
-        return values["mass"], per_speed * values["kp"], per_speed, 0, 0, values["pull"], most
+        return AxisConstants(
+            M=values["mass"],
+            k_p=per_speed * values["kp"],
+            k_d=per_speed,
+            g_0=values["pull"],
+            limit=values["k_f"] * values["i_max"],
+        )
 
     def equation(self, law: Law) -> Equation:
         del law
         return Equation(
-            self.kind,
+            AXIS,
             "mass a = clip(k_f kv (kp (command − x) − v) + added_force, k_f i_max) − pull − F_f",
             (
-                Input("command", "m", "commanded position", FIRST),
-                Input("added_force", "N", "added to the drive's force", THIRD),
+                Input("command", "m", "commanded position", GOAL),
+                Input("added_force", "N", "added to the drive's force", FEED_FORWARD),
             ),
             ("kp", "kv", "k_f", "i_max"),
             self.coefficients,

@@ -127,8 +127,8 @@ def test_a_scatter_counts_the_slips_that_tell_it() -> None:
 
 def test_a_scatter_takes_a_rig_that_says_what_pulls() -> None:
     parameters, begun = slips(bed_log(0.1), as_simulated(RIGS["slide-bed"]), "stribeck")
-    silent = as_simulated(RIGS["servo-pendulum"])
-    with pytest.raises(InputError, match="servo-pendulum does not say what pulls at an axis"):
+    silent = as_simulated(RIGS["presliding"])
+    with pytest.raises(InputError, match="presliding does not say what pulls at an axis"):
         scatter(replace(parameters, rig=silent), begun)
 
 

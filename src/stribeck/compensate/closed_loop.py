@@ -31,8 +31,16 @@ from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import DRIVE, term_places, terms_factor
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
-from ..rig.motion.drive_force import commanded, driven, joint_constants, mixed
-from ..rig.motion.drives import JOINT
+from ..rig.motion.drive_force import (
+    DEMAND,
+    LOAD_ROOM,
+    LOOP_MEMORY,
+    demanded,
+    driven,
+    held_demand,
+    mixed,
+)
+from ..rig.motion.drives import ENABLED, INPUTS
 from ..rig.motion.implicit import EACH, FEWEST, MOST_STEPS, ROOM, started
 from ..rig.motion.passage import MEMORY, passed
 from ..rig.motion.row_pool import borrowed
@@ -245,9 +253,12 @@ def _loops(
     m = len(inputs)
     term, term_m, p_m = borrowed(term), borrowed(term_m), borrowed(p_m)
     states_owner = np.empty((6, max(states, states_m, 1)))
-    u_owner, load_owner = np.empty(m), np.empty(5)
+    u_owner, load_owner = np.zeros(INPUTS), np.empty(LOAD_ROOM)
     memory_owner, ends_owner = np.empty(MEMORY), np.empty((m, 2))
+    demands_owner = np.empty(LOOP_MEMORY)
+    u_owner[ENABLED] = 1.0
     u, load, memory = borrowed(u_owner), borrowed(load_owner), borrowed(memory_owner)
+    demands = borrowed(demands_owner)
     ends = borrowed(ends_owner)  # the inputs at this sample and at the end of it
     z, coarse, half, fine, z_m, new = (
         borrowed(states_owner[0]), borrowed(states_owner[1]), borrowed(states_owner[2]),
@@ -257,17 +268,15 @@ def _loops(
         row = row_pool.next_row(counter)
         if row >= len(p):
             states_owner[0, 0] = u_owner[0] = load_owner[0] = memory_owner[0] = 0.0  # kept alive
-            ends_owner[0, 0] = 0.0
+            ends_owner[0, 0] = demands_owner[0] = 0.0
             return
         a, b, s = borrowed(p[row]), borrowed(c[row]), borrowed(settings[row])
         q, v = start[row, 0], start[row, 1]
         memory[:] = 0.0
         z_m[:] = 0.0
         steps_left = ROOM + EACH * parts.sum()
-        hold = joint_constants(b).hold if kind == JOINT else 0.0
-        last_torque = started(
-            rub, states, kind, a, term, b, inputs, held, 0, hold, q, v, u, load, coarse, z
-        )
+        holds = held_demand(kind, b)
+        started(rub, states, kind, a, term, b, inputs, held, 0, q, v, u, load, demands, coarse, z)
         output, last = 0.0, 0.0
         for k in range(len(t)):
             shown = q + noise[k]
@@ -291,10 +300,8 @@ def _loops(
             ends[added, 0] += per_force * output
             ends[added, 1] += per_force * output
             mixed(ends, held, 0, 0.0, u)
-            if hold > 0.0:
-                torque = commanded(b, u, q, v)
-                load[DRIVE] = torque if hold == 1.0 else last_torque
-                last_torque = torque
+            if holds:
+                load[DEMAND] = demanded(b, u, q, v, demands)
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             out_u[row, k], out_seen[row, k] = output, v_measured

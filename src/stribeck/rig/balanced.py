@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -15,11 +15,11 @@ from ..errors import InputError
 from ..friction import LOADS, RUB_TYPE, SLIP_TYPE
 from ..friction.law import POSITION, TEMPERATURE
 from ..space import Array, Param
-from .equation import FIRST, Equation, Input
+from .equation import Equation, Input
 from .experiments.imposed_motions import strokes
 from .experiments.offer import Offer, OperatingRange
 from .measured_path import MeasuredPath
-from .motion.drives import FORCE
+from .motion.drives import ADDED, AXIS, AxisConstants
 from .rig import Approach, Rig
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class BalancedRig(Rig):
     def under_force(
         self,
         text: str,
-        coefficients: Callable[[Mapping[str, Any]], Sequence[Any]],
+        coefficients: Callable[[Mapping[str, Any]], AxisConstants],
         *further: Input,
         constants: tuple[str, ...] = (),
     ) -> Equation:
@@ -124,12 +124,12 @@ class BalancedRig(Rig):
 
         Args:
             text: It, in words and signs.
-            coefficients: M, offset, and what the normal load, sin q and cos q are multiplied by.
+            coefficients: The constants of its drive, of its parameters and constants by name.
             further: Inputs beside the force.
             constants: Names of the rig's constants that it reads.
         """
-        force = Input("force", self.si_unit("force"), "of the drive on the axis", FIRST)
-        return Equation(FORCE, text, (force, *further), constants, coefficients)
+        force = Input("force", self.si_unit("force"), "of the drive on the axis", ADDED)
+        return Equation(AXIS, text, (force, *further), constants, coefficients)
 
     def measured(self, recording: Recording) -> Array:
         """The force that the balance explains, N (N m), (N,): that of the drive in a log.
@@ -225,9 +225,9 @@ class BalancedRig(Rig):
         return rub * _factor(law, p, loads) if law.terms else rub
 
 
-def coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
+def coefficients(values: Mapping[str, Any]) -> AxisConstants:
     """Mass and constant force of an axis under a force, of its parameters by name."""
-    return values["M"], values.get("offset", 0.0)
+    return AxisConstants(M=values["M"], g_0=values.get("offset", 0.0))
 
 
 def as_balanced(rig: Rig) -> BalancedRig:

@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .motion.drives import (
-    JOINT,
-    SERVO,
-    SLIDE,
-    JointConstants,
-    ServoConstants,
-    SlideConstants,
-)
+from .motion.drives import SLIDE, AxisConstants, SlideConstants
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -88,9 +81,7 @@ class Controller:
             bed = SlideConstants(*row[: len(SlideConstants._fields)])
             softer = min(bed.k_hat_plus + bed.k_spring_plus, bed.k_hat_minus + bed.k_spring_minus)
             return LinearLoop(bed.m + bed.inertia, bed.damping, softer)
-        if self.drive == SERVO:
-            servo = ServoConstants(*row[: len(ServoConstants._fields)])
-            return LinearLoop(servo.J, servo.damping, servo.per_volt * servo.stiffness)
-        assert self.drive == JOINT  # noqa: S101 - there are no others
-        joint = JointConstants(*row[: len(JointConstants._fields)])
-        return LinearLoop(joint.J, joint.k_d, joint.k_p, int(joint.hold))
+        axis = AxisConstants(*row[: len(AxisConstants._fields)])
+        return LinearLoop(
+            axis.M, axis.gain * axis.k_d + axis.emf, axis.gain * axis.k_p, int(axis.hold)
+        )

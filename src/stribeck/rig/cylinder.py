@@ -14,8 +14,9 @@ from ..errors import InputError
 from ..friction.law import NORMAL
 from ..space import Array, Param
 from .balanced import BalancedRig, coefficients
-from .equation import NORMAL_LOAD, Equation, Input
+from .equation import Equation, Input
 from .forced import FORCED
+from .motion.drives import NORMAL_LOAD
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -92,7 +93,9 @@ class Cylinder(BalancedRig):
         pressure = Input("pressure", "Pa", "gauge pressure against the rod's force", NORMAL_LOAD)
         return self.under_force(
             "M a = force − (π bore²/4 + b) pressure − offset − F_f",
-            lambda values: (*coefficients(values), np.pi / 4 * values["bore"] ** 2 + values["b"]),
+            lambda values: coefficients(values)._replace(
+                per_normal=np.pi / 4 * values["bore"] ** 2 + values["b"]
+            ),
             pressure,
             constants=("bore",),
         )

@@ -17,8 +17,17 @@ from ..errors import InputError
 from ..space import Array, Param
 from .balanced import BalancedRig
 from .controller import Controller
-from .equation import FIRST, THIRD
-from .motion.drives import CASCADE, JOINT, CascadeConstants, CascadeInputs, JointConstants, rows
+from .motion.drives import (
+    AXIS,
+    CLOCKED,
+    FEED_FORWARD,
+    GOAL,
+    HELD,
+    LATE,
+    AxisConstants,
+    AxisInputs,
+    rows,
+)
 from .motion.track import Track
 from .rig import Motion
 
@@ -109,27 +118,29 @@ class Emps(BalancedRig):
         track = self._track(recording)
         k = len(law.params)
         mass, offset = p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
-        cascade = CascadeConstants(
+        cascade = AxisConstants(
             M=mass,
-            offset=offset,
-            k_p=self["kp"],
-            k_v=self["kv"],
-            per_volt=self["gtau"],
-            volts_max=self["u_max"],
+            k_p=self["kv"] * self["kp"],
+            k_d=self["kv"],
+            limit=self["u_max"],
+            hold=CLOCKED,
             T=self["T"],
-            volts_start=track.given[0],
+            difference=1.0,
+            start=track.given[0],
+            gain=self["gtau"],
+            g_0=offset,
         )
         from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
         possible = (mass > 0.0) & np.isfinite(p).all(axis=1)  # the others stay nan
         q, v, F, a = np.full((4, len(p), len(track.t)), np.nan)
         q[possible], v[possible], F[possible] = motions(
-            law, CASCADE, p[possible, :k], rows(cascade, len(p))[possible], track,
+            law, AXIS, p[possible, :k], rows(cascade, len(p))[possible], track,
             self["T"] / STEPS, LOOP_TOLERANCE,
         )  # fmt: skip
         for i in np.flatnonzero(possible):
             a[i] = self._acceleration(law, p[i], v[i], F[i] - offset[i])
-        ticks, t = CascadeInputs(*track.inputs).sampled > 0.0, recording.t - recording.t[0]
+        ticks, t = AxisInputs(*track.inputs).sampled > 0.0, recording.t - recording.t[0]
         x, speed, force, acceleration = (
             np.array([np.interp(t, track.t[ticks], row[ticks]) for row in part])
             for part in (q, v, F, a)
@@ -146,30 +157,28 @@ class Emps(BalancedRig):
 
         def track(recording: Recording) -> Track:
             t, x = recording.t, recording.position
-            inputs = np.zeros((5, len(t)))
-            inputs[FIRST] = x
+            inputs = np.zeros((FEED_FORWARD + 1, len(t)))
+            inputs[GOAL] = x
             return Track(
                 t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
-                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
             )  # fmt: skip
 
         def constants(law: Law, p: Array, track: Track) -> Array:
             del track
             k = len(law.params)
             per_speed = self["gtau"] * self["kv"]
-            loop = JointConstants(
-                J=p[:, k],
+            loop = AxisConstants(
+                M=p[:, k],
                 k_p=per_speed * self["kp"],
                 k_d=per_speed,
-                g_sin=0.0,
-                g_cos=0.0,
-                g_0=0.0 if law.directional else p[:, k + 1],
                 limit=self["gtau"] * self["u_max"],
-                hold=2.0 if self["delay"] > 0.5 * self["T"] else 1.0,
+                hold=LATE if self["delay"] > 0.5 * self["T"] else HELD,
+                g_0=0.0 if law.directional else p[:, k + 1],
             )
             return rows(loop, len(p))
 
-        return Controller(JOINT, THIRD, self["T"], TRIAL_TOLERANCE, track, constants)
+        return Controller(AXIS, FEED_FORWARD, self["T"], TRIAL_TOLERANCE, track, constants)
 
     def relative_errors(self, motion: LoopMotion, recording: Recording) -> list[RelativeErrors]:
         """How far each simulated motion is from the log, as the report's validation counts it.
@@ -218,13 +227,18 @@ class Emps(BalancedRig):
         clock = np.add.outer(ticks, instants).ravel()[: len(instants) * (len(ticks) - 1) + 1]
         tick, place = np.divmod(np.arange(len(clock)), len(instants))
         pulses = recording.extra.get(PULSES, np.zeros(len(t)))
-        inputs = CascadeInputs(
-            normal=np.zeros(len(clock)),
-            temperature=np.zeros(len(clock)),
+        nothing = np.zeros(len(clock))
+        inputs = AxisInputs(
+            normal=nothing,
+            temperature=nothing,
+            added=np.interp(ticks, t, pulses)[tick],
             goal=np.interp(ticks, t, recording.command)[tick],
-            volts=np.interp(ticks, t, pulses)[tick],
+            goal_velocity=nothing,
+            feed_forward=nothing,
+            enabled=nothing + 1.0,
             sampled=place == 0,
             late=(place == 0) & (delay > 0.0),
+            external=nothing,
         )
         # The voltage in force before the controller's first, without pulses.
         volts_start = 0.0 if recording.voltage is None else recording.voltage[0] - pulses[0]

@@ -6,9 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-#: Places among a drive's inputs: two that a law may read, then three of the drive's own.
-NORMAL_LOAD, TEMPERATURE, FIRST, SECOND, THIRD = range(5)
-
 
 @dataclass(frozen=True)
 class Input:
@@ -18,7 +15,7 @@ class Input:
         name: As a simulator shows it.
         unit: SI; "" for a pure number.
         doc: Its meaning.
-        place: Among the drive's inputs.
+        place: Among the drive's inputs, of `motion.drives`.
         start: Its value before any is set.
         held: Whether it keeps its value until the next sample; else it is linear between samples.
     """

@@ -36,7 +36,9 @@ class ForcedPendulum(BalancedRig):
         del law
         return self.under_force(
             "M a = force − g_sin sin q − g_cos cos q − offset − F_f",
-            lambda values: (*coefficients(values), 0.0, values["g_sin"], values["g_cos"]),
+            lambda values: coefficients(values)._replace(
+                g_sin=values["g_sin"], g_cos=values["g_cos"]
+            ),
         )
 
 

@@ -10,8 +10,16 @@ import numpy as np
 
 from ..errors import InputError
 from .controller import Controller
-from .equation import FIRST, SECOND, THIRD
-from .motion.drives import JOINT, JointConstants, rows
+from .motion.drives import (
+    AXIS,
+    FEED_FORWARD,
+    GOAL,
+    GOAL_VELOCITY,
+    HELD,
+    LATE,
+    AxisConstants,
+    rows,
+)
 from .motion.track import Track
 
 if TYPE_CHECKING:
@@ -60,13 +68,13 @@ class PositionLoop:
 
         def track(recording: Recording) -> Track:
             t, x = recording.t, recording.position
-            inputs = np.zeros((5, len(t)))
-            inputs[FIRST] = x
+            inputs = np.zeros((FEED_FORWARD + 1, len(t)))
+            inputs[GOAL] = x
             if self.error_derivative:
-                inputs[SECOND, :-1] = np.diff(x) / np.diff(t)
+                inputs[GOAL_VELOCITY, :-1] = np.diff(x) / np.diff(t)
             return Track(
                 t, x, t, float(x[0]), x, np.ones(len(t)), np.zeros((3, len(t) + 1)),
-                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0]),
+                inputs=inputs, held=np.array([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]),
             )  # fmt: skip
 
         def constants(law: Law, p: Array, track: Track) -> Array:
@@ -77,10 +85,10 @@ class PositionLoop:
                 raise InputError(f"rig {name}: its card has no mass to close a loop around")
             constant = next((values[n] for n in _OFFSET if n in values), 0.0)
             g_sin, g_cos = (values.get(n, 0.0) for n in _GRAVITY)
-            loop = JointConstants(
-                mass, self.kp, self.kd, g_sin, g_cos, constant, self.limit,
-                2.0 if self.late else 1.0,
+            loop = AxisConstants(
+                M=mass, k_p=self.kp, k_d=self.kd, limit=self.limit, g_sin=g_sin, g_cos=g_cos,
+                g_0=constant, hold=LATE if self.late else HELD,
             )  # fmt: skip
             return rows(loop, len(p))
 
-        return Controller(JOINT, THIRD, self.period, _TOLERANCE, track, constants)
+        return Controller(AXIS, FEED_FORWARD, self.period, _TOLERANCE, track, constants)

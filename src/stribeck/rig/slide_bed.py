@@ -14,7 +14,7 @@ from ..constant import Constant, Stated, constant
 from ..errors import InputError
 from ..space import Array, Param
 from .controller import Controller
-from .equation import FIRST, SECOND, Equation, Input
+from .equation import Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
 from .loop_reading import read_stretch
@@ -27,6 +27,8 @@ from .motion.drives import (
     K_SPRING_M,
     K_SPRING_P,
     SLIDE,
+    SLIDE_ADDED,
+    SLIDE_COMMAND,
     SlideConstants,
 )
 from .motion.event_driven import misfits, trajectories
@@ -235,7 +237,7 @@ class SlideBed(SimulatedRig):
             return self.split(law, p)[1]
 
         return Controller(
-            SLIDE, SECOND, self["step"], self["tolerance"], track, constants,
+            SLIDE, SLIDE_ADDED, self["step"], self["tolerance"], track, constants,
             friction=friction if np.isfinite(friction) else 0.0,
         )  # fmt: skip
 
@@ -252,8 +254,8 @@ class SlideBed(SimulatedRig):
             "m a = k_spring e + dead zone(k_hat e + added_force, F_fm) − F_m − F_f, "
             "e = command − position, F_m = clip(K_kt (J_m a + D_m v), F_m_max)",
             (
-                Input("command", "m", "commanded position x_i", FIRST),
-                Input("added_force", "N", "added to the motor's force", SECOND, held=True),
+                Input("command", "m", "commanded position x_i", SLIDE_COMMAND),
+                Input("added_force", "N", "added to the motor's force", SLIDE_ADDED, held=True),
             ),
             (*names, "dv", "dp") if _jumps(law) else names,  # how such a slide stops and starts
             _coefficients,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..space import Array
 from .controller import Controller, per_newton
 from .motion.command import Drive
-from .motion.drives import rows
+from .motion.drives import AXIS, IDLE, AxisConstants, AxisInputs, rows
 from .motion.thinning import thinned
 from .motion.track import Track
 from .rig import Motion
@@ -30,7 +30,7 @@ _FEW = 8
 
 @dataclass(frozen=True, eq=False)
 class SteppedRig(SimulatedRig):
-    """A rig with one of the drives of `motion.implicit`: a subclass states inputs and coefficients.
+    """A rig that is stepped through its motion: a subclass states inputs and coefficients.
 
     Its constant `step` is the longest step, s; `tolerance` the way by which a step may be off, m
     or rad. The states of a law start where the force of the first sample pushes an axis with
@@ -39,21 +39,21 @@ class SteppedRig(SimulatedRig):
 
     from_rest: bool = False
     holds: bool = False  # an encoder repeats itself where the axis rests
-    #: Which drive of `implicit`.
-    kind: ClassVar[int]
-    #: Which inputs keep their value until the next sample, after normal load and temperature.
-    held: ClassVar[tuple[bool, ...]]
-    #: Which input a compensator's output is added to; None where there is no controller.
-    entry: ClassVar[int | None] = None
-    #: Columns in which a log may state constants of its own run, and the constants' names.
-    run_columns: ClassVar[Mapping[str, str]] = {}
+    run_columns: Mapping[str, str] = field(default_factory=dict)
+    #: Inputs that keep their value until the next sample; the others are linear between samples.
+    held: ClassVar[frozenset[str]] = frozenset({"enabled", "sampled", "late"})
+
+    @property
+    def entry(self) -> int | None:
+        """Which input a compensator's output is added to; None where there is no controller."""
+        return None
 
     def thinned(self, tracks: Sequence[Track]) -> list[Track] | None:
         """Tracks with samples no closer than its step; none where its controller is sampled."""
         return None if self.holds_force else thinned(tracks, self["step"])
 
-    def inputs(self, recording: Recording) -> tuple[Array, ...]:
-        """What drives the axis, each (N,), in the order in which its kind reads it.
+    def inputs(self, recording: Recording) -> Mapping[str, Array]:
+        """What drives the axis, (N,) by the names of `AxisInputs`.
 
         Raises:
             InputError: the log lacks one.
@@ -75,8 +75,8 @@ class SteppedRig(SimulatedRig):
         columns, extra = self.run_columns.items(), recording.extra
         return {name: float(extra[column][0]) for column, name in columns if column in extra}
 
-    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
-        """The constants of its drive, in the order in which its kind reads them.
+    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
+        """The constants of its drive.
 
         Args:
             values: The rig's constants, those that a log states in their place, and its own
@@ -107,6 +107,11 @@ class SteppedRig(SimulatedRig):
         parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
         return rows(self.coefficients({**by_name, **parameters}), len(own))
 
+    def values_of(self, law: Law, p: Array) -> dict[str, float]:
+        """Its constants and its own parameters by name, SI, of a (k,) parameter set."""
+        own = dict(zip((q.name for q in self.own(law)), p[len(law.params) :].tolist(), strict=True))
+        return {c.name: c.value for c in self.constants} | own
+
     def controller(self) -> Controller | None:
         """Its own loop, if it says which input a compensator's output is added to."""
         if self.entry is None:
@@ -120,7 +125,7 @@ class SteppedRig(SimulatedRig):
             return self.constants_of_drive(law, p[:, len(law.params) :], track.given)
 
         return Controller(
-            self.kind,
+            AXIS,
             self.entry,
             self["step"],
             self["tolerance"],
@@ -148,18 +153,23 @@ class SteppedRig(SimulatedRig):
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch; see `SimulatedRig.track`."""
         self._fits(recording)
-        law_loads = (self.normal(recording), recording.temperature)
-        nothing = np.zeros(len(recording))
-        inputs = [nothing if a is None else a for a in law_loads]
-        inputs += self.inputs(recording)
-        held = np.array([False, False, *self.held], dtype=float)
+        law_reads = {"normal": self.normal(recording), "temperature": recording.temperature}
+        stated = {n: a for n, a in law_reads.items() if a is not None} | dict(
+            self.inputs(recording)
+        )
+        places = {AxisInputs._fields.index(name): a for name, a in stated.items()}
+        used = 1 + max(places)
+        table = np.repeat(np.array(IDLE[:used])[:, None], rows.stop - rows.start, axis=1)
+        for place, values in places.items():
+            table[place] = values[rows]
+        held = np.array([name in self.held for name in AxisInputs._fields], dtype=float)
         return (
             super()
             .track(recording, rows, x0, score)
             ._replace(
                 v0=0.0 if self.history else _velocity(recording, rows.start),
-                inputs=np.array([a[rows] for a in inputs]),
-                held=held,
+                inputs=table,
+                held=held[:used],
                 given=self.run_constants(recording),
             )
         )
@@ -204,7 +214,7 @@ class SteppedRig(SimulatedRig):
         c = np.array([self.constants_of_drive(law, p[:, k:], track.given) for track in tracks])
         from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
 
-        return motions_over(law, self.kind, p[:, :k], c, tracks, step, tolerance)
+        return motions_over(law, AXIS, p[:, :k], c, tracks, step, tolerance)
 
     def imbalance(
         self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
@@ -214,7 +224,7 @@ class SteppedRig(SimulatedRig):
 
         k = len(law.params)
         c = self.constants_of_drive(law, p[:, k:], track.given)
-        return imbalances(law, self.kind, p[:, :k], c, track, motion)
+        return imbalances(law, AXIS, p[:, :k], c, track, motion)
 
     def simulate(self, law: Law, p: Array, recording: Recording) -> Motion:
         """The motion under a recording's inputs, from its first sample."""

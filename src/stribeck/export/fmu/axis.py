@@ -11,19 +11,17 @@ from typing import Literal
 import numpy as np
 
 from ...errors import InputError
-from ...rig.equation import NORMAL_LOAD, TEMPERATURE, Equation
-from ...rig.motion.drives import FORCE, JOINT, SERVO, SLIDE
+from ...rig.equation import Equation
+from ...rig.motion.drives import AXIS, NORMAL_LOAD, SLIDE, TEMPERATURE
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
 from .symbol import Symbol, c_text
 
-Drive = Literal["AXIS_SLIDE", "AXIS_SERVO", "AXIS_JOINT", "AXIS_FORCE"]
+Drive = Literal["AXIS_SLIDE", "AXIS_PARTS"]
 
 #: What the C calls each kind of drive.
-_DRIVES: dict[int, Drive] = {
-    SLIDE: "AXIS_SLIDE", SERVO: "AXIS_SERVO", JOINT: "AXIS_JOINT", FORCE: "AXIS_FORCE",
-}  # fmt: skip
+_DRIVES: dict[int, Drive] = {SLIDE: "AXIS_SLIDE", AXIS: "AXIS_PARTS"}
 #: Longest step, s, and way by which a step may be off, m or rad, where a rig has none of its own.
 _STEP, _TOLERANCE = 1e-3, 1e-7
 #: Speeds between which a law may fall, m/s or rad/s, and a step that is short enough for any, s.

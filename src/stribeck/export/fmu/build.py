@@ -23,6 +23,7 @@ from pathlib import Path
 from ..._version import __version__
 from ...draft import Draft, settle
 from ...errors import InputError
+from ...rig.motion.drives import INPUTS, WIDTH, AxisConstants, AxisInputs
 from ..code.c import c
 from ..model import Model
 from .axis import Axis, axis
@@ -101,6 +102,10 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_INPUTS": len(inputs),
         "AXIS_PLACES": f"{{{', '.join(str(v.place) for v in inputs)}}}",
         "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
+        "AXIS_PLACES_OF_INPUTS": INPUTS,
+        "AXIS_WIDTH": WIDTH,
+        **{f"C_{name.upper()}": i for i, name in enumerate(AxisConstants._fields)},
+        **{f"U_{name.upper()}": i for i, name in enumerate(AxisInputs._fields)},
         "AXIS_POSITION": 0,
         "AXIS_VELOCITY": 1,
         "AXIS_DRIVE_FORCE": 2,

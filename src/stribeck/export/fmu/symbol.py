@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -55,7 +56,11 @@ class Symbol:
 
 def c_text(value: Symbol | float) -> str:
     """A symbol or a number in C."""
-    return value.text if isinstance(value, Symbol) else repr(float(value))
+    if isinstance(value, Symbol):
+        return value.text
+    if math.isfinite(value):
+        return repr(float(value))
+    return "NAN" if math.isnan(value) else "HUGE_VAL" if value > 0 else "(-HUGE_VAL)"
 
 
 def _written(left: Symbol | float, operator: str, right: Symbol | float) -> Symbol:

@@ -1,5 +1,14 @@
 """What drives an axis in an instant: the force of its drive, and what it depends on.
 
+An axis of parts: a controller asks for a demand, the motor makes a force of it, the gear passes it
+on to the load, on which gravity, a spring and forces from outside act, too:
+
+    demand = clip(k_p (goal − q) + k_d (goal_velocity − v) + feed_forward, ±limit)
+    F_m    = clip(gain (demand + added) − emf v, ±force_limit), less the motor's own friction
+    F      = F_m times forward where it drives the load, times backward where the load drives it
+    M a    = F − g_sin sin(q + q_offset) − g_cos cos(q + q_offset) − g_0 − spring (q − q_spring)
+             − per_normal N + external − F_f
+
 Arrays are handed over by seven words each, which takes longer than most of what is computed here,
 so what is called in every step is written out in its caller.
 """
@@ -9,48 +18,43 @@ from __future__ import annotations
 import numpy as np
 
 from ...compile_cache import compiled
-from ...friction.law import DRIVE, EXTERNAL, NORMAL, POSITION, TEMPERATURE
+from ...friction.law import DRIVE, EXTERNAL, LOADS, NORMAL, POSITION, TEMPERATURE
 from ...space import Array
 from .drives import (
-    CASCADE,
-    FORCE,
-    JOINT,
-    SERVO,
-    CascadeConstants,
-    CascadeInputs,
-    ForceConstants,
-    ForceInputs,
-    JointConstants,
-    JointInputs,
-    ServoConstants,
-    ServoInputs,
+    AXIS,
+    CLOCKED,
+    FOLLOWS,
+    LATE,
+    AxisConstants,
+    AxisInputs,
     SlideConstants,
     SlideInputs,
 )
 
+#: Where a demand that is held stands behind the loads of a law, and how long the row then is.
+DEMAND = len(LOADS)
+LOAD_ROOM = DEMAND + 1
+#: What a sampled controller remembers: the demands of the last sample and of the one before, the
+#: positions at these, and what it has integrated.
+LAST, BEFORE, LAST_POSITION, POSITION_BEFORE, INTEGRAL = range(5)
+LOOP_MEMORY = 5
+#: A flag above this is set.
+_SET = 0.5
+
 
 @compiled(forceinline=True)
-def servo_constants(c: Array) -> ServoConstants:
+def axis_constants(c: Array) -> AxisConstants:
     """A row of constants by their names."""
-    return ServoConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6])
+    return AxisConstants(
+        c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11], c[12], c[13],
+        c[14], c[15], c[16], c[17], c[18], c[19], c[20], c[21], c[22],
+    )  # fmt: skip
 
 
 @compiled(forceinline=True)
-def servo_inputs(u: Array) -> ServoInputs:
+def axis_inputs(u: Array) -> AxisInputs:
     """A row of inputs by their names."""
-    return ServoInputs(u[0], u[1], u[2], u[3], u[4])
-
-
-@compiled(forceinline=True)
-def joint_constants(c: Array) -> JointConstants:
-    """A row of constants by their names."""
-    return JointConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
-
-
-@compiled(forceinline=True)
-def joint_inputs(u: Array) -> JointInputs:
-    """A row of inputs by their names."""
-    return JointInputs(u[0], u[1], u[2], u[3], u[4])
+    return AxisInputs(u[0], u[1], u[2], u[3], u[4], u[5], u[6], u[7], u[8], u[9])
 
 
 @compiled(forceinline=True)
@@ -60,9 +64,40 @@ def slide_constants(c: Array) -> SlideConstants:
 
 
 @compiled(forceinline=True)
-def cascade_constants(c: Array) -> CascadeConstants:
-    """A row of constants by their names."""
-    return CascadeConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
+def _gravity(axis: AxisConstants, q: float) -> tuple[float, float]:
+    """The force of gravity against an axis at a position, and how fast it grows with that."""
+    if axis.g_sin == 0.0 and axis.g_cos == 0.0:
+        return 0.0, 0.0
+    s, o = np.sin(q + axis.q_offset), np.cos(q + axis.q_offset)
+    return axis.g_sin * s + axis.g_cos * o, axis.g_sin * o - axis.g_cos * s
+
+
+@compiled(forceinline=True)
+def _motor(
+    axis: AxisConstants, wish: AxisInputs, demand: float, v: float, stiff: float, damp: float
+) -> tuple[float, float, float]:
+    """Force of the motor at the load, its stiffness and its damping.
+
+    Args:
+        axis: The axis.
+        wish: Its inputs.
+        demand: What its controller asks for.
+        v: Its velocity; at rest the sign of the zero says which way it is about to go.
+        stiff: How fast the demand falls with the position.
+        damp: And with the velocity.
+    """
+    if not wish.enabled > _SET:
+        return 0.0, 0.0, 0.0
+    force = axis.gain * (demand + wish.added) - axis.emf * v
+    stiff, damp = axis.gain * stiff, axis.gain * damp + axis.emf
+    if abs(force) >= axis.force_limit:
+        force, stiff, damp = np.copysign(axis.force_limit, force), 0.0, 0.0
+    if axis.motor_friction > 0.0:
+        if abs(force) <= axis.motor_friction:
+            return 0.0, 0.0, 0.0
+        force -= np.copysign(axis.motor_friction, force)
+    share = axis.forward if force * np.copysign(1.0, v) >= 0.0 else axis.backward
+    return share * force, share * stiff, share * damp
 
 
 @compiled(forceinline=True)
@@ -72,40 +107,26 @@ def driven(
     """Mass, force of drive and surroundings without damping, the drive's damping and stiffness.
 
     Writes what a law may depend on into `load`: drive and external force, normal load, position
-    and temperature. A drive that holds its force finds it there. The stiffness is how fast the
-    force falls with the position, N/m.
+    and temperature. A demand that is held stands there, behind these. The stiffness is how fast
+    the force falls with the position, N/m.
     """
     load[NORMAL], load[POSITION], load[TEMPERATURE] = u[0], q, u[1]
-    if kind == SERVO:
-        servo, control = servo_constants(c), servo_inputs(u)
-        asked = servo.stiffness * (control.goal - q) + control.volts
-        volts = min(max(asked, -servo.volts_max), servo.volts_max)
-        per_volt = servo.per_volt if control.enabled > 0.5 else 0.0  # noqa: PLR2004 - a flag
-        damping = servo.damping if control.enabled > 0.5 else 0.0  # noqa: PLR2004 - a flag
-        k = servo.weight * np.cos(q + servo.q_offset)
-        if volts == asked:
-            k += per_volt * servo.stiffness
-        load[EXTERNAL] = -servo.weight * np.sin(q + servo.q_offset)
-        load[DRIVE] = per_volt * volts - damping * v
-        return servo.J, per_volt * volts + load[EXTERNAL], damping, k
-    if kind == JOINT:
-        joint, wish = joint_constants(c), joint_inputs(u)
-        s, o = np.sin(q), np.cos(q)
-        k = joint.g_sin * o - joint.g_cos * s
-        load[EXTERNAL] = -(joint.g_sin * s + joint.g_cos * o + joint.g_0)
-        if joint.hold > 0.0:  # the drive's torque stands there already
-            return joint.J, load[DRIVE] + load[EXTERNAL], 0.0, k
-        torque = wish.torque + joint.k_p * (wish.goal - q) + joint.k_d * wish.velocity
-        load[DRIVE] = min(max(torque - joint.k_d * v, -joint.limit), joint.limit)
-        if abs(torque - joint.k_d * v) >= joint.limit:
-            return joint.J, load[DRIVE] + load[EXTERNAL], 0.0, k
-        return joint.J, torque + load[EXTERNAL], joint.k_d, k + joint.k_p
-    if kind in (FORCE, CASCADE):
-        mass = ForceConstants(c[0], c[1])  # with which a cascade's constants begin, too
-        if kind == FORCE:  # the force of a cascade stands there already
-            load[DRIVE] = ForceInputs(u[0], u[1], u[2]).force
-        load[EXTERNAL] = -mass.offset
-        return mass.M, load[DRIVE] - mass.offset, 0.0, 0.0
+    if kind == AXIS:
+        axis, wish = axis_constants(c), axis_inputs(u)
+        demand, stiff, damp = load[DEMAND], 0.0, 0.0
+        if axis.hold == FOLLOWS:
+            demand = wish.feed_forward + axis.k_p * (wish.goal - q)
+            demand += axis.k_d * (wish.goal_velocity - v)
+            if abs(demand) < axis.limit:
+                stiff, damp = axis.k_p, axis.k_d
+            else:
+                demand = np.copysign(axis.limit, demand)
+        force, k, d = _motor(axis, wish, demand, v, stiff, damp)
+        gravity, slope = _gravity(axis, q)
+        load[DRIVE] = force
+        load[EXTERNAL] = wish.external - gravity - axis.g_0 - axis.per_normal * wish.normal
+        load[EXTERNAL] -= axis.spring * (q - axis.q_spring)
+        return axis.M, force + d * v + load[EXTERNAL], d, k + slope + axis.spring
     bed, slide = slide_constants(c), SlideInputs(u[0], u[1], u[2], u[3])
     e = slide.command - q
     k, k_hat = bed.k_spring_minus, bed.k_hat_minus
@@ -118,46 +139,66 @@ def driven(
 
 
 @compiled(forceinline=True)
-def commanded(c: Array, u: Array, q: float, v: float) -> float:
-    """The torque that the controller of a joint computes at a sample."""
-    joint, wish = joint_constants(c), joint_inputs(u)
-    torque = wish.torque + joint.k_p * (wish.goal - q) + joint.k_d * (wish.velocity - v)
-    return min(max(torque, -joint.limit), joint.limit)  # type: ignore[no-any-return]
+def held_demand(kind: int, c: Array) -> bool:
+    """Whether the demand of a drive is held from sample to sample."""
+    return kind == AXIS and c[4] > FOLLOWS
 
 
 @compiled(forceinline=True)
-def cascade_reset(c: Array, q: float, v: float, last: Array) -> None:
-    """What a cascade remembers at its start: an axis that came at a constant velocity."""
-    loop = cascade_constants(c)
-    last[0] = last[1] = loop.volts_start
-    last[2], last[3] = q - loop.T * v, q - 2 * loop.T * v
+def _read(axis: AxisConstants, q: float) -> float:
+    """The position that a sampled controller reads."""
+    if axis.resolution > 0.0:
+        return axis.resolution * np.round(q / axis.resolution)  # type: ignore[no-any-return]
+    return q
 
 
 @compiled(forceinline=True)
-def cascade_force(c: Array, u: Array, q: float, last: Array) -> float:
-    """The force of a cascade's drive from this instant on.
+def _computed(axis: AxisConstants, wish: AxisInputs, q: float, v: float, last: Array) -> float:
+    """The demand that a sampled controller computes, which is what it asks for from now on."""
+    q = _read(axis, q)
+    if axis.difference > _SET:
+        v = (q - last[POSITION_BEFORE]) / (2.0 * axis.T)
+    demand = axis.k_p * (wish.goal - q) + axis.k_d * (wish.goal_velocity - v)
+    if axis.k_i > 0.0:  # what it integrates alone never asks for more than the limit
+        total = last[INTEGRAL] + axis.k_i * axis.T * demand
+        last[INTEGRAL] = min(max(total, -axis.limit), axis.limit)
+    demand += wish.feed_forward + last[INTEGRAL]
+    last[LAST_POSITION], last[POSITION_BEFORE] = q, last[LAST_POSITION]
+    return min(max(demand, -axis.limit), axis.limit)  # type: ignore[no-any-return]
 
-    At a sample k the controller computes
 
-        u_k = clip(k_v (k_p (q_ref,k − q_k) − (q_k − q_k−2) / 2T), ±volts_max),
+@compiled(forceinline=True)
+def loop_reset(c: Array, u: Array, q: float, v: float, last: Array) -> None:
+    """What a sampled controller remembers at its start: an axis at a constant velocity."""
+    axis, wish = axis_constants(c), axis_inputs(u)
+    last[:] = 0.0
+    last[LAST_POSITION] = _read(axis, q - axis.T * v)
+    last[POSITION_BEFORE] = _read(axis, q - 2.0 * axis.T * v)
+    demand = axis.start
+    if np.isnan(demand):
+        demand = _computed(axis, wish, q, v, last)
+    last[LAST] = last[BEFORE] = demand
+    last[INTEGRAL] = 0.0
+    last[LAST_POSITION] = _read(axis, q - axis.T * v)
+    last[POSITION_BEFORE] = _read(axis, q - 2.0 * axis.T * v)
 
-    whose velocity is a backward difference of the mean of two positions. `last` keeps the voltages
-    of the last sample and of the one before, and the positions at these, (4,).
-    """
-    loop = cascade_constants(c)
-    wish = CascadeInputs(u[0], u[1], u[2], u[3], u[4], u[5])
-    if wish.sampled > 0.5:  # noqa: PLR2004 - a flag
-        volts = loop.k_v * (loop.k_p * (wish.goal - q) - (q - last[3]) / (2 * loop.T))
-        last[0], last[1] = min(max(volts, -loop.volts_max), loop.volts_max), last[0]
-        last[2], last[3] = q, last[2]
-    volts = last[1] if wish.late > 0.5 else last[0]  # noqa: PLR2004 - a flag
-    return loop.per_volt * (volts + wish.volts)  # type: ignore[no-any-return]
+
+@compiled(forceinline=True)
+def demanded(c: Array, u: Array, q: float, v: float, last: Array) -> float:
+    """The demand in force from a sample on; the controller computes the next one there."""
+    axis, wish = axis_constants(c), axis_inputs(u)
+    clocked = axis.hold == CLOCKED
+    if not clocked or wish.sampled > _SET:
+        demand = _computed(axis, wish, q, v, last)
+        last[LAST], last[BEFORE] = demand, last[LAST]
+    late = wish.late > _SET if clocked else axis.hold == LATE
+    return last[BEFORE] if late else last[LAST]  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
 def mixed(inputs: Array, held: Array, k: int, share: float, u: Array) -> None:
     """The inputs at a share of the interval after sample k: between its ends, or held."""
-    for i in range(len(u)):
+    for i in range(len(inputs)):
         u[i] = inputs[i, k]
         if share > 0.0 and held[i] == 0:
             u[i] += share * (inputs[i, k + 1] - u[i])

@@ -1,7 +1,7 @@
 """The drives that the implicit stepper knows: their constants and inputs, by name.
 
-A candidate's constants are a row of WIDTH numbers, an instant's inputs a short row, so that one
-compiled stepper serves every drive. Here the columns have their names: a rig fills them by name,
+A candidate's constants are a row of WIDTH numbers, an instant's inputs a row of INPUTS, so that one
+compiled stepper serves every axis. Here the columns have their names: a rig fills them by name,
 compiled code reads them by name.
 """
 
@@ -14,136 +14,110 @@ import numpy as np
 
 from ...space import Array
 
-#: The kinds of drive.
-SLIDE, SERVO, JOINT, FORCE, CASCADE = range(5)
+#: The kinds of drive: an axis composed of parts, and the paper's slide bed.
+AXIS, SLIDE = range(2)
+#: How a demand is kept: it follows the axis at all times; held from a sample of the log to the
+#: next; in force a sample late; computed and in force when the inputs say so.
+FOLLOWS, HELD, LATE, CLOCKED = range(4)
+
+
+class AxisConstants(NamedTuple):
+    """An axis composed of a controller, a motor, a transmission and a load.
+
+    The neutral values are those of parts that are not there: an ideal controller, motor, gear and
+    load. Units are SI at the axis; a demand is in what the motor takes: N or N m, A, or V.
+
+    Args:
+        M: Mass or moment of inertia that moves, kg or kg m^2.
+        k_p: Demand per error of the position.
+        k_d: Demand per error of the velocity.
+        limit: Largest demand.
+        hold: How a demand is kept, FOLLOWS to CLOCKED.
+        k_i: Rate at which a sampled controller integrates its demand, 1/s.
+        T: Sample time of a controller that integrates or takes differences, s.
+        difference: 1 where its velocity is the mean of the last two differences of positions.
+        resolution: Step of the position that a sampled controller reads; 0 for none.
+        start: Demand in force before the first one computed; nan for that one.
+        gain: Force per demand, N, N m per unit of it.
+        emf: Damping of the motor's back-EMF, N s/m or N m s/rad.
+        force_limit: Largest force of the motor, N or N m.
+        motor_friction: Coulomb friction of the motor, which takes its share of its force.
+        forward: Share of the motor's force that a gear passes on to a load that it drives.
+        backward: By how much a load that drives the motor feels its force.
+        g_sin: Force of gravity that goes with sin(q + q_offset).
+        g_cos: Force of gravity that goes with cos(q + q_offset).
+        q_offset: Angle by which gravity's own zero is off, rad.
+        g_0: Constant force against the axis.
+        spring: Stiffness of a spring at the load, N/m or N m/rad.
+        q_spring: Position at which it is relaxed.
+        per_normal: Force against the axis per normal load.
+    """
+
+    M: Any
+    k_p: Any = 0.0
+    k_d: Any = 0.0
+    limit: Any = np.inf
+    hold: Any = FOLLOWS
+    k_i: Any = 0.0
+    T: Any = 0.0
+    difference: Any = 0.0
+    resolution: Any = 0.0
+    start: Any = np.nan
+    gain: Any = 1.0
+    emf: Any = 0.0
+    force_limit: Any = np.inf
+    motor_friction: Any = 0.0
+    forward: Any = 1.0
+    backward: Any = 1.0
+    g_sin: Any = 0.0
+    g_cos: Any = 0.0
+    q_offset: Any = 0.0
+    g_0: Any = 0.0
+    spring: Any = 0.0
+    q_spring: Any = 0.0
+    per_normal: Any = 0.0
+
+
 #: Constants that a candidate may have.
-WIDTH = 11
+WIDTH = len(AxisConstants._fields)
 
 
-class ServoConstants(NamedTuple):
-    """A pendulum on a position-controlled servo motor.
-
-    Args:
-        J: Moment of inertia, kg m^2.
-        per_volt: Torque per volt k_t / R, N m/V.
-        damping: Of the back-EMF, k_t^2 / R, N m s/rad.
-        weight: Greatest torque of the weight m g l, N m.
-        q_offset: Angle at which the weight hangs straight down, rad.
-        stiffness: Voltage per angle of control error, V/rad.
-        volts_max: Supply voltage, V.
-    """
-
-    J: Any
-    per_volt: Any
-    damping: Any
-    weight: Any
-    q_offset: Any
-    stiffness: Any
-    volts_max: Any
-
-
-class ServoInputs(NamedTuple):
-    """Inputs of a servo: normal load, temperature, angle asked for, 1 while on, added volts."""
-
-    normal: Any
-    temperature: Any
-    goal: Any
-    enabled: Any
-    volts: Any
-
-
-class JointConstants(NamedTuple):
-    """A joint under PD control with feed-forward, and gravity.
+class AxisInputs(NamedTuple):
+    """Inputs of an axis; a rig states the first of them, the others stay as here.
 
     Args:
-        J: Moment of inertia, kg m^2.
-        k_p: Gain of the position, N m/rad.
-        k_d: Gain of the velocity, N m s/rad.
-        g_sin: Torque of gravity that goes with sin q, N m.
-        g_cos: Torque of gravity that goes with cos q, N m.
-        g_0: Constant torque, N m.
-        limit: Largest torque of the drive, N m.
-        hold: 0 if the torque follows the axis at all times, 1 if it is held from sample to sample,
-            2 if it acts a sample late.
+        normal: Normal load, as the law counts it.
+        temperature: K.
+        added: Demand beside the controller's, beyond its limit: a measured force, pulses.
+        goal: Position asked for, m or rad.
+        goal_velocity: Velocity asked for.
+        feed_forward: Demand that is added to the controller's, within its limit.
+        enabled: 1 while the motor drives and brakes.
+        sampled: 1 at an instant at which a CLOCKED controller computes a demand.
+        late: 1 while the demand of the sample before is still in force.
+        external: Force on the load from outside, N or N m.
     """
 
-    J: Any
-    k_p: Any
-    k_d: Any
-    g_sin: Any
-    g_cos: Any
-    g_0: Any
-    limit: Any
-    hold: Any
+    normal: Any = 0.0
+    temperature: Any = 0.0
+    added: Any = 0.0
+    goal: Any = 0.0
+    goal_velocity: Any = 0.0
+    feed_forward: Any = 0.0
+    enabled: Any = 1.0
+    sampled: Any = 0.0
+    late: Any = 0.0
+    external: Any = 0.0
 
 
-class JointInputs(NamedTuple):
-    """Inputs of a joint: normal load, temperature, angle and velocity asked for, feed-forward."""
-
-    normal: Any
-    temperature: Any
-    goal: Any
-    velocity: Any
-    torque: Any
-
-
-class ForceConstants(NamedTuple):
-    """A mass under a force: mass, kg or kg m^2, and a constant force against it, N or N m."""
-
-    M: Any
-    offset: Any
-
-
-class ForceInputs(NamedTuple):
-    """Inputs of a mass under a force: normal load, temperature, the force, N or N m."""
-
-    normal: Any
-    temperature: Any
-    force: Any
-
-
-class CascadeConstants(NamedTuple):
-    """A mass under a sampled cascade: a loop of the position around one of the velocity.
-
-    Args:
-        M: Mass, kg.
-        offset: Constant force against it, N.
-        k_p: Gain of the position, 1/s.
-        k_v: Gain of the velocity, V s/m.
-        per_volt: Force of the drive per volt, N/V.
-        volts_max: Largest voltage, V.
-        T: Time between two samples, s.
-        volts_start: Voltage in force before the first one computed, V.
-    """
-
-    M: Any
-    offset: Any
-    k_p: Any
-    k_v: Any
-    per_volt: Any
-    volts_max: Any
-    T: Any
-    volts_start: Any
-
-
-class CascadeInputs(NamedTuple):
-    """Inputs of a cascade, all held from one instant to the next.
-
-    Args:
-        normal: Normal load, N.
-        temperature: Temperature, K.
-        goal: Position asked for, m.
-        volts: Voltage added to the controller's, V.
-        sampled: 1 at an instant at which the controller computes a voltage.
-        late: 1 while the voltage of the sample before is still in force.
-    """
-
-    normal: Any
-    temperature: Any
-    goal: Any
-    volts: Any
-    sampled: Any
-    late: Any
+#: Inputs that an instant may have, and what they are where a rig does not state them.
+INPUTS = len(AxisInputs._fields)
+IDLE = AxisInputs()
+#: Where each stands.
+(
+    NORMAL_LOAD, TEMPERATURE, ADDED, GOAL, GOAL_VELOCITY, FEED_FORWARD, ENABLED, SAMPLED_NOW,
+    LATE_NOW, EXTERNAL_FORCE,
+) = range(INPUTS)  # fmt: skip
 
 
 class SlideConstants(NamedTuple):
@@ -191,9 +165,18 @@ class SlideInputs(NamedTuple):
     added: Any
 
 
+#: Where the slide's own two stand.
+SLIDE_COMMAND, SLIDE_ADDED = 2, 3
+
+
 def rows(constants: Sequence[Any], n: int) -> Array:
     """Constants of n candidates, each a number or (n,), as (n, WIDTH) rows in their order."""
     table = np.zeros((n, WIDTH))
     for column, values in zip(table.T, constants, strict=False):
         column[:] = values
     return table
+
+
+def idle_inputs() -> Array:
+    """The inputs of an instant before any is stated, (INPUTS,)."""
+    return np.array(IDLE)

@@ -9,10 +9,19 @@ from numba import boolean, float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import DRIVE, term_places, terms_factor
+from ...friction.law import term_places, terms_factor
 from ...space import Array
-from .drive_force import commanded, driven, joint_constants, mixed
-from .drives import JOINT
+from .drive_force import (
+    DEMAND,
+    LOAD_ROOM,
+    LOOP_MEMORY,
+    demanded,
+    driven,
+    held_demand,
+    loop_reset,
+    mixed,
+)
+from .drives import AXIS, ENABLED, INPUTS
 from .velocity import NO_RUB
 
 if TYPE_CHECKING:
@@ -31,7 +40,7 @@ def imbalances(
 
     Args:
         law: A friction law without states.
-        kind: The kind of drive, no cascade.
+        kind: The kind of drive.
         p: (n, k) parameters of the law.
         c: (n, WIDTH) constants of the drive.
         track: Times and inputs of the samples.
@@ -59,21 +68,47 @@ def _imbalances(
     slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array,
     inputs: Array, held: Array, q: Array, v: Array, a: Array, out: Array,
 ) -> None:  # fmt: skip
-    u, load = np.empty(len(inputs)), np.zeros(5)
+    u, load, last = np.zeros(INPUTS), np.zeros(LOAD_ROOM), np.zeros(LOOP_MEMORY)
+    u[ENABLED] = 1.0
     none = np.empty(0)
-    hold = joint_constants(c).hold if kind == JOINT else 0.0
+    holds = held_demand(kind, c)
     mixed(inputs, held, 0, 0.0, u)
-    last = commanded(c, u, q[0], v[0]) if hold > 0.0 else 0.0
+    if holds:
+        loop_reset(c, u, q[0], v[0], last)
     for k in range(len(q)):
         mixed(inputs, held, k, 0.0, u)
-        if hold > 0.0:
-            torque = commanded(c, u, q[k], v[k])
-            load[DRIVE] = torque if hold == 1.0 else last
-            last = torque
+        if holds:
+            load[DEMAND] = demanded(c, u, q[k], v[k], last)
         mass, force, damping, _ = driven(kind, c, u, q[k], v[k], load)
         scale = terms_factor(term, p, load)
         level = rub(v[k], 0.0, none, load, p, none) if general else slip(v[k], p)
         out[k] = force - damping * v[k] - mass * a[k] - scale * level
+
+
+def resting_forces(c: Array, resting: Array) -> Array:
+    """What pulls at axes at rest, friction apart, N (N m), (n, instants).
+
+    A sampled controller has computed its demand there; what it may have integrated is not known.
+
+    Args:
+        c: (n, WIDTH) constants of composed axes.
+        resting: (instants, 1 + INPUTS) the position, then the inputs.
+    """
+    out = np.empty((len(c), len(resting)))
+    _resting_forces(_ready(c), _ready(resting), out)
+    return out
+
+
+@compiled(void(_F2, _F2, float64[:, ::1]))
+def _resting_forces(c: Array, resting: Array, out: Array) -> None:
+    load, last = np.zeros(LOAD_ROOM), np.zeros(LOOP_MEMORY)
+    for row in range(len(c)):
+        for k in range(len(resting)):
+            q, u = resting[k, 0], resting[k, 1:]
+            if held_demand(AXIS, c[row]):
+                loop_reset(c[row], u, q, 0.0, last)
+                load[DEMAND] = last[0]
+            _, out[row, k], _, _ = driven(AXIS, c[row], u, q, 0.0, load)
 
 
 def _ready(x: Any) -> Array:

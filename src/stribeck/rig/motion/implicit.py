@@ -24,14 +24,16 @@ from ...friction.law import DRIVE, term_places, terms_factor
 from ...space import Array
 from . import row_pool
 from .drive_force import (
-    cascade_force,
-    cascade_reset,
-    commanded,
+    DEMAND,
+    LOAD_ROOM,
+    LOOP_MEMORY,
+    demanded,
     driven,
-    joint_constants,
+    held_demand,
+    loop_reset,
     mixed,
 )
-from .drives import CASCADE, JOINT
+from .drives import ENABLED, INPUTS
 from .passage import MEMORY, passed
 from .row_pool import borrowed
 from .velocity import NO_RUB
@@ -87,16 +89,16 @@ def begun(
 @compiled(forceinline=True)
 def started(
     rub: Any, states: int, kind: int, p: Array, term: Array, c: Array, inputs: Array, held: Array,
-    k: int, hold: float, q: float, v: float, u: Array, load: Array, relaxed: Array, z: Array,
-) -> float:  # fmt: skip
-    """The torque that a joint's controller computed at its first sample, k; states into `z`."""
+    k: int, q: float, v: float, u: Array, load: Array, last: Array, relaxed: Array, z: Array,
+) -> None:  # fmt: skip
+    """An axis at its first sample, k: what its controller remembers, and its law's states."""
     mixed(inputs, held, k, 0.0, u)
-    torque = commanded(c, u, q, v) if hold > 0.0 else 0.0
-    load[DRIVE] = torque
+    if held_demand(kind, c):
+        loop_reset(c, u, q, v, last)
+        load[DEMAND] = last[0]
     _, F, d, _ = driven(kind, c, u, q, v, load)
     if states > 0:
         begun(rub, terms_factor(term, p, load), F - d * v, v, load, p, relaxed, z)
-    return torque
 
 
 @compiled(
@@ -116,12 +118,12 @@ def _rows(  # a loop over candidates and samples
     A motion is a candidate's over a track: all candidates over the first track, then over the
     next; track i has the samples from `first[i]` to the next one's first.
     """
-    m = len(inputs)
     term, t, parts = borrowed(term), borrowed(t), borrowed(parts)
     inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
     states_owner = np.empty((6, max(states, 1)))
-    u_owner, load_owner = np.empty(m), np.empty(5)
-    memory_owner, last_owner = np.empty(MEMORY), np.empty(4)
+    u_owner, load_owner = np.zeros(INPUTS), np.empty(LOAD_ROOM)
+    memory_owner, last_owner = np.empty(MEMORY), np.empty(LOOP_MEMORY)
+    u_owner[ENABLED] = 1.0
     u, load, memory = borrowed(u_owner), borrowed(load_owner), borrowed(memory_owner)
     last = borrowed(last_owner)
     z, coarse, half, fine = (
@@ -140,20 +142,12 @@ def _rows(  # a loop over candidates and samples
         q, v = start[job, 0], start[job, 1]
         memory[:] = 0.0
         steps_left = ROOM + EACH * parts[begin : end - 1].sum()
-        hold = joint_constants(b).hold if kind == JOINT else 0.0
-        last_torque = started(
-            rub, states, kind, a, term, b, inputs, held, begin, hold, q, v, u, load, coarse, z
-        )
-        if kind == CASCADE:
-            cascade_reset(b, q, v, last)
+        holds = held_demand(kind, b)
+        started(rub, states, kind, a, term, b, inputs, held, begin, q, v, u, load, last, coarse, z)
         for k in range(begin, end):
             mixed(inputs, held, k, 0.0, u)
-            if hold > 0.0:
-                torque = commanded(b, u, q, v)
-                load[DRIVE] = torque if hold == 1.0 else last_torque
-                last_torque = torque
-            elif kind == CASCADE:
-                load[DRIVE] = cascade_force(b, u, q, last)
+            if holds:
+                load[DEMAND] = demanded(b, u, q, v, last)
             driven(kind, b, u, q, v, load)
             out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
             if k == end - 1 or not (abs(q) < 1e12 and abs(v) < 1e12):  # noqa: PLR2004

@@ -98,36 +98,50 @@ static void driven(axis *a, const double *u, double q, double v, double *m, doub
     load[4] = u[1];
     *m = c[0];
     *d = 0.0;
-#if AXIS_DRIVE == AXIS_SERVO
+#if AXIS_DRIVE == AXIS_PARTS
     {
-        double asked = c[5] * (u[2] - q) + u[4], volts = least(most(asked, -c[6]), c[6]);
-        double on = u[3] > 0.5 ? 1.0 : 0.0;
-        load[1] = -c[3] * sin(q + c[4]);
-        load[0] = on * (c[1] * volts - c[2] * v);
-        *F = on * c[1] * volts + load[1];
-        *d = on * c[2];
-        *k = c[3] * cos(q + c[4]) + (volts == asked ? on * c[1] * c[5] : 0.0);
-    }
-#elif AXIS_DRIVE == AXIS_JOINT
-    load[1] = -(c[3] * sin(q) + c[4] * cos(q) + c[5]);
-    *F = load[0] + load[1];
-    *k = c[3] * cos(q) - c[4] * sin(q);
-    if (!(c[7] > 0.0)) {
-        double asked = u[4] + c[1] * (u[2] - q) + c[2] * u[3];
-        load[0] = least(most(asked - c[2] * v, -c[6]), c[6]);
-        *F = load[0] + load[1];
-        if (fabs(asked - c[2] * v) < c[6]) {
-            *F = asked + load[1];
-            *d = c[2];
-            *k += c[1];
+        double demand = a->demand, stiff = 0.0, damp = 0.0, force = 0.0, gravity = 0.0, share;
+        *k = c[C_SPRING];
+        if (c[C_HOLD] == 0.0) {
+            demand = u[U_FEED_FORWARD] + c[C_K_P] * (u[U_GOAL] - q);
+            demand += c[C_K_D] * (u[U_GOAL_VELOCITY] - v);
+            if (fabs(demand) < c[C_LIMIT]) {
+                stiff = c[C_K_P];
+                damp = c[C_K_D];
+            } else {
+                demand = copysign(c[C_LIMIT], demand);
+            }
         }
+        if (u[U_ENABLED] > 0.5) {
+            force = c[C_GAIN] * (demand + u[U_ADDED]) - c[C_EMF] * v;
+            stiff *= c[C_GAIN];
+            damp = c[C_GAIN] * damp + c[C_EMF];
+            if (fabs(force) >= c[C_FORCE_LIMIT]) {
+                force = copysign(c[C_FORCE_LIMIT], force);
+                stiff = damp = 0.0;
+            }
+            if (c[C_MOTOR_FRICTION] > 0.0) { /* the motor's own friction takes its share */
+                if (fabs(force) <= c[C_MOTOR_FRICTION]) {
+                    force = stiff = damp = 0.0;
+                } else {
+                    force -= copysign(c[C_MOTOR_FRICTION], force);
+                }
+            }
+            share = force * copysign(1.0, v) >= 0.0 ? c[C_FORWARD] : c[C_BACKWARD];
+            force *= share;
+            *k += share * stiff;
+            *d = share * damp;
+        }
+        if (c[C_G_SIN] != 0.0 || c[C_G_COS] != 0.0) {
+            double s = sin(q + c[C_Q_OFFSET]), o = cos(q + c[C_Q_OFFSET]);
+            gravity = c[C_G_SIN] * s + c[C_G_COS] * o;
+            *k += c[C_G_SIN] * o - c[C_G_COS] * s;
+        }
+        load[0] = force;
+        load[1] = u[U_EXTERNAL] - gravity - c[C_G_0] - c[C_PER_NORMAL] * u[U_NORMAL];
+        load[1] -= c[C_SPRING] * (q - c[C_Q_SPRING]);
+        *F = force + *d * v + load[1];
     }
-#elif AXIS_DRIVE == AXIS_FORCE
-    (void)v;
-    load[0] = u[2];
-    load[1] = -(c[1] + c[2] * u[0] + c[3] * sin(q) + c[4] * cos(q));
-    *F = load[0] + load[1];
-    *k = c[3] * cos(q) - c[4] * sin(q);
 #else
     {
         double e = u[2] - q, gain = e > 0.0 ? c[1] : c[2], motor = gain * e + u[3];
@@ -381,7 +395,7 @@ static void inputs(const axis *a, double h, double share, double *u)
 {
     int i;
     for (i = 0; i < AXIS_PLACES_OF_INPUTS; i++) {
-        u[i] = 0.0;
+        u[i] = i == U_ENABLED ? 1.0 : 0.0;
     }
     for (i = 0; i < AXIS_INPUTS; i++) {
         u[places[i]] = a->r[AXIS_FIRST_INPUT + i];
@@ -564,6 +578,42 @@ static double explicit_step(axis *a, double span, double from, double share, dou
 }
 #endif
 
+#if AXIS_DRIVE == AXIS_PARTS
+/* The position that a sampled controller reads. */
+static double seen(const axis *a, double q)
+{
+    double step = a->c[C_RESOLUTION];
+    return step > 0.0 ? step * rint(q / step) : q;
+}
+
+/* What a sampled controller remembers at its start: an axis at a constant velocity. */
+static void came(axis *a)
+{
+    a->last = seen(a, a->q - a->c[C_T] * a->v);
+    a->second = seen(a, a->q - 2.0 * a->c[C_T] * a->v);
+    a->integral = 0.0;
+}
+
+/* The demand that a sampled controller computes at a sample, under the inputs u there. */
+static double computed(axis *a, const double *u)
+{
+    const double *c = a->c;
+    double q = seen(a, a->q), v = a->v, demand;
+    if (c[C_DIFFERENCE] > 0.5) {
+        v = (q - a->second) / (2.0 * c[C_T]);
+    }
+    demand = c[C_K_P] * (u[U_GOAL] - q) + c[C_K_D] * (u[U_GOAL_VELOCITY] - v);
+    if (c[C_K_I] > 0.0) {
+        a->integral += c[C_K_I] * c[C_T] * demand;
+        a->integral = least(most(a->integral, -c[C_LIMIT]), c[C_LIMIT]);
+    }
+    demand += u[U_FEED_FORWARD] + a->integral;
+    a->second = a->last;
+    a->last = q;
+    return least(most(demand, -c[C_LIMIT]), c[C_LIMIT]);
+}
+#endif
+
 int axis_step(axis *a, double span)
 {
     double u[AXIS_PLACES_OF_INPUTS];
@@ -580,13 +630,12 @@ int axis_step(axis *a, double span)
 #ifdef R_dv
     band = most(a->r[R_dv], 0.0);
 #endif
-#if AXIS_DRIVE == AXIS_JOINT
-    if (a->c[7] > 0.0) { /* the controller holds the torque that it computes now, or had before */
+#if AXIS_DRIVE == AXIS_PARTS
+    if (a->c[C_HOLD] > 0.0) { /* the demand that the controller computes now, or had before */
         double now;
         inputs(a, span, 0.0, u);
-        now = u[4] + a->c[1] * (u[2] - a->q) + a->c[2] * (u[3] - a->v);
-        now = least(most(now, -a->c[6]), a->c[6]);
-        a->load[0] = a->c[7] == 1.0 ? now : a->before;
+        now = computed(a, u);
+        a->demand = a->c[C_HOLD] == 1.0 ? now : a->before;
         a->before = now;
     }
 #endif
@@ -807,16 +856,16 @@ void axis_start(axis *a)
     int i;
     a->q = a->r[AXIS_POSITION_START];
     a->v = a->r[AXIS_VELOCITY_START];
-    a->slopes[0] = a->slopes[1] = a->decay = a->spring = a->before = a->push = a->load[0] = 0.0;
+    a->slopes[0] = a->slopes[1] = a->decay = a->spring = a->before = a->push = a->demand = 0.0;
     for (i = 0; i < AXIS_BRISTLES; i++) {
         a->z[i] = 0.0;
     }
     inputs(a, 0.0, 0.0, u);
-#if AXIS_DRIVE == AXIS_JOINT
-    if (a->c[7] > 0.0) {
-        a->before = u[4] + a->c[1] * (u[2] - a->q) + a->c[2] * (u[3] - a->v);
-        a->before = least(most(a->before, -a->c[6]), a->c[6]);
-        a->load[0] = a->before;
+#if AXIS_DRIVE == AXIS_PARTS
+    came(a);
+    if (a->c[C_HOLD] > 0.0) {
+        a->demand = a->before = computed(a, u);
+        came(a);
     }
 #endif
     driven(a, u, a->q, a->v, &m, &F, &d, &k);

@@ -7,26 +7,24 @@
 #define AXIS_H
 
 #define AXIS_SLIDE 0 /* a slide pulled through a spring and a motor under P control */
-#define AXIS_SERVO 1 /* a pendulum on a position-controlled servo */
-#define AXIS_JOINT 2 /* a joint under PD control with feed-forward */
-#define AXIS_FORCE 3 /* a mass under a force */
+#define AXIS_PARTS 1 /* a controller, a motor, a gear and a load; what is not there is neutral */
 
 #include "axis_model.h"
 #include "friction.h"
 
-/* Inputs of a drive: normal load, temperature, and three of its own. */
-#define AXIS_PLACES_OF_INPUTS 5
 #define AXIS_BRISTLES (AXIS_STATES > 0 ? AXIS_STATES : 1)
 
 /* All of an axis, without a pointer: a copy of it is a copy of its state. */
 typedef struct {
     double r[AXIS_VALUES];        /* outputs, inputs, parameters, as value references count them */
     double rate[AXIS_INPUTS];     /* of inputs that change within a step, per second */
-    double c[10];                 /* what the drive makes of its parameters */
+    double c[AXIS_WIDTH];         /* what the drive makes of its parameters */
     double q, v;                  /* position and velocity */
     double z[AXIS_BRISTLES];      /* states of the law */
     double load[5];               /* as the law reads them */
-    double before;                /* torque that a slow controller computed last */
+    double demand, before;        /* of a sampled controller, in force and computed last */
+    double last, second;          /* positions that it read last and before that */
+    double integral;              /* what it has integrated of its demand */
     double push;                  /* impulse beyond its level at a slide at rest */
     double slopes[2];             /* how steeply friction rose when it was last asked */
     double decay, spring;         /* the rates that follow from that, 1/s and 1/s^2 */

@@ -1,0 +1,302 @@
+"""An axis composed of parts: a controller, a motor, a transmission, loads, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from ..constant import Constant, constant
+from ..errors import InputError
+from .equation import Equation, Input
+from .experiments.pushes import pushes
+from .motion.drives import (
+    ADDED,
+    AXIS,
+    ENABLED,
+    EXTERNAL_FORCE,
+    FEED_FORWARD,
+    FOLLOWS,
+    GOAL,
+    GOAL_VELOCITY,
+    HELD,
+    IDLE,
+    INPUTS,
+    LATE,
+    AxisConstants,
+)
+from .parts.transmission import ratio
+from .stepped import SteppedRig
+
+if TYPE_CHECKING:
+    from ..data.recording import Recording
+    from ..friction import Law
+    from ..space import Array
+    from .experiments.offer import Course, Offer, OperatingRange
+    from .motion.track import Track
+    from .parts import Part
+
+#: What a log may say beside its channels, by input, and the column that says so by default.
+INPUT_COLUMNS = MappingProxyType(
+    {
+        "goal_velocity": "command_velocity",
+        "feed_forward": "feed_forward",
+        "enabled": "torque_enable",
+        "external": "external",
+    }
+)
+#: Units of what a motor is asked for, and their names in a log.
+_DEMANDS = {"force": ("N", "N m"), "current": ("A", "A"), "voltage": ("V", "V")}
+
+
+@dataclass(frozen=True, eq=False)
+class ComposedRig(SteppedRig):
+    """An axis of parts; its constants and its own parameters are their coefficients.
+
+    Args:
+        parts: Controller, motor, transmission, loads, sensors.
+        input_columns: Columns of what a log may say beside its channels, by input.
+    """
+
+    parts: tuple[Part, ...] = ()
+    input_columns: Mapping[str, str] = field(default_factory=lambda: INPUT_COLUMNS)
+
+    @classmethod
+    def compose(cls, name: str, parts: Iterable[Part], *, rotary: bool, **declared: Any) -> Self:
+        """A rig of parts.
+
+        Args:
+            name: What it is called.
+            parts: A controller, a motor, a transmission, loads, sensors.
+            rotary: Whether it turns.
+            declared: Whatever else it is declared with; constants come after those of the parts.
+
+        Raises:
+            InputError: a part is missing, stands twice, or is of the other kind of axis; two
+                parts have a coefficient of the same name.
+        """
+        parts = tuple(parts)
+        _check_roles(name, parts, rotary)
+        stated = [c for p in parts for c in p.coefficients]
+        declared["constants"] = (
+            *(c.constant for c in stated if c.constant is not None),
+            *declared.get("constants", ()),
+        )
+        declared["params"] = tuple(c.param(rotary) for c in stated if c.identified)
+        declared.setdefault("applied_force", not any(p.commanded for p in parts))
+        return cls(name=name, parts=parts, rotary=rotary, **declared)
+
+    @property
+    def commanded(self) -> bool:
+        """Whether its position is asked for by a controller."""
+        return any(p.commanded for p in self.parts)
+
+    @property
+    def demand(self) -> str:
+        """What its motor is asked for: "force", "current" or "voltage"."""
+        return next(p.drive for p in self.parts if p.role == "motor")
+
+    @property
+    def entry(self) -> int | None:
+        """Where a compensator's output enters; None without a controller."""
+        return FEED_FORWARD if self.commanded else None
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the demand of its controller is held from sample to sample."""
+        return any(c.name == "hold" and c.value > FOLLOWS for c in self.constants)
+
+    def inputs(self, recording: Recording) -> Mapping[str, Array]:
+        """What drives the axis, (N,) by input.
+
+        Raises:
+            InputError: the log has no command, or no force, current or voltage.
+        """
+        given = {
+            name: recording.extra[column]
+            for name, column in self.input_columns.items()
+            if column in recording.extra
+        }
+        if recording.known_force is not None:
+            given["external"] = given.get("external", 0.0) - recording.known_force.values
+        if not self.commanded:
+            return {"added": self._recorded_demand(recording), **given}
+        if recording.command is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} needs the commanded position: map a column "
+                "to command"
+            )
+        steps = {"goal": recording.command, "feed_forward": np.zeros(len(recording)), **given}
+        if any(c.name == "kd" for p in self.parts for c in p.coefficients):
+            steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
+        return steps
+
+    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
+        """The parts' contributions; inertias add up. See `SteppedRig.coefficients`."""
+        idle = {c.name: c.idle for p in self.parts for c in p.coefficients}
+        values = {**idle, **values}
+        values["ratio"] = ratio(values)
+        fields: dict[str, Any] = {}
+        for part in self.parts:
+            for name, value in part.terms(values).items():
+                fields[name] = fields[name] + value if name in fields else value
+        return AxisConstants(**fields)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse values with which nothing can be simulated."""
+        for part in self.parts:
+            for c in part.coefficients:
+                value = values.get(c.name)
+                if value is not None and c.positive and not value > 0:
+                    raise InputError(f"rig {self.name}: {c.name} = {value:g} must be above zero")
+        hold = values.get("hold", FOLLOWS)
+        if hold not in (FOLLOWS, *range(1, LATE + 1)):
+            raise InputError(
+                f"rig {self.name}: hold = {hold:g}: it is 0 for a demand that follows the axis at "
+                "all times, 1 for one held for a sample, 2 for one that acts a sample late"
+            )
+        if hold == FOLLOWS and values.get("ki", 0.0) > 0:
+            raise InputError(
+                f"rig {self.name}: ki = {values['ki']:g}: a controller that integrates is sampled: "
+                "set hold to 1 or 2"
+            )
+
+    def with_constants(self, track: Track, recording: Recording) -> Track:
+        """The track with the constants of its run, and the force as this rig's drive makes it."""
+        track = super().with_constants(track, recording)
+        if self.drive_chain is None or self.commanded:
+            return track
+        inputs = track.inputs.copy()
+        added = self._recorded_demand(recording)
+        inputs[ADDED] = np.interp(track.t, recording.t, added)
+        return track._replace(inputs=inputs)
+
+    def controller_friction(self) -> float:
+        """Coulomb friction of its motor, which takes its share of a command, N or N m."""
+        return next((c.value for c in self.constants if c.name == "F_fm"), 0.0)
+
+    def command_per_force(self, law: Law, p: Array) -> float:
+        """The demand for a unit of force or torque at the axis."""
+        values = self.values_of(law, p)
+        return 1.0 / float(self.coefficients(values).gain)
+
+    def resting(self, track: Track, instant: float, position: float) -> Array | None:
+        """Position and inputs at an instant; see `SimulatedRig`. None where it is not commanded."""
+        if not self.commanded:
+            return None
+        stated = track.inputs
+        if self.holds_force:
+            late = int(self["hold"]) - HELD  # samples from which a demand is computed to its start
+            k = int(np.searchsorted(track.t, instant, side="right")) - 1 - late
+            now = stated[:, max(k, 0)]
+        else:
+            now = np.array([np.interp(instant, track.t, values) for values in stated])
+        return np.array([position, *now, *IDLE[len(now) :], *track.given])
+
+    def pull(self, law: Law, p: Array, resting: Array) -> Array:
+        """Force of the motor and of what acts on the load; see `SimulatedRig`."""
+        if not self.commanded:
+            return super().pull(law, p, resting)
+        from .motion.force_imbalance import resting_forces  # noqa: PLC0415 - compiled code that others need not load
+
+        own, place = p[:, len(law.params) :], 1 + INPUTS
+        forces = np.empty((len(p), len(resting)))
+        runs, which = np.unique(resting[:, place:], axis=0, return_inverse=True)
+        for i, run in enumerate(runs):
+            rows = np.flatnonzero(which.ravel() == i)
+            constants = self.constants_of_drive(law, own, run)
+            forces[:, rows] = resting_forces(constants, resting[rows, :place])
+        return forces
+
+    def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
+        """Where a force is applied, sines below breakaway and triangles beyond it; else strokes."""
+        if self.commanded or self.demand != "force":
+            return super().experiments(axis, seconds)
+
+        def travel(course: Course) -> float:
+            track = self.course_track(course, axis.temperature)
+            motion = self.move(axis.law, axis.p[None], track)
+            return float(np.abs(motion.position - track.x0).max())
+
+        return pushes(axis, travel, seconds)
+
+    def equation(self, law: Law) -> Equation:
+        """The parts and what drives them; F_f is friction."""
+        del law
+        own = {c.name for p in self.parts for c in p.coefficients}
+        return Equation(
+            AXIS,
+            ";  ".join(p.equation for p in self.parts),
+            self._simulator_inputs(),
+            tuple(c.name for c in self.constants if c.name in own),
+            self.coefficients,
+            own_step=True,
+        )
+
+    def _simulator_inputs(self) -> tuple[Input, ...]:
+        """What a simulator has to tell the axis."""
+        position, speed = self.si_unit("position"), self.si_unit("velocity")
+        asked = _DEMANDS[self.demand][self.rotary]
+        if not self.commanded:
+            return (Input(self.demand, asked, "of the drive", ADDED),)
+        inputs = [Input("command", position, "commanded position", GOAL)]
+        if any(c.name == "kd" for p in self.parts for c in p.coefficients):
+            inputs.append(Input("command_velocity", speed, "its velocity", GOAL_VELOCITY))
+        inputs += [
+            Input("feed_forward", asked, "added to what the controller asks for", FEED_FORWARD),
+            Input("enabled", "", "above 0.5: the motor drives", ENABLED, 1.0, held=True),
+            Input("external", self.si_unit("force"), "on the load from outside", EXTERNAL_FORCE),
+        ]
+        return tuple(inputs)
+
+    def _recorded_demand(self, recording: Recording) -> Array:
+        """The force, current or voltage of the drive in a log, (N,).
+
+        Raises:
+            InputError: it has none.
+        """
+        if self.demand == "force":
+            return self.needed_force(recording)
+        demand = recording.current if self.demand == "current" else recording.voltage
+        if demand is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} needs the {self.demand} of the motor: map a "
+                f"column to {self.demand}"
+            )
+        return demand
+
+
+def settings(tolerance: str) -> tuple[Constant, ...]:
+    """The step and the tolerance of a simulation, the latter in a unit of the position."""
+    return (
+        constant("step", 20.0, "ms", "longest step of the simulation", "docs/rigs.md"),
+        constant("tolerance", 0.001, tolerance, "way by which a step may be off", "docs/rigs.md"),
+    )
+
+
+def _check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
+    """Refuse parts that make no axis."""
+    for role in ("controller", "motor", "transmission"):
+        if (n := sum(p.role == role for p in parts)) != 1:
+            raise InputError(f"rig {name}: an axis has one {role}, this one {n or 'none'}")
+    if not any(p.role == "load" for p in parts):
+        raise InputError(f"rig {name}: an axis has a load, this one none")
+    kinds = ("linear", "rotary")
+    owners: dict[str, Part] = {}
+    for p in parts:
+        if p.rotary is not None and p.rotary != rotary:
+            raise InputError(
+                f"rig {name}: {p.role}.{p.name} is of {kinds[p.rotary]} axes, and this one is "
+                f"{kinds[rotary]}"
+            )
+        for c in p.coefficients:
+            if c.name in owners:
+                other = owners[c.name]
+                raise InputError(
+                    f"rig {name}: {other.role}.{other.name} and {p.role}.{p.name} both have a "
+                    f"{c.name}"
+                )
+            owners[c.name] = p

@@ -1,0 +1,109 @@
+"""Controllers: what asks a motor for a demand, from where an axis is and where it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .part import Coefficient, Part
+
+_ASKED = "what the motor takes: N (N m), A or V"
+_SAMPLED = (
+    Coefficient("hold", "", "1: demand held from sample to sample, 2: and a sample late", 0.0),
+    Coefficient("limit", "", f"largest demand, in {_ASKED}", np.inf,
+                positive=True),
+)  # fmt: skip
+
+
+def _pd(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {
+        "k_p": values["gain"] * values["gain_p"] * values["kp"],
+        "k_d": values["gain"] * values["kd"],
+        "limit": values["limit"],
+        "hold": values["hold"],
+    }
+
+
+def _cascade(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {
+        "k_p": values["kv"] * values["kp"],
+        "k_d": values["kv"],
+        "k_i": values["ki"],
+        "T": values["T"],
+        "difference": values["difference"],
+        "limit": values["limit"],
+        "hold": values["hold"],
+    }
+
+
+def _pwm(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {"k_p": values["vin"] * values["kp"] * values["duty"], "limit": values["vin"]}
+
+
+PD = Part(
+    name="pd",
+    role="controller",
+    doc="proportional to the error of the position and to that of the velocity",
+    equation="demand = clip(feed_forward + gain (gain_p kp (command − q) "
+    "+ kd (command_velocity − v)), ±limit)",
+    coefficients=(
+        Coefficient("kp", "", f"demand per error of the position, in {_ASKED}, per m (rad)",
+                    lower=1e-3, upper=1e9, log=True, symbol="k_p"),
+        Coefficient("kd", "", "demand per error of the velocity", 0.0),
+        Coefficient("gain", "", "share of the feedback that acts", 1.0),
+        Coefficient("gain_p", "", "share of the position's feedback that acts, beside gain", 1.0),
+        *_SAMPLED,
+    ),
+    terms=_pd,
+    commanded=True,
+)  # fmt: skip
+
+CASCADE = Part(
+    name="cascade",
+    role="controller",
+    doc="a sampled loop of the position around one of the velocity (P-PI)",
+    equation="demand = clip(feed_forward + e_v + ki ∫ e_v dt, ±limit), "
+    "e_v = kv (kp (command − q) + command_velocity − v)",
+    coefficients=(
+        Coefficient("kp", "1/s", "gain of the position loop", lower=1e-2, upper=1e4, log=True,
+                    symbol="K_v"),
+        Coefficient("kv", "", f"gain of the velocity loop: {_ASKED}, per m/s (rad/s)",
+                    lower=1e-3, upper=1e9, log=True, symbol="K_p"),
+        Coefficient("ki", "1/s", "what it integrates of its demand: 1 over the reset time", 0.0),
+        Coefficient("T", "s", "its sample time", 1e-3,
+                    positive=True),
+        Coefficient("difference", "", "1: its velocity is a difference over two samples", 0.0),
+        replace(_SAMPLED[0], idle=1.0),
+        _SAMPLED[1],
+    ),
+    terms=_cascade,
+    commanded=True,
+)  # fmt: skip
+
+PWM = Part(
+    name="pwm",
+    role="controller",
+    doc="a hobby servo's: a share of the supply voltage for the error of the position",
+    equation="demand = vin clip(duty kp (command − q), ±1)",
+    coefficients=(
+        Coefficient("kp", "", "gain, in the servo's own counts", lower=1.0, upper=1e5, log=True,
+                    positive=True),
+        Coefficient("vin", "V", "supply voltage", lower=1.0, upper=100.0, positive=True),
+        Coefficient("duty", "1/rad", "share of the supply voltage for an error of 1 at kp = 1",
+                    lower=1e-5, upper=10.0, log=True),
+    ),
+    terms=_pwm,
+    commanded=True,
+)  # fmt: skip
+
+NONE = Part(
+    name="none",
+    role="controller",
+    doc="no controller in the model: the log has the force, the current or the voltage",
+    equation="demand as recorded",
+    coefficients=(),
+    terms=lambda values: {},  # noqa: ARG005 - what other parts read
+)

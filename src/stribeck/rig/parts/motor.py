@@ -1,0 +1,88 @@
+"""Motors: what makes a force at the load of a demand, by a gear of ratio n."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from .part import Coefficient, Part
+
+_ARMATURE = Coefficient(
+    "armature", "kg", "inertia of the rotor, at the motor's shaft", 0.0, 0.0, 1e4,
+    rotary="kg m**2", symbol="J_a",
+)  # fmt: skip
+_FRICTION = Coefficient("F_fm", "N", "Coulomb friction of the motor, at the load", 0.0, 0.0, 1e4,
+                        rotary="N m")  # fmt: skip
+_TORQUE_CONSTANT = Coefficient("k_t", "N/A", "force per ampere", lower=1e-4, upper=1e3, log=True,
+                               rotary="N m/A", positive=True, symbol="k_t")  # fmt: skip
+_CURRENT_LIMIT = Coefficient("I_max", "A", "largest current", np.inf,
+                             positive=True)  # fmt: skip
+
+
+def _common(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    n = values["ratio"]
+    return {"M": values["armature"] * n * n, "motor_friction": values["F_fm"]}
+
+
+def _force(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    n = values["ratio"]
+    return {**_common(values), "gain": n, "force_limit": n * values["F_max"]}
+
+
+def _current(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    per_ampere = values["k_t"] * values["ratio"]
+    return {
+        **_common(values), "gain": per_ampere, "force_limit": per_ampere * values["I_max"],
+    }  # fmt: skip
+
+
+def _voltage(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    per_ampere = values["k_t"] * values["ratio"]
+    return {
+        **_common(values),
+        "gain": per_ampere / values["R"],
+        "emf": per_ampere * per_ampere / values["R"],
+        "force_limit": per_ampere * values["I_max"],
+    }
+
+
+FORCE = Part(
+    name="force",
+    role="motor",
+    doc="an ideal one: the demand is its force or torque",
+    equation="F_m = clip(n demand, ±n F_max)",
+    coefficients=(
+        Coefficient("F_max", "N", "largest force of the motor", np.inf,
+                    rotary="N m", positive=True),
+        _ARMATURE, _FRICTION,
+    ),
+    terms=_force,
+    drive="force",
+)  # fmt: skip
+
+CURRENT = Part(
+    name="current",
+    role="motor",
+    doc="behind a current loop: the demand is its current",
+    equation="F_m = n k_t clip(demand, ±I_max)",
+    coefficients=(_TORQUE_CONSTANT, _CURRENT_LIMIT, _ARMATURE, _FRICTION),
+    terms=_current,
+    drive="current",
+)
+
+VOLTAGE = Part(
+    name="voltage",
+    role="motor",
+    doc="at a voltage: with a winding, the voltage that it induces, and a largest current",
+    equation="F_m = n k_t clip((demand − n k_t v)/R, ±I_max)",
+    coefficients=(
+        _TORQUE_CONSTANT,
+        Coefficient("R", "ohm", "resistance of the winding", lower=1e-2, upper=1e3, log=True,
+                    positive=True),
+        _CURRENT_LIMIT, _ARMATURE, _FRICTION,
+    ),
+    terms=_voltage,
+    drive="voltage",
+)  # fmt: skip

@@ -1,0 +1,142 @@
+"""A part of an axis: its coefficients, what it reads of a log, and what it does to the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Self
+
+import numpy as np
+
+from ...constant import Constant, Origin, constant
+from ...errors import InputError
+from ...space import Param
+
+Role = Literal["controller", "motor", "transmission", "load", "sensor"]
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """A quantity of a part: stated, to be identified within a range, or idle.
+
+    Args:
+        name: What it is called in rigs, cards and files.
+        unit: SI unit on a linear axis.
+        doc: Its meaning in half a line.
+        idle: Its value where nobody speaks of it; None for one that an axis cannot do without.
+        lower: Least value that is searched for, in its unit.
+        upper: Greatest.
+        log: Whether the range is searched on a logarithmic scale.
+        symbol: How a figure prints it.
+        rotary: Unit on a rotary axis, where that is another.
+        positive: Whether nothing can be simulated with a value of 0 or below.
+        constant: Where its value is stated.
+        free: Whether it is stated to be identified.
+    """
+
+    name: str
+    unit: str
+    doc: str
+    idle: float | None = None
+    lower: float = -np.inf
+    upper: float = np.inf
+    log: bool = False
+    symbol: str = ""
+    rotary: str = ""
+    positive: bool = False
+    constant: Constant | None = None
+    free: bool = False
+
+    def written(self, rotary: bool) -> str:
+        """Its SI unit on an axis of a kind."""
+        return self.rotary if rotary and self.rotary else self.unit
+
+    def known(
+        self,
+        shown: float,
+        source: str,
+        origin: Origin = "yours",
+        *,
+        unit: str | None = None,
+        share: float | None = None,
+        doc: str = "",
+    ) -> Self:
+        """The same quantity with a value.
+
+        Args:
+            shown: The value, in the unit.
+            source: Where it comes from, in words.
+            origin: Who vouches for it.
+            unit: In which people see it; its own by default.
+            share: Of the value by which it may be off; that of the origin by default.
+            doc: Its meaning on this axis, where more is known of it.
+        """
+        written = self.unit if unit is None else unit
+        stated = constant(self.name, shown, written, doc or self.doc, source, origin, share)
+        return replace(self, constant=stated, free=False)
+
+    def searched(self, lower: float, upper: float, *, log: bool | None = None) -> Self:
+        """The same quantity, to be identified within a range, SI."""
+        logarithmic = (self.log if log is None else log) and lower > 0
+        return replace(self, constant=None, free=True, lower=lower, upper=upper, log=logarithmic)
+
+    @property
+    def identified(self) -> bool:
+        """Whether it is to be identified: as stated, or because an axis cannot do without."""
+        return self.free or (self.constant is None and self.idle is None)
+
+    def param(self, rotary: bool) -> Param:
+        """It as a parameter of a rig."""
+        return Param(
+            self.name, self.lower, self.upper, self.written(rotary), self.symbol, self.log,
+            doc=self.doc,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part as it is declared.
+
+    Args:
+        name: What a file calls it.
+        role: What it is of an axis.
+        doc: What it is, in a line.
+        equation: What it contributes, in the letters of its coefficients.
+        coefficients: Its quantities.
+        terms: What they make of the fields of `AxisConstants`, of all values of the axis by name,
+            those of absent parts at their neutral values: plain arithmetic, of floats, of arrays,
+            or of symbols of another language. The inertias M of parts add up.
+        commanded: Whether it needs a commanded position.
+        drive: What a log has to tell where there is no controller: "force", "current" or
+            "voltage"; empty for what is no motor.
+        rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
+    """
+
+    name: str
+    role: Role
+    doc: str
+    equation: str
+    coefficients: tuple[Coefficient, ...]
+    terms: Callable[[Mapping[str, Any]], Mapping[str, Any]]
+    commanded: bool = False
+    drive: str = ""
+    rotary: bool | None = None
+
+    def __getitem__(self, name: str) -> Coefficient:
+        """One of its coefficients.
+
+        Raises:
+            InputError: it has no such coefficient.
+        """
+        for c in self.coefficients:
+            if c.name == name:
+                return c
+        names = ", ".join(c.name for c in self.coefficients) or "none"
+        raise InputError(f"{self.role}.{self.name} has no {name!r}: it has {names}")
+
+    def with_coefficients(self, *stated: Coefficient) -> Self:
+        """The same part with other values or ranges of some coefficients."""
+        by_name = {c.name: c for c in stated}
+        for name in by_name:
+            self[name]
+        return replace(self, coefficients=tuple(by_name.get(c.name, c) for c in self.coefficients))
