@@ -30,7 +30,7 @@ FLOORS = {
 #: The rooms of a package from the lowest up: a room imports from the rooms before it only.
 ROOMS = {
     "data": ("readers", "gate"),
-    "rig": ("experiments", "motion"),
+    "rig": ("experiments", "motion", "parts"),
     "identify": ("uncertainty", "adequacy", "balance", "selection", "design"),
     "export": ("code", "robot", "fmu"),
     "report": ("contents", "figures", "page"),

@@ -7,6 +7,8 @@ from ..errors import InputError
 #: Options that may be given more than once.
 REPEATABLE = frozenset(
     {
+        "--load",
+        "--sensor",
         "--train",
         "--holdout",
         "--set",

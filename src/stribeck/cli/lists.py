@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..errors import InputError
 from .completions import drive_names, law_names, method_names, reader_names, rig_names
 from .inputs import Json
 
@@ -43,8 +45,30 @@ def methods(
 def rigs(
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="The rig, or its TOML file, to show; all are listed by default.", autocompletion=rig_names)] = None,
     json: Json = False,
+    parts: Annotated[bool, typer.Option("--parts", help="List the parts that an axis is composed of.")] = False,
+    new: Annotated[Path | None, typer.Option("--new", metavar="FILE.toml", help="Write the file of a new axis of parts.")] = None,
+    controller: Annotated[str | None, typer.Option(metavar="PART", help="Of a new axis; see --parts.")] = None,
+    motor: Annotated[str | None, typer.Option(metavar="PART", help="Of a new axis.")] = None,
+    transmission: Annotated[str | None, typer.Option(metavar="PART", help="Of a new axis.")] = None,
+    load: Annotated[list[str] | None, typer.Option(metavar="PART", help="Of a new axis; may be given again.")] = None,
+    sensor: Annotated[list[str] | None, typer.Option(metavar="PART", help="Of a new axis.")] = None,
+    rotary: Annotated[bool | None, typer.Option("--rotary/--linear", help="Whether a new axis turns.")] = None,
 ) -> None:  # fmt: skip
-    """List the rigs, or show one with its constants."""
+    """List the rigs, show one with its constants, or write the file of a new axis of parts."""
+    of_new = {"--controller": controller, "--motor": motor, "--transmission": transmission,
+              "--load": load, "--sensor": sensor, "--rotary": rotary}  # fmt: skip
+    if new is None and (stray := [n for n, value in of_new.items() if value is not None]):
+        raise InputError(f"{stray[0]}: is of a new axis: give --new FILE.toml as well")
+    if new is not None:
+        from .new_axis import write_axis
+
+        write_axis(new, controller, motor, transmission, load, sensor, rotary=rotary)
+        return
+    if parts:
+        from ..report.registries import show_parts
+
+        show_parts()
+        return
     from ..rig.lookup import rig_named
 
     rig = rig_named(name) if name is not None else None

@@ -29,7 +29,7 @@ import numpy as np
 from ..data.log_list import Columns, Logs, log_list
 from ..data.recording import Recording
 from ..errors import InputError
-from ..identify.card import Card, Carded, card_of, constant_cards, kind_of
+from ..identify.card import Card, Carded, axis_table, card_of, constant_cards, kind_of
 from ..identify.pace import Pace, paced
 from ..rig.balanced import BalancedRig
 from ..rig.lookup import rig_and_law
@@ -242,7 +242,13 @@ def _card_on(card: Card, rig: Rig | None) -> Card:
     if odd := [c.name for c in rig.constants if not np.isfinite(c.value)]:
         raise InputError(f"rig {rig.name}: {odd[0]} is not a finite number: a card cannot say that")
     return card.model_copy(
-        update={"rig": rig.name, "kind": kind, "constants": constant_cards(rig), "columns": {}}
+        update={
+            "rig": rig.name,
+            "kind": kind,
+            "axis": axis_table(rig),
+            "constants": constant_cards(rig),
+            "columns": {},
+        }
     )
 
 

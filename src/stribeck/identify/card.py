@@ -18,7 +18,9 @@ from ..errors import InputError
 from ..friction import law_named
 from ..presenters import presenter
 from ..rig import RIGS, Rig
+from ..rig.axis_table import composed_axis
 from ..rig.balanced import as_balanced
+from ..rig.composed import ComposedRig
 from ..rig.rig import shown_in
 from ..space import Param
 from ..text_file import json_document, page
@@ -56,11 +58,11 @@ def directions_between(low: float, high: float) -> frozenset[int]:
     return frozenset(way for way, speed in ((1, high), (-1, -low)) if speed > least)
 
 
-class _Part(BaseModel):
+class _CardEntry(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class ParameterCard(_Part):
+class ParameterCard(_CardEntry):
     """One parameter, in the unit given.
 
     `others_at_low` and `others_at_high` are the other parameters as refitted where it is at that
@@ -90,7 +92,7 @@ class ParameterCard(_Part):
         return verdict_text(self.verdict, self.reason, borderline=self.borderline)
 
 
-class SampledCard(_Part):
+class SampledCard(_CardEntry):
     """Median and central 95 % interval of one parameter's samples, in the unit of its parameter."""
 
     median: Finite
@@ -98,7 +100,7 @@ class SampledCard(_Part):
     high: Finite
 
 
-class PosteriorCard(_Part):
+class PosteriorCard(_CardEntry):
     """Samples of the posterior: how many, the share of steps taken, whether walkers settled."""
 
     samples: int
@@ -107,7 +109,7 @@ class PosteriorCard(_Part):
     parameters: dict[str, SampledCard]
 
 
-class StaircaseCard(_Part):
+class StaircaseCard(_CardEntry):
     """How the axis, or the model, stuck and slipped: slips, their median in m or rad, a share."""
 
     slips: int
@@ -115,7 +117,7 @@ class StaircaseCard(_Part):
     stuck: Finite
 
 
-class ObjectiveCard(_Part):
+class ObjectiveCard(_CardEntry):
     """The misfit on the training data."""
 
     name: Literal["position_rmse", "position_mae", "relative_error"]
@@ -128,7 +130,7 @@ class ObjectiveCard(_Part):
     staircase: dict[Literal["measured", "modelled"], StaircaseCard] = {}
 
 
-class HoldoutCard(_Part):
+class HoldoutCard(_CardEntry):
     """The misfit on a range that was not trained on, and what that tests."""
 
     range: str
@@ -141,7 +143,7 @@ class HoldoutCard(_Part):
     staircase: dict[Literal["measured", "modelled"], StaircaseCard] = {}
 
 
-class SearchCard(_Part):
+class SearchCard(_CardEntry):
     """How the answer was searched for."""
 
     method: str
@@ -152,7 +154,7 @@ class SearchCard(_Part):
     repeats: list[Finite] = []
 
 
-class DataCard(_Part):
+class DataCard(_CardEntry):
     """A log that was used."""
 
     file: str
@@ -161,7 +163,7 @@ class DataCard(_Part):
     used: int
 
 
-class SpeedsCard(_Part):
+class SpeedsCard(_CardEntry):
     """Least and greatest velocity of the training data: where the law has been seen."""
 
     low: Finite
@@ -185,7 +187,7 @@ class SpeedsCard(_Part):
         )
 
 
-class PaceCard(_Part):
+class PaceCard(_CardEntry):
     """How the slowest log moves, SI: its speed as `identify.pace` says, how far, and from where."""
 
     speed: Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
@@ -193,7 +195,7 @@ class PaceCard(_Part):
     start: Finite
 
 
-class ConstantCard(_Part):
+class ConstantCard(_CardEntry):
     """A constant of the rig, with who vouches for it and by how much it may be off.
 
     Cards of version 0.1 have those that differ from the shipped ones alone, and no tolerance.
@@ -205,7 +207,7 @@ class ConstantCard(_Part):
     tolerance: Finite = 0.0
 
 
-class CombinationCard(_Part):
+class CombinationCard(_CardEntry):
     """The sum of a parameter and a constant, or a ratio of parameters, in the unit given."""
 
     value: Finite
@@ -221,7 +223,7 @@ class CombinationCard(_Part):
         return verdict_text(self.verdict, self.reason)
 
 
-class BreakawayCard(_Part):
+class BreakawayCard(_CardEntry):
     """How a breakaway level varies from slip to slip: its mean is the parameter of that name.
 
     Standard deviation of the breakaway of single slips, with its 95 % interval, in the unit given.
@@ -234,7 +236,7 @@ class BreakawayCard(_Part):
     slips: int
 
 
-class LogSpreadCard(_Part):
+class LogSpreadCard(_CardEntry):
     """How a parameter differs from log to log, in the unit given, with 95 % intervals.
 
     The mean over the logs that know it by themselves and the standard deviation from log to log,
@@ -254,7 +256,7 @@ class LogSpreadCard(_Part):
     differs: bool
 
 
-class ConditionCard(_Part):
+class ConditionCard(_CardEntry):
     """A condition of the estimates that does not hold, with the parameters it biases.
 
     `parameters` is null where it concerns all; `caps` says whether it takes "identified" away.
@@ -266,7 +268,7 @@ class ConditionCard(_Part):
     caps: bool
 
 
-class Card(_Part):
+class Card(_CardEntry):
     """An identified friction model, version 1 of the schema.
 
     `stated` has the constants that the logs state in place of the rig's: least and greatest, in the
@@ -277,6 +279,7 @@ class Card(_Part):
     law: str
     rig: str
     kind: str
+    axis: dict[str, Any] | None = None
     constants: dict[str, ConstantCard] = {}
     stated: dict[str, Annotated[list[Finite], Field(min_length=2, max_length=2)]] = {}
     columns: dict[str, Any] = {}
@@ -310,6 +313,7 @@ class Card(_Part):
             "force_delay_ms": self.force_delay_ms or None,
             "velocity": self.velocity,
             "drive": self.drive,
+            "axis": self.axis,
             "stated": self.stated or None,
         }
         absent = {name for name, value in optional.items() if value is None}
@@ -339,9 +343,7 @@ class Card(_Part):
             InputError: it names a rig, law or parameter that is not there, or its values are
                 no friction law.
         """
-        if self.kind not in RIGS:
-            raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
-        shipped, law = RIGS[self.kind], law_named(self.law)
+        shipped, law = self._shipped(), law_named(self.law)
         if self.drive is not None:
             shipped = shipped.driven(DriveChain.of_table(self.drive))
         rig: Rig = replace(
@@ -379,6 +381,19 @@ class Card(_Part):
         fixed = {n: v for n, v in values.items() if n != last}
         parameters = partition(rig, law, fixed=fixed, objective=objective)
         return parameters, p
+
+    def _shipped(self) -> Rig:
+        """The rig that its own is a variant of: a shipped one, or that of its parts."""
+        if self.axis is not None:
+            try:
+                return composed_axis(self.axis, self.rig)
+            except ValidationError as error:
+                first = error.errors()[0]
+                place = ".".join(str(part) for part in first["loc"])
+                raise InputError(f"axis.{place}: {first['msg']}") from error
+        if self.kind not in RIGS:
+            raise InputError(f"no rig {self.kind!r}: there are {', '.join(RIGS)}")
+        return RIGS[self.kind]
 
     def _check_speeds(self, rig: Rig) -> None:
         """Raises InputError where the speeds are none of this rig, or in the wrong order."""
@@ -420,7 +435,7 @@ def _with_constants(shipped: Rig, entries: Mapping[str, ConstantCard]) -> Rig:
 
 def constant_cards(rig: Rig) -> dict[str, ConstantCard]:
     """All constants of a rig's axis, and settings of its simulation where they were changed."""
-    shipped = {c.name: c.value for c in RIGS[kind_of(rig)].constants}
+    shipped = {c.name: c.value for c in origin_of(rig).constants}
     return {
         c.name: ConstantCard(
             value=c.shown, unit=c.unit, origin=c.origin, tolerance=c.shown_tolerance
@@ -443,8 +458,27 @@ def _si(name: str, entry: ParameterCard | ConstantCard, written: str) -> float:
     return value
 
 
+#: The kind of a rig that a user composed of parts.
+COMPOSED = "composed"
+
+
+def origin_of(rig: Rig) -> Rig:
+    """The shipped rig that a rig is a variant of, or the rig of its parts alone."""
+    table = axis_table(rig)
+    return RIGS[kind_of(rig)] if table is None else composed_axis(table, rig.name)
+
+
+def axis_table(rig: Rig) -> dict[str, Any] | None:
+    """What a user composed a rig of; None for a variant of a shipped one."""
+    if isinstance(rig, ComposedRig) and rig.table is not None:
+        return dict(rig.table)
+    return None
+
+
 def kind_of(rig: Rig) -> str:
-    """The shipped rig that a rig is a variant of."""
+    """The name of the shipped rig that a rig is a variant of; "composed" for one of parts."""
+    if axis_table(rig) is not None:
+        return COMPOSED
     names: list[str] = sorted(RIGS, key=lambda n: n != rig.name)  # its own, so no other is loaded
     for name in names:
         shipped = RIGS[name]

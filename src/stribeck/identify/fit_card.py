@@ -12,7 +12,7 @@ import numpy as np
 from .._version import __version__
 from ..data.readers.log_map import LogMap
 from ..errors import InputError
-from ..rig import RIGS, Rig
+from ..rig import Rig
 from ..rig.balanced import BalancedRig
 from ..rig.rig import shown_difference, shown_in
 from ..rig.simulated import as_simulated
@@ -33,8 +33,10 @@ from .card import (
     SearchCard,
     SpeedsCard,
     StaircaseCard,
+    axis_table,
     constant_cards,
     kind_of,
+    origin_of,
 )
 from .interval_ends import interval_ends
 from .pace import paced
@@ -64,9 +66,10 @@ def fit_card(fit: Fit) -> Card:
         law=law.name,
         rig=rig.name,
         kind=kind,
+        axis=axis_table(rig),
         constants=constant_cards(rig),
         stated=_stated(fit),
-        columns=_columns(fit, kind),
+        columns=_columns(fit),
         drive=None if rig.chain is None else rig.chain.table(),
         parameters=_parameters(fit),
         combinations=_combinations(fit),
@@ -293,7 +296,7 @@ def _others(fit: Fit) -> dict[str, tuple[dict[str, float], dict[str, float]]]:
     return {name: (shown(low), shown(high)) for name, (low, high) in interval_ends(fit).items()}
 
 
-def _columns(fit: Fit, kind: str) -> dict[str, Any]:
+def _columns(fit: Fit) -> dict[str, Any]:
     """How the first log was read, or else its rig's columns where they are not the kind's own."""
     first = fit.recordings[0]
     stated = dict(first.source.map or fit.rig.columns)
@@ -301,7 +304,7 @@ def _columns(fit: Fit, kind: str) -> dict[str, Any]:
         stated = (
             LogMap.of(stated or None).with_words({"subtract": first.known_force.column}).table()
         )
-    return stated if stated != dict(RIGS[kind].columns) else {}
+    return stated if stated != dict(origin_of(fit.rig).columns) else {}
 
 
 def _stated(fit: Fit) -> dict[str, list[float]]:

@@ -20,6 +20,7 @@ from ..errors import InputError
 from ..friction import ELEMENTS, LAWS, TERMS, Law, law_named
 from ..optimize import METHODS
 from ..rig import RIGS
+from ..rig.parts import PARTS
 from ..rig.rig import shown_in
 from .table import Table
 from .terminal import console, show_table
@@ -116,6 +117,13 @@ def show_methods(name: str | None) -> None:
     show_table(Table.of_texts(title, heads, rows, labels=range(3)))
 
 
+def show_parts() -> None:
+    """List the parts that an axis is composed of, with their equations."""
+    rows = [[p.role, p.name, p.doc, p.equation] for p in PARTS.values()]
+    heads = ["role", "part", "what it is", "equation"]
+    show_table(Table.of_texts("", heads, rows, labels=range(4)))
+
+
 def show_rigs(rig: Rig | None, likely: str = "") -> None:
     """List the rigs, the likely one marked; or show one with its constants and columns."""
     out = console()
@@ -133,6 +141,11 @@ def show_rigs(rig: Rig | None, likely: str = "") -> None:
     for line in (f"identified by {_APPROACHES[rig.approach][1]}", rig.cite):
         out.print(_inset(line))
     out.print()
+    if (equation := rig.equation(law_named(rig.laws[0]))) is not None:
+        out.print("equation of motion, F_f is friction")
+        for line in equation.text.split(";  "):
+            out.print(_inset(line))
+        out.print()
     if rig.constants:
         rows = [
             [c.name, f"{c.shown:.6g}", _tolerance(c), c.unit, c.doc, _vouched(c)]

@@ -83,10 +83,12 @@ def _rig(rig: Rig) -> dict[str, Any]:
         }
         for q in rig.parameters(law)
     }
+    equation = rig.equation(law_named(rig.laws[0]))
     return {
         "doc": rig.doc,
         "cite": rig.cite,
         "approach": rig.approach,
+        "equation": None if equation is None else equation.text.split(";  "),
         "laws": list(rig.laws),
         "constants": constants,
         "parameters": parameters,

@@ -28,7 +28,7 @@ from .motion.drives import (
     LATE,
     AxisConstants,
 )
-from .parts.transmission import ratio
+from .parts.transmissions import ratio
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -59,10 +59,12 @@ class ComposedRig(SteppedRig):
     Args:
         parts: Controller, motor, transmission, loads, sensors.
         input_columns: Columns of what a log may say beside its channels, by input.
+        table: What a user composed it of; None for a shipped rig.
     """
 
     parts: tuple[Part, ...] = ()
     input_columns: Mapping[str, str] = field(default_factory=lambda: INPUT_COLUMNS)
+    table: Mapping[str, Any] | None = None
 
     @classmethod
     def compose(cls, name: str, parts: Iterable[Part], *, rotary: bool, **declared: Any) -> Self:
@@ -79,7 +81,7 @@ class ComposedRig(SteppedRig):
                 parts have a coefficient of the same name.
         """
         parts = tuple(parts)
-        _check_roles(name, parts, rotary)
+        check_roles(name, parts, rotary)
         stated = [c for p in parts for c in p.coefficients]
         declared["constants"] = (
             *(c.constant for c in stated if c.constant is not None),
@@ -130,7 +132,7 @@ class ComposedRig(SteppedRig):
                 "to command"
             )
         steps = {"goal": recording.command, "feed_forward": np.zeros(len(recording)), **given}
-        if any(c.name == "kd" for p in self.parts for c in p.coefficients):
+        if any(p.follows_velocity for p in self.parts):
             steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
         return steps
 
@@ -174,7 +176,8 @@ class ComposedRig(SteppedRig):
         inputs[ADDED] = np.interp(track.t, recording.t, added)
         return track._replace(inputs=inputs)
 
-    def controller_friction(self) -> float:
+    @property
+    def motor_friction(self) -> float:
         """Coulomb friction of its motor, which takes its share of a command, N or N m."""
         return next((c.value for c in self.constants if c.name == "F_fm"), 0.0)
 
@@ -243,7 +246,7 @@ class ComposedRig(SteppedRig):
         if not self.commanded:
             return (Input(self.demand, asked, "of the drive", ADDED),)
         inputs = [Input("command", position, "commanded position", GOAL)]
-        if any(c.name == "kd" for p in self.parts for c in p.coefficients):
+        if any(p.follows_velocity for p in self.parts):
             inputs.append(Input("command_velocity", speed, "its velocity", GOAL_VELOCITY))
         inputs += [
             Input("feed_forward", asked, "added to what the controller asks for", FEED_FORWARD),
@@ -277,7 +280,7 @@ def settings(tolerance: str) -> tuple[Constant, ...]:
     )
 
 
-def _check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
+def check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
     """Refuse parts that make no axis."""
     for role in ("controller", "motor", "transmission"):
         if (n := sum(p.role == role for p in parts)) != 1:

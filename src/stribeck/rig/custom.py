@@ -1,4 +1,4 @@
-"""Rigs of the user's: a small TOML file over a shipped kind."""
+"""Rigs of the user's: a small TOML file over a shipped kind, or an axis of parts."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
+from .axis_table import composed_axis
 from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:
@@ -22,9 +23,13 @@ if TYPE_CHECKING:
 
 #: Refusals in words that fit a rig file, in place of the checker's own.
 _WORDS = {
-    "extra_forbidden": "a rig file has no such word: it has kind, name, doc, law, constants, "
-    "ranges, columns and drive",
-    "missing": "is missing: name the shipped rig that this one is a variant of",
+    "extra_forbidden": "a rig file has no such word: a variant of a shipped rig has kind, name, "
+    "doc, law, constants, ranges, columns and drive; an axis of parts name, doc, law, rotary, "
+    "controller, motor, transmission, load, sensor, inputs, ranges, shows, columns, drive, step "
+    "and tolerance",
+    "missing": "is missing",
+    "float_parsing": 'must be a number, "12±4", { free = [low, high] } or '
+    '{ column = "HEAD", value = 1.0 }',
     "finite_number": "must be a finite number",
     "float_type": "must be a number",
     "too_short": "must be a pair [low, high]",
@@ -53,7 +58,7 @@ class _RigFile(BaseModel):
 
 
 def rig_file(path: Path) -> Rig:
-    """Read a rig from a TOML file: `kind`, and what differs from that shipped rig.
+    """Read a rig from a TOML file: an axis of parts, or `kind` and what differs from that rig.
 
     ```toml
     kind = "slide-bed"
@@ -76,6 +81,8 @@ def rig_file(path: Path) -> Rig:
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {error}") from error
     try:
+        if "kind" not in data:
+            return _of_parts(data, path.stem)
         content = _RigFile.model_validate(data)
         return _rig(content, path.stem if content.name is None else content.name)
     except ValidationError as error:
@@ -88,14 +95,33 @@ def rig_file(path: Path) -> Rig:
         raise InputError(f"{path}: {error}") from error
 
 
+def _of_parts(data: dict[str, Any], name: str) -> Rig:
+    """An axis composed of parts."""
+    if not any(role in data for role in ("controller", "motor", "transmission", "load")):
+        raise InputError(
+            "kind: is missing: name the shipped rig that this one is a variant of, as in kind = "
+            '"joint", or compose an axis of parts: it begins with a [load.mass] or [load.inertia]'
+        )
+    rig = composed_axis(data, name)
+    _check_name(rig.name)
+    mapping(dict(rig.columns))  # says which channels there are
+    chain = data.get("drive")
+    return rig if chain is None else rig.driven(DriveChain.of_table(chain))
+
+
+def _check_name(name: str) -> None:
+    if name in RIGS:
+        raise InputError(f"name {name!r} is that of a shipped rig: choose another")
+    if not name.strip() or not name.isprintable():
+        raise InputError(f"name {name!r}: give a name of printable characters")
+
+
 def _rig(content: _RigFile, name: str) -> Rig:
     if content.kind not in RIGS:
         raise InputError(f"no kind {content.kind!r}: there are {', '.join(RIGS)}")
     kind = RIGS[content.kind]
-    if name in RIGS and name != content.kind:
-        raise InputError(f"name {name!r} is that of a shipped rig: choose another")
-    if not name.strip() or not name.isprintable():
-        raise InputError(f"name {name!r}: give a name of printable characters")
+    if name != content.kind:
+        _check_name(name)
     mapping(content.columns)  # says which channels there are
     laws = kind.laws
     if content.law is not None:

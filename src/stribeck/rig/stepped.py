@@ -48,6 +48,11 @@ class SteppedRig(SimulatedRig):
         """Which input a compensator's output is added to; None where there is no controller."""
         return None
 
+    @property
+    def motor_friction(self) -> float:
+        """Coulomb friction of its motor, which takes its share of a command, N or N m."""
+        return 0.0
+
     def thinned(self, tracks: Sequence[Track]) -> list[Track] | None:
         """Tracks with samples no closer than its step; none where its controller is sampled."""
         return None if self.holds_force else thinned(tracks, self["step"])
@@ -132,6 +137,7 @@ class SteppedRig(SimulatedRig):
             track,
             constants,
             self.command_per_force,
+            self.motor_friction,
         )
 
     def command_per_force(self, law: Law, p: Array) -> float:

@@ -1,20 +1,24 @@
-"""The parts of which an axis is composed, each one declaration. A new one is its name here."""
+"""The parts of which an axis is composed, each one declaration. A new one is its name here.
+
+`controllers` ask `motors` for a demand, `transmissions` pass their force on to `loads`, `sensors`
+read the position; `part` is what all of them are.
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from ...errors import InputError
-from . import controller, load, motor, sensor, transmission
+from . import controllers, loads, motors, sensors, transmissions
 from .part import Coefficient, Part, Role
 
 __all__ = ["PARTS", "Coefficient", "Part", "Role", "part_named"]
 
 _DECLARED = (
-    controller.PD, controller.CASCADE, controller.PWM, controller.NONE,
-    motor.FORCE, motor.CURRENT, motor.VOLTAGE,
-    transmission.RIGID, transmission.GEAR, transmission.SCREW,
-    load.MASS, load.INERTIA, load.PENDULUM, load.SPRING,
-    sensor.ENCODER,
+    controllers.PD, controllers.DAMPED, controllers.CASCADE, controllers.PWM, controllers.NONE,
+    motors.FORCE, motors.CURRENT, motors.VOLTAGE,
+    transmissions.RIGID, transmissions.GEAR, transmissions.SCREW,
+    loads.MASS, loads.INERTIA, loads.PENDULUM, loads.SPRING,
+    sensors.ENCODER,
 )  # fmt: skip
 
 #: Every part by role and name.

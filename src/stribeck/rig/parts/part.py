@@ -107,6 +107,8 @@ class Part:
             those of absent parts at their neutral values: plain arithmetic, of floats, of arrays,
             or of symbols of another language. The inertias M of parts add up.
         commanded: Whether it needs a commanded position.
+        follows_velocity: Whether it needs the command's velocity, too, which is the command's
+            slope where a log has none.
         drive: What a log has to tell where there is no controller: "force", "current" or
             "voltage"; empty for what is no motor.
         rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
@@ -119,6 +121,7 @@ class Part:
     coefficients: tuple[Coefficient, ...]
     terms: Callable[[Mapping[str, Any]], Mapping[str, Any]]
     commanded: bool = False
+    follows_velocity: bool = False
     drive: str = ""
     rotary: bool | None = None
 

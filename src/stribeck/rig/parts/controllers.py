@@ -21,7 +21,7 @@ _SAMPLED = (
 def _pd(values: Mapping[str, Any]) -> Mapping[str, Any]:
     return {
         "k_p": values["gain"] * values["gain_p"] * values["kp"],
-        "k_d": values["gain"] * values["kd"],
+        "k_d": values["gain"] * values["gain_d"] * values["kd"],
         "limit": values["limit"],
         "hold": values["hold"],
     }
@@ -43,23 +43,37 @@ def _pwm(values: Mapping[str, Any]) -> Mapping[str, Any]:
     return {"k_p": values["vin"] * values["kp"] * values["duty"], "limit": values["vin"]}
 
 
+_PD_COEFFICIENTS = (
+    Coefficient("kp", "", f"demand per error of the position, in {_ASKED}, per m (rad)",
+                lower=1e-3, upper=1e9, log=True, symbol="k_p"),
+    Coefficient("kd", "", "demand per velocity", 0.0),
+    Coefficient("gain", "", "share of the feedback that acts", 1.0),
+    Coefficient("gain_p", "", "share of the position's feedback that acts, beside gain", 1.0),
+    Coefficient("gain_d", "", "share of the velocity's feedback that acts, beside gain", 1.0),
+    *_SAMPLED,
+)  # fmt: skip
+
 PD = Part(
     name="pd",
     role="controller",
     doc="proportional to the error of the position and to that of the velocity",
     equation="demand = clip(feed_forward + gain (gain_p kp (command − q) "
-    "+ kd (command_velocity − v)), ±limit)",
-    coefficients=(
-        Coefficient("kp", "", f"demand per error of the position, in {_ASKED}, per m (rad)",
-                    lower=1e-3, upper=1e9, log=True, symbol="k_p"),
-        Coefficient("kd", "", "demand per error of the velocity", 0.0),
-        Coefficient("gain", "", "share of the feedback that acts", 1.0),
-        Coefficient("gain_p", "", "share of the position's feedback that acts, beside gain", 1.0),
-        *_SAMPLED,
-    ),
+    "+ gain_d kd (command_velocity − v)), ±limit)",
+    coefficients=_PD_COEFFICIENTS,
     terms=_pd,
     commanded=True,
-)  # fmt: skip
+    follows_velocity=True,
+)
+
+DAMPED = Part(
+    name="damped",
+    role="controller",
+    doc="proportional to the error of the position, and braking by the velocity of the axis alone",
+    equation="demand = clip(feed_forward + gain (gain_p kp (command − q) − gain_d kd v), ±limit)",
+    coefficients=_PD_COEFFICIENTS,
+    terms=_pd,
+    commanded=True,
+)
 
 CASCADE = Part(
     name="cascade",

@@ -1,0 +1,73 @@
+"""A new axis of parts as a TOML file with comments, ready to be filled in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from .axis_table import ROLES
+from .composed import INPUT_COLUMNS, check_roles
+from .parts import Coefficient, Part
+
+#: What the inputs of an axis are, beside its channels.
+_INPUTS = {
+    "goal_velocity": "the command's velocity",
+    "feed_forward": "added to what the controller asks for",
+    "enabled": "above 0.5 while the motor drives",
+    "external": "a known force on the load",
+}
+_WIDTH = 46
+
+
+def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
+    """The text of a file that composes an axis of parts.
+
+    What an axis cannot do without is to be identified within the range that its part declares;
+    the rest stands commented out at the value that it has where nobody speaks of it.
+
+    Raises:
+        InputError: parts that make no axis.
+    """
+    check_roles("axis", tuple(parts), rotary)
+    lines = [
+        "# An axis of parts. A coefficient is a number (exact), text with a tolerance such as",
+        '# "12±4" or "12 nameplate", { free = [low, high] } to be identified within a range, or',
+        '# { column = "HEAD", value = 1.0 } where logs state it themselves, each for its own run.',
+        f"rotary = {str(rotary).lower()}",
+        'law = "coulomb-viscous"',
+        "# ranges = { F_C = [0, 10] }  # search ranges of the law's parameters",
+    ]
+    for role in ROLES:
+        for part in parts:
+            if part.role == role:
+                lines += ["", *_part(part, rotary)]
+    lines += ["", "# Columns of the logs that say more than the channels do.", "[inputs]"]
+    lines += [f'# {n} = "{INPUT_COLUMNS[n]}"  # {words}' for n, words in _INPUTS.items()]
+    lines += [
+        "",
+        "[columns]",
+        '# position = "actual [rad]"' if rotary else '# position = "actual [mm]"',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _part(part: Part, rotary: bool) -> Iterable[str]:
+    """The table of a part: what it is, its equation, and its coefficients."""
+    yield f"[{part.role}.{part.name}]  # {part.doc}"
+    yield f"# {part.equation}"
+    for c in part.coefficients:
+        stated = f"{c.name} = {_value(c)}"
+        unit = c.written(rotary)
+        words = f"{c.doc}{f', in {unit}' if unit else ''}"
+        yield (
+            f"{stated:<{_WIDTH}}# {words}"
+            if c.idle is None
+            else f"# {stated:<{_WIDTH - 2}}# {words}"
+        )
+
+
+def _value(c: Coefficient) -> str:
+    """A coefficient as TOML takes it."""
+    if c.idle is None:
+        return f"{{ free = [{c.lower:g}, {c.upper:g}] }}"
+    return f"{c.idle:g}" if math.isfinite(c.idle) else "1e9"

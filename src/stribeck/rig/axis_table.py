@@ -1,0 +1,171 @@
+"""An axis that a user composes of parts, as a table: of a TOML file, or of a card."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ..constant import toleranced
+from ..errors import InputError
+from ..friction import LAWS, law_named
+from .composed import INPUT_COLUMNS, ComposedRig, settings
+from .parts import Coefficient, Part, part_named
+from .rig import in_si, stem
+
+Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
+_Text = Annotated[str, Field(strict=True)]
+
+
+class _Free(BaseModel):
+    """A coefficient that is to be identified, within a range."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    free: tuple[Finite, Finite]
+
+
+class _Column(BaseModel):
+    """A coefficient that logs state themselves, and its value in those that do not."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    column: _Text
+    value: Finite
+
+
+_Value = Finite | _Text | _Free | _Column
+_Role = dict[str, dict[str, _Value]]
+
+
+class AxisTable(BaseModel):
+    """The schema of an axis of parts; coefficients are in the units that `stribeck rigs` shows."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str | None = None
+    doc: str | None = None
+    law: str | None = None
+    rotary: bool = False
+    controller: _Role = {"none": {}}
+    motor: _Role = {"force": {}}
+    transmission: _Role = {"rigid": {}}
+    load: _Role
+    sensor: _Role = {}
+    inputs: dict[str, str] = {}
+    ranges: dict[str, tuple[Finite, Finite]] = {}
+    shows: dict[str, str] = {}
+    columns: dict[str, Any] = {}
+    drive: dict[str, Any] | None = None
+    step: Finite | None = None
+    tolerance: Finite | None = None
+
+
+#: What an axis is made of, in the order in which power flows.
+ROLES = ("controller", "motor", "transmission", "load", "sensor")
+
+
+def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
+    """The rig of an axis table.
+
+    Args:
+        table: As `AxisTable` has it.
+        name: What the rig is called where the table does not say.
+
+    Raises:
+        pydantic.ValidationError: a word or a value that an axis has not.
+        InputError: a part or a coefficient that there is not, or parts that make no axis.
+    """
+    content = AxisTable.model_validate(table)
+    columns: dict[str, str] = {}
+    parts = [
+        _part(role, part, stated, columns)
+        for role in ROLES
+        for part, stated in getattr(content, role).items()
+    ]
+    if odd := [n for n in content.inputs if n not in INPUT_COLUMNS]:
+        raise InputError(f"inputs: no input {odd[0]!r}: there are {', '.join(INPUT_COLUMNS)}")
+    laws = tuple(dict.fromkeys((content.law or "coulomb-viscous", "stribeck", "coulomb-viscous")))
+    law_named(laws[0])  # says which there are
+    shown = {"position": "mrad", "velocity": "rad/s"}
+    if not content.rotary:
+        shown = {"position": "mm", "velocity": "mm/s"}
+    simulation = settings("mrad" if content.rotary else "um")
+    for word, setting in zip((content.step, content.tolerance), simulation, strict=True):
+        if word is not None and not word > 0:
+            raise InputError(f"{setting.name}: {word:g}: it must be above zero")
+    stepped = tuple(
+        setting if word is None else setting.with_value(word)
+        for word, setting in zip((content.step, content.tolerance), simulation, strict=True)
+    )
+    rig = ComposedRig.compose(
+        name if content.name is None else content.name,
+        parts,
+        rotary=content.rotary,
+        doc=content.doc or f"an axis of parts: {', '.join(f'{p.role} {p.name}' for p in parts)}",
+        cite="its parts",
+        laws=laws,
+        constants=stepped,
+        run_columns=columns,
+        input_columns={**INPUT_COLUMNS, **content.inputs},
+        shows={**shown, **content.shows},
+        columns=content.columns,
+        table=dict(table),
+        **_bristles(laws[0], parts),
+    )
+    return _ranged(rig, content.ranges)
+
+
+def _bristles(law: str, parts: list[Part]) -> dict[str, Any]:
+    """A law with states under a measured force alone remembers all that its log has seen."""
+    remembers = law_named(law).states > 0 and not any(p.commanded for p in parts)
+    return {"history": remembers, "floating": remembers}
+
+
+def _ranged(rig: ComposedRig, ranges: Mapping[str, tuple[float, float]]) -> ComposedRig:
+    """The rig with search ranges of its laws' parameters, in the units that it shows."""
+    if not ranges:
+        return rig
+    params = {q.name: q for law in LAWS for q in rig.parameters(law_named(law))}
+    stems = {stem(q.name): q for q in params.values()}
+    chosen = {}
+    for name, (low, high) in ranges.items():
+        param = params.get(name) or stems.get(name)
+        if param is None:
+            raise InputError(f"ranges: no law has a parameter {name!r}")
+        if not low < high:
+            raise InputError(f"ranges: {name}: {low} is not below {high}")
+        chosen[name] = (in_si(rig, param, low), in_si(rig, param, high))
+    return replace(rig, ranges={**rig.ranges, **chosen}, bounded=frozenset(chosen))
+
+
+def _part(role: str, name: str, stated: Mapping[str, Any], columns: dict[str, str]) -> Part:
+    """A part with what a table says of its coefficients; columns of logs go into `columns`."""
+    part = part_named(role, name)
+    place = f"{role}.{name}"
+    return part.with_coefficients(
+        *(_coefficient(part[key], value, place, columns) for key, value in stated.items())
+    )
+
+
+def _coefficient(
+    c: Coefficient, value: float | str | _Free | _Column, place: str, columns: dict[str, str]
+) -> Coefficient:
+    """A coefficient as a table states it."""
+    place = f"{place}.{c.name}"
+    if isinstance(value, _Free):
+        low, high = value.free
+        if not low < high:
+            raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
+        return c.searched(low, high)
+    if isinstance(value, _Column):
+        columns[value.column] = c.name
+        return c.known(value.value, "the log, where it says so", "yours")
+    if isinstance(value, str):
+        number, tolerance, origin = toleranced(value, place)
+        stated = c.known(number, "the axis file", origin)
+        assert stated.constant is not None  # noqa: S101 - known just now
+        return replace(stated, constant=stated.constant.with_value(number, tolerance, origin))
+    return c.known(value, "the axis file")

@@ -1,0 +1,255 @@
+"""Axes of parts: against plain small steps, as files and as cards."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from command import Completed, caller
+from foreign import parts as plain_steps
+from stribeck import LAWS, InputError, Recording, identify
+from stribeck.identify.card import Card
+from stribeck.rig.axis_draft import axis_draft
+from stribeck.rig.axis_table import composed_axis
+from stribeck.rig.composed import ComposedRig, settings
+from stribeck.rig.lookup import rig_named
+from stribeck.rig.parts import PARTS, part_named
+from stribeck.rig.simulated import as_simulated
+from stribeck.space import Array
+
+LAW = LAWS["coulomb-viscous"]
+
+
+def rig_of(
+    choice: dict[str, str], loads: list[str], values: dict[str, float], rotary: bool
+) -> ComposedRig:
+    """A rig of parts whose coefficients are all stated."""
+    names = [*choice.items(), *(("load", n) for n in loads)]
+    stated_parts = []
+    for role, name in names:
+        part = part_named(role, name)
+        stated = [
+            part[c.name].known(values[c.name], "the test") for c in part.coefficients
+            if c.name in values
+        ]  # fmt: skip
+        stated_parts.append(part.with_coefficients(*stated))
+    fine = {"step": 1.0, "tolerance": 1e-6}
+    stepped = tuple(s.with_value(fine[s.name]) for s in settings("mrad" if rotary else "um"))
+    return ComposedRig.compose(
+        "test",
+        stated_parts,
+        rotary=rotary,
+        doc="an axis",
+        cite="this test",
+        constants=stepped,
+        laws=("coulomb-viscous",),
+    )
+
+
+t = np.arange(0.0, 1.5, 2e-3)
+GOAL = 0.5 * np.sin(4.0 * t) + 0.1 * np.sin(19.0 * t)
+AXES: dict[str, tuple[dict[str, str], list[str], dict[str, float], bool, dict[str, Any]]] = {
+    "torque limit, pendulum, switched off": (
+        {"controller": "damped", "motor": "force", "transmission": "rigid"}, ["pendulum"],
+        {"kp": 10.0, "kd": 0.3, "gain_p": 0.9, "F_max": 2.0, "armature": 0.008, "m": 0.5, "l": 0.15,
+         "m_arm": 0.078, "q_offset": 0.02, "F_C": 0.1, "F_V": 0.04}, True,
+        {"goal": GOAL, "enabled": 1.0 * (t < 1.0)},
+    ),
+    "voltage, current limit, lossy gear": (
+        {"controller": "pwm", "motor": "voltage", "transmission": "gear"}, ["inertia"],
+        {"kp": 20.0, "vin": 24.0, "duty": 0.2, "k_t": 0.05, "R": 1.5, "I_max": 6.0,
+         "armature": 2e-5, "ratio": 20.0, "eta": 0.8, "eta_back": 0.7, "J": 0.05, "g_sin": 1.5,
+         "g_cos": 0.4, "g_0": 0.1, "F_C": 0.3, "F_V": 0.2}, True,
+        {"goal": GOAL, "feed_forward": 2.0 * np.cos(5.0 * t)},
+    ),
+    "current loop, screw, motor friction, spring": (
+        {"controller": "pd", "motor": "current", "transmission": "screw"}, ["mass", "spring"],
+        {"kp": 400.0, "kd": 8.0, "limit": 12.0, "k_t": 0.2, "armature": 3e-5, "lead": 0.01,
+         "F_fm": 30.0, "M": 20.0, "offset": 15.0, "k_spring": 800.0, "q_spring": 0.05, "F_C": 40.0,
+         "F_V": 200.0}, False,
+        {"goal": 0.1 * GOAL, "goal_velocity": 0.1 * np.gradient(GOAL, t),
+         "external": 25.0 * np.sin(11.0 * t)},
+    ),
+    "sampled cascade that integrates, a sample late": (
+        {"controller": "cascade", "motor": "force", "transmission": "rigid"}, ["mass"],
+        {"kp": 20.0, "kv": 300.0, "ki": 8.0, "T": 2e-3, "hold": 2.0, "limit": 150.0, "M": 5.0,
+         "offset": 4.0, "F_C": 12.0, "F_V": 30.0}, False, {"goal": 0.1 * GOAL},
+    ),
+    "recorded voltage": (
+        {"controller": "none", "motor": "voltage", "transmission": "rigid"}, ["inertia"],
+        {"k_t": 0.3, "R": 4.0, "armature": 1e-4, "J": 0.01, "F_C": 0.1, "F_V": 0.02}, True,
+        {"added": 6.0 * np.sin(7.0 * t)},
+    ),
+}  # fmt: skip
+
+
+def simulated(name: str) -> tuple[ComposedRig, Array]:
+    """An axis of the table and its motion."""
+    choice, loads, values, rotary, inputs = AXES[name]
+    rig = rig_of(choice, loads, values, rotary)
+    added = {"added": "voltage"}
+    log = Recording(
+        t=t, position=np.zeros(len(t)), command=inputs.get("goal"), rotary=rotary,
+        voltage=inputs.get("added"),
+        extra={
+            {"goal_velocity": "command_velocity", "enabled": "torque_enable"}.get(n, n): x
+            for n, x in inputs.items() if n not in ("goal", *added)
+        },
+    )  # fmt: skip
+    p = np.array([[values[q.name] for q in rig.parameters(LAW)]])
+    track = rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))._replace(v0=0.0)
+    return rig, rig.move(LAW, p, track).position[0]
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_an_axis_of_parts_is_its_equations(name: str) -> None:
+    """Plain steps come nearer and nearer to it, in proportion to their length."""
+    choice, _, values, _, inputs = AXES[name]
+    _, position = simulated(name)
+    errors = []
+    for sub in (25, 100, 400):
+        known = plain_steps.simulate(values, t, inputs, choice["controller"], choice["motor"], sub)
+        errors.append(float(np.abs(known - position).max()))
+    assert np.ptp(position) > 0.02
+    assert errors[2] <= 4e-4 * np.ptp(position)
+    assert errors[2] < 0.5 * errors[1] < 0.25 * errors[0]
+
+
+AXIS = """
+law = "coulomb-viscous"
+rotary = true
+ranges = { F_C = [0, 1], F_V = [0, 1] }
+[controller.damped]
+kp = { column = "gain", value = 10.0 }
+kd = 0.3
+[motor.current]
+k_t = "0.5±0.01"
+I_max = 8.0
+[load.pendulum]
+m = 0.4
+l = 0.2
+[columns]
+time = "t [s]"
+position = "q [rad]"
+command = "goal [rad]"
+"""
+#: F_C, F_V.
+TRUTH = np.array([[0.12, 0.05]])
+
+
+@pytest.fixture
+def axis_file(tmp_path: Path) -> Path:
+    path = tmp_path / "arm.toml"
+    path.write_text(AXIS, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def axis_log(tmp_path: Path) -> Path:
+    """A log of the axis by plain steps, whose own gain is another than the file's."""
+    values = {"kp": 14.0, "kd": 0.3, "k_t": 0.5, "I_max": 8.0, "m": 0.4, "l": 0.2, "F_C": 0.12,
+              "F_V": 0.05}  # fmt: skip
+    goal = 0.8 * np.sin(3.0 * t)
+    q = plain_steps.simulate(values, t, {"goal": goal}, "damped", "current", 100)
+    q += 2e-5 * np.random.default_rng(0).standard_normal(len(t))
+    path = tmp_path / "log.csv"
+    head = "t [s],q [rad],goal [rad],gain"
+    table = np.column_stack([t, q, goal, np.full(len(t), 14.0)])
+    np.savetxt(path, table, delimiter=",", header=head, comments="")
+    return path
+
+
+def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
+    axis_file: Path, axis_log: Path
+) -> None:
+    fit = identify(axis_log, rig=str(axis_file), repeats=1, budget=600)
+    values = {e.name: (e.low, e.value, e.high) for e in fit.estimates}
+    for name, truth in zip(("F_C", "F_V"), TRUTH[0], strict=True):
+        low, _, high = values[name]
+        assert low <= truth <= high
+        assert high - low < 0.3 * truth
+    axis_file.unlink()
+    card = Card.model_validate(json.loads(fit.card().text()))
+    assert card.kind == "composed"
+    assert card.constants["k_t"].tolerance == pytest.approx(0.01)
+    assert card.stated["kp"] == [14.0, 14.0]
+    parameters, p = card.model()
+    log = fit.recordings[0]
+    again = as_simulated(parameters.rig).simulate(parameters.law, p[None], log)
+    assert np.abs(again.position[0] - log.position).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[controller.damped]", "[controller.pid]", "no controller 'pid': there are pd, damped"),
+        ("kd = 0.3", "ki = 0.3", r"controller.damped has no 'ki': it has kp, kd"),
+        ("I_max = 8.0", "I_max = -8.0", "I_max = -8 must be above zero"),
+        ("I_max = 8.0", "I_max = { free = [3, 2] }", r"motor.current.I_max: free = \[3, 2\]"),
+        ("rotary = true", "rotary = false", "load.pendulum is of rotary axes, and this one is"),
+        ("[load.pendulum]\nm = 0.4\nl = 0.2", "", "load: is missing"),
+        ("kd = 0.3", "kd = [0.3]", "must be a number"),
+        ('law = "coulomb-viscous"', 'law = "glue"', "no law 'glue'"),
+        (
+            "[columns]",
+            "[inputs]\nlamp = 'x'\n[columns]",
+            "no input 'lamp': there are goal_velocity",
+        ),
+        ("F_C = [0, 1]", "F_X = [0, 1]", "ranges: no law has a parameter 'F_X'"),
+        ("law =", "kind_ =", "kind_: a rig file has no such word"),
+    ],
+)
+def test_files_that_make_no_axis_are_refused(
+    old: str, new: str, message: str, axis_file: Path, axis_log: Path
+) -> None:
+    axis_file.write_text(AXIS.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=message) as refusal:
+        identify(axis_log, rig=str(axis_file), repeats=1, budget=50)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.fixture
+def stribeck(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., Completed]:
+    return caller(monkeypatch, capsys)
+
+
+def test_a_new_file_holds_what_it_says(stribeck: Callable[..., Completed], tmp_path: Path) -> None:
+    path = tmp_path / "axis.toml"
+    options = ("--new", str(path), "--rotary", "--controller", "pd", "--motor", "voltage",
+               "--transmission", "gear", "--load", "pendulum", "--load", "spring")  # fmt: skip
+    assert stribeck("rigs", *options).status == 0
+    shown = stribeck("rigs", str(path))
+    assert shown.status == 0
+    for words in ("F_m = clip", "(m l² + m_arm l²/3) a = F", "k_spring (q", "parameters with"):
+        assert words in shown.out
+    free = {q.name for q in rig_named(str(path)).params}
+    assert free == {"kp", "k_t", "R", "m", "l", "k_spring"}
+    again = stribeck("rigs", *options)
+    assert again.status == 2
+    assert "is there already" in again.err
+    lacking = stribeck("rigs", "--new", str(tmp_path / "other.toml"), "--linear")
+    assert lacking.status == 2
+    assert "needs --controller: there are pd, damped, cascade" in lacking.err
+    assert not (tmp_path / "other.toml").exists()
+
+
+@pytest.mark.parametrize("rotary", [False, True])
+def test_every_part_stands_in_a_draft_that_is_read(rotary: bool) -> None:
+    chosen = {role: [p for p in PARTS.values() if p.role == role and p.rotary in (None, rotary)]
+              for role in ("controller", "motor", "transmission", "load")}  # fmt: skip
+    for role, parts in chosen.items():
+        for part in parts:
+            axis = [part if role == other else named[0] for other, named in chosen.items()]
+            table = tomllib.loads(axis_draft(axis, rotary=rotary))
+            rig = composed_axis(table, "axis")
+            assert {c.name for c in part.coefficients if c.idle is None} <= {
+                q.name for q in rig.params
+            }
