@@ -228,7 +228,12 @@ def test_a_new_file_holds_what_it_says(stribeck: Callable[..., Completed], tmp_p
     assert stribeck("rigs", *options).status == 0
     shown = stribeck("rigs", str(path))
     assert shown.status == 0
-    for words in ("F_m = clip", "(m l² + m_arm l²/3) a = F", "k_spring (q", "parameters with"):
+    for words in (
+        "F_m = n k_t clip",
+        "(m l² + m_arm l²/3) a = F",
+        "k_spring (q",
+        "parameters with",
+    ):
         assert words in shown.out
     free = {q.name for q in rig_named(str(path)).params}
     assert free == {"kp", "k_t", "R", "m", "l", "k_spring"}
