@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,8 @@ def main() -> None:
     parser.add_argument("--compare", type=Path)
     chosen = parser.parse_args()
     now = motions()
-    np.savez(chosen.out, **now)
+    named: dict[str, Any] = dict(now)
+    np.savez(chosen.out, **named)
     print(f"{sum(len(x) for x in now.values())} axes in {chosen.out}")
     if chosen.compare is None:
         return
