@@ -368,7 +368,7 @@ def outcome(text: str) -> tuple[object, ...]:
     except InputError as error:
         return (str(error),)
     columns = {name: values.tobytes() for name, values in table.columns.items()}
-    return columns, table.places.tolist(), table.text, table.notes
+    return columns, list(table.places), table.text, table.notes
 
 
 @given(

@@ -176,6 +176,7 @@ def _table(
         for t in apart
     ]  # fmt: skip
     table = replace(joined(apart, grid, held), scalars=others)
+    table = replace(table, columns=dict(table.columns))  # its own, from which they are taken
     left = [n for n in heads.columns if n not in table.columns]
     if left and not everything:
         note = f"{len(left)} columns that no channel needs were left out"
@@ -223,12 +224,10 @@ def _mended(
     known: Choice | None,
 ) -> dict[str, Any]:
     """Channels and other columns in SI from the chosen columns, their defects mended and told."""
-    channels = {name: chosen[name].values(table) for name in ("time", *CHANNELS) if name in chosen}
+    channels = _taken(table, chosen, known)
     if "time" not in channels:
         assert table.t is not None  # noqa: S101 - a log without times has a rate
         channels = {"time": table.t, **channels}
-    if known is not None:
-        channels[_KNOWN] = known.values(table)
     begin = _begin(channels["time"]) if part.span is None else part.span.first
     mender = Mender(table, channels, {}, list(table.notes))
     if "position" not in channels:
@@ -237,6 +236,7 @@ def _mended(
             f"position is the integral of {shortened(chosen['velocity'].column)}, from 0: it "
             "drifts, and nothing that depends on position can be told"
         )
+    del channels  # what the mender replaces is no longer needed
     mender.extra = filled_extra(table, {c.column for c in chosen.values()})
     if table.text:
         several = len(table.text) > 1
@@ -253,8 +253,8 @@ def _mended(
         force = KnownForce.of(known.column, known.unit, mender.channels.pop(_KNOWN)[rows])
         mender.notes.append(force.sentence)
     return {
-        "t": t[rows] - t[rows][0],
-        **{name: values[rows] for name, values in mender.channels.items()},
+        "t": _sealed(t[rows] - t[rows][0], slice(0, rows.stop - rows.start)),
+        **{name: _sealed(values, rows) for name, values in mender.channels.items()},
         "extra": {name: values[rows] for name, values in mender.extra.items()},
         "known_force": force,
         "rotary": (chosen.get("position") or chosen["velocity"]).rotary,
@@ -270,6 +270,27 @@ def _integral(channels: Mapping[str, Array]) -> Array:
     x = np.full(len(t), np.nan)
     x[valid] = np.concatenate([[0.0], np.cumsum(steps)])
     return x
+
+
+def _taken(table: RawTable, chosen: Mapping[str, Choice], known: Choice | None) -> dict[str, Array]:
+    """The channels in SI; a column that no other needs leaves its table, and its memory."""
+    order = [(name, chosen[name]) for name in ("time", *CHANNELS) if name in chosen]
+    order += [] if known is None else [(_KNOWN, known)]
+    channels: dict[str, Array] = {}
+    for k, (name, choice) in enumerate(order):
+        channels[name] = choice.values(table)
+        later = {n for _, c in order[k + 1 :] for n in (c.column, c.factor)}
+        if isinstance(table.columns, dict) and choice.column not in later:
+            table.columns.pop(choice.column, None)
+    return channels
+
+
+def _sealed(values: Array, rows: slice) -> Array:
+    """An array of a recording's own: all of one that nobody else has, or a copy of a part."""
+    if rows.start or rows.stop < len(values) or values.base is not None:
+        values = values[rows].copy()
+    values.setflags(write=False)
+    return values
 
 
 def _begin(t: Array) -> float:

@@ -38,6 +38,6 @@ def cut(table: RawTable, interval: Interval) -> RawTable:
     return replace(
         table,
         columns={name: values[rows].copy() for name, values in table.columns.items()},
-        places=table.places[rows].copy(),
+        places=table.places[rows],
         t=None if table.t is None else table.t[rows].copy(),
     )

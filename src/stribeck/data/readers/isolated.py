@@ -288,7 +288,7 @@ def _table(head: Mapping[str, Any], answer: _LibraryAnswer) -> RawTable:
         at += count
     return RawTable(
         columns,
-        np.arange(first + 1, first + rows + 1),
+        range(first + 1, first + rows + 1),
         head["word"],
         {name: (place, cell) for name, (place, cell) in head["text"].items()},
         head["scalars"],

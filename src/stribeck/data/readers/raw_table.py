@@ -17,7 +17,7 @@ class RawTable:
 
     Args:
         columns: Head -> values (N,), NaN where a cell is empty.
-        places: Where each row stands in the file, (N,).
+        places: Where each row stands in the file, (N,); a range takes no memory.
         word: What a place is called: a line of text, a row of a table.
         text: Head -> place and content of the first cell that is no number, where there is one.
         scalars: Single numbers that the file keeps beside its columns.
@@ -32,7 +32,7 @@ class RawTable:
     """
 
     columns: Mapping[str, Array]
-    places: NDArray[np.int64]
+    places: NDArray[np.int64] | range
     word: str = "row"
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     scalars: Mapping[str, float] = field(default_factory=dict)

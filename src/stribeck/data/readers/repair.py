@@ -40,7 +40,7 @@ class Mender:
     notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.rows = np.arange(len(self.channels["time"]))
+        self.rows: NDArray[np.int64] | range = range(len(self.channels["time"]))
 
     def mend(self) -> None:
         """All of it, in order.
@@ -65,7 +65,7 @@ class Mender:
         self._jitter()
 
     def _keep(self, rows: NDArray[np.bool_] | slice) -> None:
-        self.rows = self.rows[rows]
+        self.rows = self.rows[rows] if isinstance(rows, slice) else np.asarray(self.rows)[rows]
         self.channels = {n: a[rows] for n, a in self.channels.items()}
         self.extra = {n: a[rows] for n, a in self.extra.items()}
 

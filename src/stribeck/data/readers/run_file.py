@@ -220,5 +220,5 @@ def _in_order(table: RawTable, name: str) -> RawTable:
         table,
         columns={n: a[rows] for n, a in table.columns.items()},
         t=table.t[rows],
-        places=table.places[rows],
+        places=np.asarray(table.places)[rows],
     )

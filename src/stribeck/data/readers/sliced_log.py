@@ -121,5 +121,5 @@ def filled(part: TablePart, pieces: Iterator[SlicedRows]) -> RawTable:
         for name, values in columns.items():
             values[rows] = piece.columns[name]
         at = rows.stop
-    places = np.arange(part.rows.start + 1, part.rows.stop + 1)
+    places = range(part.rows.start + 1, part.rows.stop + 1)
     return replace(table, columns=columns, t=t, places=places)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,7 +39,7 @@ class _TextColumns(NamedTuple):
     """Columns by their place, the line of each row, and how words became numbers."""
 
     values: dict[int, Array]
-    lines: NDArray[np.int64]
+    lines: NDArray[np.int64] | range
     state: dict[int, WordColumn]
 
 
@@ -140,7 +141,7 @@ class BlockedText:
     def _in_state(self, state: dict[int, WordColumn], chosen: Sequence[int]) -> _TextColumns:
         count, at = sum(self.rows[k] for k in chosen), 0
         values = {i: np.empty(count) for i in state}
-        lines = np.empty(count, dtype=np.int64)
+        lines = list[NDArray[np.int64] | range]()
         last = len(self.layout.heads) - 1  # shows that a line is too short
         read = state if last in state else {**state, **self._state([last])}
         blocks = [self.blocks[k] for k in chosen]
@@ -157,9 +158,18 @@ class BlockedText:
             part = slice(at, at + frame.height)
             for i, column in values.items():
                 column[part] = frame[str(i)].to_numpy()
-            lines[part] = rows.places(frame.height)
+            lines.append(rows.places(frame.height))
             at = part.stop
-        return _TextColumns({i: state[i].whole(v) for i, v in values.items()}, lines, state)
+        whole = {i: state[i].whole(v) for i, v in values.items()}
+        return _TextColumns(whole, _chained(lines), state)
+
+
+def _chained(parts: Sequence[NDArray[np.int64] | range]) -> NDArray[np.int64] | range:
+    """The lines of blocks, one after another: a range where none is missing between."""
+    ranges = [part for part in parts if isinstance(part, range)]
+    if len(ranges) == len(parts) and all(a.stop == b.start for a, b in pairwise(ranges)):
+        return range(ranges[0].start, ranges[-1].stop) if ranges else range(0)
+    return np.concatenate([np.asarray(part) for part in parts])
 
 
 def large_text(path: Path, block: int = BLOCK) -> BlockedText:

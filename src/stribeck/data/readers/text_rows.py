@@ -159,12 +159,12 @@ class TextRows:
         )
         return frame if chosen is not None else frame.select([str(i) for i in sorted(kept)])
 
-    def places(self, rows: int) -> NDArray[np.int64]:
+    def places(self, rows: int) -> NDArray[np.int64] | range:
         """The line number of each row."""
         mark = self.comment.encode()
         commented = mark in self.body and b"\n" + mark in b"\n" + self.body
         if not commented and not self._spans_lines:
-            return np.arange(rows) + self.line
+            return range(self.line, self.line + rows)
         filled = (number for number, line in self._numbered() if not line.startswith(mark))
         lines = np.fromiter(filled, dtype=np.int64)[:rows]
         after = (lines[-1] if len(lines) else 0) + 1
@@ -228,7 +228,7 @@ class TextRows:
         if not open_ended.any():
             return
         lines = self._numbered()
-        for number in self.places(frame.height)[open_ended.to_numpy()]:
+        for number in np.asarray(self.places(frame.height))[open_ended.to_numpy()]:
             line = next((line for i, line in lines if i == number), b"")
             if line.strip() and (width := self._width(line)) < heads:
                 raise InputError(f"line {number} has {width} fields, the header {heads}")

@@ -54,7 +54,7 @@ def unused_note(layout: TextLayout) -> tuple[str, ...]:
 
 def text_table(
     columns: Mapping[int, Array],
-    places: NDArray[np.int64],
+    places: NDArray[np.int64] | range,
     layout: TextLayout,
     state: Mapping[int, WordColumn],
     names: Mapping[int, str] | None = None,
