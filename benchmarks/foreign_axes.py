@@ -14,9 +14,20 @@ from pathlib import Path
 import numpy as np
 
 import foreign_path  # noqa: F401 - before what it finds
-from foreign import cascade, cylinder, driven, joint, presliding, sensors, servo, slide_bed
+from foreign import (
+    cascade,
+    combined,
+    cylinder,
+    driven,
+    joint,
+    presliding,
+    sensors,
+    servo,
+    slide_bed,
+)
 from foreign.friction import Curve, coulomb_viscous
 from foreign.sensors import Table
+from foreign.strokes import combined as combined_strokes
 from foreign.strokes import even, ramp, sines, strokes
 from stribeck import Recording, read
 from stribeck.space import Array, Rng
@@ -44,6 +55,7 @@ class Axis:
         given: Constants that its user knows, as `--set` reads them.
         rotary: Whether its position is an angle.
         constants: Those that its user does not know, SI, by name.
+        steps: Steps of a sensor that has any by channel, SI.
     """
 
     rig: str
@@ -55,6 +67,7 @@ class Axis:
     given: Mapping[str, float] = field(default_factory=dict)
     rotary: bool = False
     constants: Mapping[str, float] = field(default_factory=dict)
+    steps: Mapping[str, float] = field(default_factory=dict)
 
 
 def noisy(axis: Axis, rng: Rng, memory: float = 0.0) -> list[Table]:
@@ -69,6 +82,8 @@ def noisy(axis: Axis, rng: Rng, memory: float = 0.0) -> list[Table]:
     for channel, sd in axis.noise.items():
         keeps = memory if channel == "force" else 0.0
         tables = [sensors.noisy(table, channel, sd, rng, keeps) for table in tables]
+    for channel, step in axis.steps.items():
+        tables = [sensors.quantised(table, channel, step) for table in tables]
     return tables
 
 
@@ -346,4 +361,43 @@ def bristles(
     return Axis(
         "presliding", name, truth, (motion._asdict(),), ("position", "force"),
         {"position": noise},
+    )  # fmt: skip
+
+
+def both(
+    law: presliding.LuGre | combined.Elements,
+    mass: float,
+    way: float,
+    offset: float = 1.0,
+    speeds: Sequence[float] = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 0.02, 0.05),
+    noise: float = 0.1,
+    step: float = 1e-7,
+) -> Axis:
+    """Presliding and sliding in one log of a minute, the axis under a stiff position loop.
+
+    Args:
+        law: its friction.
+        mass: of the axis.
+        way: of its bristles before they give way.
+        offset: constant force.
+        speeds: of its strokes.
+        noise: of the force.
+        step: of the encoder, whose noise is half of it.
+    """
+    stiffness = 4e5
+    level = law.F_C if isinstance(law, presliding.LuGre) else float(np.sum(law.levels))
+    bend = 0.25 * level / stiffness  # the loop gives way, too
+    times, command = combined_strokes(60.0, way + bend, np.asarray(speeds))
+    loop = driven.Loop(kp=stiffness, kd=3e3, tick=FAST)
+    motion = combined.simulate(mass, law, loop, times, command, offset)
+    own = law._asdict()
+    if isinstance(law, combined.Elements):
+        levels, yields = own.pop("levels"), own.pop("yields")
+        own |= {f"W_{i}": float(x) for i, x in enumerate(levels, 1)}
+        own |= {f"r_{i}": float(x) for i, x in enumerate(yields[1:] / yields[:-1], 2)}
+        own["d_1"] = float(yields[0])
+    name = "lugre" if isinstance(law, presliding.LuGre) else f"gms:{len(law.levels)}"
+    return Axis(
+        "forced", name, own | {"M": mass, "offset": offset}, (motion._asdict(),),
+        ("position", "force"), {"position": 0.5 * step, "force": noise}, steps={"position": step},
     )  # fmt: skip

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.random import SeedSequence
 
 import foreign_path  # noqa: F401 - before what it finds
-from foreign import cylinder, driven, joint, presliding, servo, slide_bed
+from foreign import combined, cylinder, driven, joint, presliding, servo, slide_bed
 from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import sines
-from foreign_axes import Axis, arm, bed, bristles, forced, pendulum, rod
+from foreign_axes import Axis, arm, bed, both, bristles, forced, pendulum, rod
 from stribeck import RIGS
 from stribeck.space import Rng
 
@@ -145,3 +145,46 @@ def lugre(k: int) -> Axis:
     )  # fmt: skip
     mass, noise = float(rng.uniform(5.0, 30.0)), float(rng.uniform(0.01, 0.05)) * F_C / sigma_0
     return bristles(law, "lugre", mass, peak=1.15 * law.F_S, noise=noise)
+
+
+def driven_gms(k: int) -> Axis:
+    """Generalised Maxwell elements number k, presliding and sliding in one log."""
+    rng = _rng(7, k)
+    p = _driven(rng)
+    first, ratio = float(rng.uniform(0.3, 0.7)), float(rng.uniform(3.0, 6.0))
+    yields = p["way"] * float(rng.uniform(0.4, 0.7)) * np.array([1.0, ratio])
+    tau = float(np.exp(rng.uniform(*np.log([5e-3, 3e-2]))))
+    law = combined.Elements(
+        p["F_C"] * np.array([first, 1.0 - first]), yields, p["F_V"], p["drop"], p["v_s"], tau
+    )
+    return _behind_encoder(law, p, 2.0 * float(yields[0]))
+
+
+def driven_lugre(k: int) -> Axis:
+    """LuGre's bristles number k, presliding and sliding in one log."""
+    rng = _rng(8, k)
+    p = _driven(rng)
+    law = presliding.LuGre(
+        p["F_C"] / p["way"], float(rng.uniform(200.0, 2000.0)), p["F_C"] * p["drop"], p["F_C"],
+        p["v_s"], p["F_V"],
+    )  # fmt: skip
+    return _behind_encoder(law, p, p["way"])
+
+
+def _driven(rng: Rng) -> dict[str, float]:
+    """What both kinds have: F_C over the way of bristles of 0.3 to 3 N/um, and the rest."""
+    p = _drawn(rng, {
+        "F_C": (8.0, 20.0), "M": (5.0, 30.0), "F_V": (20.0, 200.0), "drop": (1.1, 1.5),
+        "offset": (-2.0, 2.0),
+    })  # fmt: skip
+    p["way"] = p["F_C"] / float(np.exp(rng.uniform(*np.log([3e5, 3e6]))))
+    p["v_s"] = float(np.exp(rng.uniform(*np.log([2e-3, 1e-2]))))
+    p["step"] = float(np.exp(rng.uniform(*np.log([0.002, 0.02]))))
+    return p
+
+
+def _behind_encoder(
+    law: presliding.LuGre | combined.Elements, p: Mapping[str, float], way: float
+) -> Axis:
+    """Its log: an encoder's step of 0.2 to 2 % of the way, noise of half of that, 1 % of F_C."""
+    return both(law, p["M"], way, offset=p["offset"], noise=0.01 * p["F_C"], step=p["step"] * way)

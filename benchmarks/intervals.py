@@ -42,6 +42,12 @@ DRAWS = 60
 QUARTILE = 0.6745
 #: Samples in which noise that remembers falls to 1 / e.
 MEMORY = 50.0
+#: What the logs of laws with states are whose force is measured.
+DRIVEN = (
+    "A minute at 1 kHz, sines within and beyond the bristles' way and strokes at 0.5 to 50 mm/s; "
+    "an encoder's step of 0.2 to 2 % of the way and noise of half of it, noise of 1 % of F_C on "
+    "the force."
+)
 
 
 @dataclass(frozen=True)
@@ -108,6 +114,18 @@ STUDIES = {
         (50, 1),
         note="Six cycles that grow until the axis slides; noise of 1 to 5 % of the bristles' way.",
     ),
+    "driven-gms": Study(
+        "Two generalised Maxwell elements, driven by the measured motion",
+        interval_axes.driven_gms,
+        (50, 1),
+        note=DRIVEN,
+    ),
+    "driven-lugre": Study(
+        "LuGre's bristles, driven by the measured motion",
+        interval_axes.driven_lugre,
+        (50, 1),
+        note=DRIVEN,
+    ),
 }
 
 
@@ -139,7 +157,7 @@ def identified_row(name: str, k: int) -> Row:
     axis = study.axis(k)
     tables = noisy(axis, np.random.default_rng(k), study.memory)
     header = {"study": name, "k": k}
-    start_time = time.perf_counter()
+    start_time, start_cpu = time.perf_counter(), time.process_time()
     try:
         rig = RIGS[axis.rig].set(**axis.given)
         fit = identify(recordings(axis, tables), rig=rig, law=axis.law, bootstrap=study.draws)
@@ -148,6 +166,7 @@ def identified_row(name: str, k: int) -> Row:
     return header | {
         "misfit": fit.score.value,
         "seconds": round(time.perf_counter() - start_time, 2),
+        "cpu": round(time.process_time() - start_cpu, 2),
         "parameters": _parameters(fit, axis),
         "violations": [f"{v.condition}: {v.sentence}" for v in fit.violations],
     }
@@ -219,6 +238,7 @@ def study(rows: Sequence[Row]) -> dict[str, Any]:
         "refusals": sorted(set(refused)),
         "missed": [" ".join(map(str, m)) for m in missed],
         "seconds": float(np.median([r["seconds"] for r in rows])) if rows else None,
+        "cpu": float(np.median([r.get("cpu", np.nan) for r in rows])) if rows else None,
         "parameters": counted,
     }
 
@@ -311,6 +331,8 @@ def _coverage_cells(c: dict[str, Any]) -> tuple[Cell, Cell]:
 
 def _notes(study: Study, counts: dict[str, Any]) -> Iterable[str]:
     yield f"{counts['recordings']} recordings. {study.note}"
+    if counts.get("cpu"):
+        yield f"Median of the processor's time: {counts['cpu']:.2g} s."
     if counts["refused"]:
         yield f"{counts['refused']} were refused: {' '.join(f'“{r}”' for r in counts['refusals'])}."
     yield "Held/of, and the 95 % interval of that share (Wilson);"

@@ -43,3 +43,23 @@ def sines(
 def ramp(span: float, speed: float) -> tuple[Array, Array]:
     """A straight line from 0."""
     return np.array([0.0, span]), np.array([0.0, speed * span])
+
+
+def combined(
+    span: float, way: float, speeds: Array, below: float = 1.0 / 3.0, dt: float = 1e-3
+) -> tuple[Array, Array]:
+    """Two sines that grow from a third of a way to four times it, then strokes at each speed.
+
+    `below` is the share of the span that the sines take. Strokes last a second each way.
+    """
+    t = even(span, dt)
+    first = below * span
+    grow = way * np.interp(t, [0.0, first], [0.3, 4.0]) * np.clip((first - t) / 0.2, 0.0, 1.0)
+    waves = np.sin(2.0 * np.pi * 0.55 * t) + 0.4 * np.sin(2.0 * np.pi * 1.25 * t)
+    s = np.maximum(t - first, 0.0)
+    each = (span - first) / len(speeds)
+    place = np.minimum((s / each).astype(int), len(speeds) - 1)
+    left = each - (s - place * each)
+    edge = np.clip(np.minimum(s - place * each, left) / 0.05, 0.0, 1.0)
+    v = speeds[place] * np.tanh(8.0 * np.sin(np.pi * (s - place * each))) * edge
+    return t, grow * waves + dt * np.cumsum(v)
