@@ -10,7 +10,12 @@ import pytest
 from foreign import combined
 from foreign.driven import Loop
 from foreign.presliding import LuGre
-from stribeck import InputError, Recording, identify, validate
+from stribeck import RIGS, InputError, Recording, identify, validate
+from stribeck.friction import law_named
+from stribeck.identify.balance.presliding_shown import stiffness_unseen
+from stribeck.identify.balance.regression import System
+from stribeck.identify.balance.rows import filtered_logs
+from stribeck.identify.parameters import partition
 from stribeck.space import Array
 
 #: Seconds of the log, and of its sines below breakaway.
@@ -67,6 +72,37 @@ def test_a_combined_log_of_a_foreign_axis(name: str) -> None:
         assert fit.values[n] == pytest.approx(truth[n], rel=0.05)
     ((_, _, score),) = validate(fit, log(name))
     assert score.value == pytest.approx(fit.score.value, rel=0.01)
+
+
+def part(of: Recording, first: float, last: float, every: int = 1) -> Recording:
+    """Some samples of a log, its time from 0."""
+    rows = np.flatnonzero((of.t >= first) & (of.t < last))[::every]
+    assert of.force is not None
+    return Recording(t=of.t[rows] - of.t[rows[0]], position=of.position[rows], force=of.force[rows])
+
+
+@pytest.mark.parametrize(
+    ("recording", "words"),
+    [
+        (log("lugre"), ""),
+        (log("lugre", 50e-6), "of a reversal, and positions may be off by"),
+        (part(log("lugre"), 10.0, 16.0, 20), "the motion never dwells within"),
+    ],
+)
+def test_a_stiffness_that_cannot_be_seen_is_told_before_the_fit(
+    recording: Recording, words: str
+) -> None:
+    parameters = partition(RIGS["forced"], law_named("lugre"))
+    system = System(parameters, filtered_logs(recording, parameters, None, None))
+    told = stiffness_unseen(system)
+    assert [words in v.sentence for v in told] == [True] * bool(words)
+    assert all(v.parameters == {"sigma_0"} and v.caps for v in told)
+
+
+def test_a_motion_without_a_reversal_is_refused_in_a_line() -> None:
+    with pytest.raises(InputError, match="the motion never turns back by more") as refusal:
+        identify(part(log("lugre"), 12.02, 12.98), rig="forced", law="lugre")
+    assert "\n" not in str(refusal.value)
 
 
 def test_dahl_is_lugre_without_a_drop() -> None:

@@ -55,6 +55,11 @@ class MeasuredPath:
         last = np.searchsorted(moves, np.arange(len(self.way)), side="right") - 1
         return np.asarray(np.sign(self.way[moves[np.maximum(last, 0)]]))
 
+    @property
+    def reverses(self) -> bool:
+        """Whether the axis goes both ways."""
+        return bool((self.way > 0).any() and (self.way < 0).any())
+
     def friction(self, law: Law, p: Array, first: Array | None = None) -> Array:
         """Friction along it, N (N m), (N,), without a law's terms.
 

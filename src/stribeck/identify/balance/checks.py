@@ -30,6 +30,7 @@ from . import balance, variable_projection
 from .balance import NOTHING
 from .clustered_errors import clustered_errors
 from .modelled_force import force_signal
+from .presliding_shown import stiffness_unseen
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
@@ -122,6 +123,8 @@ def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChec
         ("model", at_cutoffs, False),
     ]
     violations = [Violation(c, sentence, caps=caps) for c, sentence, caps in faults if sentence]
+    if system.law.states:
+        violations += stiffness_unseen(system)
     gate = data_violations(system.rig, recordings, synchrony.rows)
     return BalanceChecks(
         (*gate, *synchrony.violations(), *violations),

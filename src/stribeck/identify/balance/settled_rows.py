@@ -43,7 +43,7 @@ def settled(system: System, p: Array) -> System:
 def rows_of(logs: Sequence[Log], others: Sequence[Log]) -> list[Log]:
     """Logs with the rows that count in others, of the same samples."""
     return [
-        replace(log, counts=other.counts, t=other.t)
+        replace(log, counts=other.counts, t=other.t, weight=other.weight)
         for log, other in zip(logs, others, strict=True)
     ]
 

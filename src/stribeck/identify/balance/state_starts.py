@@ -73,10 +73,15 @@ def contact_spectrum(system: System) -> Spectrum:
     """The spectrum that logs show, with mass, offset and viscous friction beside it.
 
     Raises:
-        InputError: the motion shows no friction.
+        InputError: the motion never reverses, or shows no friction.
     """
     from scipy.optimize import nnls  # noqa: PLC0415 - slow to import
 
+    if not any(log.path is not None and log.path.reverses for log in system.logs):
+        raise InputError(
+            f"{system.logs[0].label}: the motion never turns back by more than its position may be "
+            f"off: law {system.law.name} takes reversals, slow ones among them"
+        )
     yields = _yields(system)
     parts = []
     for log in system.logs:
