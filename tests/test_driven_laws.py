@@ -10,7 +10,7 @@ import pytest
 from foreign import combined
 from foreign.driven import Loop
 from foreign.presliding import LuGre
-from stribeck import RIGS, InputError, Recording, identify, validate
+from stribeck import RIGS, InputError, Recording, identify, plan, validate
 from stribeck.friction import law_named
 from stribeck.identify.balance.presliding_shown import stiffness_unseen
 from stribeck.identify.balance.regression import System
@@ -96,7 +96,7 @@ def test_a_stiffness_that_cannot_be_seen_is_told_before_the_fit(
     system = System(parameters, filtered_logs(recording, parameters, None, None))
     told = stiffness_unseen(system)
     assert [words in v.sentence for v in told] == [True] * bool(words)
-    assert all(v.parameters == {"sigma_0"} and v.caps for v in told)
+    assert all(v.parameters == frozenset({"sigma_0"}) and v.caps for v in told)
 
 
 def test_a_motion_without_a_reversal_is_refused_in_a_line() -> None:
@@ -122,3 +122,12 @@ def test_a_force_against_the_motion_is_no_friction() -> None:
     with pytest.raises(InputError, match="does not go with the motion") as refusal:
         identify(wrong, rig="forced", law="lugre")
     assert "\n" not in str(refusal.value)
+
+
+def test_experiments_are_not_judged_by_static_friction() -> None:
+    recording = part(log("lugre"), 5.0, 12.0)
+    fit = identify(recording, rig="forced", law="lugre")
+    with pytest.raises(InputError, match="compared for laws without"):
+        plan(fit, [recording])
+    for e, q in zip(fit.estimates, fit.parameters.every, strict=True):
+        assert q.lower <= e.low <= e.value <= e.high <= q.upper

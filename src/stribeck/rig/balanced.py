@@ -110,7 +110,17 @@ class BalancedRig(Rig):
         return self.under_force("M a = force − offset − F_f", coefficients)
 
     def experiments(self, axis: OperatingRange, seconds: float) -> Iterable[Offer]:
-        """Strokes that the axis is taken to follow."""
+        """Strokes that the axis is taken to follow.
+
+        Raises:
+            InputError: the law has states, and proposals are judged by static friction.
+        """
+        if axis.law.states:
+            raise InputError(
+                f"law {axis.law.name} on rig {self.name}: experiments are compared for laws "
+                "without states; record sines within and beyond the way of the bristles, then "
+                "strokes at several speeds"
+            )
         return strokes(axis, seconds)
 
     def under_force(

@@ -166,7 +166,7 @@ def balance_fit(logs: SolvedLogs) -> Fit:
     )
     widened = checks.widened(parameters, logs.solved, unwidened)
     if bias is not None:
-        widened = bias.moved(widened)
+        widened = bias.moved(widened, parameters.every)
     judged, between = spread_over_logs(parameters, widened, differing)
     unscaled, judged = judged, with_tolerances(parameters, judged, slopes)
     seen = logs.effects(judged)

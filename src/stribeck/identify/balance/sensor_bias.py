@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...data.resolution import noise_of, step
-from ...space import Array
+from ...space import Array, Param
 from ...units import unit
 from ..conditions import Violation
 from ..uncertainty.covariance import HALF_WIDTH
@@ -64,11 +64,16 @@ class SensorBias:
             residuals=solved.system.y - solved.system.predicted(values[None])[:, 0],
         )
 
-    def moved(self, estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
-        """Estimates whose intervals are moved along, and widened by what is not known of it."""
+    def moved(self, estimates: Sequence[Estimate], every: Sequence[Param]) -> tuple[Estimate, ...]:
+        """Estimates whose intervals are moved along, and widened by what is not known of it.
+
+        Args:
+            estimates: Of all parameters.
+            every: Their declarations, in the same order.
+        """
         return tuple(
-            e if e.verdict == "fixed" else _moved(e, float(s), HALF_WIDTH * float(sd))
-            for e, s, sd in zip(estimates, self.shift, self.error, strict=True)
+            e if e.verdict == "fixed" else _moved(e, q, float(s), HALF_WIDTH * float(sd))
+            for e, q, s, sd in zip(estimates, every, self.shift, self.error, strict=True)
         )
 
     def violations(self, solved: Balance, estimates: Sequence[Estimate]) -> list[Violation]:
@@ -87,10 +92,10 @@ class SensorBias:
         return [Violation("data", text, caps=False)]
 
 
-def _moved(e: Estimate, shift: float, further: float) -> Estimate:
+def _moved(e: Estimate, q: Param, shift: float, further: float) -> Estimate:
     value = e.value - shift
-    low = value - float(np.hypot(e.value - e.low, further))
-    high = value + float(np.hypot(e.high - e.value, further))
+    low = max(value - float(np.hypot(e.value - e.low, further)), q.lower)
+    high = min(value + float(np.hypot(e.high - e.value, further)), q.upper)
     e = replace(e, value=value, low=low, high=high)
     if e.verdict == "identified" and max(value - low, high - value) > IDENTIFIED * abs(value):
         return replace(e, verdict="weak", reason="wide")
