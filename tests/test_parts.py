@@ -166,7 +166,7 @@ def axis_log(tmp_path: Path) -> Path:
 
 
 def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
-    axis_file: Path, axis_log: Path
+    axis_file: Path, axis_log: Path, tmp_path: Path
 ) -> None:
     fit = identify(axis_log, rig=str(axis_file), repeats=1, budget=600)
     values = {e.name: (e.low, e.value, e.high) for e in fit.estimates}
@@ -174,6 +174,9 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         low, _, high = values[name]
         assert low <= truth <= high
         assert high - low < 0.3 * truth
+    path = fit.report(tmp_path / "report.html")
+    page = Path(path).read_text(encoding="utf-8")
+    assert "(m l² + m_arm l²/3) a = F" in page
     axis_file.unlink()
     card = Card.model_validate(json.loads(fit.card().text()))
     assert card.kind == "composed"

@@ -166,6 +166,10 @@ def _of_position(parameters: Parameters, effect: Effect) -> str:
         return _term(parameters, "cogging")
     if parameters.rig.name == "forced-rotary":
         return "if that is a weight, use rig forced-pendulum"
+    if effect.pattern == "slope" and parameters.rig.approach == "output_error":
+        return (
+            "if that is a spring, compose the axis with one ([load.spring], `stribeck rigs --new`)"
+        )
     return (
         f"no rig here has that; take it off the force, or train on less travel ({option('train')})"
     )

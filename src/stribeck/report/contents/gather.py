@@ -168,6 +168,7 @@ class Contents:
             rotary=self.frame.rotary,
             applied=self.frame.applied,
             about=fit.rig.doc,
+            equation=_equation(fit),
             units=self.frame.units,
             logs=[log_record(fit, fit.recordings[k], int(share * room)) for k in logs],
             unshown=len(fit.recordings) - len(logs),
@@ -215,3 +216,9 @@ class Contents:
 
 def _size(r: MotionTraces) -> float:
     return r.rms if np.isfinite(r.rms) else 0.0
+
+
+def _equation(fit: Fit) -> list[str]:
+    """The equation of motion of its rig, a part a line; none where it has none."""
+    equation = fit.rig.equation(fit.parameters.law)
+    return [] if equation is None else equation.text.split(";  ")

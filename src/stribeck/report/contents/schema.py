@@ -233,6 +233,7 @@ class Report(_StrictRecord):
     rotary: bool
     applied: bool
     about: Text
+    equation: Annotated[list[Text], Field(max_length=16)] = []
     units: UnitsRecord
     logs: Annotated[list[LogRecord], Field(max_length=100)]
     unshown: int = 0

@@ -218,6 +218,8 @@ def facts(report: Report) -> list[tuple[str, str]]:
     if report.law.cite:
         rows.append(("Source", report.law.cite))
     rows.append(("Rig", f"{card.rig}: {report.about}"))
+    if report.equation:
+        rows.append(("Equation of motion", ";  ".join(report.equation)))
     if subtracted := card.columns.get("subtract"):
         rows.append(("Subtracted from the force", str(subtracted)))
     rows.append(("Trained on", ", ".join(card.train) or "everything"))
