@@ -256,12 +256,14 @@ def _reads(file: str) -> Callable[[bytes], object]:
 #: Columns of those whose names say no units, or that have several joints.
 _COLUMNS: dict[str, dict[str, Any]] = {
     "input.trace.csv": {"columns": {"position": "x [mm]"}, "time_unit": "ms"},
+    "input.json.gz": {"position": "x position [mm]"},
     "input.ulg": {"position": "axis.0/x [mm]"},
     "dataset": {"position": "observation.state/elbow.pos [rad]"},
 }
 #: Formats of logs whose files are made by `fuzz_logs`: the name of the file that is damaged.
 _FILES = {
-    "twincat": "input.scope.csv", "codesys": "input.trace.csv", "lvm": "input.lvm",
+    "twincat": "input.scope.csv", "codesys": "input.trace.csv",
+    "klipper": "input.json.gz", "lvm": "input.lvm",
     "npz": "input.npz", "feather": "input.feather", "hdf5": "input.h5", "tdms": "input.tdms",
     "mdf4": "input.mf4", "rosbag": "input.bag", "ulog": "input.ulg",
 }  # fmt: skip

@@ -60,6 +60,21 @@ def _codesys() -> list[bytes]:
     return [body.encode()]
 
 
+def _klipper() -> list[bytes]:
+    heads = {"adxl345:hot": ["time", "x_acceleration"], "load_cell:bed": ["time", "force (g)"]}
+    messages: list[Any] = [{"id": n, "result": {"header": h}} for n, h in heads.items()]
+    rows = {n: [[t, v] for t, v in zip(_T, _F, strict=True)] for n in heads}
+    messages += [{"q": n, "params": {"data": data}} for n, data in rows.items()]
+    steps = {"data": [[400, 20, 3], [500, -9, -2]], "first_clock": 400, "last_clock": 14000,
+             "first_step_time": 0.0, "last_step_time": _T[-1], "start_position": 1.0,
+             "step_distance": 0.01}  # fmt: skip
+    messages.append({"q": "stepq:x", "params": steps})
+    for t in (_T[0], _T[-1]):
+        status = {"toolhead": {"estimated_print_time": t}, "tmc2209 x": {"run_current": t}}
+        messages.append({"q": "status", "params": {"status": status}})
+    return [b"".join(json.dumps(m).encode() + b"\x03" for m in messages)]
+
+
 def _lvm() -> list[bytes]:
     end = "***End_of_Header***\t\n"
     heads = f"LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n{end}\n"
@@ -172,7 +187,8 @@ def _ulog() -> list[bytes]:
 
 #: Format -> its files.
 CORPORA: dict[str, Callable[[], list[bytes]]] = {
-    "twincat": _twincat, "codesys": _codesys, "lvm": _lvm, "npz": _npz, "feather": _feather,
+    "twincat": _twincat, "codesys": _codesys, "klipper": _klipper, "lvm": _lvm, "npz": _npz,
+    "feather": _feather,
     "lerobot": _lerobot, "hdf5": _hdf5, "tdms": _tdms, "mdf4": _mdf4, "rosbag": _rosbag,
     "ulog": _ulog,
 }  # fmt: skip

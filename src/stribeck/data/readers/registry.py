@@ -16,7 +16,8 @@ from .log_file import LogFile, Reader, ReadOptions
 #: plain text last.
 _MODULES = (
     "parquet", "feather", "lerobot", "npz", "hdf5_file", "tdms", "mdf4", "ros_bag", "ulog",
-    "matlab_file", "twincat", "codesys", "lvm", "signal_express", "json_log", "delimited",
+    "matlab_file", "twincat", "codesys", "lvm", "signal_express", "klipper", "json_log",
+    "delimited",
 )  # fmt: skip
 #: Of other packages: objects that are a `Reader`.
 ENTRY_POINTS = "stribeck.readers"
