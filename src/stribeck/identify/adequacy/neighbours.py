@@ -95,12 +95,13 @@ def _listed(moving: Sequence[Neighbour], limit: int = 4) -> str:
 
 def neighbours(log: Recording) -> list[Neighbour]:
     """The joints that a log shows moving beside its axis, by their positions where it has these."""
-    travel = float(np.ptp(log.position))
-    speed = float(np.ptp(np.gradient(log.position, log.t)))
     positions, speeds = _joints(log)
-    moving = [n for n in positions if n.travel > MOVES * travel]
     if positions:
-        return moving
+        travel = float(np.ptp(log.position))
+        return [n for n in positions if n.travel > MOVES * travel]
+    if not speeds:
+        return []
+    speed = float(np.ptp(np.gradient(log.position, log.t)))
     return [n for n in speeds if n.travel > MOVES * speed]
 
 

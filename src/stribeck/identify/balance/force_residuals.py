@@ -39,7 +39,6 @@ class BalanceResiduals:
         shapes = x[:, self._shape]
         for shape in np.unique(shapes[physical], axis=0):
             rows = physical & (shapes == shape).all(axis=1)
-            residuals[rows] = (
-                self._system.y - self._system.predicted(self._system.parameters.full(x[rows])).T
-            )
+            forces = self._system.predicted(self._system.parameters.full(x[rows]))
+            residuals[rows] = np.subtract(self._system.y[:, None], forces, out=forces).T
         return residuals

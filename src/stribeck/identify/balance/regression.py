@@ -85,7 +85,9 @@ class System:
         alike = alike and bool((shapes == shapes[:1]).all()) and len(p) > 0
         if alike and (self._is_kept(shapes[0]) or len(p) > len(self.linear)):
             W, base = self.columns(shapes[0])
-            return np.asarray(base[:, None] + np.einsum("mj,ij->mi", W, linear))
+            forces: Array = np.einsum("mj,ij->mi", W, linear)
+            forces += base[:, None]
+            return forces
         return self._predicted(p)
 
     def _predicted(self, p: Array) -> Array:
