@@ -125,3 +125,13 @@ def test_a_spectrum_merges_to_fewer_elements() -> None:
     W, d = Spectrum(np.array([8.0]), np.array([3.0]), np.array([1.0])).merged(3)
     assert W.sum() == pytest.approx(3.0)
     assert (np.diff(d) > 0).all()
+
+
+def test_a_drop_with_speed_is_no_element() -> None:
+    """Of a spectrum that was seen, 2 % of the friction yields after a hundred times the way."""
+    yields, levels = np.array([27e-6, 80e-6, 138e-6, 11e-3]), np.array([6.12, 7.73, 1.09, 0.28])
+    spectrum = Spectrum(yields, levels, np.array([1.0]))
+    assert spectrum.merged(2)[1][1] == pytest.approx(11e-3)
+    W, d = spectrum.without_tail().merged(2)
+    np.testing.assert_allclose(W, levels[:2])
+    np.testing.assert_allclose(d, yields[:2])

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..space import Array, Param
 from .law import Law, rub_law, slip_law
-from .maxwell import ELEMENTS, VISCOUS, elements, start_of
+from .maxwell import ELEMENTS, VISCOUS, elements, starts_of
 from .yield_spectrum import Spectrum
 
 #: Where a search begins: Coulomb levels as shares of the mean friction, and lags, s.
@@ -61,10 +61,10 @@ def slip_of(n: int) -> Any:
 
 def _starts(spectrum: Spectrum, n: int) -> Array:
     """Maxwell elements whose level drops at one of the speeds, and how fast."""
-    elements = start_of(spectrum, n)[0]
-    elements[:n] *= _DROPPED
+    elements = starts_of(spectrum, n)
+    elements[:, :n] *= _DROPPED
     return np.array([
-        [*elements, _DROPPED**-2, v_s, tau] for v_s, tau in product(spectrum.speeds, _LAGS)
+        [*p, _DROPPED**-2, v_s, tau] for p, v_s, tau in product(elements, spectrum.speeds, _LAGS)
     ])  # fmt: skip
 
 

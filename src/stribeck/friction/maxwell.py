@@ -58,10 +58,10 @@ def elements(n: int) -> tuple[Param, ...]:
     )  # fmt: skip
 
 
-def start_of(spectrum: Spectrum, n: int) -> Array:
-    """Levels of n elements, the first yield and the ratios of the others, and F_V, (1, k)."""
-    levels, yields = spectrum.merged(n)
-    return np.array([[*levels, yields[0], *(yields[1:] / yields[:-1]), 0.0]])
+def starts_of(spectrum: Spectrum, n: int) -> Array:
+    """Levels of n elements, the first yield and the ratios of the others, and F_V, (2, k)."""
+    merged = [part.merged(n) for part in (spectrum, spectrum.without_tail())]
+    return np.array([[*W, d[0], *(d[1:] / d[:-1]), 0.0] for W, d in merged])
 
 
 @cache
@@ -84,7 +84,7 @@ def maxwell_slip(n: int) -> Law:
         physical=lambda p: (
             np.all(p >= 0, axis=1) & (p[:, n] > 0) & np.all(p[:, n + 1 : 2 * n] >= 1, axis=1)
         ),
-        starts=partial(start_of, n=n),
+        starts=partial(starts_of, n=n),
     )
 
 

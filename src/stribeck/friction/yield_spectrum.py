@@ -7,7 +7,7 @@ law with states is, roughly, is read off them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -16,6 +16,8 @@ from ..space import Array
 
 #: Bins of a spectrum that are told apart; neighbours are merged until so many are left.
 _MOST = 12
+#: Share of the friction that yields last, of which elements may be an artefact.
+_TAIL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +49,12 @@ class Spectrum:
         """Displacement by which half of the friction has yielded, m (rad)."""
         share = np.cumsum(self.levels) / self.level
         return float(self.yields[int(np.searchsorted(share, 0.5))])
+
+    def without_tail(self) -> Spectrum:
+        """The same without the last tenth of its friction, in which a drop with speed hides."""
+        kept = np.cumsum(self.levels) <= (1.0 - _TAIL) * self.level
+        kept[int(np.argmin(kept))] = True
+        return replace(self, levels=np.where(kept, self.levels, 0.0))
 
     def merged(self, n: int) -> tuple[Array, Array]:
         """Levels and yields of n elements that are nearest to it, (n,) each, yields rising.
