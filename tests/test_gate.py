@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -367,3 +368,40 @@ def test_an_axis_that_goes_less_far_than_its_command_is_no_other_unit() -> None:
     for share in (0.3, 1.0, 3.0):
         other = replace(log, position=share * log.position, velocity=None)
         assert not [f for f in faults(other) if f.channel == "command"]
+
+
+@cache
+def sliding() -> driven.DrivenMotion:
+    """10 kg with 20 N and 60 N s/m, in two tones: over half of the force is beyond 28 N."""
+    curve, loop = coulomb_viscous(20.0, 60.0), driven.Loop(kp=4e4, kd=2e3, mass_ff=9.0, tick=1e-4)
+    t, command = sines(15.0, np.array([0.08, 0.05, 0.03]), np.array([0.25, 0.6, 0.85]))
+    return driven.simulate(10.0, curve, curve, loop, t, command)
+
+
+def noisy_force(noise: float, limit: float, seed: int, step: float = 0.0) -> Recording:
+    """Its force with noise, cut off at a limit, and read in steps."""
+    rng = np.random.default_rng(seed)
+    table = sensors.noisy(sliding()._asdict(), "force", noise, rng)
+    force = np.clip(table["force"], -limit, limit)
+    force = step * np.round(force / step) if step else force
+    return Recording(table["t"], table["position"], force=force)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1])
+@pytest.mark.parametrize("noise", [0.5, 2.0, 4.0])
+def test_a_limit_that_cuts_noise_off_is_told(noise: float, step: float) -> None:
+    """Samples stand at the limit one by one; what lay beyond it is counted to a twentieth."""
+    for seed in range(3):
+        (fault,) = faults(noisy_force(noise, 28.0, seed, step))
+        whole = noisy_force(noise, np.inf, seed).force
+        assert whole is not None
+        beyond = np.abs(whole) >= 28.0 - step / 2
+        assert fault.kind == "clipping"
+        assert fault.size == pytest.approx(float(beyond.mean()), rel=0.05)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.01, 0.25, 1.0, 5.0])
+def test_noise_that_no_limit_cuts_off_is_not_told(step: float) -> None:
+    for noise in (0.5, 2.0, 4.0):
+        for seed in range(5):
+            assert kinds(noisy_force(noise, np.inf, seed, step)) & {"clipping"} == set()

@@ -33,6 +33,12 @@ _FIRST = 1000
 #: and the share of the log that may lie beyond. Forces of real axes that are flat by themselves
 #: wander: 10 to 90 times the variance in 130 of them; what was cut off has 0.3 to 5 times.
 _WITHIN, _STRAY, _WHITE, _BLOCK, _LONGER, _BEYOND = 5.0, 3, 6.0, 5, 15, 0.001
+#: A heap at a limit: standard deviations of the noise in steps of the sensor, from which on its
+#: values are a density; and samples at the limit for each within one deviation below it (by
+#: themselves at most one for three, as many as there are steps in it).
+_STEPS, _HEAPED = 3.0, 0.5
+#: Second differences that tell the noise, and the median of their size for one of its deviations.
+_BENDS, _MEDIAN_OF_BENDS = 30, 0.6745 * 6.0**0.5
 #: A force is flat by itself where the speed is: this ratio of speeds, ninetieth to tenth
 #: percentile, shows that it is not.
 _SPEEDS = 1.3
@@ -46,6 +52,8 @@ def clipping(recording: Recording) -> list[Fault]:
             continue
         q = step(values)
         top, bottom = (cut_off(side, q, abrupt=name == "position") for side in (values, -values))
+        if name == "force":
+            top, bottom = top | _heap(values, q), bottom | _heap(-values, q)
         if name == "force" and not (top | bottom).any():
             sd = noise_of(values)
             top, bottom = (_cut_below_noise(recording, side, q, sd) for side in (values, -values))
@@ -85,6 +93,32 @@ def cut_off(y: Array, q: float, *, abrupt: bool = False) -> NDArray[np.bool_]:
         return none
     rows = _plateaus(y, y >= y.max() - 1e-9 * span, LONG, 3 * q + CUT * span, abrupt=abrupt)
     return rows if rows.mean() >= SHARE else none
+
+
+def _heap(y: Array, q: float) -> NDArray[np.bool_]:
+    """Samples at exactly the greatest value of a noisy channel where they are too many, (N,).
+
+    Noise that a limit cuts off makes no plateau: a sample is at the limit, the next one below. But
+    what would lie beyond the limit all lies at it, and where noise is wider than the steps of the
+    sensor no value that a channel takes by itself is as frequent as a whole band below it.
+
+    Args:
+        y: The channel.
+        q: Its quantisation step.
+    """
+    none = np.zeros(len(y), dtype=bool)
+    at = y >= y.max() - 1e-9 * float(np.ptp(y))
+    if not SHARE <= at.mean() <= 1.0 - SHARE:
+        return none
+    free = ~at
+    moving = free & (y > y.min())  # nor does the other limit, if there is one, show the noise
+    inner = moving[:-2] & moving[1:-1] & moving[2:]
+    bends = (y[:-2] - 2.0 * y[1:-1] + y[2:])[inner]
+    if len(bends) < _BENDS:
+        return none
+    sd = float(np.median(np.abs(bends))) / _MEDIAN_OF_BENDS
+    below = int((free & (y >= y[at].min() - sd)).sum())
+    return at if sd > _STEPS * q and at.sum() > _HEAPED * below else none
 
 
 def _plateaus(
