@@ -141,6 +141,11 @@ def _report(rows: Sequence[Row], answers: Sequence[Answer]) -> Iterator[str]:
             )
 
 
+def whole_page(results: dict[str, Any]) -> str:
+    """docs/faults.md, with what earlier versions said below the tables."""
+    return f"{page(results)}\n{REPRODUCED}\n{reproductions.table().markdown()}"
+
+
 def main() -> None:
     """Identify some rows, and print them."""
     ask = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
@@ -152,8 +157,7 @@ def main() -> None:
     options = ask.parse_args()
     if options.page:
         part = json.loads((FOLDER / "results.json").read_text(encoding="utf-8"))["faults"]
-        earlier = f"{REPRODUCED}\n{reproductions.table().markdown()}"
-        PAGE.write_text(f"{page(part['found'])}\n{earlier}", encoding="utf-8")
+        PAGE.write_text(whole_page(part["found"]), encoding="utf-8")
         return
     rows = [r for r in ROWS if re.search(options.only, f"{r.axis}: {r.perturbation}")]
     if not options.show:

@@ -121,7 +121,7 @@ def test_words_are_regular_expressions() -> None:
 
 def test_the_page_says_what_was_measured() -> None:
     part = run.read(run.RESULTS)["faults"]
-    assert fault_table.PAGE.read_text(encoding="utf-8") == fault_table.page(part["found"])
+    assert fault_table.PAGE.read_text(encoding="utf-8") == faults.whole_page(part["found"])
     assert part["found"]["lies"] == sum(bool(r["lies"]) for r in part["found"]["rows"])
 
 
