@@ -31,9 +31,11 @@ from .drives import (
     SlideInputs,
 )
 
-#: Where a demand that is held stands behind the loads of a law, and how long the row then is.
+#: What stands behind the loads of a law: a demand that is held, gravity at the position, and how
+#: fast that grows with it; and how long the row then is.
 DEMAND = len(LOADS)
-LOAD_ROOM = DEMAND + 1
+GRAVITY, GRADIENT = DEMAND + 1, DEMAND + 2
+LOAD_ROOM = DEMAND + 3
 #: What a sampled controller remembers: the demands of the last sample and of the one before, the
 #: positions at these, and what it has integrated.
 LAST, BEFORE, LAST_POSITION, POSITION_BEFORE, INTEGRAL = range(5)
@@ -109,7 +111,11 @@ def driven(
     Writes what a law may depend on into `load`: drive and external force, normal load, position
     and temperature. A demand that is held stands there, behind these. The stiffness is how fast
     the force falls with the position, N/m.
+
+    Gravity, too: it is asked for several times in a row at one position, and computed once. Where
+    constants are others than before, the position in `load` is to be nan.
     """
+    elsewhere = q != load[POSITION]
     load[NORMAL], load[POSITION], load[TEMPERATURE] = u[0], q, u[1]
     if kind == AXIS:
         axis, wish = axis_constants(c), axis_inputs(u)
@@ -122,9 +128,11 @@ def driven(
             else:
                 demand = np.copysign(axis.limit, demand)
         force, k, d = _motor(axis, wish, demand, v, stiff, damp)
-        gravity, slope = _gravity(axis, q)
+        if elsewhere:
+            load[GRAVITY], load[GRADIENT] = _gravity(axis, q)
+        slope = load[GRADIENT]
         load[DRIVE] = force
-        load[EXTERNAL] = wish.external - gravity - axis.g_0 - axis.per_normal * wish.normal
+        load[EXTERNAL] = wish.external - load[GRAVITY] - axis.g_0 - axis.per_normal * wish.normal
         load[EXTERNAL] -= axis.spring * (q - axis.q_spring)
         return axis.M, force + d * v + load[EXTERNAL], d, k + slope + axis.spring
     bed, slide = slide_constants(c), SlideInputs(u[0], u[1], u[2], u[3])

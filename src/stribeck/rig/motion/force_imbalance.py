@@ -9,7 +9,7 @@ from numba import boolean, float64, int64, types, void
 
 from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import term_places, terms_factor
+from ...friction.law import POSITION, term_places, terms_factor
 from ...space import Array
 from .drive_force import (
     DEMAND,
@@ -69,7 +69,7 @@ def _imbalances(
     inputs: Array, held: Array, q: Array, v: Array, a: Array, out: Array,
 ) -> None:  # fmt: skip
     u, load, last = np.zeros(INPUTS), np.zeros(LOAD_ROOM), np.zeros(LOOP_MEMORY)
-    u[ENABLED] = 1.0
+    u[ENABLED], load[POSITION] = 1.0, np.nan
     none = np.empty(0)
     holds = held_demand(kind, c)
     mixed(inputs, held, 0, 0.0, u)
@@ -103,6 +103,7 @@ def resting_forces(c: Array, resting: Array) -> Array:
 def _resting_forces(c: Array, resting: Array, out: Array) -> None:
     load, last = np.zeros(LOAD_ROOM), np.zeros(LOOP_MEMORY)
     for row in range(len(c)):
+        load[POSITION] = np.nan  # of another axis
         for k in range(len(resting)):
             q, u = resting[k, 0], resting[k, 1:]
             if held_demand(AXIS, c[row]):

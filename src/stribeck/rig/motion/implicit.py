@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...compile_cache import compiled
 from ...errors import InputError
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import DRIVE, term_places, terms_factor
+from ...friction.law import DRIVE, POSITION, term_places, terms_factor
 from ...space import Array
 from . import row_pool
 from .drive_force import (
@@ -93,6 +93,7 @@ def started(
 ) -> None:  # fmt: skip
     """An axis at its first sample, k: what its controller remembers, and its law's states."""
     mixed(inputs, held, k, 0.0, u)
+    load[POSITION] = np.nan  # of another axis
     if held_demand(kind, c):
         loop_reset(c, u, q, v, last)
         load[DEMAND] = last[0]
