@@ -103,7 +103,7 @@ def _motor(
 
 
 @compiled(forceinline=True)
-def driven(  # noqa: C901 - one case a drive
+def driven(
     kind: int, c: Array, u: Array, q: float, v: float, load: Array
 ) -> tuple[float, float, float, float]:
     """Mass, force of drive and surroundings without damping, the drive's damping and stiffness.
