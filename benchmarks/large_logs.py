@@ -124,7 +124,7 @@ def ours_window(path: Path) -> int:
     return len(stribeck.read(f"{path}{WINDOW}"))
 
 
-def ours_identify(path: Path) -> int:
+def ours_identify(path: Path | str) -> int:
     """From the file to the fit."""
     import stribeck
 
@@ -133,13 +133,23 @@ def ours_identify(path: Path) -> int:
     return sum(len(log) for log in fit.recordings)
 
 
+def ours_identify_window(path: Path) -> int:
+    """From a window of the file to the fit."""
+    return ours_identify(f"{path}{WINDOW}")
+
+
 FORMATS: dict[str, tuple[Callable[[Path, int], None], Callable[[Path], int], str, float]] = {
     # maker, library, extension, bytes a row
     "csv": (make_csv, library_csv, ".csv", 453.3),
     "hdf5": (make_hdf5, library_hdf5, ".h5", 480.0),
     "mf4": (make_mf4, library_mf4, ".mf4", 480.0),
 }
-TASKS = {"read": ours_read, "window": ours_window, "identify": ours_identify}
+TASKS = {
+    "read": ours_read,
+    "window": ours_window,
+    "identify_window": ours_identify_window,
+    "identify": ours_identify,
+}
 
 
 def resident(pid: int) -> int:

@@ -87,7 +87,7 @@ def test_spikes(count: int, *, replaced: bool) -> None:
     force[at] += rng.choice([-1, 1], count) * 400.0
     fit = fitted(x, force)
     assert ("spikes" in faults(fit)) != replaced
-    assert any("off their neighbours" in w for w in fit.warnings) == replaced
+    assert any("off their neighbours" in w for w in fit.notes) == replaced
 
 
 def test_white_noise_and_steps_are_no_spikes() -> None:
@@ -210,6 +210,6 @@ def test_a_force_that_is_a_current_times_a_number_says_so(tmp_path: Path) -> Non
     file.write_text("t_s,x_m,i_A\n" + rows)
     columns = {"force": {"column": "i_A", "factor": 80.0, "unit": "N"}}
     fit = identify(read(file, columns=columns), rig="forced")
-    assert any("force is i_A times 80" in w for w in fit.warnings)
+    assert any("force is i_A times 80" in w for w in fit.notes)
     turned = {"force": {"column": "i_A", "factor": -1.0, "unit": "N"}}
     assert not any("times" in note for note in read(file, columns=turned).notes)
