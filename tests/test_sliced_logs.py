@@ -71,12 +71,8 @@ def test_hdf5_in_pieces_is_what_was_written(
     assert table.scalars == {"kp": 3.5}
 
 
-@pytest.mark.parametrize("block", [7, 5000])
 @pytest.mark.parametrize("compression", [0, 2])
-def test_mdf_in_pieces_is_what_was_written(
-    block: int, compression: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(mdf4, "_BLOCK", block)
+def test_mdf_is_what_was_written(compression: int, tmp_path: Path) -> None:
     columns = mf4(tmp_path / "log.mf4", compression=compression)
     (table,) = mdf4.library_log(tmp_path / "log.mf4", ReadOptions()).tables()
     assert table.t is not None

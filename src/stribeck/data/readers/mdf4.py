@@ -15,8 +15,6 @@ from .log_file import Channel, Reader, ReadOptions
 from .raw_table import RawTable, listed, unique_names
 from .sliced_log import SlicedLog, SlicedRows
 
-#: Records that are read at a time, with all channels of their group.
-_BLOCK = 1 << 16
 LIBRARIES = ("asammdf", "asammdf.blocks.mdf_v4", "asammdf.blocks.mdf_v3")
 
 
@@ -77,9 +75,11 @@ def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
 
     def pieces(names: Sequence[str], rows: range) -> Iterator[SlicedRows]:
         timed = spans[where[names[0]].group] is not None
-        for start in range(rows.start, rows.stop, _BLOCK):
-            count = min(_BLOCK, rows.stop - start)
-            yield _piece(file, {n: where[n] for n in names}, start, count, timed=timed)
+        if rows:  # at once: the library begins at the first record for each piece
+            count = int(file.groups[where[names[0]].group].channel_group.cycles_nr)
+            part = {"record_offset": rows.start, "record_count": len(rows)}
+            places = {n: where[n] for n in names}
+            yield _piece(file, places, {} if len(rows) == count else part, timed=timed)
 
     problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
     return SlicedLog(tuple(channels), empty, pieces, problems=problems)
@@ -148,13 +148,13 @@ def _values(signal: Any) -> Array:
 
 
 def _piece(
-    file: Any, places: dict[str, _Place], start: int, count: int, *, timed: bool
+    file: Any, places: dict[str, _Place], part: dict[str, int], *, timed: bool
 ) -> SlicedRows:
     """Some records of channels of one group."""
     columns: dict[str, Array] = {}
     t: Array | None = None
     for name, place in places.items():
-        signal = _signal(file, place, record_offset=start, record_count=count)
+        signal = _signal(file, place, **part)
         columns[name] = _values(signal)
         t = np.asarray(signal.timestamps, dtype=float) if timed and t is None else t
     return SlicedRows(t, columns)
