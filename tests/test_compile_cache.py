@@ -65,8 +65,8 @@ def test_an_edit_of_the_physics_in_another_file_changes_the_closed_loop(tmp_path
     assert before != heavier
     stepper = tmp_path / "stribeck" / "rig" / "motion" / "drive_force.py"
     text, count = re.subn(
-        r"s, o = np\.sin\(q\), np\.cos\(q\)",
-        "s, o = 32.0 * np.sin(q), 32.0 * np.cos(q)",
+        r"s, o = (np\.sin\(q \+ axis\.q_offset\)), (np\.cos\(q \+ axis\.q_offset\))",
+        r"s, o = 32.0 * \1, 32.0 * \2",
         stepper.read_text(encoding="utf-8"),
     )
     assert count == 1

@@ -59,7 +59,7 @@ def test_a_fine_position_is_kept() -> None:
 
 def test_refusals() -> None:
     fine = log(1e-7, 1e-4)
-    with pytest.raises(InputError, match="give auto, recorded or position"):
+    with pytest.raises(InputError, match="give auto, recorded, position"):
         identify(fine, rig="forced", velocity="both")  # type: ignore[arg-type]
     without = Recording(fine.t, fine.position, force=fine.force)
     with pytest.raises(InputError, match="no velocity was recorded"):

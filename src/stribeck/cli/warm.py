@@ -12,7 +12,7 @@ def warm(json: Json = False) -> None:
     """Compile everything, for an image or CI; else each command compiles what it needs, once."""
     from ..compensate import closed_loop, limit_cycle
     from ..compile_cache import tally
-    from ..data import segmentation
+    from ..data import motion_path, segmentation
     from ..friction import LAWS
     from ..identify.balance import variable_projection
     from ..rig import RIGS, balanced
@@ -20,7 +20,8 @@ def warm(json: Json = False) -> None:
     from ..rig.twin import TestBed
 
     # Modules compile as they are imported, laws and rigs as they are taken, the test bed as it runs.
-    del closed_loop, limit_cycle, segmentation, variable_projection, balanced, force_imbalance
+    del closed_loop, limit_cycle, motion_path, segmentation, variable_projection
+    del balanced, force_imbalance
     list(LAWS.values()), list(RIGS.values())
     TestBed(loop="sensors", speed=1.0).run("up")
     if tally.compiled and not tally.kept:

@@ -138,9 +138,9 @@ class ComposedRig(SteppedRig):
 
     def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
         """The parts' contributions; inertias add up. See `SteppedRig.coefficients`."""
-        idle = {c.name: c.idle for p in self.parts for c in p.coefficients}
-        values = {**idle, **values}
-        values["ratio"] = ratio(values)
+        # A drive's chain has constants of its own, as a lead, which are no coefficients of a part.
+        own = {c.name: values.get(c.name, c.idle) for p in self.parts for c in p.coefficients}
+        values = {**own, "ratio": ratio(own)}
         fields: dict[str, Any] = {}
         for part in self.parts:
             for name, value in part.terms(values).items():
