@@ -271,10 +271,11 @@ def test_a_simulated_axis_has_wide_levels_and_narrow_ratios(
     position = motion.position + 2e-8 * rng.standard_normal(len(motion.t))
     chain = DriveChain.of_table({"signal": "A", "kt": "0.5 N m/A ± 5 %", "lead": "10 mm"})
     log = Recording(motion.t, position, force=motion.force).through(chain)
-    fit = identify(log, rig="presliding", law="dahl", repeats=1, budget=1000)
+    # By default M costs so little that differences over kt are rough: finer steps here.
+    rig = RIGS["presliding"].set(step=4.0, tolerance=1e-5)
+    fit = identify(log, rig=rig, law="dahl", repeats=1, budget=1000)
     level = by_name(fit)["F_C"]
-    # A tolerance of 5 % is 4.9 % at 95 %, and the log's own noise comes on top.
-    assert 0.049 <= (level.high - level.low) / 2 / level.value <= 0.052
+    assert (level.high - level.low) / 2 / level.value == pytest.approx(0.049, rel=0.03)
     ratio = next(r for r in fit.ratios if r.name == "sigma_0 / F_C")
     assert ratio.low < 1e6 / 12.0 < ratio.high
     assert (ratio.high - ratio.low) / 2 / ratio.value < 0.002
