@@ -197,7 +197,20 @@ def test_a_file_of_parts_is_identified_and_its_card_needs_no_file(
         ("I_max = 8.0", "I_max = { free = [3, 2] }", r"motor.current.I_max: free = \[3, 2\]"),
         ("rotary = true", "rotary = false", "load.pendulum is of rotary axes, and this one is"),
         ("[load.pendulum]\nm = 0.4\nl = 0.2", "", "load: is missing"),
-        ("kd = 0.3", "kd = [0.3]", "must be a number"),
+        ("kd = 0.3", "kd = [0.3]", r"controller.damped.kd: must be a finite number, text as"),
+        ("kd = 0.3", "kd = nan", r"controller.damped.kd: must be a finite number"),
+        ("kd = 0.3", "hold = { free = [0, 2] }", "controller.damped.hold is a choice: no log"),
+        (
+            "m = 0.4",
+            "m = 0.4\nq_offset = { column = 'gain', value = 0.0 }",
+            "column 'gain' is that of kp already",
+        ),
+        ("l = 0.2", "l = { free = [-1, 1] }", r"l: free = \[-1, 1\]: it must be above zero"),
+        (
+            "[columns]",
+            "[shows]\nposition = 'kg'\n[columns]",
+            "'kg' is not the unit of a position",
+        ),
         ('law = "coulomb-viscous"', 'law = "glue"', "no law 'glue'"),
         (
             "[columns]",

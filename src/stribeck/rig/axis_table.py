@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from ..constant import toleranced
 from ..errors import InputError
 from ..friction import LAWS, law_named
+from ..units import convertible
 from .composed import INPUT_COLUMNS, ComposedRig, settings
 from .parts import Coefficient, Part, part_named
 from .rig import in_si, stem
@@ -87,6 +88,11 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     ]
     if odd := [n for n in content.inputs if n not in INPUT_COLUMNS]:
         raise InputError(f"inputs: no input {odd[0]!r}: there are {', '.join(INPUT_COLUMNS)}")
+    for quantity, ours in (("position", "rad" if content.rotary else "m"),
+                           ("velocity", "rad/s" if content.rotary else "m/s")):  # fmt: skip
+        written = content.shows.get(quantity, ours)
+        if not convertible(written, ours):
+            raise InputError(f"shows.{quantity}: {written!r} is not the unit of a {quantity} here")
     laws = tuple(dict.fromkeys((content.law or "coulomb-viscous", "stribeck", "coulomb-viscous")))
     law_named(laws[0])  # says which there are
     shown = {"position": "mrad", "velocity": "rad/s"}
@@ -159,8 +165,14 @@ def _coefficient(
         low, high = value.free
         if not low < high:
             raise InputError(f"{place}: free = [{low:g}, {high:g}]: the first is not below")
+        if c.setting:
+            raise InputError(f"{place} is a choice: no log identifies it; give a number")
+        if c.positive and not low > 0:
+            raise InputError(f"{place}: free = [{low:g}, {high:g}]: it must be above zero")
         return c.searched(low, high)
     if isinstance(value, _Column):
+        if other := columns.get(value.column):
+            raise InputError(f"{place}: column {value.column!r} is that of {other} already")
         columns[value.column] = c.name
         return c.known(value.value, "the log, where it says so", "yours")
     if isinstance(value, str):

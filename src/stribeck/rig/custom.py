@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..friction import law_named
 from ..text_file import page
 from . import RIGS
-from .axis_table import composed_axis
+from .axis_table import ROLES, composed_axis
 from .rig import Rig, in_si, stem
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ _WORDS = {
     "controller, motor, transmission, load, sensor, inputs, ranges, shows, columns, drive, step "
     "and tolerance",
     "missing": "is missing",
-    "float_parsing": 'must be a number, "12±4", { free = [low, high] } or '
-    '{ column = "HEAD", value = 1.0 }',
     "finite_number": "must be a finite number",
     "float_type": "must be a number",
     "too_short": "must be a pair [low, high]",
@@ -38,6 +36,13 @@ _WORDS = {
     "string_type": "must be text in quotes",
     "dict_type": "must be a table such as { name = value }",
 }
+
+#: How deep a coefficient stands, and what it may be.
+_COEFFICIENT = 3
+_STATED = (
+    'must be a finite number, text as "12±4", { free = [low, high] } or '
+    '{ column = "HEAD", value = 1.0 }'
+)
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 
@@ -87,6 +92,10 @@ def rig_file(path: Path) -> Rig:
         return _rig(content, path.stem if content.name is None else content.name)
     except ValidationError as error:
         first = error.errors()[0]
+        if first["loc"][0] in ROLES and len(first["loc"]) > _COEFFICIENT:
+            # One of several kinds of value: the checker tells what each of them lacks.
+            place = ".".join(str(part) for part in first["loc"][:_COEFFICIENT])
+            raise InputError(f"{path}: {place}: {_STATED}") from error
         place = ".".join(str(part) for part in first["loc"])
         pair = len(first["loc"]) > 1 and first["type"] == "missing"
         problem = _WORDS.get("too_short" if pair else first["type"], first["msg"])

@@ -12,7 +12,8 @@ from .part import Coefficient, Part
 
 _ASKED = "what the motor takes: N (N m), A or V"
 _SAMPLED = (
-    Coefficient("hold", "", "1: demand held from sample to sample, 2: and a sample late", 0.0),
+    Coefficient("hold", "", "1: demand held from sample to sample, 2: and a sample late", 0.0,
+                setting=True),
     Coefficient("limit", "", f"largest demand, in {_ASKED}", np.inf,
                 positive=True),
 )  # fmt: skip
@@ -89,7 +90,8 @@ CASCADE = Part(
         Coefficient("ki", "1/s", "what it integrates of its demand: 1 over the reset time", 0.0),
         Coefficient("T", "s", "its sample time", 1e-3,
                     positive=True),
-        Coefficient("difference", "", "1: its velocity is a difference over two samples", 0.0),
+        Coefficient("difference", "", "1: its velocity is a difference over two samples", 0.0,
+                    setting=True),
         replace(_SAMPLED[0], idle=1.0),
         _SAMPLED[1],
     ),

@@ -30,6 +30,7 @@ class Coefficient:
         symbol: How a figure prints it.
         rotary: Unit on a rotary axis, where that is another.
         positive: Whether nothing can be simulated with a value of 0 or below.
+        setting: Whether it is a choice and no quantity, so that nothing identifies it.
         constant: Where its value is stated.
         free: Whether it is stated to be identified.
     """
@@ -44,6 +45,7 @@ class Coefficient:
     symbol: str = ""
     rotary: str = ""
     positive: bool = False
+    setting: bool = False
     constant: Constant | None = None
     free: bool = False
 
