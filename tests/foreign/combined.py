@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import compiled
-from .clock import Array, line, segment, steps_in
-from .driven import Loop
+from .clock import Array, segment, steps_in
+from .driven import Loop, asked
 from .presliding import LuGre, bending
 
 
@@ -88,12 +88,7 @@ def _run(  # noqa: C901 - two laws in one plain loop
         t = i * h
         if i % tick == 0:
             k = segment(t, k, times)
-            goal = line(t, k, times, goals[0])
-            integral += (goal - x) * loop.tick
-            force = loop.kp * (goal - x) + loop.ki * integral
-            force += loop.kd * (line(t, k, times, goals[1]) - v)
-            force += loop.mass_ff * line(t, k, times, goals[2])
-            force = min(max(force, -loop.limit), loop.limit)
+            force, integral = asked(loop, t, k, times, goals, x, v, integral)
         if n == 0:
             friction = bristles.sigma_0 * z + bristles.sigma_1 * bending(z, v, bristles)
             friction += bristles.F_V * v

@@ -103,6 +103,22 @@ def _surroundings(x: float, extras: Extras) -> float:
 
 
 @compiled
+def asked(
+    loop: Loop, t: float, k: int, times: Array, goals: Array, x: float, v: float, integral: float
+) -> tuple[float, float]:
+    """The force of a loop at a tick after knot k, and the integral of its error.
+
+    Goals are position, velocity and acceleration at the knots, (3, K).
+    """
+    goal = line(t, k, times, goals[0])
+    integral += (goal - x) * loop.tick
+    force = loop.kp * (goal - x) + loop.ki * integral
+    force += loop.kd * (line(t, k, times, goals[1]) - v)
+    force += loop.mass_ff * line(t, k, times, goals[2])
+    return min(max(force, -loop.limit), loop.limit), integral
+
+
+@compiled
 def _run(
     mass: float, plus: Curve, minus: Curve, loop: Loop, extras: Extras, times: Array, goals: Array,
     samples: int, every: int, tick: int, h: float,
@@ -113,12 +129,7 @@ def _run(
         t = i * h
         if i % tick == 0:
             k = segment(t, k, times)
-            goal = line(t, k, times, goals[0])
-            integral += (goal - x) * loop.tick
-            force = loop.kp * (goal - x) + loop.ki * integral
-            force += loop.kd * (line(t, k, times, goals[1]) - v)
-            force += loop.mass_ff * line(t, k, times, goals[2])
-            force = min(max(force, -loop.limit), loop.limit)
+            force, integral = asked(loop, t, k, times, goals, x, v, integral)
         factor = 1.0 + extras.wave * cos(2.0 * pi * x / extras.wave_period)
         factor *= 1.0 + extras.warming * exp(-t / extras.warming_time)
         up = factor * (level(abs(v), plus) + extras.square * v * v)

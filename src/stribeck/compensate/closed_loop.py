@@ -5,8 +5,9 @@ The axis moves between samples as `implicit` moves it, under any law and any of 
 | rig | what the compensator's output is added to |
 |---|---|
 | slide-bed | the motor's force, before its friction: F_motor = k̂ e + u |
-| joint | the feed-forward torque |
-| servo-pendulum | the voltage, as torque times R/k_t of the model |
+| an axis of parts | what its controller asks for, as force over the motor's gain |
+| joint | so, too: the feed-forward torque |
+| servo-pendulum | so, too: the voltage, as torque times R/k_t of the model |
 | emps | the force that the controller asks for, held and late as its voltage is |
 
 At each sample the compensator sees the position, as its sensor shows it, takes its difference to

@@ -10,11 +10,11 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from ..constant import toleranced
 from ..errors import InputError
-from ..friction import LAWS, law_named
+from ..friction import law_named
 from ..units import convertible
 from .composed import INPUT_COLUMNS, ComposedRig, settings
 from .parts import Coefficient, Part, part_named
-from .rig import in_si, stem
+from .search_ranges import with_ranges
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 _Text = Annotated[str, Field(strict=True)]
@@ -121,30 +121,13 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         table=dict(table),
         **_bristles(laws[0], parts),
     )
-    return _ranged(rig, content.ranges)
+    return with_ranges(rig, content.ranges)
 
 
 def _bristles(law: str, parts: list[Part]) -> dict[str, Any]:
     """A law with states under a measured force alone remembers all that its log has seen."""
     remembers = law_named(law).states > 0 and not any(p.commanded for p in parts)
     return {"history": remembers, "floating": remembers}
-
-
-def _ranged(rig: ComposedRig, ranges: Mapping[str, tuple[float, float]]) -> ComposedRig:
-    """The rig with search ranges of its laws' parameters, in the units that it shows."""
-    if not ranges:
-        return rig
-    params = {q.name: q for law in LAWS for q in rig.parameters(law_named(law))}
-    stems = {stem(q.name): q for q in params.values()}
-    chosen = {}
-    for name, (low, high) in ranges.items():
-        param = params.get(name) or stems.get(name)
-        if param is None:
-            raise InputError(f"ranges: no law has a parameter {name!r}")
-        if not low < high:
-            raise InputError(f"ranges: {name}: {low} is not below {high}")
-        chosen[name] = (in_si(rig, param, low), in_si(rig, param, high))
-    return replace(rig, ranges={**rig.ranges, **chosen}, bounded=frozenset(chosen))
 
 
 def _part(role: str, name: str, stated: Mapping[str, Any], columns: dict[str, str]) -> Part:

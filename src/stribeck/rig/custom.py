@@ -16,7 +16,8 @@ from ..friction import law_named
 from ..text_file import page
 from . import RIGS
 from .axis_table import ROLES, composed_axis
-from .rig import Rig, in_si, stem
+from .rig import Rig
+from .search_ranges import with_ranges
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -143,26 +144,11 @@ def _rig(content: _RigFile, name: str) -> Rig:
             for n, value in content.constants.items()
         }
     )
-    params = {q.name: q for law in laws for q in rig.parameters(law_named(law))}
-    by_label = {rig.label(q): q for q in params}
-    ranges = {}
-    # A range may be given at once for both directions, or for all elements of a law.
-    stems = {stem(q.name): q for q in params.values()}
-    for label, (low, high) in content.ranges.items():
-        key = by_label.get(label, label)
-        param = params.get(key) or stems.get(key)
-        if param is None:
-            raise InputError(f"ranges: no parameter {label!r}: there are {', '.join(by_label)}")
-        if not low < high:
-            raise InputError(f"ranges: {label}: {low} is not below {high}")
-        ranges[key] = (in_si(rig, param, low), in_si(rig, param, high))
     custom = replace(
-        rig,
+        with_ranges(rig, content.ranges, laws),
         name=name,
         doc=content.doc or rig.doc,
         laws=laws,
-        ranges={**rig.ranges, **ranges},
-        bounded=frozenset(ranges),
         columns={**rig.columns, **content.columns},
     )
     return custom if chain is None else custom.driven(chain)
