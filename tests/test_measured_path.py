@@ -15,7 +15,6 @@ from stribeck.friction.yield_spectrum import Spectrum
 from stribeck.rig.measured_path import MeasuredPath, elements_along
 from stribeck.space import Array
 
-RNG = np.random.default_rng(3)
 T = np.arange(0.0, 4.0, 1e-3)
 
 
@@ -30,7 +29,7 @@ def path(x: Array, starts: tuple[int, ...] = (0,), dt: float = 1e-3) -> Measured
 def test_noise_makes_no_way() -> None:
     """A sine of two cycles is 8 amplitudes long; its noise alone goes a hundred."""
     x = np.sin(np.pi * T)
-    noisy = x + 0.02 * RNG.standard_normal(len(T))
+    noisy = x + 0.02 * np.random.default_rng(3).standard_normal(len(T))
     length = np.abs(np.diff(motion_path(noisy, 0.16, 0.02))).sum()
     assert np.abs(np.diff(noisy)).sum() > 80.0
     assert length == pytest.approx(8.0, rel=0.05)
@@ -48,11 +47,13 @@ def test_the_path_of_a_clean_motion_is_itself() -> None:
     np.testing.assert_array_equal(motion_path(x, 1e-6, 0.0), x)
 
 
-def test_the_ends_of_noisy_strokes_are_cut() -> None:
+@pytest.mark.parametrize("seed", range(6))
+def test_the_ends_of_noisy_strokes_are_cut(seed: int) -> None:
     """The farthest sample of a stroke lies 2 sd too far, as does a monotone path; cut, one."""
     x = np.sin(np.pi * np.arange(0.0, 20.0, 1e-3))
-    noisy = x + 0.01 * RNG.standard_normal(len(x))
+    noisy = x + 0.01 * np.random.default_rng(seed).standard_normal(len(x))
     ends = turns(noisy, 0.08)[1:-1]
+    assert len(ends) == 20  # noise before the first stroke is no turn
     paths = (noisy, *(motion_path(noisy, 0.08, sd) for sd in (0.0, 0.01)))
     far = [np.abs(p[ends]).mean() for p in paths]
     assert far == pytest.approx([1.022, 1.02, 1.01], abs=0.004)

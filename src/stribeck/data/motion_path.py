@@ -51,12 +51,12 @@ def _turns(x: Array, threshold: float) -> NDArray[np.int64]:
         if x[i] < x[low]:
             low = i
         if way >= 0 and x[high] - x[i] > threshold:
-            if way > 0 or high > 0:
+            if way > 0:  # before the first stroke there is noise alone
                 places[count] = high
                 count += 1
             way, low, high = -1, i, i
         elif way <= 0 and x[i] - x[low] > threshold:
-            if way < 0 or low > 0:
+            if way < 0:
                 places[count] = low
                 count += 1
             way, low, high = 1, i, i
