@@ -77,7 +77,9 @@ def draw(axes: Axes) -> None:
             facecolor=FILL, edgecolor=INK, linewidth=1.0, zorder=3,
         )  # fmt: skip
         axes.add_patch(shape)
-        head = " · ".join(GROUND) if name == "ground" else name
+        half = (len(GROUND) + 1) // 2  # on two lines: one is wider than the box
+        lines = (" · ".join(GROUND[:half]), " · ".join(GROUND[half:]))
+        head = "\n".join(lines) if name == "ground" else name
         files = sum(1 for module in MODULES if _box(module) == name)
         words = "" if name == "ground" else f"{WORDS[name]}, {files} files"
         rooms = " | ".join(f"{room}/" for room in ROOMS.get(name, ()))
