@@ -79,8 +79,8 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
     rows = []
     for axis in AXES[: 1 if quick else None]:
         for law in LAWS:
-            model = _model(axis, law)
-            rows.append({"axis": axis.name, "law": law, "who": "ours", **_ours(axis, model)})
+            model = card_model(axis, law)
+            rows.append({"axis": axis.name, "law": law, "who": "ours", **our_motions(axis, model)})
             for simulator, options in EXPORTS.items():
                 if "lugre" in options and not mujoco.__version__ >= "4":
                     continue
@@ -91,7 +91,8 @@ def measure(*, quick: bool = False) -> dict[str, Any]:
     return {"mujoco": mujoco.__version__, "rows": rows}
 
 
-def _model(axis: Axis, law: str) -> Model:
+def card_model(axis: Axis, law: str) -> Model:
+    """The axis's friction under a law, as a card has it."""
     rig, friction = RIGS[axis.rig], {**axis.friction, "M": axis.inertia, "offset": 0.0}
     cards = {
         rig.label(q.name): {
@@ -113,7 +114,7 @@ def _model(axis: Axis, law: str) -> Model:
     )  # fmt: skip
 
 
-def _ours(axis: Axis, model: Model) -> dict[str, float]:
+def our_motions(axis: Axis, model: Model) -> dict[str, float]:
     """The axis's motions by the rig's own integrators."""
     pull = spring_pull(model.law, model.p, axis.inertia, axis.spring, axis.pull, PULL)
     coast, _ = _free(axis, model, axis.coast, 0.0, FREE)
@@ -179,7 +180,8 @@ def _theirs(axis: Axis, model: Model, options: dict[str, bool]) -> dict[str, flo
 
 
 def tables(results: dict[str, Any]) -> list[str]:
-    """One table for each axis and law."""
+    """One table for each axis."""
+    engine = results.get("engine") or f"MuJoCo {results['mujoco']} at its own time step"
     texts = []
     for axis in AXES:
         force, length = axis.units
@@ -198,7 +200,7 @@ def tables(results: dict[str, Any]) -> list[str]:
             )
         if lines:
             texts.append(
-                f"A {axis.name}, MuJoCo {results['mujoco']} at its own time step of 2 ms.\n\n"
+                f"A {axis.name}, {engine} of 2 ms.\n\n"
                 f"| card | who | breaks away at / {force} | jumps by / {length} "
                 f"| steady speed / {length}/s | stops after / {length} "
                 f"| creeps in {HOLD:g} s / {length} |\n"

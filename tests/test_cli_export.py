@@ -121,6 +121,9 @@ def test_a_patched_file_leaves_the_users_own_as_it_was(run: Run) -> None:
         (("--to", "mjcf", "--into", "gone.xml", "--joint", "hip"), ["gone.xml", "no such file"]),
         (("--to", "mjcf", "--into", "card.json", "--joint", "hip"), ["card.json"]),
         (("--to", "urdf", "--into", "joint.xml", "--joint", "hip"), ["joint.xml"]),
+        (("--to", "usd"), ["--joint"]),
+        (("--to", "usd", "--joint", "hip"), ["hip", "/robot/joints/elbow"]),
+        (("--to", "usd", "--joint", "/hip", "--set", "metres=0"), ["metres"]),
     ],
 )
 def test_what_cannot_be_is_a_line(run: Run, options: tuple[str, ...], words: list[str]) -> None:
@@ -134,8 +137,9 @@ def test_cards_edited_into_nonsense(run: Run, to: str) -> None:
     def value(card: dict[str, object]) -> None:
         card["parameters"]["F_S"]["value"] = -4.0  # type: ignore[index]
 
-    options = {"mjcf": ("--into", "joint.xml", "--joint", "hip")}
+    options: dict[str, tuple[str, ...]] = {"mjcf": ("--into", "joint.xml", "--joint", "hip")}
     options["urdf"] = options["mjcf"]
+    options["usd"] = ("--joint", "/robot/hip")
     edited(value)
     before = names()
     refused(run("export", "card.json", "--to", to, "--out", "x", *options.get(to, ())), "")

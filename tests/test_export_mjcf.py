@@ -236,7 +236,7 @@ def test_a_patched_file_is_patched_again_to_the_same() -> None:
     [
         (PLAIN, "trun", "has no joint 'trun': there are x, turn; did you mean 'turn'?"),
         (PLAIN.replace('name="turn"', ""), "y", "has no joint 'y': there are x, and 1 without a n"),
-        (PLAIN.replace('"turn"', '"x"'), "x", "has 2 joints named 'x', on lines 5, 8"),
+        (PLAIN.replace('"turn"', '"x"'), "x", "has 2 joints named 'x', at line 5, line 8"),
         (PLAIN.replace('<option gravity="0 0 0"/>', '<include file="arm.xml"/>'), "elbow",
          "included files are not followed .arm.xml.: patch the one"),
         (PLAIN, "turn", "line 8: joint 'turn' is a hinge, and the card is in N: it fits a slide"),

@@ -155,7 +155,7 @@ XACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
     [
         (ROBOT, "X", "has no joint 'X': there are x, turn"),
         (ROBOT, "turm", "did you mean 'turn'"),
-        (ROBOT.replace('"turn"', '"x"'), "x", "has 2 joints named 'x', on lines 6, 12"),
+        (ROBOT.replace('"turn"', '"x"'), "x", "has 2 joints named 'x', at line 6, line 12"),
         (ROBOT, "turn", "line 12: joint 'turn' is continuous, and the card is in N: it fits a pri"),
         (ROBOT.replace("prismatic", "fixed"), "x", "line 6: joint 'x' is of type fixed"),
         (ROBOT.replace("prismatic", "floating"), "x", "is of type floating"),

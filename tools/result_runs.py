@@ -176,6 +176,8 @@ _EXPORTS = [
         " --joint bed --set lugre=1 --out demo/sticky.xml"),
     Run("export: urdf", f"stribeck export {_CARD} --to urdf --into docs/exports/bed.urdf"
         " --joint bed --out demo/bed.urdf"),
+    Run("export: usd", f"stribeck export {_CARD} --to usd --joint /slide_bed/bed"
+        " --out demo/bed.usda"),
     Run("export: fmu", f"stribeck export {_CARD} --to fmu --out demo/unit.fmu"),
     Run("export: modelica", f"stribeck export {_CARD} --to modelica --out demo/Friction.mo"),
     Run("export: matlab", f"stribeck export {_CARD} --to matlab --out demo/functions"),

@@ -35,7 +35,7 @@ def method_names(incomplete: str) -> list[str]:
 
 #: The names of `export.TARGETS`, which take a second to import.
 TARGETS = (
-    "c", "st", "plcopen", "table", "mjcf", "urdf", "fmu", "modelica", "matlab", "json",
+    "c", "st", "plcopen", "table", "mjcf", "urdf", "usd", "fmu", "modelica", "matlab", "json",
 )  # fmt: skip
 
 

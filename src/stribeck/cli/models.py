@@ -224,15 +224,15 @@ def simulate(
 
 def export(
     card: CardFile,
-    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab or json.", autocompletion=target_names)],
+    to: Annotated[str, typer.Option(metavar="FORMAT", help="c, st, plcopen, table, mjcf, urdf, usd, fmu, modelica, matlab or json.", autocompletion=target_names)],
     out: Annotated[Path | None, typer.Option(metavar="PATH", help="The file (c, matlab: the folder) to write; a text goes to the terminal without it.")] = None,
     name: Annotated[str | None, typer.Option(metavar="NAME", help="What functions and files are called.")] = None,
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1.")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="A setting of the compensator: scale=0.9, feedback=1, dead_band=0.1 ...; of mjcf: lugre=1, firm=1, armature=1; of usd: metres=0.01, kilograms=1.")] = None,
     compensation: Annotated[Path | None, typer.Option(metavar="FILE", help="Settings as `compensate --out` left them, compensation.json.")] = None,
     points: Annotated[int | None, typer.Option(metavar="N", help="Points of a table, 20 by default.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="Last speed of a table, in the rig's unit.")] = None,
-    into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file; it stays as it is.")] = None,
-    joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch.")] = None,
+    into: Annotated[Path | None, typer.Option(metavar="FILE", help="Your MJCF or URDF file or USD stage; it stays as it is.")] = None,
+    joint: Annotated[str | None, typer.Option(metavar="NAME", help="The joint of it to patch; of usd without --into, the path of its prim.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the files written and the notes as JSON.")] = False,
 ) -> None:  # fmt: skip
     """Write an identified model for a controller, a drive or a simulator."""

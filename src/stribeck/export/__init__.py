@@ -6,14 +6,13 @@ unit.
 """
 
 from .model import Model, as_model, model_of, read_model
-from .targets import TARGETS, Exported, ExportTarget, SourceFile, export
+from .targets import TARGETS, Exported, ExportTarget, export
 
 __all__ = [
     "TARGETS",
     "ExportTarget",
     "Exported",
     "Model",
-    "SourceFile",
     "as_model",
     "export",
     "model_of",

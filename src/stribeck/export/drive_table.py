@@ -189,8 +189,9 @@ def text(model: Model, drive_table: DriveTable) -> str:
     """The table as CSV, in the units in which the rig shows speeds; its errors in its head."""
     written = model.rig.shows.get("velocity", model.speed_unit)
     from_si = unit(written).from_si
-    force, table_speeds = model.force_unit, "" if written == model.speed_unit else written
-    lines = [*(f"# {line}".rstrip() for line in model.head(table_speeds)), "#"]
+    force = model.force_unit
+    other = "" if written == model.speed_unit else f"the speeds of the table: {written}"
+    lines = [*(f"# {line}".rstrip() for line in model.head(other)), "#"]
     for name, side in (("v > 0", drive_table.plus), ("v < 0", drive_table.minus)):
         which = "both directions" if drive_table.symmetric else name
         lines.append(

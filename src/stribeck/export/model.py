@@ -85,16 +85,16 @@ class Model:
         ]
         return list(zip(unique, params, strict=True))
 
-    def head(self, table_speeds: str = "") -> list[str]:
+    def head(self, other: str = "") -> list[str]:
         """What every exported file says of itself: formula, units, range, intervals, the card.
 
         Args:
-            table_speeds: The unit of the speeds of a table that follows, where it is not SI.
+            other: What of the file is not in SI, with its unit.
         """
         law, card = self.law, self.card
         force = "torque" if self.rig.rotary else "force"
         force = "current" if self.rig.in_amperes else force
-        odd = f", but for the speeds of the table: {table_speeds}." if table_speeds else "."
+        odd = f", but for {other}." if other else "."
         lines = [
             f"Friction of an axis: law {law.name}, identified on rig {card.rig}.",
             "",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 from ..compensate.compensator import SETTINGS, Compensator
 from ..compensate.settings import read_settings
@@ -92,16 +94,17 @@ def export(
 
     Args:
         model: A fit, its card, or the file of one.
-        to: A name in `TARGETS`: c, st, plcopen, table, mjcf, urdf, fmu, modelica, matlab, json.
+        to: A name in `TARGETS`: c, st, plcopen, table, mjcf, urdf, usd, fmu, modelica, matlab,
+            json.
         name: What functions and files are called.
         settings: Of the compensator, by name, as in `{"scale": 0.9}`; of mjcf: lugre, firm,
-            armature.
+            armature; of usd: metres, kilograms (a unit of the stage).
         compensation: The compensator that the settings start from, such as that of a
             `Compensation`, or the compensation.json that `compensate --out` left.
         points: Of a table, 20 by default.
         speed: Last speed of a table, in the unit that the rig shows.
-        into: Your MJCF or URDF file, which stays as it is.
-        joint: The joint of it to patch.
+        into: Your MJCF or URDF file or USD stage, which stays as it is.
+        joint: The joint of it to patch; of usd without `into`, the path of its prim.
 
     Returns:
         The files; `write` puts them somewhere.
@@ -128,7 +131,7 @@ def export(
     if isinstance(compensation, str | Path):
         known["compensation"] = read_settings(compensation)
     if into is not None:
-        known["into"] = SourceFile.read(Path(into))
+        known["into"] = Path(into)
     exported = target.make(model_of(model), **known)
     return exported._replace(folder=target.folder, suffix=target.suffix)
 
@@ -219,32 +222,8 @@ def _table(model: Model, points: int | None = None, speed: float | None = None) 
 _MJCF = ("lugre", "firm", "armature")
 
 
-class SourceFile(NamedTuple):
-    """A file of the user's that is to be patched.
-
-    Args:
-        name: What messages call it.
-        data: What it says.
-    """
-
-    name: str
-    data: bytes
-
-    @classmethod
-    def read(cls, file: Path) -> Self:
-        """A file, read.
-
-        Raises:
-            InputError: it cannot be.
-        """
-        try:
-            return cls(str(file), page_bytes(file))
-        except InputError as error:
-            raise InputError(f"{file}: {error}") from error
-
-
 def _mjcf(
-    model: Model, into: SourceFile, joint: str, settings: Mapping[str, float] | None = None
+    model: Model, into: Path, joint: str, settings: Mapping[str, float] | None = None
 ) -> Exported:
     from .robot.mjcf import mjcf  # noqa: PLC0415 - the same
 
@@ -258,7 +237,7 @@ def _mjcf(
     return _patched(partial(mjcf, **chosen), model, into, joint)
 
 
-def _urdf(model: Model, into: SourceFile, joint: str) -> Exported:
+def _urdf(model: Model, into: Path, joint: str) -> Exported:
     from .robot.urdf import urdf  # noqa: PLC0415 - the same
 
     return _patched(urdf, model, into, joint)
@@ -267,15 +246,40 @@ def _urdf(model: Model, into: SourceFile, joint: str) -> Exported:
 def _patched(
     patch: Callable[[Model, bytes, str], tuple[bytes, list[str]]],
     model: Model,
-    source: SourceFile,
+    into: Path,
     joint: str,
 ) -> Exported:
     model.rig.check_newtons("the model of a robot")
+    with _naming(into):
+        patched, notes = patch(model, page_bytes(into), joint)
+    return Exported({str(into): patched}, tuple(notes))
+
+
+def _usd(
+    model: Model, joint: str, into: Path | None = None, settings: Mapping[str, float] | None = None
+) -> Exported:
+    from .robot.usd import usd  # noqa: PLC0415 - the same
+    from .robot.usd_stage import StageUnits  # noqa: PLC0415 - the same
+
+    model.rig.check_newtons("the model of a robot")
+    for name, value in (settings or {}).items():
+        if name not in StageUnits._fields:
+            raise InputError(f"no setting {name!r}: there are {', '.join(StageUnits._fields)}")
+        if not 0 < value < math.inf:
+            raise InputError(f"{name} is above 0, got {value:g}")
+    units = StageUnits(**settings) if settings else None
+    with _naming(into):
+        layer, notes = usd(model, joint, into, units)
+    return Exported({"friction.usda": layer}, tuple(notes))
+
+
+@contextmanager
+def _naming(file: Path | None) -> Iterator[None]:
+    """Refusals of what is done to a file begin with its name."""
     try:
-        patched, notes = patch(model, source.data, joint)
+        yield
     except InputError as error:
-        raise InputError(f"{source.name}: {error}") from error
-    return Exported({source.name: patched}, tuple(notes))
+        raise InputError(f"{file}: {error}" if file else str(error)) from error
 
 
 def _fmu(model: Model, name: str = "friction") -> Exported:
@@ -313,6 +317,10 @@ TARGETS: Mapping[str, ExportTarget] = {
         ExportTarget(
             "urdf", "your robot description, one joint of it patched", _urdf, _PATCH, _PATCH,
             suffix=".urdf",
+        ),
+        ExportTarget(
+            "usd", "a USD layer over a joint of your stage, for PhysX and Newton", _usd,
+            (*_PATCH, "settings"), ("joint",), suffix=".usda",
         ),
         ExportTarget(
             "fmu", "a co-simulation unit of axis and friction, compiled for this platform", _fmu,

@@ -238,20 +238,38 @@ def joint_named(joints: Sequence[Tag], name: str, elsewhere: str = "") -> Tag:
     Raises:
         InputError: it is not there, or more than once.
     """
-    matches = [tag for tag in joints if tag.attributes.get("name") == name]
+    names = [tag.attributes.get("name") for tag in joints]
+    return joints[one_named(names, name, [f"line {tag.line}" for tag in joints], elsewhere)]
+
+
+def one_named(
+    names: Sequence[str | None], name: str, places: Sequence[str], elsewhere: str = ""
+) -> int:
+    """The index of a joint's name.
+
+    Args:
+        names: Those of all joints, None for one without.
+        name: The one that is meant.
+        places: Where each stands, as a message says it.
+        elsewhere: As for `joint_named`.
+
+    Raises:
+        InputError: it is not there, or more than once.
+    """
+    matches = [i for i, each in enumerate(names) if each == name]
     if len(matches) == 1:
         return matches[0]
     if matches:
-        lines = ", ".join(str(tag.line) for tag in matches[:_LISTED])
+        at = ", ".join(places[i] for i in matches[:_LISTED])
         raise InputError(
-            f"has {len(matches)} joints named {name!r}, on lines {lines}: give them different names"
+            f"has {len(matches)} joints named {name!r}, at {at}: give them different names"
         )
-    names = [n for tag in joints if (n := tag.attributes.get("name"))]
-    similar = difflib.get_close_matches(name, names[:_SEARCHED], 1)
-    listed = ", ".join(n[:_NAME] for n in names[:_LISTED])
-    if len(names) > _LISTED:
-        listed += f" and {len(names) - _LISTED} more"
-    if unnamed := len(joints) - len(names):
+    known = [each for each in names if each]
+    similar = difflib.get_close_matches(name, known[:_SEARCHED], 1)
+    listed = ", ".join(each[:_NAME] for each in known[:_LISTED])
+    if len(known) > _LISTED:
+        listed += f" and {len(known) - _LISTED} more"
+    if unnamed := len(names) - len(known):
         listed = f"{listed or 'none with a name'}, and {unnamed} without a name"
     message = f"has no joint {name!r}: there are {listed or 'none'}"
     if similar:

@@ -20,6 +20,8 @@ _STRIBECKS, _LINEAR, _ROTARY = 10.0, 0.1, 1.0
 _FALLS = ("v_SS", "v_s", "w_s", "v_brk")
 #: Where the Stribeck velocity of a LuGre law is looked for, shares of the greatest speed.
 _DECADES = (1e-4, 1.0)
+#: Of a law that is static at rest alone, the band that counts as rest: a share of the least speed.
+_BAND = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +72,35 @@ def coulomb_viscous(
         rotary: Whether these are rad/s.
     """
     span = _range(law, p, speeds, rotary=rotary)
+    return _compared(law, p, span, LAWS["coulomb-viscous"], _sliding(law, p, span))
+
+
+def static_coulomb_viscous(
+    law: Law, p: Array, speeds: tuple[float, float] | None, *, rotary: bool
+) -> Reduction:
+    """The same with a level of its own at rest, the law's: Karnopp's law with the band at zero.
+
+    Args:
+        law: As for `coulomb_viscous`.
+        p: As there.
+        speeds: As there.
+        rotary: As there.
+    """
+    span = _range(law, p, speeds, rotary=rotary)
+    level, damping = _sliding(law, p, span)
+    minus, plus = law.levels(np.asarray(p[: len(law.params)], dtype=float))
+    band = _BAND * float(_decades(span)[0])  # narrower than all speeds of the comparison
+    q = np.array([max(0.5 * (plus - minus), level), level, damping, band])
+    return _compared(law, p, span, LAWS["karnopp"], q)
+
+
+def _sliding(law: Law, p: Array, span: tuple[float, float, bool]) -> Array:
+    """Level, N (N m), and damping, N s/m (N m s/rad), nearest to a law in sliding."""
     v = _speeds(span)
     # The second column is scaled, so that neither number is lost in the other's digits.
     columns = np.column_stack([np.sign(v), v / span[1]])
     (level, damping), _ = nnls(columns, law.friction(v, p[: len(law.params)]))
-    return _compared(law, p, span, LAWS["coulomb-viscous"], np.array([level, damping / span[1]]))
+    return np.array([level, damping / span[1]])
 
 
 def lugre(
