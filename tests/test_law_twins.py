@@ -129,6 +129,9 @@ GEARS = [0.02, 0.015, 0.03, 0.5, 1.3]
 # lies within a twentieth of that, and is passed in few samples: F_S and the velocity of the drop
 # are identified with some laws and not with others.
 LEVELS = "F_C+ F_V+ F_C- F_V-"
+# A table over the same speeds; what it has below 0.1 m/s is passed in few samples.
+TABLE = [18, 16.5, 15, 14, 13.2, 13, 13.5, 14.5, 16, 18.5, 22, 26]
+SLOW = tuple(f"F_{i}" for i in range(1, 7))
 
 CASES: dict[str, Case] = {
     "coulomb-viscous": Case(PUSHED, [12, 40], "F_C F_V"),
@@ -150,6 +153,11 @@ CASES: dict[str, Case] = {
     ),
     "karnopp": Case(PUSHED, [18, 12, 40, 5e-3], "F_C F_V", ("dv",)),
     "karnopp-directional": Case(PUSHED, [18, 12, 40, 15, 10, 50, 5e-3], LEVELS, ("dv",), 300),
+    "curve": Case(PUSHED, [*TABLE, 0.01, 0.4], "F_9 F_10 F_11 F_12", SLOW),
+    "curve-directional": Case(
+        PUSHED, [*TABLE, *(0.8 * F for F in TABLE), 0.01, 0.4], "F_10+ F_12+ F_12-",
+        tuple(f"{name}{sign}" for name in (*SLOW, "F_7") for sign in "+-"),
+    ),
     # Loops within the contact show its stiffness; a way beyond, its levels. The first elements
     # yield within ten standard deviations of the noise, and trade places.
     "dahl": Case(ROCKED, [1.2e6, 12, 1, 50], "sigma_0 F_C"),

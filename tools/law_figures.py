@@ -35,6 +35,7 @@ STATIC: dict[str, tuple[list[float], str]] = {
     "stribeck-smooth": ([100, 40, 1500, 7e-4], "zero at rest"),
     "makkar": ([60, 3000, 400, 40, 3000, 1500], "zero at rest"),
     "karnopp": ([100, 40, 1500, 1e-3], "a band"),
+    "curve": ([95, 88, 77, 62, 50, 46, 44, 45, 46, 48, 50, 53, 2e-4, 8e-3], "12 knots"),
 }
 
 #: One contact under every law with states: 12 N to keep on, 18 N to start, a few µm of presliding.
@@ -58,8 +59,8 @@ SHADES = {"bam-m1": COMMAND, "bam-m2": INK, "bam-m4": ACCENT, "bam-m6": MODEL}
 
 def static() -> Figure:
     """Force over speed, each beside the paper's law."""
-    figure = Figure(figsize=(9.2, 5.0), layout="constrained")
-    axes = figure.subplots(2, 4, sharex=True, sharey=True)
+    figure = Figure(figsize=(9.2, 7.0), layout="constrained")
+    axes = figure.subplots(3, 3, sharex=True, sharey=True)
     v = np.concatenate([-np.geomspace(1e-7, 8e-3, 900)[::-1], np.geomspace(1e-7, 8e-3, 900)])
     stribeck = LAWS["stribeck"].friction(v, np.array(STATIC["stribeck"][0]))
     for ax, (name, (p, caption)) in zip(axes.flat, STATIC.items(), strict=True):
@@ -71,7 +72,7 @@ def static() -> Figure:
         ax.plot(1e3 * v, LAWS[name].friction(v, np.array(p)), color=MODEL)
         ax.set_title(name)
         ax.text(0.97, 0.06, caption, transform=ax.transAxes, ha="right", fontsize=9, color=INK)
-    for ax in axes[1]:
+    for ax in axes[-1]:
         ax.set_xlabel("Speed / (mm/s)")
     for ax in axes[:, 0]:
         ax.set_ylabel("Friction / N")

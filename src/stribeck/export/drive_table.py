@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..friction.curve import knots_of
 from ..space import Array
 from ..units import unit
 from .model import Model
@@ -27,6 +28,8 @@ _GRID, _BETWEEN = 240, 8
 _STATED = 16
 #: The slowest speed of the grid, as a share of the fastest; below it lies only rest.
 _SLOWEST = 1e-4
+#: A knot of a law that is a table, from here on, is the last speed.
+_LAST = 1.0 - 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +84,12 @@ def table(model: Model, points: int = POINTS, fastest: float | None = None) -> D
         raise InputError(f"a table has {FEWEST} to {MOST} points, got {points}")
     fast = _fastest(model, fastest)
     law, p = model.law, model.p
-    plus = _side(lambda v: law.friction(v, p), points, fast[1])
+    knots = knots_of(law, p)  # of a law that is a table: no others hold it without an error
+    plus = _side(lambda v: law.friction(v, p), points, fast[1], knots)
     same = fast[0] == fast[1] and np.array_equal(
         law.friction(_grid(fast[1]), p), -law.friction(-_grid(fast[1]), p)
     )
-    minus = plus if same else _side(lambda v: -law.friction(-v, p), points, fast[0])
+    minus = plus if same else _side(lambda v: -law.friction(-v, p), points, fast[0], knots)
     largest = max(float(np.abs(law.friction(s * _grid(f), p)).max()) for s, f in
                   ((1.0, fast[1]), (-1.0, fast[0])))  # fmt: skip
     return DriveTable(plus, minus, largest)
@@ -115,9 +119,11 @@ def _grid(fast: float) -> Array:
     ]))  # fmt: skip
 
 
-def _side(curve: Callable[[Array], Array], points: int, fast: float) -> DirectionTable:
+def _side(
+    curve: Callable[[Array], Array], points: int, fast: float, knots: Array
+) -> DirectionTable:
     """One direction."""
-    v = _grid(fast)
+    v = np.unique(np.append(_grid(fast), knots[knots < _LAST * fast]))
     fine = np.unique(
         np.concatenate([v[:-1] + s * np.diff(v) for s in np.arange(_BETWEEN) / _BETWEEN] + [v[-1:]])
     )

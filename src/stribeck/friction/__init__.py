@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any, cast
 
 from ..errors import InputError
@@ -58,6 +59,8 @@ _FILES = {
     "makkar-directional": "makkar",
     "karnopp": "karnopp",
     "karnopp-directional": "karnopp",
+    "curve": "curve",
+    "curve-directional": "curve",
     "dahl": "dahl",
     "lugre": "lugre",
     "elasto-plastic": "elasto_plastic",
@@ -71,9 +74,16 @@ _FILES = {
     "bam-m6": "bam",
 }
 
-#: Laws of as many elements as their name says, after a colon: `maxwell-slip:6`.
-ELEMENTS = ("maxwell-slip", "gms")
-_MOST_ELEMENTS = 20
+#: Laws of as many elements or knots as their name says, after a colon, and how few and how many
+#: of them: `maxwell-slip:6`.
+ELEMENTS: Mapping[str, tuple[str, int, int]] = MappingProxyType(
+    {
+        "maxwell-slip": ("elements", 1, 20),
+        "gms": ("elements", 1, 20),
+        "curve": ("knots", 3, 40),
+        "curve-directional": ("knots", 3, 40),
+    }
+)
 
 
 class Laws(Mapping[str, Law]):
@@ -117,14 +127,13 @@ def law_named(name: str) -> Law:
 
 
 def _of_elements(stem: str, count: str) -> Law:
-    """A law with a number of elements of the user's choice."""
+    """A law with a number of elements or knots of the user's choice."""
     if stem not in ELEMENTS:
+        raise InputError(f"law {stem}:{count}: only {', '.join(ELEMENTS)} have a number")
+    parts, fewest, most = ELEMENTS[stem]
+    if count not in map(str, range(fewest, most + 1)):
         raise InputError(
-            f"law {stem}:{count}: only {', '.join(ELEMENTS)} have a number of elements"
-        )
-    if count not in map(str, range(1, _MOST_ELEMENTS + 1)):
-        raise InputError(
-            f"law {stem}:{count}: the number of elements goes from 1 to {_MOST_ELEMENTS}, "
+            f"law {stem}:{count}: the number of {parts} goes from {fewest} to {most}, "
             f"as in {stem}:6"
         )
     factory: Callable[[int], Law] = _declared(stem, stem)

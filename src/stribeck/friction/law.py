@@ -196,6 +196,8 @@ class Law:
         sizes: How many parameters each of them has.
         starts: Parameter sets without terms, (n, k), near one whose contact has a spectrum, where
             a search begins; None for a law that says nothing of it.
+        roughness: Rows over a parameter set (k,) without terms, (m, k), whose products with it
+            are small where the curve is smooth; None for a law of few parameters.
     """
 
     name: str
@@ -213,6 +215,7 @@ class Law:
     terms: tuple[Term, ...] = ()
     sizes: tuple[int, ...] = ()
     starts: Callable[[Spectrum], Array] | None = None
+    roughness: Callable[[Array], Array] | None = None
 
     @property
     def static(self) -> bool:
@@ -303,7 +306,12 @@ def friction(law: Law, v: float, F_in: float, p: Array) -> float:
 
 
 def by_direction(
-    law: Law, function: Callable[..., float], *, split_names: tuple[str, ...] | None = None
+    law: Law,
+    function: Any,
+    *,
+    split_names: tuple[str, ...] | None = None,
+    name: str = "",
+    roughness: Callable[[Array], Array] | None = None,
 ) -> Law:
     """The direction-dependent variant of a law: `+` parameters for v > 0, `-` for v < 0.
 
@@ -311,6 +319,8 @@ def by_direction(
         law: The symmetric law.
         function: The directional law: reads the `+` set, then the `-` set, then shared ones.
         split_names: Parameters that differ between directions; all but fixed ones by default.
+        name: What it is listed under; that of the law with `-directional` by default.
+        roughness: As of `Law`, over the parameters of both directions.
     """
     split_names = split_names or tuple(q.name for q in law.params if q.fixed is None)
     split = [q for q in law.params if q.name in split_names]
@@ -324,7 +334,7 @@ def by_direction(
         return np.logical_and(law.physical(plus), law.physical(minus))
 
     return Law(
-        name=f"{law.name}-directional",
+        name=name or f"{law.name}-directional",
         params=tuple(params),
         slip=slip_law(function),
         doc=f"{law.name} with parameters of its own for each direction",
@@ -333,6 +343,7 @@ def by_direction(
         directional=True,
         linear=tuple(f"{name}{sign}" for sign in "+-" for name in law.linear),
         physical=physical,
+        roughness=roughness,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, asdict, fields
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,11 @@ _APPROACHES = {
 }
 
 
+def _and(names: Iterable[str]) -> str:
+    *others, last = names
+    return f"{', '.join(others)} and {last}"
+
+
 def show_laws(name: str | None) -> None:
     """List the friction laws, or explain one."""
     out = console()
@@ -43,7 +48,7 @@ def show_laws(name: str | None) -> None:
         rows = [[n, _kind(law), law.doc] for n, law in LAWS.items()]
         show_table(Table.of_texts("", ["law", "kind", "what it says"], rows, labels=range(3)))
         out.print(
-            f"\n{' and '.join(ELEMENTS)} take a number of elements: {next(iter(ELEMENTS))}:6"
+            f"\n{_and(ELEMENTS)} take a number: {next(iter(ELEMENTS))}:6"
             f"\nevery law takes terms ({', '.join(f'+{term}' for term in TERMS)}): "
             "stribeck+position:2"
         )

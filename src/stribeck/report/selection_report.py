@@ -11,6 +11,7 @@ from rich.text import Text
 
 from .._version import __version__
 from ..identify.card import kind_of
+from ..units import unit
 from .folder import write_files, write_text
 from .format import DASH, json_text, number
 from .table import Table
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..identify.selection.candidate import Candidate
+    from ..identify.selection.free_curve import FreeCurve
     from ..identify.selection.paired_test import Paired
     from ..identify.selection.select import Selection
 
@@ -59,6 +61,9 @@ def show_selection(selection: Selection) -> None:
     out.print()
     show_table(_diagnoses(s))
     out.print()
+    if s.curve is not None:
+        show_table(_curve_table(s, s.curve))
+        out.print()
     for k, sentence in enumerate(s.sentences):
         out.print(Text(sentence, style="bold" if k == 0 else ""))
     seconds = sum(c.seconds for c in s.candidates)
@@ -90,6 +95,25 @@ def _diagnoses(s: Selection) -> Table:
         for c in s.candidates
     ]
     return Table.of_texts("", heads, rows, labels=(0, len(heads) - 1), unbroken=(0,))
+
+
+def _curve_table(s: Selection, curve: FreeCurve) -> Table:
+    """The free curve with its intervals, and the recommended law beside it."""
+    shown = s.rig.unit_shown("velocity")
+    force = s.rig.si_unit("force")
+    heads = [f"speed/({shown})", f"free curve/{force}", "95 % from", "to", s.law, "difference/%"]
+    rows = [
+        [
+            number(float(unit(shown).from_si(k.speed)), 3),
+            number(k.level, 4),
+            number(k.low, 4),
+            number(k.high, 4),
+            number(k.law, 4),
+            f"{100 * k.difference:+.2g}{' *' * k.differs}",
+        ]
+        for k in curve.knots
+    ]
+    return Table.of_texts("", heads, rows)
 
 
 def _less(value: float, least: float) -> str:
@@ -135,6 +159,7 @@ def selection_text(selection: Selection) -> str:
              "training_gain": f.training, "held_out": _paired(f.held), "text": f.text}
             for f in s.findings
         ],
+        "free_curve": None if s.curve is None else _curve(s.curve),
         "interrupted": s.interrupted,
         "left_out": list(s.skipped),
         "excluded": list(s.excluded),
@@ -146,6 +171,17 @@ def selection_text(selection: Selection) -> str:
         ],
         "software": {"stribeck": __version__},
     })  # fmt: skip
+
+
+def _curve(curve: FreeCurve) -> dict[str, Any]:
+    return {
+        "training_error": curve.error,
+        "knots": [
+            {"speed": k.speed, "level": k.level, "interval": [k.low, k.high], "law": k.law,
+             "differs": k.differs}
+            for k in curve.knots
+        ],
+    }  # fmt: skip
 
 
 def _law(c: Candidate) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from .balanced import BalancedRig
 _RANGES = {
     "F_S": (0.0, 1e6),
     "F_C": (0.0, 1e6),
+    "F": (0.0, 1e6),
     "F_V": (0.0, 1e7),
     "v_SS": (1e-5, 1.0),
     "W": (0.0, 1e6),
@@ -29,7 +30,15 @@ FORCED = BalancedRig(
         "stribeck-directional",
     ),
     ranges=_RANGES,
-    shows={"position": "mm", "velocity": "mm/s", "v_SS": "mm/s", "v_s": "mm/s", "d_1": "um"},
+    shows={
+        "position": "mm",
+        "velocity": "mm/s",
+        "v_SS": "mm/s",
+        "v_s": "mm/s",
+        "v_first": "mm/s",
+        "v_last": "mm/s",
+        "d_1": "um",
+    },
 )
 
 FORCED_ROTARY = BalancedRig(
@@ -49,7 +58,15 @@ FORCED_ROTARY = BalancedRig(
         "sigma_1": (0.0, 1e4),
         "d_1": (1e-7, 1e-2),
     },
-    shows={"position": "deg", "velocity": "deg/s", "v_SS": "deg/s", "v_s": "deg/s", "d_1": "mrad"},
+    shows={
+        "position": "deg",
+        "velocity": "deg/s",
+        "v_SS": "deg/s",
+        "v_s": "deg/s",
+        "v_first": "deg/s",
+        "v_last": "deg/s",
+        "d_1": "mrad",
+    },
     labels={"M": "J"},
     rotary=True,
 )

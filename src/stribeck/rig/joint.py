@@ -55,6 +55,7 @@ JOINT_RIG = ComposedRig.compose(
     ranges={
         "F_S": (0.0, 10.0),
         "F_C": (0.0, 10.0),
+        "F": (0.0, 10.0),
         "F_V": (0.0, 20.0),
         "v_SS": (1e-4, 1.0),
     },

@@ -59,6 +59,7 @@ PRESLIDING_ROTARY = ComposedRig.compose(
         "sigma_1": (0.0, 1e4),
         "F_S": (0.0, 100.0),
         "F_C": (0.0, 100.0),
+        "F": (0.0, 100.0),
         "F_V": (1e-3, 1e4),
         "v_s": (1e-4, 10.0),
         "W": (1e-3, 100.0),

@@ -77,6 +77,7 @@ SERVO_PENDULUM = ServoPendulum.compose(
     ranges={
         "F_S": (0.0, 0.1),
         "F_C": (0.0, 0.05),
+        "F": (0.0, 0.1),
         "F_V": (0.0, 0.05),
         "v_SS": (0.1, 10.0),
         "K_c": (0.0, 0.05),

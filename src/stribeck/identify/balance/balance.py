@@ -23,6 +23,7 @@ from ...data.filtering import Filtering
 from ...errors import InputError
 from ...space import Array
 from . import variable_projection
+from .curve_prior import with_knots, with_prior
 from .modelled_force import friction_signal
 from .position_waves import wave_start
 from .regression import System
@@ -175,7 +176,21 @@ def balance(
     Raises:
         InputError: no measured force, too few rows, or nothing left to find.
     """
-    system = System(parameters, filtered_logs(recordings, parameters, filtering, rows))
+    return solved(System(parameters, filtered_logs(recordings, parameters, filtering, rows)), start)
+
+
+def solved(system: System, start: Array | None = None) -> Balance:
+    """The balance of filtered logs, as `balance`.
+
+    Args:
+        system: The logs and the model.
+        start: As of `balance`.
+
+    Raises:
+        InputError: too few rows.
+    """
+    system = with_knots(system)
+    parameters = system.parameters
     if len(system.y) <= len(system.free):
         raise InputError(
             f"{len(system.y)} rows cannot tell {len(system.free)} parameters: "
@@ -186,6 +201,7 @@ def balance(
         parameters, start = system.parameters, state_starts(system)
     elif start is None:
         start = wave_start(system)
+    system = with_prior(system)
     p, at_bound = system.solved(start)
     if system.law.states and (fewer := settled(system, p)) is not system:
         system = fewer
@@ -194,10 +210,11 @@ def balance(
     W = system.jacobian(p)
     predicted = prediction(system, p)
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
-    covariance = variable_projection.covariance(W, predicted.residual_sd, stopped)
+    beside = np.vstack([W, system.free_prior])
+    covariance = variable_projection.covariance(beside, predicted.residual_sd, stopped)
     residuals = system.y - system.predicted(p[None])[:, 0]
     logs = [len(log.t) for log in system.logs]
-    robust = np.sqrt(variable_projection.robust_variances(W, residuals, logs))
+    robust = np.sqrt(variable_projection.robust_variances(W, residuals, logs, system.free_prior))
     errors, wide = np.full((2, len(p)), np.nan)
     errors[free] = np.sqrt(np.diag(covariance))
     wide[free] = np.fmax(errors[free], robust)

@@ -311,7 +311,8 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     W = solution.jacobian[:, linear]
     p[system.linear] = 0.0
     without = system.predicted(p[None])[:, 0]
-    p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force - without, rcond=None)[0]
+    W, force = np.vstack([W, system.prior]), np.append(force - without, np.zeros(len(system.prior)))
+    p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force, rcond=None)[0]
     models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
     return np.concatenate([
         log.thin(partial(_slope, log, model))
@@ -346,7 +347,9 @@ def _slopes(solution: Balance, force_slope: Array) -> Array:
     """By how much the free parameters move for a second of delay, (free,)."""
     seen = np.isfinite(np.diag(solution.covariance))
     slopes = np.zeros(len(solution.system.free))
-    J = solution.jacobian[:, seen]
+    prior = solution.system.free_prior[:, seen]
+    J = np.vstack([solution.jacobian[:, seen], prior])
+    force_slope = np.append(force_slope, np.zeros(len(prior)))
     lengths = np.linalg.norm(J, axis=0)
     slopes[seen] = np.linalg.lstsq(J / lengths, force_slope, rcond=None)[0] / lengths
     return slopes

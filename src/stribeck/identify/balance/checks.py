@@ -29,6 +29,7 @@ from ..uncertainty.verdict import IDENTIFIED
 from . import balance, variable_projection
 from .balance import NOTHING
 from .clustered_errors import clustered_errors
+from .curve_prior import chord_errors
 from .modelled_force import force_signal
 from .presliding_shown import stiffness_unseen
 
@@ -68,7 +69,8 @@ class BalanceChecks:
     Args:
         violations: The faults.
         errors: Standard errors for the intervals of all parameters, (k,): never below the robust
-            ones, and wide enough for what strokes, logs and other cut-offs give.
+            ones, and wide enough for what strokes, logs and other cut-offs give, and straight
+            lines for a curve.
     """
 
     violations: tuple[Violation, ...]
@@ -126,10 +128,8 @@ def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChec
     if system.law.states:
         violations += stiffness_unseen(system)
     gate = data_violations(system.rig, recordings, synchrony.rows)
-    return BalanceChecks(
-        (*gate, *synchrony.violations(), *violations),
-        synchrony.widened(np.fmax(errors, clustered)),
-    )
+    errors = np.hypot(np.fmax(errors, clustered), chord_errors(system, solution.values))
+    return BalanceChecks((*gate, *synchrony.violations(), *violations), synchrony.widened(errors))
 
 
 def unexplained(solution: balance.Balance) -> str:

@@ -111,7 +111,8 @@ def _clustered(solution: Balance, blocks: Array, identified: Array) -> Array:
     n, (rows, k) = len(starts), W.shape
     if n <= k:
         return np.zeros(k)
-    bread = variable_projection.covariance(W, 1.0)
+    prior = solution.system.free_prior[:, identified]
+    bread = variable_projection.covariance(np.vstack([W, prior]), 1.0)
     meat = sums.T @ sums * n / (n - 1) * (rows - 1) / (rows - k)
     errors: Array = np.sqrt(np.diag(bread @ meat @ bread)) * stdtrit(n - k, 0.975) / HALF_WIDTH
     return errors

@@ -112,7 +112,7 @@ def log_parts(recordings: Sequence[Recording], solved: Balance, x: Array) -> lis
     """The logs of a balance, each by itself, at its solution x."""
     system = solved.system
     return [
-        LogPart(recording, BalanceResiduals(System(system.parameters, [log])), x)
+        LogPart(recording, BalanceResiduals(System(system.parameters, [log], system.prior)), x)
         for recording, log in zip(recordings, system.logs, strict=True)
     ]
 

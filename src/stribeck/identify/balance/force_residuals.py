@@ -23,7 +23,8 @@ class BalanceResiduals:
         at = {k: i for i, k in enumerate(system.free)}
         pairs = orders(system.law, nonlinear=system.law.states > 0)
         self.orders = tuple((at[i], at[j]) for i, j in pairs if i in at and j in at)
-        self._system = system
+        self._system, self._prior = system, system.free_prior
+        self.priors = len(self._prior)
         self._shape = [system.free.index(i) for i in system.shape]
 
     def physical(self, x: Array) -> NDArray[np.bool_]:
@@ -35,10 +36,12 @@ class BalanceResiduals:
     def residuals(self, x: Array, /) -> Array:
         """(n, dim) points to (n, rows) residuals; nan where the law does not allow a point."""
         physical = self.physical(x)
-        residuals = np.full((len(x), len(self._system.y)), np.nan)
+        rows = len(self._system.y)
+        residuals = np.full((len(x), rows + self.priors), np.nan)
         shapes = x[:, self._shape]
         for shape in np.unique(shapes[physical], axis=0):
-            rows = physical & (shapes == shape).all(axis=1)
-            forces = self._system.predicted(self._system.parameters.full(x[rows]))
-            residuals[rows] = np.subtract(self._system.y[:, None], forces, out=forces).T
+            at = physical & (shapes == shape).all(axis=1)
+            forces = self._system.predicted(self._system.parameters.full(x[at]))
+            residuals[at, :rows] = np.subtract(self._system.y[:, None], forces, out=forces).T
+        residuals[:, rows:] = -x @ self._prior.T
         return residuals

@@ -30,12 +30,14 @@ class System:
     Args:
         parameters: Which parameters are free, on a rig with a measured force.
         logs: The filtered logs.
+        prior: Rows over the linear parameters, (m, linear), whose products with them are taken to
+            be as far from zero as a row of the data from the model; none by default.
 
     `free` are the places of the free parameters in a complete set, `linear` of those that the
     force is linear in, `shape` of those that shape the friction curve.
     """
 
-    def __init__(self, parameters: Parameters, logs: list[Log]) -> None:
+    def __init__(self, parameters: Parameters, logs: list[Log], prior: Array | None = None) -> None:
         self.parameters, self.logs = parameters, logs
         self.rig, self.law = as_balanced(parameters.rig), parameters.law
         self.filtering = self.rig.filtering_of(self.law)
@@ -44,6 +46,7 @@ class System:
         self.linear = [i for i in self.free if parameters.every[i].name in linear]
         self.shape = [i for i in self.free if i not in self.linear]
         self.y = np.concatenate([log.force for log in logs])
+        self.prior = np.zeros((0, len(self.linear))) if prior is None else prior
         self._kept: dict[bytes, tuple[Array, Array]] = {}
         self._limits = self._linear_limits()
         self._orders = [
@@ -118,7 +121,7 @@ class System:
     def least_squares(self, force: Array, p: Array) -> float:
         """The least sum of squares about a force, (rows,), for the shape of a complete set."""
         W, base = self.columns(p[self.shape])
-        x, _ = variable_projection.bounded(W, force - base, *self._limits)
+        x, _ = self._bounded(W, force - base)
         return float(np.sum((force - base - W @ x) ** 2))
 
     def columns(self, shape: Array) -> tuple[Array, Array]:
@@ -178,13 +181,26 @@ class System:
 
     def _linear(self, shape: Array) -> tuple[Array, dict[int, Any]]:
         W, base = self.columns(shape)
-        return variable_projection.bounded(W, self.y - base, *self._limits)
+        return self._bounded(W, self.y - base)
+
+    def _bounded(self, W: Array, y: Array) -> tuple[Array, dict[int, Any]]:
+        """The linear parameters nearest to a force and to what is known beforehand."""
+        if len(self.prior):
+            W, y = np.vstack([W, self.prior]), np.append(y, np.zeros(len(self.prior)))
+        return variable_projection.bounded(W, y, *self._limits)
 
     def _residuals(self, shape: Array) -> Array:
         W, base = self.columns(shape)
-        x, _ = variable_projection.bounded(W, self.y - base, *self._limits)
+        x, _ = self._bounded(W, self.y - base)
         residuals: Array = self.y - base - (W * x).sum(axis=1)
-        return residuals
+        return np.append(residuals, self.prior @ x) if len(self.prior) else residuals
+
+    @property
+    def free_prior(self) -> Array:
+        """The rows of `prior` over all free parameters, (m, free)."""
+        rows = np.zeros((len(self.prior), len(self.free)))
+        rows[:, [self.free.index(i) for i in self.linear]] = self.prior
+        return rows
 
     def jacobian(self, p: Array) -> Array:
         """Slopes of the prediction, (rows, free); those of shape by central differences."""

@@ -157,7 +157,9 @@ def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
     return C
 
 
-def robust_variances(W: Array, residuals: Array, lengths: Sequence[int]) -> Array:
+def robust_variances(
+    W: Array, residuals: Array, lengths: Sequence[int], prior: Array | None = None
+) -> Array:
     """Variances of least squares estimates whose residuals correlate from row to row, (k,).
 
     The estimator of Newey and West (1987, doi 10.2307/1913610), with Bartlett weights over twice
@@ -167,14 +169,19 @@ def robust_variances(W: Array, residuals: Array, lengths: Sequence[int]) -> Arra
         W: (rows, k).
         residuals: (rows,).
         lengths: Rows of each log, in order: nothing correlates across logs.
+        prior: Rows of what is known beforehand, (m, k), each as uncertain as a row is noisy.
     """
-    bread = covariance(W, 1.0)
+    bread = covariance(W if prior is None else np.vstack([W, prior]), 1.0)
     identified = np.isfinite(np.diag(bread))
     inner = bread[np.ix_(identified, identified)]
     shares = parts(inner @ (W[:, identified] * residuals[:, None]).T, lengths)
     total = long_run_variance(shares, 2 * first_below_zero(residuals, lengths))
     variances: Array = np.full(len(bread), np.nan)
     variances[identified] = total * len(W) / (len(W) - W.shape[1])
+    if prior is not None:
+        moves = inner @ prior[:, identified].T
+        white = float(residuals @ residuals) / (len(W) - W.shape[1])
+        variances[identified] += white * np.square(moves).sum(axis=1)
     return variances
 
 

@@ -41,6 +41,7 @@ from .candidate import Candidate
 from .candidate_fit import candidate_fit, unidentified
 from .findings import Finding, findings, sentences
 from .folds import Splits, directions, splits
+from .free_curve import FreeCurve, free_curve
 from .friction_change import friction_change
 from .laws_asked import checked_comparison, law_parameters
 from .nesting import ingredients
@@ -83,6 +84,7 @@ class Selection:
         seed: Of the searches; None by force balance.
         skipped: Laws that an interruption left out.
         excluded: Laws with parameters for each direction, where the logs run one way.
+        curve: The free curve that the recommended law is held against; None where it has none.
         interrupted: Whether Ctrl-C came.
     """
 
@@ -99,6 +101,7 @@ class Selection:
     seed: int | None
     skipped: tuple[str, ...]
     excluded: tuple[str, ...]
+    curve: FreeCurve | None = None
     interrupted: bool = False
 
     @property
@@ -448,6 +451,7 @@ def _compared(
         [c.range_ends for c in candidates],
     )
     skipped = tuple(names[len(candidates) :])
+    curve = free_curve(laws[chosen])
     count = min((against[i].blocks for i in rivals), default=0)
     return Selection(
         rig=axis,
@@ -458,9 +462,13 @@ def _compared(
         blocks=count,
         effective=effective,
         findings=warranted,
-        sentences=sentences(
-            candidates, chosen, best, warranted, count, skipped, _one_way(training, excluded)
+        sentences=(
+            *sentences(
+                candidates, chosen, best, warranted, count, skipped, _one_way(training, excluded)
+            ),
+            *(() if curve is None else (curve.sentence,)),
         ),
+        curve=curve,
         unit=laws[0].unit,
         seed=training.seed if simulated else None,
         skipped=skipped,

@@ -254,7 +254,8 @@ def _solved(
         return _answer(wider, solved(wider, answer.solution.values))
 
     answer, ends = beyond(_answer(parameters, best), further)
-    parameters, best = answer.parameters, answer.solution
+    best = answer.solution
+    parameters = best.system.parameters
     rows = tuple(len(s.t) for s in best.signals)
     return TrainedLaw(
         parameters,

@@ -1,0 +1,140 @@
+"""The free curve that the recommended law of a force balance is held against.
+
+A formula may be the best of those compared and still be wrong at some speeds. The same logs are
+balanced with a table of friction over speed (`curve`), whose knots know no formula, and the law is
+compared with it knot by knot: by the difference, and by what the data know of the knot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import InputError
+from ...friction import law_named
+from ...friction.curve import knots_of
+from ...units import Unit, unit
+from ..balance.balance import solved
+from ..balance.curve_prior import chord_errors
+from ..balance.regression import System
+from ..parameters import partition
+from ..uncertainty.covariance import HALF_WIDTH
+
+if TYPE_CHECKING:
+    from ..balance.balance import Balance
+    from .trained_law import TrainedLaw
+
+#: A difference below this share of the friction is none.
+WITHIN = 0.03
+#: So many stretches of speeds are told of, those of the greatest differences.
+TOLD = 3
+
+
+@dataclass(frozen=True)
+class Knot:
+    """A knot of the free curve, SI.
+
+    Args:
+        speed: With the sign of the direction where the law has parameters for each.
+        level: Friction there, without sign.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        law: What the law has there.
+    """
+
+    speed: float
+    level: float
+    low: float
+    high: float
+    law: float
+
+    @property
+    def difference(self) -> float:
+        """Of the law from the curve, as a share of it."""
+        return self.law / self.level - 1.0 if self.level > 0.0 else float("inf")
+
+    @property
+    def differs(self) -> bool:
+        """Whether the law is off by more than matters, and more than the data leave open."""
+        return abs(self.difference) > WITHIN and not self.low <= self.law <= self.high
+
+
+@dataclass(frozen=True)
+class FreeCurve:
+    """The free curve of the training data, and the law beside it.
+
+    Args:
+        knots: Of both directions, the slowest first.
+        error: Of its force on the training data, percent.
+        sentence: Where the law differs from it.
+    """
+
+    knots: tuple[Knot, ...]
+    error: float
+    sentence: str
+
+
+def free_curve(trained: TrainedLaw) -> FreeCurve | None:
+    """The free curve beside a trained law; None where it has none.
+
+    A law that is simulated, that reads more than the speed, or that is a free curve itself has
+    none, and neither have too few rows.
+    """
+    law, balanced = trained.parameters.law, trained.balance
+    if balanced is None or not law.static or law.roughness is not None:
+        return None
+    table = law_named("curve-directional" if law.directional else "curve")
+    own = {q.name for q in balanced.system.rig.own(law)}
+    fixed = {n: v for n, v in balanced.system.parameters.fixed.items() if n in own}
+    parameters = partition(balanced.system.rig, table).holding(fixed)
+    try:
+        curve = solved(System(parameters, balanced.system.logs))
+    except InputError:
+        return None
+    errors = np.hypot(curve.robust_errors, chord_errors(curve.system, curve.values))
+    speeds = knots_of(table, curve.values)
+    n = len(speeds)
+    knots: list[Knot] = []
+    for k, way in enumerate((1.0, -1.0) if law.directional else (1.0,)):
+        levels = way * law.friction(way * speeds, trained.p[: len(law.params)])
+        for i, (speed, level) in enumerate(zip(speeds, levels, strict=True)):
+            at = k * n + i
+            half = HALF_WIDTH * float(errors[at])
+            value = float(curve.values[at])
+            knots.append(Knot(way * float(speed), value, value - half, value + half, float(level)))
+    return FreeCurve(tuple(knots), curve.relative_error, _sentence(trained, curve, knots))
+
+
+def _sentence(trained: TrainedLaw, curve: Balance, knots: list[Knot]) -> str:
+    """Where the law is within a share of the curve, and where it is not."""
+    head = (
+        f"Held against a free curve of {len(knots)} knots (which leaves "
+        f"{curve.relative_error:.3g} % of the force): {trained.parameters.law.name} is within "
+        f"{100 * WITHIN:.0f} % of it, or of what the data know of it,"
+    )
+    ordered = sorted(knots, key=lambda k: k.speed)
+    runs = [list(run) for off, run in groupby(ordered, key=lambda k: k.differs) if off]
+    if not runs:
+        return f"{head} at every speed."
+    runs.sort(key=lambda run: -max(abs(k.difference) for k in run))
+    shown = unit(trained.parameters.rig.unit_shown("velocity"))
+    places = [_place(run, ordered, shown) for run in runs[:TOLD]]
+    more = f" and {len(runs) - TOLD} more" if len(runs) > TOLD else ""
+    return f"{head} but {', '.join(places)}{more}."
+
+
+def _place(run: list[Knot], ordered: list[Knot], shown: Unit) -> str:
+    """A run of knots, its speeds and the greatest difference."""
+    worst = max(run, key=lambda k: abs(k.difference))
+    first, last = (f"{float(shown.from_si(k.speed)):.3g}" for k in (run[0], run[-1]))
+    if run[0] is ordered[0] and run[0].speed > 0.0:
+        speeds = f"up to {last} {shown.written}"
+    elif run[-1] is ordered[-1] and len(run) > 1:
+        speeds = f"from {first} {shown.written} on"
+    else:
+        speeds = f"at {first}" if len(run) == 1 else f"from {first} to {last}"
+        speeds = f"{speeds} {shown.written}"
+    return f"{speeds} ({100 * worst.difference:+.2g} %)"
