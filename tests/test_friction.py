@@ -319,7 +319,7 @@ def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> 
     ("name", "message"),
     [
         ("stribek", "no law 'stribek': there are coulomb-viscous, "),
-        ("stribeck:3", "law stribeck:3: only maxwell-slip, gms, curve, curve-directional have a number"),
+        ("stribeck:3", "law stribeck:3: only maxwell-slip, gms, curve, curve-directional"),
         ("gms:0", "law gms:0: the number of elements goes from 1 to 20, as in gms:6"),
         ("gms:²", "law gms:²: the number of elements goes from 1 to 20, as in gms:6"),
         (f"gms:{10**4299}0", "law gms:1000"),

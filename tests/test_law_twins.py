@@ -155,7 +155,9 @@ CASES: dict[str, Case] = {
     "karnopp-directional": Case(PUSHED, [18, 12, 40, 15, 10, 50, 5e-3], LEVELS, ("dv",), 300),
     "curve": Case(PUSHED, [*TABLE, 0.01, 0.4], "F_9 F_10 F_11 F_12", SLOW),
     "curve-directional": Case(
-        PUSHED, [*TABLE, *(0.8 * F for F in TABLE), 0.01, 0.4], "F_10+ F_12+ F_12-",
+        PUSHED,
+        [*TABLE, *(0.8 * F for F in TABLE), 0.01, 0.4],
+        "F_10+ F_12+ F_12-",
         tuple(f"{name}{sign}" for name in (*SLOW, "F_7") for sign in "+-"),
     ),
     # Loops within the contact show its stiffness; a way beyond, its levels. The first elements
