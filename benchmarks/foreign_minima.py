@@ -1,12 +1,13 @@
 """The least misfit that pycma finds on the cost of a servo's law, beside what `identify` ends at.
 
-    python benchmarks/foreign_minima.py [m1|...|m6] [--seeds 6] [--evaluations 12000]
+    python benchmarks/foreign_minima.py [m1|...|m6] [--seeds 6] [--evaluations 12000] [--further]
 
 The cost is that of `identify` with `loss="absolute"`: a pseudo-Huber loss of the errors of 16 logs
 (benchmarks/nested_laws.py), over the unit cube of the search ranges. pycma starts anywhere in it on
 the samples that a search takes, and goes on from there on all samples, with a knee so low that the
-loss is the mean absolute error. Nothing of stribeck's own search or descent has a part in it. Each
-answer goes to foreign_minima.json at once; an interrupted run continues there.
+loss is the mean absolute error. With `--further` it goes on from the least of these answers, on all
+samples. Nothing of stribeck's own search or descent has a part in it. Each answer goes to
+foreign_minima.json at once; an interrupted run continues there.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ FILE = Path(__file__).with_name("foreign_minima.json")
 WIDE, NEAR = 0.3, 0.02
 #: The share of the evaluations that is kept for all samples.
 LAST = 0.25
+#: The key of what goes on from the least answer.
+FURTHER = "further"
 
 
 def least(law: str, seed: int, evaluations: int) -> dict[str, Any]:
@@ -41,14 +44,27 @@ def least(law: str, seed: int, evaluations: int) -> dict[str, Any]:
     start = np.random.default_rng(seed).random(whole.space.dim)
     last = int(LAST * evaluations)
     u = _minimum(whole.thinned(), start, WIDE, seed + 1, evaluations - last)
-    u = _minimum(whole.finer(), u, NEAR, seed + 1, last)
-    x = whole.space.decode(u[None])[0]
+    return _answer(whole.finer(), u, seed, last) | {
+        "evaluations": evaluations, "processor_seconds": time.process_time() - used,
+    }  # fmt: skip
+
+
+def further(law: str, start: dict[str, float], evaluations: int) -> dict[str, Any]:
+    """What pycma ends at from one of its answers, on all samples."""
+    rig, logs, _ = axis("xl330")
+    whole = problem(logs, rig=rig, law=LAWS[law], loss="absolute")
+    used = time.process_time()
+    (u,) = whole.space.encode(np.array([[start[name] for name in whole.space.names]]))
+    return _answer(whole.finer(), u, 0, evaluations) | {
+        "evaluations": evaluations, "processor_seconds": time.process_time() - used,
+    }  # fmt: skip
+
+
+def _answer(cost: MotionProblem, u: Array, seed: int, rows: int) -> dict[str, Any]:
+    x = cost.space.decode(_minimum(cost, u, NEAR, seed + 1, rows)[None])[0]
     return {
-        "error": whole.finer().reported(x),
-        "evaluations": evaluations,
-        "processor_seconds": time.process_time() - used,
-        "x": dict(zip(whole.space.names, x.tolist(), strict=True)),
-    }
+        "error": cost.reported(x), "x": dict(zip(cost.space.names, x.tolist(), strict=True)),
+    }  # fmt: skip
 
 
 def _minimum(cost: MotionProblem, u: Array, deviation: float, seed: int, rows: int) -> Array:
@@ -71,15 +87,18 @@ def table(results: dict[str, Any]) -> str:
     kept = json.loads(FILE.with_name("nested_laws.json").read_text(encoding="utf-8"))
     rows: dict[str, list[float]] = {}
     for key in sorted(results):
-        rows.setdefault(key.split("/")[0], []).append(results[key]["error"])
+        if not key.endswith(FURTHER):
+            rows.setdefault(key.split("/")[0], []).append(results[key]["error"])
+    beyond = {law: results.get(f"{law}/{FURTHER}", {}).get("error") for law in rows}
     return Table.of_texts(
         "XL330, 16 logs: mean absolute error where pycma ends, by seed / mrad",
-        ("law", "pycma by seed", "least", "`identify`, least by seed"),
+        ("law", "pycma by seed", "least", "further", "`identify`, least by seed"),
         (
             (
                 law,
                 ", ".join(f"{error:.2f}" for error in errors),
                 f"{min(errors):.2f}",
+                "" if beyond[law] is None else f"{beyond[law]:.2f}",
                 f"{min(r['error'] for k, r in kept.items() if _same(k, law)):.2f}",
             )
             for law, errors in rows.items()
@@ -96,17 +115,28 @@ def _kept() -> dict[str, Any]:
     return dict(json.loads(FILE.read_text(encoding="utf-8"))) if FILE.exists() else {}
 
 
+def _keep(key: str, row: dict[str, Any]) -> None:
+    FILE.write_text(json.dumps(_kept() | {key: row}, indent=1) + "\n", encoding="utf-8")
+    print(key, f"{row['error']:.2f}", flush=True)
+
+
+def _of(law: str) -> list[dict[str, Any]]:
+    return [row for key, row in _kept().items() if key.startswith(f"{law}/")]
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("laws", nargs="*", default=["m4"])
     parser.add_argument("--seeds", type=int, default=6)
     parser.add_argument("--evaluations", type=int, default=12_000)
+    parser.add_argument("--further", action="store_true", help="go on from the least answer")
     parser.add_argument("--show", action="store_true", help="what is kept, and nothing new")
     chosen = parser.parse_args()
     for name in [] if chosen.show else chosen.laws:
         for number in range(chosen.seeds):
-            if f"{name}/{number}" not in _kept():
-                row = {f"{name}/{number}": least(name, number, chosen.evaluations)}
-                FILE.write_text(json.dumps(_kept() | row, indent=1) + "\n", encoding="utf-8")
-                print(name, number, f"{row[f'{name}/{number}']['error']:.2f}", flush=True)
+            if (key := f"{name}/{number}") not in _kept():
+                _keep(key, least(name, number, chosen.evaluations))
+        if chosen.further:
+            start = min(_of(name), key=lambda row: row["error"])["x"]
+            _keep(f"{name}/{FURTHER}", further(name, start, chosen.evaluations))
     print(table(_kept()))

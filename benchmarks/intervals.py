@@ -82,13 +82,13 @@ STUDIES = {
     "balance": Study(
         "Forced slides, noise on the force that forgets within fifty samples",
         interval_axes.balance,
-        (50, 2),
+        (200, 2),
         memory=MEMORY,
         draws=DRAWS,
         note="24 s at 1 kHz, 0.5 to 5 N of noise before filtering.",
     ),
     "cylinder": Study(
-        "Cylinders", interval_axes.cylinders, (50, 2), note="Three logs each, 1 kHz."
+        "Cylinders", interval_axes.cylinders, (200, 2), note="Three logs each, 1 kHz."
     ),
     "pendulum": Study(
         "Servo pendulums, their duty within its tolerance",

@@ -4,8 +4,9 @@
     python benchmarks/faults.py --page                    the table, below that of faults
 
 A row has what was said earlier, what is said now, and the command that shows it. Rows of the fault
-table and of other studies are read from their results; the rest is tried here, some of it on the
-recordings in `../shared/data` (without them a row stays as it is). Each goes to reproductions.json.
+table and of other studies are read from their results (`reproduction_results`); the rest is tried
+(`reproduction_trials`), some of it on the recordings in `../shared/data` (without them a row stays
+as it is). Each goes to reproductions.json.
 """
 
 from __future__ import annotations
@@ -13,28 +14,19 @@ from __future__ import annotations
 import argparse
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-import ert_coverage
-import foreign_axes
-import nested_laws
-from foreign import sensors
-from stribeck import Fit, Recording, check, identify, read, select
-from stribeck.identify.uncertainty.estimates import range_end
-from stribeck.identify.uncertainty.sensor_noise import sensor_noise
+import reproduction_results as results
+import reproduction_trials as trials
 from stribeck.report.table import Cell, Table
 from stribeck.space import Param
 
-FOLDER = Path(__file__).parent
-FILE, RESULTS = FOLDER / "reproductions.json", FOLDER / "results.json"
-DATA = FOLDER.parents[1] / "shared" / "data"
+FILE = Path(__file__).with_name("reproductions.json")
 SELF = "python benchmarks/reproductions.py --only"
+NESTED = "python benchmarks/nested_laws.py"
 
 
 @dataclass(frozen=True)
@@ -54,173 +46,60 @@ class Case:
     now: Callable[[], str | None]
 
 
-# --- read from the results of studies -------------------------------------------------------------
-
-
-def _found(name: str) -> Any:
-    return json.loads(RESULTS.read_text(encoding="utf-8"))[name]["found"]
-
-
-def _fault(kind: str, perturbation: str, *parameters: str) -> str:
-    """A row of the fault table: biases, how often identified, and whether the table has it told."""
-    rows = [r for r in _found("faults")["rows"] if r["kind"] == kind]
-    row = next(r for r in rows if r["perturbation"] == perturbation)  # with exact constants first
-    found = [(n, row["parameters"][n]) for n in parameters or row["parameters"]]
-    texts = [
-        f"{n} {100 * p['bias']:+.1f} %, identified in {p['identified']} of {p['of']}"
-        for n, p in found
-    ]
-    return "; ".join([*texts, *(["told"] if row["told"] else [])])
-
-
-def _held(study: str, parameter: str) -> str:
-    """How many intervals of a study hold the truth."""
-    counts = _found("intervals")["studies"][study]["parameters"][parameter]
-    known, every = counts["identified"], counts["every"]
-    return (
-        f"{every['held']} of {every['of']} intervals hold the truth, "
-        f"{known['held']} of {known['of']} of those identified"
-    )
-
-
-def _nested() -> str:
-    results = json.loads(nested_laws.FILE.read_text(encoding="utf-8"))
-    above = list(nested_laws.broken(results))
-    best = min(r["error"] for key, r in results.items() if key.startswith("xl330/absolute/m4"))
-    return f"{above or 'no law ends above one that it contains'}; m4 {best:.1f} mrad by absolute"
-
-
-# --- tried here -----------------------------------------------------------------------------------
-
-
-def _logs(axis: foreign_axes.Axis, *faults: Callable[[sensors.Table], sensors.Table]) -> list[Any]:
-    """Logs of an axis with noise of seed 0 and faults."""
-    tables = foreign_axes.noisy(axis, np.random.default_rng(0))
-    for fault in faults:
-        tables = [fault(table) for table in tables]
-    return foreign_axes.recordings(axis, tables)
-
-
-def _estimates(fit: Fit, truth: Mapping[str, float], *names: str) -> str:
-    """Estimates beside their truths."""
-    texts = []
-    for q, e in zip(fit.parameters.every, fit.estimates, strict=True):
-        if q.name in names:
-            reason = f" ({e.reason})" if e.reason else ""
-            bias = 100 * (e.value / truth[q.name] - 1)
-            texts.append(f"{e.name} {bias:+.1f} %, {e.verdict}{reason}")
-    return "; ".join(texts)
-
-
-def _clipped(limit: float) -> str:
-    axis = foreign_axes.forced()
-    logs = _logs(axis, lambda table: sensors.clipped(table, "force", limit))
-    share = float(np.mean(np.abs(logs[0].force) >= 0.999 * limit))
-    fit = identify(logs, rig="forced", law="coulomb-viscous")
-    return f"{100 * share:.0f} % clipped: {_estimates(fit, axis.truth, 'F_C', 'F_V', 'M')}; told"
-
-
-def _term(law: str) -> str:
-    axis = foreign_axes.forced()
-    fit = identify(_logs(axis), rig="forced", law=law)
-    return _estimates(fit, axis.truth, "F_C", "F_V", "M")
-
-
-def _steps() -> str:
-    t = np.arange(0.0, 20.0, 0.01)
-    x = 1e-3 * np.round(28.5 * (1.0 - np.cos(2.0 * np.pi * t / 10.0)))
-    return next(line for line in check(Recording(t, x)).verdict if "coarse" in line)
-
-
-def _slips() -> str:
-    axis = foreign_axes.bed()
-    table = _logs(axis)[0]
-    log = Recording(table.t, table.position, command=table.command, force=3500.0 * (
-        np.asarray(table.command) - table.position))  # fmt: skip
-    return "; ".join(line.partition(":")[0] for line in check(log).verdict)
-
-
-def _floor() -> str:
-    logs = _logs(foreign_axes.pendulum(noise=0.64e-3))
-    return f"{', '.join(f'{1e3 * sensor_noise(log):.2f}' for log in logs)} mrad (three logs)"
-
-
-def _end() -> str:
-    stiffness = Param("sigma_0", 1.0, 1e7, "N/m", log=True)
-    return "at no end" if range_end(3237.0, stiffness) is None else "at an end"
-
-
-def _selected() -> str:
-    axis = foreign_axes.forced()
-    selection = select(_logs(axis), rig="forced", laws=["coulomb-viscous", "stribeck"])
-    (finding,) = selection.findings
-    return "warranted" if finding.warranted else "not warranted"
-
-
-def _ert() -> str:
-    times = ert_coverage.TIMES["log-normal, s = 1.5"]
-    shares = [ert_coverage.covered(times, 1.0, n, 200)[1] for n in ert_coverage.RUNS]
-    runs = ", ".join(map(str, ert_coverage.RUNS))
-    return f"{', '.join(f'{100 * s:.0f}' for s in shares)} % of {runs} runs (nominal 95 %)"
-
-
-def _mill() -> str | None:
-    file, columns = DATA / "cnc" / "experiment_11.csv", FOLDER.parent / "docs/logs/cnc_x.toml"
-    if not file.exists():
-        return None
-    fit = identify(read(file, columns=columns), rig="forced")
-    e = fit.estimates[[q.name for q in fit.parameters.every].index("F_C")]
-    return f"{e.value:.2f} A ({e.low:.2f} to {e.high:.2f}), {e.verdict} ({e.reason})"
-
-
-def _losses() -> str | None:
-    if not DATA.exists():
-        return None
-    rig, logs, bounds = nested_laws.axis("xl330")
-    texts = []
-    for loss in ("squares", "absolute"):
-        fit = identify(logs, rig=rig.exact(), law="bam-m1", loss=loss, bounds=bounds)
-        e = fit.estimates[[q.name for q in fit.parameters.every].index("K_c")]
-        texts.append(f"{loss}: {e.value:.4f} ({e.low:.4f} to {e.high:.4f}), {e.verdict}")
-    return "; ".join(texts)
-
-
 def _faults(words: str) -> str:
     return f"python benchmarks/faults.py --only '{words.partition('^')[0]}'"  # of a pattern
 
 
-CASES: Sequence[Case] = (
+def _intervals(study: str) -> str:
+    return f"python benchmarks/intervals.py --only {study}"
+
+
+CONSTANTS: Sequence[Case] = (
     Case("a slide bed whose F_fm is 15 N, not the default's 23.5 N",
          "F_S 118.5 N (117.6 to 119.4), identified; 130 is true", _faults("F_fm of 15"),
-         partial(_fault, "bed", "F_fm of 15 N, the default of 23.5 N", "F_S", "F_C + F_fm")),
+         partial(results.fault, "bed", "F_fm of 15 N, the default of 23.5 N", "F_S", "F_C + F_fm")),
+    Case("the same, as to F_C", "F_C at 40 N, the end of its range; 60 is true",
+         _faults("F_fm of 15"),
+         partial(results.fault, "bed", "F_fm of 15 N, the default of 23.5 N", "F_C")),
     Case("a slide bed whose k_hat is 10 % above the default", "k_spring +34 %, identified",
-         _faults("k_hat 10"),
-         partial(_fault, "bed", "k_hat 10 % above the default", "k_spring", "k_spring + k_hat+")),
+         _faults("k_hat 10"), partial(results.fault, "bed", "k_hat 10 % above the default",
+                                      "k_spring", "k_spring + k_hat+")),
+    Case("a slide bed on the constants of the paper's machine", "nothing said",
+         f"{SELF} 'constants of'", trials.borrowed),
+)  # fmt: skip
+DATA: Sequence[Case] = (
+    Case("logs with a fault, of all kinds of rigs",
+         "32 of 80 with an identified value 5 % off and outside its interval, most without a word",
+         "python benchmarks/run.py --only faults", results.faulty),
     Case("a force that is cut off", "F_C +11 % at 26 % cut off, identified", f"{SELF} 'cut off'",
-         partial(_clipped, 29.0)),
+         partial(trials.clipped, 29.0)),
     *(
         Case(f"a force {ms} ms late", "M −23 %, F_V +9 %, identified from 12 to 50 ms",
              _faults(f"force {ms} ms late"),
-             partial(_fault, "forced", f"force {ms} ms late", "M", "F_V"))
+             partial(results.fault, "forced", f"force {ms} ms late", "M", "F_V"))
         for ms in (25, 50)
     ),
     Case("a clock of the force that drifts by 50 ms", "M +24 %, identified",
          _faults("force drifts by 50"),
-         partial(_fault, "forced", "clock of the force drifts by 50 ms", "M")),
+         partial(results.fault, "forced", "clock of the force drifts by 50 ms", "M")),
     Case("a position 100 ms behind a ramp", "F_C 63.0 N (61.2 to 64.7), identified; 60 is true",
-         _faults("position 100 ms late"), partial(_fault, "bed", "position 100 ms late", "F_C")),
+         _faults("position 100 ms late"),
+         partial(results.fault, "bed", "position 100 ms late", "F_C")),
     Case("an arm's angle 2 ms late", "F_V 0.431 N m s/rad (0.426 to 0.436), identified; 0.3 is "
-         "true", _faults("angle 2 ms late"), partial(_fault, "arm", "angle 2 ms late", "F_V")),
+         "true", _faults("angle 2 ms late"),
+         partial(results.fault, "arm", "angle 2 ms late", "F_V")),
     Case("slips from rest to rest, and a measured force", "a ramp to breakaway: no stick-slip",
-         f"{SELF} slips", _slips),
+         f"{SELF} slips", trials.slips),
     Case("57 mm of travel in steps of 1 mm", "4 steps of the sensor, hardly any motion",
-         f"{SELF} '57 mm'", _steps),
+         f"{SELF} '57 mm'", trials.steps),
     Case("a mill whose positions are rounded", "1.0 A of Coulomb friction; 4.29 A by the recorded "
-         "velocity", f"{SELF} mill", _mill),
-    Case("noise of 0.64 mrad on a pendulum", "3.3 mrad", f"{SELF} 'noise of 0.64'", _floor),
+         "velocity", f"{SELF} mill", trials.mill),
+    Case("noise of 0.64 mrad on a pendulum", "3.3 mrad", f"{SELF} 'noise of 0.64'", trials.floor),
+)  # fmt: skip
+MODEL: Sequence[Case] = (
     *(
         Case(f"a slide with {what}", "nothing said", _faults(words),
-             partial(_fault, "forced", words, "F_V"))
+             partial(results.fault, "forced", words, "F_V"))
         for what, words in (
             ("friction that grows with the square of the speed", "friction with 200 v^2"),
             ("a Stribeck drop under Coulomb's law", "a Stribeck drop of 10 N under Coulomb"),
@@ -229,30 +108,76 @@ CASES: Sequence[Case] = (
             ("friction that warms up", "friction warms up: 30 % more at first"),
         )
     ),
+    Case("a slide beside which a neighbour moves", "M identified", _faults("a neighbour pulls"),
+         partial(results.fault, "forced", "a neighbour pulls with 8 N at 0.37 Hz", "M", "F_V")),
+    Case("three joints of an arm whose slips scatter", "nothing identified, and wrong advice",
+         "python benchmarks/run.py --only axes", results.breakaway),
+    Case("three logs of a servo, one with half as much friction again", "nothing said",
+         f"{SELF} 'half as much'", trials.differing_logs),
+)  # fmt: skip
+ARITHMETIC: Sequence[Case] = (
     Case("Dahl's bristles under default steps", "M 20.9 kg (19.8 to 23.9), identified; 15 is true",
-         "python benchmarks/intervals.py --only dahl", partial(_held, "dahl", "M")),
+         _intervals("dahl"), partial(results.held, "dahl", "M")),
+    Case("Dahl's bristles at the parameters that made the log",
+         "0.50 um off under default steps, beside 0.38 um of noise", f"{SELF} 'that made'",
+         trials.bristle_error),
     Case("LuGre's bristles", "F_C 53.05 N (52.67 to 53.43), identified; 39.8 is true",
-         "python benchmarks/intervals.py --only lugre", partial(_held, "lugre", "F_C")),
-    Case("the rotor of a servo pendulum", "held in 12 of 29",
-         "python benchmarks/intervals.py --only pendulum", partial(_held, "pendulum", "armature")),
+         _intervals("lugre"), partial(results.held, "lugre", "F_C")),
+    Case("the rotor of a servo pendulum", "held in 12 of 29", _intervals("pendulum"),
+         partial(results.held, "pendulum", "armature")),
     Case("laws that contain each other, on two real servos", "m4 32.5 mrad where Coulomb-viscous, "
-         "which it contains, had 14.9", "python benchmarks/nested_laws.py", _nested),
-    Case("K_c of 16 logs of a servo by two losses", "0.0103 to 0.0130 and 0.0174 to 0.0296, both "
-         "without a word", f"{SELF} K_c", _losses),
-    Case("a slide with Coulomb and viscous friction alone, laws compared",
-         "Stribeck warranted, 61 %", f"{SELF} compared", _selected),
-    Case("expected running times with heavy tails", "79 % of the intervals hold them",
-         "python benchmarks/ert_coverage.py", _ert),
-    Case("sigma_0 of 3237 in 1 to 10⁷", "at the lower end", f"{SELF} sigma_0", _end),
+         "which it contains, had 14.9", NESTED, results.nested),
+    Case("searches of m1 on 16 logs of a servo", "1,790 evaluations, within 1 % after 60 to 149",
+         NESTED, partial(results.evaluations, "m1")),
+    Case("intervals of m4 on 16 logs of a servo", "22 of 22 ends are guesses",
+         f"{NESTED} xl330 --laws m4 --losses absolute --seeds 1 --intervals",
+         partial(results.guessed, "m4")),
+    *(
+        Case(f"{name} of 16 logs of a servo by two losses", earlier, f"{SELF} {name}",
+             partial(trials.losses, name))
+        for name, earlier in (
+            ("K_c", "0.0103 to 0.0130 and 0.0174 to 0.0296, both without a word"),
+            ("K_v", "0.0106 (0.0097 to 0.0115), identified, and 0.0071"),
+        )
+    ),
+    Case("sigma_0 of 3237 in 1 to 10⁷", "at the lower end", f"{SELF} sigma_0", trials.end),
+    Case("an interval of v_SS from 2.6 to 573 rad/s", "weak", f"{SELF} 573",
+         partial(trials.degenerate, Param("v_SS", 1e-3, 1e3, "rad/s", log=True), 40.0, 2.6, 573.0)),
+    Case("an interval from 0 to 0", "weak", f"{SELF} '0 to 0'",
+         partial(trials.degenerate, Param("K_cs", 0.0, 0.5, "N m"), 0.0, 0.0, 0.0)),
     *(
         Case(f"law {law} on a force balance", failed, f"{SELF} '{re.escape(law)}'",
-             partial(_term, law))
+             partial(trials.term, law))
         for law, failed in (
             ("stribeck+position", "the fit cannot be run at its own parameters"),
             ("coulomb-viscous+position", "a division by zero"),
         )
     ),
+    Case("expected running times with heavy tails", "79 % of the intervals hold them",
+         "python benchmarks/ert_coverage.py", results.running_times),
 )  # fmt: skip
+WORDS: Sequence[Case] = (
+    Case("a slide with Coulomb and viscous friction alone, laws compared",
+         "Stribeck warranted, 61 %", f"{SELF} compared", trials.selected),
+    Case("directions asked of a log that runs one way",
+         "not warranted, for 26 of 40 thousand evaluations", f"{SELF} 'directions asked'",
+         trials.one_way_laws),
+    Case("a slide bed that was driven one way", "both directions share one parameter set",
+         f"{SELF} 'driven one way'", trials.one_way_words),
+    Case("axes identified again with other noise", "12.5 % of the verdicts are others, "
+         "without a word", "python benchmarks/noise_seeds.py --axes 24",
+         results.flips),
+    Case("plan: a bed driven to smaller positions", "in the other direction",
+         f"{SELF} 'smaller positions'", partial(trials.planned, "starts from rest")),
+    Case("plan: a finer sensor", "a position sensor of a third of the noise, 0 mm",
+         f"{SELF} 'a finer sensor'", partial(trials.planned, "finer sensor")),
+    Case("plan: a log without noise", "a position sensor of a third of the noise, 0 mm",
+         f"{SELF} 'without noise'", trials.noiseless_plan),
+    Case("an arm whose rig leaves something out, all repeats alike",
+         "raise --repeats, widen the ranges", _faults("torque held"),
+         partial(results.told, "arm", "torque held for a sample of 10 ms")),
+)  # fmt: skip
+CASES = (*CONSTANTS, *DATA, *MODEL, *ARITHMETIC, *WORDS)
 
 
 def kept() -> dict[str, str]:

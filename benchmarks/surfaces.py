@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from stribeck.bench.record import Record
-from stribeck.bench.statistics import cells, ert, met
+from stribeck.bench.running_time import ert
+from stribeck.bench.statistics import cells, met
 from stribeck.report.format import grouped
 from stribeck.report.table import Cell, Table
 from trials import methods, named, records

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from stribeck.bench import campaign_figures, statistics
+from stribeck.bench import campaign_figures, running_time, statistics
 from stribeck.bench.campaign_figures import CampaignFigure, draw, figures, looks
 from stribeck.bench.movements import foraging_tracks, movements, tabu_path
 from stribeck.bench.record import Job, Record, Steps
@@ -139,7 +139,7 @@ def test_a_run_that_hits_the_minimum_itself_stays_on_the_log_axis() -> None:
 def test_dots_are_the_estimates(
     records: list[Record], drawn: dict[str, CampaignFigure], name: str
 ) -> None:
-    estimate = {"success": statistics.success_rate, "evaluations": statistics.ert}[name]
+    estimate = {"success": statistics.success_rate, "evaluations": running_time.ert}[name]
     for problem in "ABC":
         (axes,) = [a for a in drawn[name].figure.axes if a.get_title(loc="left") == problem]
         dots = {
@@ -164,7 +164,7 @@ def test_what_no_run_reached_is_marked_as_such() -> None:
     (axes,) = [a for a in drawing.figure.axes if a.axison]
     never = [k for k in axes.lines if k.get_gid() == "never"]
     assert [float(np.asarray(k.get_ydata())[0]) for k in never] == [0.0]
-    assert float(np.asarray(never[0].get_xdata())[0]) > statistics.ert(runs[2:]).value
+    assert float(np.asarray(never[0].get_xdata())[0]) > running_time.ert(runs[2:]).value
 
 
 def test_the_profile_drawn_is_dolan_and_mores(
@@ -172,7 +172,7 @@ def test_the_profile_drawn_is_dolan_and_mores(
 ) -> None:
     methods = ["x", "x-restart", "y"]
     by_cell = statistics.cells(records)
-    times = [[statistics.ert(by_cell[p, m]).value for m in methods] for p in "ABC"]
+    times = [[running_time.ert(by_cell[p, m]).value for m in methods] for p in "ABC"]
     for method, curve in zip(methods, statistics.profile(times), strict=True):
         x, y = line(drawn["profile"].figure, "Performance profile", f"profile:{method}")
         for at, share in zip(curve.at, curve.share, strict=True):

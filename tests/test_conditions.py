@@ -64,3 +64,21 @@ def test_a_width_near_the_limit_is_borderline() -> None:
     assert replace(e, low=0.89, high=1.05, verdict="weak", reason="wide").borderline
     assert not replace(e, low=0.5, high=1.5, verdict="weak", reason="wide").borderline
     assert not replace(e, low=0.91, high=1.09, verdict="weak", reason="data").borderline
+
+
+def test_a_share_of_the_range_near_the_limit_is_borderline() -> None:
+    """Two thirds of the search range make an interval say nothing; so do 0.67 and 0.66 of it."""
+    parameters, estimates = bed()
+    param = next(q for q in parameters.free if q.name == "F_C")
+    e = replace(estimates[0], value=60.0, verdict="weak", reason="constants", searched=param)
+    width = param.upper - param.lower
+
+    def of(share: float, **changes: str) -> bool:
+        low = param.lower + 0.1 * width
+        return replace(e, low=low, high=low + share * width, **changes).borderline  # type: ignore[arg-type]
+
+    assert of(0.6)
+    assert of(0.7, verdict="not identifiable", reason="wide")
+    assert not of(0.3)
+    assert not of(0.88, verdict="not identifiable", reason="wide")
+    assert not of(0.7, verdict="not identifiable", reason="rests on another")

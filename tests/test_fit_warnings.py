@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.data_split import data_split
 from stribeck.identify.fit_warnings import misfit_violations, shared_directions
@@ -43,6 +44,15 @@ def test_ranges_are_to_be_widened_where_a_parameter_sits_at_their_end() -> None:
     assert "widen" not in sentence(LITTLE, 3)
     at_end = replace(F_S, at_bound="upper")
     assert "widen the range of F_S (bounds)" in sentence(LITTLE, 3, at_end)
+
+
+def test_a_log_without_noise_has_no_multiple_of_it() -> None:
+    """As a simulator writes it: any J is infinitely many times its noise."""
+    still = Recording(LOG.t, np.where(LOG.t < LOG.t[-1] / 2, 0.0, 0.1), command=LOG.command)
+    (violation,) = misfit_violations(BED, NOISY, [still], [F_S], 3, 3)
+    assert violation.sentence.startswith("J is 3 mm, and the log shows no noise: the repeats")
+    steps = replace(NOISY, value=1e-5)
+    assert not misfit_violations(BED, steps, [still], [F_S], 3, 3)
 
 
 def shared(name: Literal["up", "both"], *, restart: bool) -> bool:

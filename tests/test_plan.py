@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from command import caller
-from stribeck import RIGS, Card, InputError, identify, read_card
+from stribeck import RIGS, Card, InputError, identify, read_card, simulate
 from stribeck.data.recording import Recording
 from stribeck.friction import LAWS
 from stribeck.identify.card_logs import logs_beside
@@ -252,6 +252,13 @@ def test_a_finer_sensor_helps_only_against_the_sensors_noise(bed: Card) -> None:
     assert experiment.noise**2 == pytest.approx(
         remainder + min(model.axis.sensor, model.axis.noise) ** 2 / 9
     )
+
+
+def test_no_finer_sensor_is_asked_for_where_none_has_noise(bed: Card) -> None:
+    exact = simulate(bed, RIGHT)
+    names = {p.experiment.name for p in plan(bed, exact, count=2).proposals}
+    assert "faster sensor" in names
+    assert "finer sensor" not in names
 
 
 def test_a_slow_creep_is_run_in_first(planned: Plan) -> None:

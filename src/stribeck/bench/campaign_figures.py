@@ -16,6 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..report.figures.style import INK, MEASURED, STYLE, save
 from .record import Job, Record
+from .running_time import ert
 from .statistics import (
     TARGETS,
     Cells,
@@ -28,7 +29,6 @@ from .statistics import (
     compared,
     ecdf,
     ecdf_band,
-    ert,
     limits_of,
     problems_of,
     profile,

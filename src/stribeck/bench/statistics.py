@@ -1,4 +1,4 @@
-"""Statistics of a campaign's runs with intervals: success rates, times, curves.
+"""Statistics of a campaign's runs with intervals: success rates and curves.
 
 The unit is the run. Every interval is of level LEVEL; those that are resampled draw runs, from a
 generator seeded by the labels of what they describe, so the same records give the same numbers in
@@ -28,8 +28,6 @@ from .record import Job, Record
 LEVEL = 0.95
 #: Resamples behind an interval, and behind each point of a band that is only drawn.
 RESAMPLES, BAND = 5000, 1000
-#: Logarithm of a number of evaluations that no run ever spends: an end beyond it is none.
-_LONGEST = 70.0
 #: Precisions above the minimum, as in BBOB: 51 from 1e2 to 1e-8, even on the log axis.
 TARGETS: Array = np.logspace(2, -8, 51)
 TARGETS.flags.writeable = False
@@ -133,7 +131,7 @@ def hits(record: Record, precisions: ArrayLike) -> Array:
     return np.append(record.steps.evaluations.astype(float), np.inf)[first]
 
 
-# --- success and time ------------------------------------------------------------------------
+# --- success ----------------------------------------------------------------------------------
 
 
 def wilson(successes: int, runs: int) -> IntervalEstimate:
@@ -153,87 +151,6 @@ def success_rate(records: Sequence[Record]) -> IntervalEstimate:
     if any(r.job.target is None for r in records):
         return NOTHING
     return wilson(sum(r.reached for r in records), len(records))
-
-
-def ert(records: Sequence[Record], precision: float | None = None) -> IntervalEstimate:
-    """The expected running time of a cell, in evaluations.
-
-    All evaluations that the runs spent until they met the target, or until they ended without
-    it, divided by the number of runs that met it: what restarting the method until it succeeds
-    costs on average. Auger and Hansen 2005, doi 10.1109/CEC.2005.1554903; Hansen et al. 2021,
-    doi 10.1080/10556788.2020.1808977.
-
-    The interval is that of a bootstrap over runs: percentile and studentised (bootstrap-t, by the
-    logarithm of the time) intervals joined, as `studentised_ends` says. A resample without success
-    has an infinite time and counts as such, so the upper end is inf where successes are few.
-    How often it covers the truth is measured in `benchmarks/ert_coverage.py`: 93 to 98 % with
-    exponential times, less with heavy tails where all of few runs succeed.
-
-    No run met the target: the time is inf, and the lower end is the time at the upper end of
-    Wilson's interval for the success rate.
-
-    Args:
-        records: Runs of one cell.
-        precision: Target, above the minimum; None for each job's own.
-    """
-    if not records or (precision is None and any(r.job.target is None for r in records)):
-        return NOTHING
-    runs = sorted(records, key=place)
-    at = np.array([met(r, precision) for r in runs])
-    hit = np.isfinite(at)
-    spent = np.where(hit, at, [r.evaluations for r in runs])
-    if not hit.any():
-        rate = wilson(0, len(runs)).high
-        return IntervalEstimate(math.inf, float(spent.mean()) * (1 - rate) / rate, math.inf)
-    value = float(spent.sum() / hit.sum())
-    if len(runs) == 1:
-        return IntervalEstimate(value, math.nan, math.nan)
-    drawn = _resamples(len(runs), _rng("ert", *runs[0].job.cell))
-    return IntervalEstimate(value, *studentised_ends(drawn, spent, hit.astype(float)))
-
-
-def percentile_ends(drawn: Array, spent: Array, hit: Array) -> tuple[float, float]:
-    """The percentile interval of an expected running time.
-
-    Args:
-        drawn: How often each run is drawn in each resample, (resamples, runs).
-        spent: Evaluations of each run, (runs,).
-        hit: 1 for a run that met the target, else 0.
-    """
-    with np.errstate(divide="ignore"):
-        times = drawn @ spent / (drawn @ hit)
-    interval = _percentile(math.nan, times, len(spent))
-    return interval.low, interval.high
-
-
-def studentised_ends(drawn: Array, spent: Array, hit: Array) -> tuple[float, float]:
-    """The bootstrap-t interval of an expected running time, by its logarithm; as `percentile_ends`.
-
-    Each resample's deviation counts in standard errors of its own, so that the long tail of the
-    times shows in the upper end. It is joined with the percentile interval, which knows that
-    resamples without success take for ever.
-    """
-    n, total, successes = len(spent), drawn @ spent, drawn @ hit
-    able = successes > 0
-    logs = np.log(total[able] / successes[able])
-    error = _log_error(drawn[able], spent, hit)
-    own = float(_log_error(np.ones((1, n)), spent, hit)[0])
-    centre = float(np.log(spent.sum() / hit.sum()))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.nan_to_num((logs - centre) / error, nan=0.0)
-    low, high = percentile_ends(drawn, spent, hit)
-    least, most = np.quantile(t, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
-    longest = centre - float(least) * own
-    upper = math.exp(longest) if longest < _LONGEST else math.inf
-    return min(low, math.exp(centre - float(most) * own)), max(high, upper)
-
-
-def _log_error(drawn: Array, spent: Array, hit: Array) -> Array:
-    """Standard errors of the logarithm of the expected running time, (resamples,)."""
-    n = len(spent)
-    share = spent[None] / (drawn @ spent)[:, None] - hit[None] / (drawn @ hit)[:, None]
-    error: Array = np.sqrt((drawn * share**2).sum(axis=1) * n / (n - 1))
-    return error
 
 
 def met(record: Record, precision: float | None = None) -> float:
@@ -290,8 +207,8 @@ def ecdf_band(records: Iterable[Record], grid: ArrayLike, targets: Targets = TAR
         for problem, runs in by.items()
         for aims in [_aims(targets, problem)]
     ]  # fmt: skip
-    rng = _rng("band", next(iter(by.values()))[0].job.algorithm, *by)
-    drawn = np.mean([_resamples(len(s), rng, BAND) @ s / len(s) for s in shares], axis=0)
+    rng = labelled_rng("band", next(iter(by.values()))[0].job.algorithm, *by)
+    drawn = np.mean([resamples(len(s), rng, BAND) @ s / len(s) for s in shares], axis=0)
     ends = _percents(*map(len, shares))
     return np.full((2, at.size), np.nan) if ends is None else np.quantile(drawn, ends, axis=0)
 
@@ -337,9 +254,9 @@ def area(
         for problem, runs in by.items()
     ]
     algorithm = next(iter(by.values()))[0].job.algorithm
-    rng = _rng("area", algorithm, *by)
-    drawn = np.mean([_resamples(len(g), rng) @ g / len(g) for g in gains], axis=0)
-    return _percentile(float(np.mean([g.mean() for g in gains])), drawn, *map(len, gains))
+    rng = labelled_rng("area", algorithm, *by)
+    drawn = np.mean([resamples(len(g), rng) @ g / len(g) for g in gains], axis=0)
+    return percentile(float(np.mean([g.mean() for g in gains])), drawn, *map(len, gains))
 
 
 def _gain(record: Record, aims: Array, limit: float) -> float:
@@ -437,16 +354,17 @@ def _aims(targets: Targets, problem: str) -> Array:
     return targets.get(problem, TARGETS) if isinstance(targets, Mapping) else targets
 
 
-def _rng(*labels: str) -> Rng:
+def labelled_rng(*labels: str) -> Rng:
+    """A generator seeded by labels."""
     return np.random.default_rng([zlib.crc32(label.encode()) for label in labels])
 
 
-def _resamples(runs: int, rng: Rng, size: int = RESAMPLES) -> Array:
+def resamples(runs: int, rng: Rng, size: int = RESAMPLES) -> Array:
     """How often each run is drawn in each resample; shape (size, runs)."""
     return rng.multinomial(runs, np.full(runs, 1 / runs), size=size).astype(float)
 
 
-def _percentile(value: float, drawn: Array, *runs: int) -> IntervalEstimate:
+def percentile(value: float, drawn: Array, *runs: int) -> IntervalEstimate:
     """The interval between percentiles of what was drawn; with one run there is none."""
     ends = _percents(*runs)
     if ends is None:

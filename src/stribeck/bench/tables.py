@@ -16,6 +16,7 @@ from ..report import DASH, Cell, Table, grouped
 from ..space import Array
 from .comparison import Comparison, compare, compare_over_problems, holm
 from .record import Job, Record
+from .running_time import ert
 from .statistics import (
     LEVEL,
     TARGETS,
@@ -28,7 +29,6 @@ from .statistics import (
     cells,
     compared,
     ecdf,
-    ert,
     limits_of,
     precision,
     problems_of,

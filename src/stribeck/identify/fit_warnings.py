@@ -25,8 +25,9 @@ from .uncertainty.sensor_noise import sensor_noise
 RIVAL = 1.1
 #: A misfit above this share of the best smooth motion's explains little.
 LITTLE = 0.5
-#: A misfit above this many times the sensor's own noise leaves something unexplained.
-NOISY = 1.5
+#: A misfit above this many times the sensor's own noise leaves something unexplained, if it is also
+#: above this share of an unmoved axis' misfit: below that the steps of a simulation show.
+NOISY, NOISELESS = 1.5, 1e-5
 
 
 def _resting(score: Score, floor: float) -> list[str]:
@@ -80,19 +81,24 @@ def misfit_violations(
         )
         return [Violation("model", sentence)]
     floor = noise_floor(parameters.rig, recordings)
-    if score.value > NOISY * floor:
+    if score.value > max(NOISY * floor, NOISELESS * score.still):
         rest = (
             "how a slip goes on is not all in law and rig"
             if parameters.objective.by_slip
             else "the rig leaves something out"
         )
-        sentence = (
-            f"J is {score.value / floor:.2g} times the noise of the sensor ({floor:.3g} "
-            f"{score.unit}): {search or 'the repeats agree, so that '}{rest}"
-        )
+        sentence = f"{_beside(score, floor)}: {search or 'the repeats agree, so that '}{rest}"
         # Single slips have no phase to lose: what the true model leaves of them is the noise.
         return [Violation("model", sentence, caps=parameters.objective.by_slip)]
     return []
+
+
+def _beside(score: Score, floor: float) -> str:
+    """J beside the noise of the sensor; a simulator's log may have none."""
+    if not floor:
+        return f"J is {score.value:.3g} {score.unit}, and the log shows no noise"
+    times = f"{score.value / floor:.2g} times the noise of the sensor"
+    return f"J is {times} ({floor:.3g} {score.unit})"
 
 
 def _unconfirmed(repeats: int) -> str:

@@ -315,7 +315,7 @@ def _sensors(current: CurrentModel, repetition: Experiment) -> list[Experiment]:
     """The same again, seen better."""
     axis = current.axis
     finer = []
-    if np.isfinite(axis.sensor):
+    if axis.sensor > 0.0:  # neither unknown nor that of a log without noise
         other_noise = max(axis.noise**2 - axis.sensor**2, 0.0)
         noise = np.sqrt(other_noise + (min(axis.sensor, axis.noise) / FINER) ** 2)
         words = (

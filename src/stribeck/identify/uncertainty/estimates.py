@@ -15,7 +15,7 @@ from ..parameters import AT_END
 from .profile_walk import Ended
 from .residuals import Residuals, orders_of
 from .sensitivity import distinct, sentence
-from .verdict import IDENTIFIED, Reason, Verdict, verdict
+from .verdict import ALL_OVER, IDENTIFIED, Reason, Verdict, share_of_range, verdict
 
 if TYPE_CHECKING:
     from ..parameters import Parameters
@@ -26,6 +26,8 @@ TOGETHER = 0.95
 #: A verdict that rests on the width of an interval is borderline where that is within this factor
 #: of the limit: the width of 95 % intervals differs so much from one recording to the next.
 BORDERLINE = 1.25
+#: Reasons of a verdict that no width changes.
+UNMOVED = ("rests on another", "guessed")
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Estimate:
         high_ended: The same for the upper end.
         meaning: What the parameter does to the fit and what ends its interval, a sentence.
         resampled: The bootstrap's 95 % interval, if it was asked for.
+        searched: The parameter with its search range; None for a fixed one.
     """
 
     name: str
@@ -69,15 +72,22 @@ class Estimate:
     high_ended: Ended | None = None
     meaning: str = ""
     resampled: tuple[float, float] | None = None
+    searched: Param | None = None
 
     @property
     def borderline(self) -> bool:
         """Whether the next recording of the same kind may well have the other verdict."""
-        if not (self.verdict == "identified" or (self.verdict == "weak" and self.reason == "wide")):
+        if self.verdict == "identified" or (self.verdict == "weak" and self.reason == "wide"):
+            width = max(self.value - self.low, self.high - self.value)
+            if _near(width, IDENTIFIED * abs(self.value)):
+                return True
+        if self.searched is None or self.verdict == "identified" or self.reason in UNMOVED:
             return False
-        width = max(self.value - self.low, self.high - self.value)
-        limit = IDENTIFIED * abs(self.value)
-        return limit / BORDERLINE < width < limit * BORDERLINE
+        return _near(share_of_range(self.low, self.high, self.searched), ALL_OVER)
+
+
+def _near(width: float, limit: float) -> bool:
+    return limit / BORDERLINE < width < limit * BORDERLINE
 
 
 def estimates(
@@ -145,6 +155,7 @@ def estimates(
                 if source in resting
                 else sentence(label, profile, effect, show, misfit),
                 None if drawn is None else (float(drawn.low[i]), float(drawn.high[i])),
+                parameters.free[i],
             )
         )
     return tuple(result)

@@ -37,7 +37,8 @@ def verdict(profile: Profile, param: Param) -> tuple[Verdict, Reason]:
     size = abs(profile.value)
     closed = [side.ended not in ("bound", "flat") for side in (profile.low, profile.high)]
     guessed = "budget" in (profile.low.ended, profile.high.ended)  # too wide, as a rule
-    if not guessed and (share_of_range(profile, param) >= ALL_OVER or not any(closed)):
+    share = share_of_range(profile.low.end, profile.high.end, param)
+    if not guessed and (share >= ALL_OVER or not any(closed)):
         return "not identifiable", "wide" if any(closed) else "at a bound"
     if down + up <= 0.0 or (param.log and profile.high.end > DECADES * profile.low.end):
         return "not identifiable", "wide" if down + up > 0.0 else "at a bound"
@@ -63,7 +64,7 @@ def half_widths(profile: Profile) -> tuple[float, float]:
     return profile.value - profile.low.end, profile.high.end - profile.value
 
 
-def share_of_range(profile: Profile, param: Param) -> float:
+def share_of_range(low: float, high: float, param: Param) -> float:
     """How much of its search range an interval takes, in the search scale."""
-    ends = Space((param,)).encode(np.array([[profile.low.end], [profile.high.end]]))
+    ends = Space((param,)).encode(np.array([[low], [high]]))
     return float(ends[1, 0] - ends[0, 0])
