@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
+from .derived_channel import Channel, Shifted, Slope
 from .runs import runs, within
 from .zero_phase import BLOCK, Samples, Signal, zero_phase
 
@@ -197,8 +198,16 @@ def _round_rate(rate: float) -> float:
     return float(rounded) if rounded and abs(rate - rounded) < 1e-6 * rate else rate
 
 
-def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, Array, Array]:
-    """Low-passed position, and velocity and acceleration by central differences, (N,) each.
+class SmoothMotion(NamedTuple):
+    """A low-passed position, m (rad), with its first and second slope over time, (N,) each."""
+
+    position: Channel
+    velocity: Channel
+    acceleration: Channel
+
+
+def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothMotion:
+    """A position low-passed, velocity and acceleration by central differences as they are needed.
 
     Raises:
         InputError: too few samples for the filter.
@@ -209,19 +218,28 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
     if len(position) <= padding:
         raise InputError(f"{len(position)} samples are too few to filter: give more than {padding}")
     if filtering.passes(rate):
-        v = difference(position, rate)
-        return position, v, difference(v, rate)
+        v = Slope(position, rate)
+        return SmoothMotion(position, v, Slope(v, rate))
     sections = butter(filtering.order, filtering.cutoff(rate), fs=rate, output="sos")
     # The filter starts from the first sample, so that an offset of metres costs no digits.
     first, n = position[0], len(position)
     q = zero_phase(sections, lambda at: position[at] - first, n, padding, slice(0, n, 1))[:, 0]
-    v = difference(q, rate)
-    q += first
-    return q, v, difference(v, rate)
+    v = Slope(q, rate)
+    return SmoothMotion(Shifted(q, float(first)), v, Slope(v, rate))
+
+
+def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, Array, Array]:
+    """The same as arrays: position, velocity, acceleration, (N,) each.
+
+    Raises:
+        InputError: too few samples for the filter.
+    """
+    q, v, a = (channel[:] for channel in smooth_motion(position, rate, filtering))
+    return q, v, a
 
 
 def unsure_of_direction(
-    v: Array, rate: float, filtering: Filtering, error: float
+    v: Channel, rate: float, filtering: Filtering, error: float
 ) -> NDArray[np.bool_]:
     """Where a low-passed velocity does not tell which way the axis moves, (N,).
 
@@ -230,16 +248,20 @@ def unsure_of_direction(
     does.
 
     Args:
-        v: As `smooth` returns it, (N,).
+        v: As `smooth_motion` returns it, (N,).
         rate: Samples a second.
         filtering: The low pass.
         error: `velocity_error`, m/s (rad/s).
     """
-    unsure = (v <= error) & (v >= -error)
-    for way in (v > 0, v < 0):
-        turns = way[1:] != way[:-1]
-        unsure[1:] |= turns
-        unsure[:-1] |= turns
+    unsure, n = np.zeros(len(v), dtype=bool), len(v)
+    for k in range(0, n, BLOCK):
+        some = v[slice(k, min(k + BLOCK + 1, n))]  # with the first of the next block
+        here = unsure[k : k + len(some)]
+        here |= (some <= error) & (some >= -error)
+        for way in (some > 0, some < 0):
+            turns = way[1:] != way[:-1]
+            here[1:] |= turns
+            here[:-1] |= turns
     return within(unsure, filtering.blur(rate))
 
 
@@ -357,17 +379,12 @@ def _low_pass_response(order: int, share: float) -> Array:
 
 def low_passed(x: Array, rate: float, filtering: Filtering) -> Array:
     """A channel through the same low pass, (N,)."""
-    return x if filtering.passes(rate) else smooth(x, rate, filtering)[0]
+    return x if filtering.passes(rate) else smooth_motion(x, rate, filtering).position[:]
 
 
 def difference(x: Array, rate: float) -> Array:
     """Central differences of a channel, (N,), one-sided at the ends."""
-    dt = 1.0 / rate
-    slope = np.empty(len(x))
-    np.subtract(x[2:], x[:-2], out=slope[1:-1])
-    slope[1:-1] /= 2.0 * dt
-    slope[0], slope[-1] = (x[1] - x[0]) / dt, (x[-1] - x[-2]) / dt
-    return slope
+    return Slope(x, rate)[:]
 
 
 #: Fewest samples that can be decimated: the filter mirrors all but one of them at the ends.

@@ -8,7 +8,11 @@ from numpy.typing import NDArray
 
 def runs(flags: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """First sample and the one past the last of each run of True."""
-    edges = np.flatnonzero(np.diff(flags.view(np.int8), prepend=0, append=0))
+    if not len(flags):
+        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
+    inner = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+    first, last = ([0] if flags[0] else []), ([len(flags)] if flags[-1] else [])
+    edges = np.concatenate([first, inner, last]).astype(np.intp)
     return edges[::2], edges[1::2]
 
 

@@ -43,14 +43,16 @@ def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: sli
     rest = sosfilt_zi(sections)
     reach = _reach(sections)
     block = max(BLOCK, _LONGER * reach)
-    total, kept, done = n + 2 * padding, list[Array](), 0
+    total, count, done = n + 2 * padding, 0, 0
     state: Array | None = None
+    kept: Array | None = None
     waiting: Array | None = None
     for begin in range(0, total, block):
         end = min(begin + block, total)
         y = _mirrored(signal, n, padding, begin, end)
-        if state is None:
+        if state is None or kept is None:
             state = rest[:, :, None] * y[0]
+            kept = np.empty((len(range(*every.indices(n))), y.shape[1]))
         _cascade(sections, y, state, False)
         y = y if waiting is None else np.concatenate([waiting, y])
         stop = total if end == total else max(end - reach, done)
@@ -59,9 +61,11 @@ def zero_phase(sections: Array, signal: Signal, n: int, padding: int, every: sli
         first = max(done - padding, 0)
         first += (every.start - first) % every.step
         last = min(stop - padding, every.stop)
-        kept.append(y[first + padding - done : max(last + padding - done, 0) : every.step].copy())
-        done = stop
-    return np.concatenate(kept)
+        some = y[first + padding - done : max(last + padding - done, 0) : every.step]
+        kept[count : count + len(some)] = some
+        count, done = count + len(some), stop
+    assert kept is not None  # noqa: S101 - a column has samples
+    return kept
 
 
 def _reach(sections: Array) -> int:

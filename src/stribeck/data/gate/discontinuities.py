@@ -6,11 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ...space import Array
-from ..repeated_samples import new_samples
 from ..resolution import noise_of, step
 from .fault import Fault, Kind, mask, shown_as
 from .leaps import MOST, SHARE, SIGMAS, STEPS, WIDEST, Leaps, largest, leaps
@@ -33,14 +31,6 @@ PIECES = 5
 ORIGIN = 0.2
 #: The longest piece of a cut log must hold so many samples.
 FEWEST = 20
-#: How many times as far as its recorded velocity a position goes, the greatest within so many
-#: samples to each side, and in which share of the samples.
-_FASTER, _ABOUT, _OFTEN = 3.0, 3, 0.002
-#: What it goes further is worth a word from this share of the travel.
-_MATERIAL = 0.02
-#: A recorded velocity has another unit if it goes with the other to this correlation, at a ratio
-#: outside of these.
-_ALIKE_WAYS, _UNIT = 0.9, (0.8, 1.25)
 #: Samples of one value before a leap from which on the sensor stood, and the move made up for it.
 STOOD = 5
 #: Samples that are worked on at once.
@@ -229,56 +219,6 @@ def broken(recording: Recording) -> list[Fault]:
         "repair the log"
     )
     return [Fault("jump", "position", rows, size, sentence)]
-
-
-def contradicted(recording: Recording) -> list[Fault]:
-    """A recorded velocity that is not that of the position."""
-    if recording.velocity is None or len(leaps(recording).at):
-        return []
-    new = np.flatnonzero(new_samples(recording.position))
-    t, x, v = recording.t[new], recording.position[new], recording.velocity[new]
-    if len(x) <= 4 * _ABOUT:
-        return []
-    if line := _other_unit(recording, t, x, v):
-        return [line]
-    speed = np.abs(v)
-    about = sliding_window_view(np.pad(speed, _ABOUT, mode="edge"), 2 * _ABOUT + 2).max(axis=1)
-    dt = np.diff(t)
-    reach = (about + step(recording.velocity)) * dt
-    scatter = float(np.median(np.abs(np.diff(x) - 0.5 * (v[1:] + v[:-1]) * dt)))
-    tolerance = STEPS * step(x) + SIGMAS * scatter + _MATERIAL * float(np.ptp(x))
-    off = np.abs(np.diff(x)) - _FASTER * reach
-    far = np.flatnonzero(off > tolerance)
-    if len(far) < _OFTEN * len(x):
-        return []
-    k = int(far[np.argmax(off[far])])
-    size = float(abs(x[k + 1] - x[k]))
-    sentence = (
-        f"position goes further than its recorded velocity takes it in {len(far)} samples, by "
-        f"{shown_as(recording, 'position', size)} at {t[k]:.4g} s, where that velocity makes at "
-        f"most {shown_as(recording, 'position', float(reach[k]))}: rows are missing there or "
-        "out of order, so differences of the position are no velocity"
-    )
-    rows = mask(len(recording), np.append(new[far], new[far + 1]))
-    return [Fault("jump", "position", rows, size, sentence)]
-
-
-def _other_unit(recording: Recording, t: Array, x: Array, v: Array) -> Fault | None:
-    """A velocity in proportion to the position's, but not the same."""
-    lag = 2 * _ABOUT
-    mean = np.convolve(0.5 * (v[1:] + v[:-1]) * np.diff(t), np.ones(lag), "valid")
-    way = x[lag:] - x[:-lag]
-    if not mean.any() or not way.any():
-        return None
-    ratio, alike = float(mean @ way / (way @ way)), float(np.corrcoef(mean, way)[0, 1])
-    if alike < _ALIKE_WAYS or _UNIT[0] < ratio < _UNIT[1]:
-        return None
-    sentence = (
-        f"the recorded velocity is {ratio:.3g} times that of the position (they go together to "
-        f"{alike:.0%}): check its unit, its sign, or the gear between them"
-    )
-    rows = np.ones(len(recording), dtype=bool)
-    return Fault("contradiction", "velocity", rows, ratio, sentence, harmful=False)
 
 
 def _break_told(recording: Recording, found: Leaps, k: int) -> str:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from .command_unit import in_two_units
-from .discontinuities import broken, contradicted, without_breaks, without_strays, without_wraps
+from .contradictions import contradicted
+from .discontinuities import broken, without_breaks, without_strays, without_wraps
 from .plateaus import clipping
 from .repeats import frozen, gaps, held
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from ...space import Array
 from ..resolution import noise_of, step
 from ..runs import runs
+from ..zero_phase import BLOCK
 from .fault import Fault, shown_as
 
 if TYPE_CHECKING:
@@ -51,12 +53,10 @@ def clipping(recording: Recording) -> list[Fault]:
         if name not in CHANNELS_CUT:
             continue
         q = step(values)
-        top, bottom = (cut_off(side, q, abrupt=name == "position") for side in (values, -values))
-        if name == "force":
-            top, bottom = top | _heap(values, q), bottom | _heap(-values, q)
+        top, bottom = (_side(name, side, q) for side in _sides(values))
         if name == "force" and not (top | bottom).any():
             sd = noise_of(values)
-            top, bottom = (_cut_below_noise(recording, side, q, sd) for side in (values, -values))
+            top, bottom = (_cut_below_noise(recording, side, q, sd) for side in _sides(values))
         rows = top | bottom
         once = name not in ("position", "force") and len(runs(rows)[0]) == 1
         if not rows.any() or once:
@@ -75,6 +75,18 @@ def clipping(recording: Recording) -> list[Fault]:
         )
         result.append(Fault("clipping", name, rows, share, sentence))
     return result
+
+
+def _sides(values: Array) -> Iterator[Array]:
+    """A channel, and the same upside down, so that both limits are upper ones."""
+    yield values
+    yield -values
+
+
+def _side(name: str, y: Array, q: float) -> NDArray[np.bool_]:
+    """The samples of a channel that its upper limit cuts off, with or without noise, (N,)."""
+    rows = cut_off(y, q, abrupt=name == "position")
+    return rows | _heap(y, q) if name == "force" else rows
 
 
 def cut_off(y: Array, q: float, *, abrupt: bool = False) -> NDArray[np.bool_]:
@@ -112,13 +124,22 @@ def _heap(y: Array, q: float) -> NDArray[np.bool_]:
         return none
     free = ~at
     moving = free & (y > y.min())  # nor does the other limit, if there is one, show the noise
-    inner = moving[:-2] & moving[1:-1] & moving[2:]
-    bends = (y[:-2] - 2.0 * y[1:-1] + y[2:])[inner]
+    bends = _bends(y, moving)
     if len(bends) < _BENDS:
         return none
-    sd = float(np.median(np.abs(bends))) / _MEDIAN_OF_BENDS
+    sd = float(np.median(bends, overwrite_input=True)) / _MEDIAN_OF_BENDS
     below = int((free & (y >= y[at].min() - sd)).sum())
     return at if sd > _STEPS * q and at.sum() > _HEAPED * below else none
+
+
+def _bends(y: Array, counts: NDArray[np.bool_]) -> Array:
+    """Sizes of the second differences of a channel where all three samples count."""
+    parts = []
+    for k in range(0, len(y) - 2, BLOCK):
+        some, own = y[k : k + BLOCK + 2], counts[k : k + BLOCK + 2]
+        inner = own[:-2] & own[1:-1] & own[2:]
+        parts.append(np.abs(some[:-2] - 2.0 * some[1:-1] + some[2:])[inner])
+    return np.concatenate(parts) if parts else np.empty(0)
 
 
 def _plateaus(

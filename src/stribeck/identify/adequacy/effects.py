@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -214,7 +215,7 @@ def _candidate(
     among = range(len(known)) if seen else named
     best = max(among, key=lambda i: gains[i])
     if seen and gains[best] < NAMED * bins.share:
-        pattern, share, alike = Pattern("", _steps(rows, look)), bins.share, []
+        pattern, share, alike = Pattern("", partial(_steps, rows, look)), bins.share, []
     else:
         finer = known[best].finer(rows, look.kind)
         share, pattern = max(
@@ -281,4 +282,4 @@ def _steps(rows: ResidualRows, look: BinnedResidual) -> Array:
     which = bin_of(rows.variable(look.variable))
     along = carrier(rows, look.kind)
     size = np.maximum(between(along**2, which), np.finfo(float).tiny)
-    return (between(_signed(rows, look.kind), which) / size * along)[:, None]
+    return np.asarray(between(_signed(rows, look.kind), which) / size * along)

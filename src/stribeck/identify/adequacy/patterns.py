@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -37,25 +38,32 @@ class Pattern:
 
     Args:
         name: What it is called.
-        columns: Forces of size 1, (rows, k).
+        make: Makes its columns.
         scale: A period, a speed or a time that shapes it, SI; nan where none does.
     """
 
     name: str
-    columns: Array
+    make: Callable[[], Array]
     scale: float = float("nan")
+
+    @property
+    def columns(self) -> Array:
+        """Forces of size 1, (rows, k): made anew, since dozens of patterns of long logs are many.
+
+        Those of `patterns` have one column.
+        """
+        columns = self.make()
+        return columns if columns.ndim > 1 else columns[:, None]
 
     @classmethod
     def wave(cls, rows: ResidualRows, kind: Kind, period: float) -> Pattern:
         """A wave over the position, its two phases."""
-        turn = 2 * np.pi * rows.position / period
-        columns = np.column_stack([np.cos(turn), np.sin(turn)])
-        return cls("wave", columns * carrier(rows, kind)[:, None], period)
+        return cls("wave", partial(_wave, rows, kind, period), period)
 
     @classmethod
     def change(cls, rows: ResidualRows, kind: Kind, at: float) -> Pattern:
         """A change for good some time after the start of a log."""
-        return cls("change", (carrier(rows, kind) * (rows.since >= at))[:, None], at)
+        return cls("change", lambda: carrier(rows, kind) * (rows.since >= at), at)
 
     def finer(self, rows: ResidualRows, kind: Kind) -> list[Pattern]:
         """The same with the scales between its own and the next ones; itself if it has none."""
@@ -70,6 +78,12 @@ class Pattern:
         return [self, *(Pattern.change(rows, kind, at) for at in nearby.tolist())]
 
 
+def _wave(rows: ResidualRows, kind: Kind, period: float) -> Array:
+    turn = 2 * np.pi * rows.position / period
+    columns = np.column_stack([np.cos(turn), np.sin(turn)])
+    return np.asarray(columns * carrier(rows, kind)[:, None])
+
+
 def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pattern]:
     """The patterns of one column that are known of a variable.
 
@@ -78,28 +92,35 @@ def patterns(rows: ResidualRows, variable: Variable, kind: Kind) -> Iterator[Pat
         variable: Which.
         kind: As a force, or as friction.
     """
-    v, t, sign = rows.velocity, rows.since, carrier(rows, kind)
+    v, t = rows.velocity, rows.since
     if variable == "speed":
         top = float(np.abs(v).max())
-        yield Pattern("square", (v * np.abs(v))[:, None])
+        yield Pattern("square", lambda: v * np.abs(v))
         if min(np.mean(v > 0), np.mean(v < 0)) > EACH_WAY:
-            yield Pattern("side", np.abs(v)[:, None])
+            yield Pattern("side", lambda: np.abs(v))
         for share in DROPS:
-            drop = rows.direction * np.exp(-np.abs(v) / (share * top))
-            yield Pattern("drop", drop[:, None], share * top)
+            yield Pattern("drop", partial(_drop, rows, share * top), share * top)
     elif variable == "position":
         middle = 0.5 * (rows.position.min() + rows.position.max())
-        yield Pattern("slope", (sign * (rows.position - middle))[:, None])
+        yield Pattern("slope", lambda: carrier(rows, kind) * (rows.position - middle))
     elif variable == "time":
-        yield Pattern("drift", (sign * t)[:, None])
+        yield Pattern("drift", lambda: carrier(rows, kind) * t)
         for share in WARMINGS:
-            yield Pattern("drift", (sign * np.exp(-t / (share * t.max())))[:, None])
+            yield Pattern("drift", partial(_warming, rows, kind, share * float(t.max())))
         if kind == "inertia":
             shares = np.linspace(EARLIEST, LATEST, CHANGES)
             for at in _times_of_shares(rows, shares):
                 yield Pattern.change(rows, kind, at)
     else:
-        yield Pattern("load", np.abs(rows.acceleration)[:, None])
+        yield Pattern("load", lambda: np.abs(rows.acceleration))
+
+
+def _drop(rows: ResidualRows, speed: float) -> Array:
+    return np.asarray(rows.direction * np.exp(-np.abs(rows.velocity) / speed))
+
+
+def _warming(rows: ResidualRows, kind: Kind, seconds: float) -> Array:
+    return np.asarray(carrier(rows, kind) * np.exp(-rows.since / seconds))
 
 
 def _times_of_shares(rows: ResidualRows, shares: Array) -> list[float]:

@@ -27,6 +27,7 @@ from .lag_search import best_lags, columns, lag_sums
 from .modelled_force import force_signal
 
 if TYPE_CHECKING:
+    from ...data.derived_channel import Channel
     from ...data.zero_phase import Samples, Signal
     from .balance import Balance
     from .regression import System
@@ -153,10 +154,10 @@ def _reach(system: System) -> float:
     return min(stroke, _SHARE * longest)
 
 
-def _turns(t: Array, x: Array) -> Array:
+def _turns(t: Array, position: Channel) -> Array:
     """When a motion turns round and comes back by a share of its travel, s."""
-    every = -(-len(x) // _STROKE_SAMPLES)
-    t, x = t[::every], x[::every]
+    every = -(-len(t) // _STROKE_SAMPLES)
+    t, x = t[::every], position[::every]
     back = _BACK * float(np.ptp(x))
     turns, at, way = list[int](), 0, 0
     for i in range(len(x)):
@@ -266,17 +267,24 @@ def _stepped(
         instrument: Array = _modelled_slope(solution, np.where(inside, force, system.y))
     else:
         force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
-    basis = np.linalg.qr(W * inside[:, None])[0]
+    inner = W if inside.all() else W * inside[:, None]
+    basis = np.linalg.qr(inner)[0]
     r = _beside(basis, np.where(inside, force - rest, 0.0))
-    own = (parts[:, None] == np.arange(len(lags))) & inside[:, None]
-    G, Z = (_beside(basis, np.where(own, x[:, None], 0.0)) for x in (slope, instrument))
-    change = np.linalg.lstsq(Z.T @ G, Z.T @ r, rcond=None)[0]
-    look = quick_look(
-        np.vstack([(W * inside[:, None]).T, Z.T]), r, [len(log.t) for log in system.logs]
-    )
+    (rows, k), count = W.shape, len(lags)
+    J, gain = np.empty((k + count, rows)), np.empty((count, count))
+    J[:k] = inner.T
+    del inner
+    Z = J[k:]
+    for z, part in zip(Z, range(count), strict=True):
+        z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))
+    for part in range(count):
+        gain[:, part] = Z @ _beside(basis, np.where((parts == part) & inside, slope, 0.0))
+    del basis
+    change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
+    look = quick_look(J, r, [len(log.t) for log in system.logs])
     tiny = np.finfo(float).tiny
-    strength = np.abs(np.einsum("ij,ij->j", Z, G)) / np.maximum(np.einsum("ij,ij->j", Z, Z), tiny)
-    errors = look.errors[-len(lags) :] / np.clip(strength, tiny, 1.0)
+    strength = np.abs(np.diag(gain)) / np.maximum(np.einsum("jm,jm->j", Z, Z), tiny)
+    errors = look.errors[-count:] / np.clip(strength, tiny, 1.0)
     variance = float(r @ r) / max(int(inside.sum()), 1)
     return _Step(lags, np.asarray(change), errors, variance, force, slope, instrument)
 

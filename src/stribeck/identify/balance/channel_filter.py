@@ -74,7 +74,7 @@ def _beside(
     filtered: list[Array] = []
     delayed: list[Array] = []
     for log in system.logs:
-        v, a = log.v, log.a
+        v, a = log.v[:], log.a[:]
         if channel == "position":
             v = v + seconds * a
             a = a + seconds * difference(a, log.rate)
@@ -95,7 +95,7 @@ def _beside(
             return [thin(smooth.low(_model(system, log, row, v, a))) for row in sets]
 
         own = modelled(v, a)
-        alike = own if channel == "force" else modelled(log.v, log.a)
+        alike = own if channel == "force" else modelled(log.v[:], log.a[:])
         filtered.append(np.column_stack([*own, thin(force)])[rows])
         delayed.append(np.column_stack([*alike, thin(smooth.low(moved))])[rows])
     (left, x), (left_of_delay, x_of_delay) = map(_solved, (filtered, delayed))

@@ -71,7 +71,7 @@ def _inertia(logs: Sequence[Log]) -> float:
         return np.concatenate([log.pick(values(log)) for log in logs])
 
     a, v, x = (picked(attrgetter(name)) for name in ("a", "v", "position"))
-    known = picked(lambda log: np.broadcast_to(log.known, log.v.shape))
+    known = picked(lambda log: np.broadcast_to(log.known, (len(log),)))
     pose = np.column_stack([np.ones(len(a)), v, np.sign(v), x, np.sin(x), np.cos(x)])
     own = a - pose @ np.linalg.lstsq(pose, a, rcond=None)[0]
     rest = known - pose @ np.linalg.lstsq(pose, known, rcond=None)[0]

@@ -23,7 +23,7 @@ def friction_signal(rig: BalancedRig, law: Law, log: Log, p: Array) -> Signal:
         p: (k,) the law's parameters, then the rig's own.
     """
     if log.path is not None:
-        loads = log.loads(log.clock, log.position)
+        loads = log.loads(log.clock, log.position[:])
         whole = rig.friction_along(law, p, log.path, loads)
         return lambda at: whole[at]
 

@@ -203,7 +203,14 @@ class System:
         return rows
 
     def jacobian(self, p: Array) -> Array:
-        """Slopes of the prediction, (rows, free); those of shape by central differences."""
+        """Slopes of the prediction, (rows, free); those of shape by central differences.
+
+        Where the force is linear in all of them it is the kept regressor itself, read-only.
+        """
+        if self.linear == self.free:
+            W = self.columns(p[self.shape])[0].view()
+            W.setflags(write=False)
+            return W
         J = np.empty((len(self.y), len(self.free)))
         if self.linear:
             J[:, [self.free.index(i) for i in self.linear]] = self.columns(p[self.shape])[0]

@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.derived_channel import Channel, Inner, Slope
 from ...data.filtering import (
     DECIMATION_GAIN,
     Bridged,
     Filtering,
     Gaps,
     PositionError,
+    SmoothMotion,
     decimated,
-    difference,
     even,
     kept,
     low_passed,
     position_error,
-    smooth,
+    smooth_motion,
     unsure_of_direction,
     velocity_error,
 )
@@ -72,9 +73,9 @@ class Log:
     """
 
     clock: Array
-    v: Array
-    a: Array
-    position: Array
+    v: Channel
+    a: Channel
+    position: Channel
     raw: Array
     factor: int
     unsure: NDArray[np.bool_]
@@ -147,7 +148,7 @@ class Log:
             return self.weight
         return 1.0 if self.factor == 1 else DECIMATION_GAIN
 
-    def pick(self, x: Array) -> Array:
+    def pick(self, x: Channel) -> Array:
         """The samples of a full-rate channel at the rows, as they are."""
         return np.asarray(x[self.places])
 
@@ -198,14 +199,14 @@ def _log(
             f"{recording.label}: {len(log.t)} samples at {log.rate:.4g} Hz are too few to filter: "
             "the force balance needs a longer log"
         )
-    q, v, a = smooth(log.position, log.rate, filtering)
+    motion = smooth_motion(log.position, log.rate, filtering)
     source = recording.position
     if filtering.velocity == "recorded":
         if log.velocity is None or recording.velocity is None:
             raise InputError(f"{recording.label}: no velocity was recorded: map a column to it")
-        v, source = low_passed(log.velocity, log.rate, filtering), recording.velocity
-        a = difference(v, log.rate)
-    q, v, a = q[inner], v[inner], a[inner]
+        recorded, source = low_passed(log.velocity, log.rate, filtering), recording.velocity
+        motion = SmoothMotion(motion.position, recorded, Slope(recorded, log.rate))
+    q, v, a = (Inner(channel, first, last) for channel in motion)
     chosen = np.zeros(len(recording), dtype=bool)
     chosen[slice(None) if rows is None else rows] = True
     thin = kept(len(v), factor)
@@ -221,7 +222,8 @@ def _log(
     if law.states:
         x = recording.position
         off = position_error(noise_of(x), step(x), log.rate, filtering)
-        path = measured_path(q, v, log.rate, off, None if log.known is None else log.known[inner])
+        seen = None if log.known is None else log.known[inner]
+        path = measured_path(q[:], v[:], log.rate, off, seen)
     known = log.less[inner] if isinstance(log.less, np.ndarray) else log.less
     notes = log.notes
     if not law.states:

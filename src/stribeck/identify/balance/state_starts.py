@@ -110,7 +110,7 @@ def contact_spectrum(system: System) -> Spectrum:
 def _yields(system: System) -> Array:
     """Displacements from what the sensor may be off up to the longest way without a reversal."""
     least = min(float(log.path.error) for log in system.logs if log.path is not None)
-    most = max(float(np.ptp(log.position)) for log in system.logs)
+    most = max(float(np.ptp(log.position[:])) for log in system.logs)
     least = max(least, _LEAST_SHARE * most)
     n = max(int(np.ceil(_TO_A_DECADE * np.log10(most / least))), 1) + 1
     return np.geomspace(least, most, n)

@@ -67,8 +67,8 @@ def quick_look(J: Array, r: Array, logs: Sequence[int]) -> QuickLook:
     dim, rows = J.shape
     lengths = np.sqrt(np.einsum("im,im->i", J, J))
     lengths[lengths == 0] = 1.0
-    scaled = J / lengths[:, None]
-    values, vectors = np.linalg.eigh(np.einsum("im,jm->ij", scaled, scaled))
+    gram = np.einsum("im,jm->ij", J, J) / np.outer(lengths, lengths)
+    values, vectors = np.linalg.eigh(gram)
     visible = values > BLIND * max(float(values[-1]), np.finfo(float).tiny)
     part = vectors[:, visible] / np.sqrt(values[visible])
     C = part @ part.T / np.outer(lengths, lengths)
@@ -106,38 +106,48 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
         r: Residuals, (N,).
         logs: Rows of each log; rows after them are priors, whose error is white.
     """
-    dim, data = J.shape[0], sum(logs)
-    rows = J.shape[1]
+    (dim, rows), data = J.shape, sum(logs)
     dof = max(rows - dim, 1)
-    white = np.diag(C) * float(r @ r) / dof
-    moves = np.einsum("ij,jm->im", C, J)
-    prior = float(r @ r) / dof * np.square(moves[:, data:]).sum(axis=1)
-    moves, r, rows = moves[:, :data] * r[:data], r[:data], data
-    # They add up to zero but where an end of a range holds the fit, and how far it holds it from
-    # the least sum of squares is no noise.
-    shares = parts(moves - moves.mean(axis=1, keepdims=True), logs)
-    a = _persistence(shares, rows)
-    filtered = [p[:, 1:] - a[:, None] * p[:, :-1] for p in shares]
-    plain = float(_persistence([p[None] for p in parts(r, logs)], rows)[0])
+    noise = float(r @ r) / dof
+    r = r[:data]
+    plain = float(_persistence([p[None] for p in parts(r, logs)], data)[0])
     whitened = [p[1:] - plain * p[:-1] for p in parts(r, logs)]
-    total = np.maximum(
-        _newey_west(filtered, np.concatenate(whitened), [len(p) for p in whitened], rows)
-        / (1 - a) ** 2,
-        _newey_west(shares, r, logs, rows),
-    )
+    reach = _reach(r, logs, data)
+    reach_filtered = _reach(np.concatenate(whitened), [len(p) for p in whitened], data)
+    del whitened
+    total = np.empty(dim)
+    for i in range(dim):  # one at a time: of a long log each takes as much as a channel
+        moves = np.einsum("j,jm->m", C[i], J)
+        prior = noise * float(np.square(moves[data:]).sum())
+        moves = moves[:data] * r
+        # They add up to zero but where an end of a range holds the fit, and how far it holds it
+        # from the least sum of squares is no noise.
+        moves -= moves.mean()
+        shares = [p[None] for p in parts(moves, logs)]
+        a = float(_persistence(shares, data)[0])
+        as_is = _newey_west(shares, reach, data)
+        for p in shares:  # from here on what the autoregression leaves
+            p[:, 1:] -= a * p[:, :-1]
+        filtered = [p[:, 1:] for p in shares]
+        sums = max(_newey_west(filtered, reach_filtered, data) / (1 - a) ** 2, as_is)
+        total[i] = sums * (data / dof) + prior
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = (total * (rows / dof) + prior) / white
+        ratio = total / (np.diag(C) * noise)
     return np.where(np.isfinite(ratio), np.maximum(ratio, 1.0), 1.0)
 
 
-def _newey_west(shares: Sequence[Array], r: Array, logs: Sequence[int], rows: int) -> Array:
-    """Variances of the sums of series (k, n) of all logs, as widened as they are uncertain, (k,).
-
-    Bartlett weights over twice the lag at which residuals r, of logs of so many rows, forget.
-    """
+def _reach(r: Array, logs: Sequence[int], rows: int) -> int:
+    """Twice the lag at which residuals of logs forget, for Bartlett weights over so many rows."""
     reach = max(2 * first_below_zero(r, logs), int(4 * (rows / 100) ** (2 / 9)))
-    reach = min(reach, max(rows // 5, 1))
-    return long_run_variance(shares, reach) * fixed_b(reach / rows) ** 2
+    return min(reach, max(rows // 5, 1))
+
+
+def _newey_west(shares: Sequence[Array], reach: int, rows: int) -> float:
+    """Variance of the sum of a series (1, n) of all logs, as widened as it is uncertain.
+
+    Bartlett weights over `reach` of so many rows.
+    """
+    return float(long_run_variance(shares, reach)[0]) * fixed_b(reach / rows) ** 2
 
 
 def long_run_variance(shares: Sequence[Array], reach: int) -> Array:
