@@ -34,11 +34,14 @@ def new_samples(x: Array) -> NDArray[np.bool_]:
     which a model must not be blamed for.
     """
     q = step(x)
-    same = np.concatenate([[False], np.diff(x) == 0.0])
+    same = np.zeros(len(x), dtype=bool)
+    np.equal(x[1:], x[:-1], out=same[1:])
     lag = min(_REACH, (len(x) - 1) // 2)
     if lag < 1:
         return np.ones(len(x), dtype=bool)
-    pace = np.abs(x[2 * lag :] - x[: -2 * lag]) / (2 * lag)  # a sample's share of the motion
+    pace = x[2 * lag :] - x[: -2 * lag]
+    np.abs(pace, out=pace)
+    pace /= 2 * lag  # a sample's share of the motion
     telling = np.zeros(len(x), dtype=bool)
     telling[lag:-lag] = pace > q
     if noise_of(x) >= max(q, 1e-12):

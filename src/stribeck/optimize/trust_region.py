@@ -100,6 +100,10 @@ class Iterate:
         cost = float(rms(R[None])[0]) if cost is None else cost
         return replace(self, u=u, r=R.copy(), squares=squares, cost=cost)
 
+    def without_slopes(self) -> Iterate:
+        """The same without its slopes, which of many residuals take most of the memory."""
+        return replace(self, J=np.zeros((len(self.u), 0)), age=NEVER)
+
     def step(self, box: Box, free: Sequence[int], radius: float) -> tuple[Array, float]:
         """The best step of the linear model within the radius, (dim,), and the gain it promises."""
         J = self.J[list(free)] if len(free) < len(self.u) else self.J

@@ -185,7 +185,7 @@ def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDA
     width = _WITHIN * sd + q
     if float(np.mean(y > level + width)) > _BEYOND:
         return none
-    near = np.abs(y - level) <= width
+    near = (y >= level - width) & (y <= level + width)
     for a, b in zip(*runs(~near), strict=True):
         near[a:b] = b - a <= _STRAY
     rows = _plateaus(y, near, _LONGER, 3 * q + 3 * sd + CUT * span)
@@ -194,9 +194,9 @@ def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDA
         return none
     white = [_whiteness(y[a:b], level, sd) for a, b in zip(starts, stops, strict=True)]
     lag = min(_LONGER, len(y) - 1)
-    x, t = recording.position, recording.t
-    speed = np.abs(x[lag:] - x[:-lag]) / (t[lag:] - t[:-lag])
-    slow, fast = np.quantile(speed[rows[lag:]], [0.1, 0.9]) if rows[lag:].any() else (0.0, 0.0)
+    x, t, at = recording.position, recording.t, np.flatnonzero(rows[lag:]) + lag
+    speed = np.abs(x[at] - x[at - lag]) / (t[at] - t[at - lag])
+    slow, fast = np.quantile(speed, [0.1, 0.9]) if len(at) else (0.0, 0.0)
     return rows if float(np.median(white)) <= _WHITE and fast > _SPEEDS * slow else none
 
 

@@ -1,8 +1,15 @@
-"""MDF 4 and 3 (ASAM; Vector, ETAS, dSPACE), by asammdf: channel groups are clocks."""
+"""MDF 4 and 3 (ASAM; Vector, ETAS, dSPACE), by asammdf: channel groups are clocks.
+
+Records are read a few MiB at a time, and all channels that are asked for are taken of each piece:
+`MDF.get` reads a channel from end to end, whatever part of it is wanted. The file is given to the
+library open, not by its name, as it would be mapped into memory as a whole.
+"""
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +22,8 @@ from .log_file import Channel, Reader, ReadOptions
 from .raw_table import RawTable, listed, unique_names
 from .sliced_log import SlicedLog, SlicedRows
 
+#: How a file begins that was not ended as it should; bytes of records that are read at a time.
+_UNENDED, _PIECE = b"UnFinMF ", 8 << 20
 LIBRARIES = ("asammdf", "asammdf.blocks.mdf_v4", "asammdf.blocks.mdf_v3")
 
 
@@ -33,9 +42,17 @@ class _Place:
 
 def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
     """An MDF file, in the process that has asammdf."""
+    with ExitStack() as stack:
+        log = _opened(_source(path, stack))
+        weakref.finalize(log, stack.pop_all().close)
+    return log
+
+
+def _opened(source: Any) -> SlicedLog:
     from asammdf import MDF  # noqa: PLC0415 - an extra
 
-    file: Any = MDF(path)
+    file: Any = MDF(source)
+    file.configure(read_fragment_size=_PIECE)
     places, written = [], []
     for i, group in enumerate(file.groups):
         if group.channel_group.cycles_nr:
@@ -44,13 +61,15 @@ def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
             places += [_Place(i, k) for k in kept]
             written += [group.channels[k].name for k in kept]
     channels, units, where, skipped = [], {}, {}, []
-    spans = {i: _span(file, i) for i in {p.group for p in places}}
+    groups = sorted({p.group for p in places})
+    spans = {i: _span(file, i) for i in groups}
+    outer = {i: [next(_records(file, i, k, 1)) for k in (0, _count(file, i) - 1)] for i in groups}
     for name, place in zip(unique_names(written), places, strict=True):
-        ends = _ends(file, place)
+        ends = _ends(file, place, outer[place.group])
         if ends is None:
             skipped.append(name)
             continue
-        count = int(file.groups[place.group].channel_group.cycles_nr)
+        count = _count(file, place.group)
         unit = ends[2].strip() or None
         span = spans[place.group]
         rate = (count - 1) / (span[1] - span[0]) if span and span[1] > span[0] else None
@@ -74,12 +93,11 @@ def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
         )
 
     def pieces(names: Sequence[str], rows: range) -> Iterator[SlicedRows]:
-        timed = spans[where[names[0]].group] is not None
-        if rows:  # at once: the library begins at the first record for each piece
-            count = int(file.groups[where[names[0]].group].channel_group.cycles_nr)
-            part = {"record_offset": rows.start, "record_count": len(rows)}
+        if rows:
+            group = where[names[0]].group
             places = {n: where[n] for n in names}
-            yield _piece(file, places, {} if len(rows) == count else part, timed=timed)
+            for piece in _records(file, group, rows.start, len(rows)):
+                yield _rows(file, places, piece, timed=spans[group] is not None)
 
     problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
     return SlicedLog(tuple(channels), empty, pieces, problems=problems)
@@ -89,7 +107,7 @@ _FORMAT = IsolatedFormat("mdf4", LIBRARIES, "an MDF file")
 
 
 def _opens(_path: Path, head: bytes) -> bool:
-    return head.startswith((b"MDF     ", b"UnFinMF "))
+    return head.startswith((b"MDF     ", _UNENDED))
 
 
 READER = Reader(
@@ -103,24 +121,42 @@ READER = Reader(
 )
 
 
+def _source(path: Path, stack: ExitStack) -> Any:
+    """What the library opens: a file that was not ended as it should it has to copy and mend."""
+    file = stack.enter_context(path.open("rb"))
+    ended = not file.read(len(_UNENDED)).startswith(_UNENDED)
+    file.seek(0)
+    return file if ended else path
+
+
+def _count(file: Any, group: int) -> int:
+    return int(file.groups[group].channel_group.cycles_nr)
+
+
+def _records(file: Any, group: int, first: int, count: int) -> Iterator[Any]:
+    """Records of a group in pieces, as `MDF.get` takes them for its `data`."""
+    # The library makes them for itself alone, each time that it reads a channel.
+    inner = file._mdf  # noqa: SLF001
+    yield from inner._load_data(file.groups[group], first, count)  # noqa: SLF001
+
+
 def _span(file: Any, group: int) -> tuple[float, float] | None:
     """First and last instant of a group that has times, s."""
     if file.masters_db.get(group) is None:
         return None
-    count = int(file.groups[group].channel_group.cycles_nr)
     first, last = (
-        float(file.get_master(group, record_offset=k, record_count=1)[0]) for k in (0, count - 1)
+        float(file.get_master(group, record_offset=k, record_count=1)[0])
+        for k in (0, _count(file, group) - 1)
     )
     return first, last
 
 
-def _ends(file: Any, place: _Place) -> tuple[float, float, str] | None:
+def _ends(file: Any, place: _Place, outer: Sequence[Any]) -> tuple[float, float, str] | None:
     """First and last number of a channel and its unit; None if it has no plain numbers."""
-    count = int(file.groups[place.group].channel_group.cycles_nr)
     numbers = []
     unit = ""
-    for k in (0, count - 1):
-        signal = _signal(file, place, record_offset=k, record_count=1)
+    for record in outer:
+        signal = _signal(file, place, record)
         values = np.asarray(signal.samples)
         if values.dtype.kind not in "iufb" or values.shape != (1,):
             return None
@@ -129,12 +165,15 @@ def _ends(file: Any, place: _Place) -> tuple[float, float, str] | None:
     return numbers[0], numbers[1], unit
 
 
-def _signal(file: Any, place: _Place, **part: int) -> Any:
-    """A channel scaled by its conversion; where that makes words of it, as it was stored."""
-    where = {"group": place.group, "index": place.index}
-    signal = file.get(**where, **part)
+def _signal(file: Any, place: _Place, piece: Any) -> Any:
+    """A channel scaled by its conversion; where that makes words of it, as it was stored.
+
+    Samples that the file marks as invalid are among them.
+    """
+    where = {"group": place.group, "index": place.index, "data": piece}
+    signal = file.get(**where, ignore_invalidation_bits=True)
     if signal.samples.dtype.kind in "SUO":
-        signal = file.get(**where, **part, raw=True)
+        signal = file.get(**where, ignore_invalidation_bits=True, raw=True)
     return signal
 
 
@@ -147,16 +186,14 @@ def _values(signal: Any) -> Array:
     return values
 
 
-def _piece(
-    file: Any, places: dict[str, _Place], part: dict[str, int], *, timed: bool
-) -> SlicedRows:
-    """Some records of channels of one group."""
+def _rows(file: Any, places: dict[str, _Place], piece: Any, *, timed: bool) -> SlicedRows:
+    """Channels of one group in a piece of its records."""
     columns: dict[str, Array] = {}
     t: Array | None = None
     for name, place in places.items():
-        signal = _signal(file, place, **part)
+        signal = _signal(file, place, piece)
         columns[name] = _values(signal)
-        t = np.asarray(signal.timestamps, dtype=float) if timed and t is None else t
+        t = np.array(signal.timestamps, dtype=float) if timed and t is None else t
     return SlicedRows(t, columns)
 
 

@@ -78,7 +78,7 @@ class Walked(NamedTuple):
         z: Height there.
         ended: Why it ends there, see `profile.IntervalEnd`; `budget` while it is only a guess.
         visited: The places refitted at, the best fit first, in order.
-        standing: Where the last walk stood.
+        standing: Where the last walk stood; without slopes once the end is known.
     """
 
     t: float
@@ -162,6 +162,8 @@ def walk(ray: Ray, start: Iterate | None, walked: Walked, rows: float = np.inf) 
             at = _advanced(at, goal, height, trial)
     except SpentError:  # then the end is a guess
         pass
+    if walked.ended != "budget":  # nobody goes on from there
+        at = at._replace(place=at.place.without_slopes())
     return walked._replace(visited=tuple(visited), standing=at)
 
 
