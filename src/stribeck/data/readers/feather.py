@@ -6,14 +6,14 @@ from pathlib import Path
 
 from .frame_log import frame_log
 from .isolated import IsolatedFormat
-from .lazy_log import LazyLog
 from .log_file import Reader, ReadOptions
+from .sliced_log import SlicedLog
 
 LIBRARIES = ("polars",)
 _MAGIC = b"ARROW1"
 
 
-def library_log(path: Path, _options: ReadOptions) -> LazyLog:
+def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
     """An Arrow IPC file, in a process of its own: a damaged one can end that."""
     import polars as pl  # noqa: PLC0415 - a fifth of a second that `--help` need not pay
 

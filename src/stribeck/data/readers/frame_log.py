@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .arrays import matrix_names
-from .lazy_log import LazyLog
+from .interval import Interval
 from .log_file import Channel
 from .raw_table import RawTable, listed
+from .sliced_log import SlicedLog, SlicedRows
 
 if TYPE_CHECKING:
     import polars as pl
@@ -23,7 +24,7 @@ def frame_log(
     lazy: pl.LazyFrame,
     elements: Mapping[str, Sequence[str]] | None = None,
     units: Mapping[str, str] | None = None,
-) -> LazyLog:
+) -> SlicedLog:
     """The columns of a frame that are numbers, times or lists of numbers.
 
     Args:
@@ -55,23 +56,50 @@ def frame_log(
 
     places = {n: (f"row {row + 1}", cell) for n, (row, cell) in text.items()}
 
-    def load(wanted: Collection[str]) -> tuple[RawTable, ...]:
-        kept = [expressions[n].alias(n) for n in wanted if n in expressions]
-        frame = lazy.select(kept).collect() if kept else pl.DataFrame()
-        columns: dict[str, Any] = {s.name: s.to_numpy() for s in frame.iter_columns()}
-        columns |= {n: np.full(rows, np.nan) for n in text if n in wanted}
-        table = RawTable(
-            columns,
-            np.arange(1, rows + 1),
+    def empty(wanted: Sequence[str]) -> RawTable:
+        return RawTable(
+            dict.fromkeys(wanted, np.empty(0)),
+            np.empty(0, np.int64),
             "row",
             {n: place for n, place in places.items() if n in wanted},
             units={n: u for n, u in units.items() if n in wanted},
         )
-        return (table,)
 
-    channels = [Channel(n, units.get(n), rows) for n in (*expressions, *text)]
+    def pieces(wanted: Sequence[str], part: range) -> Iterator[SlicedRows]:
+        if part:
+            kept = [expressions[n].alias(n) for n in wanted if n in expressions]
+            frame = lazy.slice(part.start, len(part)).select(kept).collect()
+            columns: dict[str, Any] = {s.name: s.to_numpy() for s in frame.iter_columns()}
+            yield SlicedRows(None, columns | {n: np.full(len(part), np.nan) for n in wanted
+                                              if n in text})  # fmt: skip
+
+    def find(interval: Interval) -> range:
+        inside = pl.col("t").is_between(interval.first, interval.last)
+        times = lazy.select(expressions[interval.column].alias("t")).with_row_index("row")
+        ends = times.filter(inside).select(pl.col("row").min(), pl.col("row").max().alias("last"))
+        first, last = ends.collect(engine="streaming").row(0)
+        return range(0) if first is None else range(first, last + 1)
+
+    ends = _ends(lazy, expressions, rows)
+    channels = [Channel(n, units.get(n), rows, ends=ends.get(n)) for n in (*expressions, *text)]
     problems = (f"left out, not numbers: {listed(skipped)}",) if skipped else ()
-    return LazyLog(tuple(channels), load, problems, places)
+    return SlicedLog(tuple(channels), empty, pieces, problems=problems, text=places, find=find)
+
+
+def _ends(
+    lazy: pl.LazyFrame, expressions: Mapping[str, pl.Expr], rows: int
+) -> dict[str, tuple[float, float]]:
+    """First and last number of columns, where both are numbers."""
+    if not (rows and expressions):
+        return {}
+    kept = [expression.alias(n) for n, expression in expressions.items()]
+    outer = [lazy.slice(k, 1).select(kept).collect().row(0) for k in (0, rows - 1)]
+    pairs = zip(expressions, *outer, strict=True)
+    return {
+        n: (float(a), float(b))
+        for n, a, b in pairs
+        if a is not None and b is not None and np.isfinite([a, b]).all()
+    }
 
 
 def _seconds(name: str, kind: Any) -> pl.Expr:

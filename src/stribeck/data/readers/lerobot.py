@@ -16,9 +16,9 @@ from ...errors import InputError
 from ...wording import option
 from .frame_log import frame_log
 from .isolated import IsolatedFormat
-from .lazy_log import LazyLog
 from .log_file import Reader, ReadOptions
 from .raw_table import shortened, unique_names
+from .sliced_log import SlicedLog
 
 LIBRARIES = ("polars",)
 _INFO = Path("meta", "info.json")
@@ -29,7 +29,7 @@ _DEEPEST = 4
 _WIDEST = 512  # a longer list is an image or a map
 
 
-def library_log(path: Path, options: ReadOptions) -> LazyLog:
+def library_log(path: Path, options: ReadOptions) -> SlicedLog:
     """An episode, in a process of its own.
 
     Raises:

@@ -7,14 +7,14 @@ from pathlib import Path
 from ...errors import InputError
 from .frame_log import frame_log
 from .isolated import IsolatedFormat
-from .lazy_log import LazyLog
 from .log_file import Reader, ReadOptions
+from .sliced_log import SlicedLog
 
 LIBRARIES = ("polars",)
 _MAGIC = b"PAR1"
 
 
-def library_log(path: Path, _options: ReadOptions) -> LazyLog:
+def library_log(path: Path, _options: ReadOptions) -> SlicedLog:
     """A Parquet file, in a process of its own: a damaged page can end that.
 
     Raises:

@@ -46,6 +46,8 @@ class SlicedLog:
         problems: What was left out, or looks wrong, a sentence each.
         text: Column of text -> the place and the content of its first cell that is no number.
         lacking: What has to be said before times are in s, and how.
+        find: The rows whose times lie in an interval; where a format cannot say, their times are
+            taken to rise and a few of them read.
     """
 
     channels: tuple[Channel, ...]
@@ -55,6 +57,7 @@ class SlicedLog:
     problems: tuple[str, ...] = ()
     text: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     lacking: str = ""
+    find: Callable[[Interval], range] | None = None
 
     def tables(self, names: Collection[str] | None = None) -> tuple[RawTable, ...]:
         """Samples of channels, a table a clock; of all channels if no names are given."""
@@ -92,6 +95,9 @@ class SlicedLog:
         """The rows of an interval; all where their times are not known or not in order."""
         if interval is None or (interval.column not in names if interval.column else not clock):
             return range(count)
+        if self.find is not None:
+            inside = self.find(interval)
+            return _about(inside.start, inside.stop, count) if inside else inside
 
         def instant(row: int) -> float:
             column = [interval.column] if interval.column else names[:1]
@@ -104,7 +110,11 @@ class SlicedLog:
         # An instant that is not known counts as one beyond: rows too many, never too few.
         first = bisect_left(range(count), interval.first, key=instant)
         stop = bisect_right(range(count), interval.last, key=instant)
-        return range(max(first - BESIDE, 0), min(stop + BESIDE, count))
+        return _about(first, stop, count)
+
+
+def _about(first: int, stop: int, count: int) -> range:
+    return range(max(first - BESIDE, 0), min(stop + BESIDE, count))
 
 
 def filled(part: TablePart, pieces: Iterator[SlicedRows]) -> RawTable:

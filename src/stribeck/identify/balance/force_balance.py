@@ -80,7 +80,7 @@ def solve_balance(
     solved = synchrony.solved
     residuals = BalanceResiduals(solved.system)
     x = solved.values[parameters.free_places]
-    uncertain = uncertainty(residuals, x, keep=True, draws=draws)
+    uncertain = uncertainty(residuals, x, keep=True, draws=draws).without_rows()
     bias = None
     if parameters.law.states:
         bias = sensor_bias(solved, synchrony.recordings, synchrony.rows)

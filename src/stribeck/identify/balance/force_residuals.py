@@ -40,8 +40,10 @@ class BalanceResiduals:
         residuals = np.full((len(x), rows + self.priors), np.nan)
         shapes = x[:, self._shape]
         for shape in np.unique(shapes[physical], axis=0):
-            at = physical & (shapes == shape).all(axis=1)
-            forces = self._system.predicted(self._system.parameters.full(x[at]))
-            residuals[at, :rows] = np.subtract(self._system.y[:, None], forces, out=forces).T
+            at = np.flatnonzero(physical & (shapes == shape).all(axis=1))
+            # What is kept is as fast point by point; else logs are filtered for all at once.
+            for some in [[i] for i in at] if self._system.is_kept(shape) else [at]:
+                forces = self._system.predicted(self._system.parameters.full(x[some]))
+                residuals[some, :rows] = np.subtract(self._system.y[:, None], forces, out=forces).T
         residuals[:, rows:] = -x @ self._prior.T
         return residuals

@@ -86,7 +86,7 @@ class System:
         shapes, linear = p[:, self.shape], p[:, self.linear]
         alike = np.array_equal(self.parameters.full(p[:, self.free]), p)
         alike = alike and bool((shapes == shapes[:1]).all()) and len(p) > 0
-        if alike and (self._is_kept(shapes[0]) or len(p) > len(self.linear)):
+        if alike and (self.is_kept(shapes[0]) or len(p) > len(self.linear)):
             W, base = self.columns(shapes[0])
             forces: Array = np.einsum("mj,ij->mi", W, linear)
             forces += base[:, None]
@@ -138,7 +138,8 @@ class System:
             self._kept[key] = f[:, 1:], base
         return self._kept[key]
 
-    def _is_kept(self, shape: Array) -> bool:
+    def is_kept(self, shape: Array) -> bool:
+        """Whether the regressor at given shape parameters is at hand."""
         return shape.tobytes() in self._kept
 
     def solved(self, start: Array | None = None) -> tuple[Array, dict[str, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,6 +48,11 @@ class Uncertainty:
     correlation: Array
     bootstrap: Bootstrap | None
     rows: int
+
+    def without_rows(self) -> Uncertainty:
+        """The same without residuals and their slopes, of which a long log has millions."""
+        empty = np.zeros((len(self.x), 0))
+        return replace(self, profiles=replace(self.profiles, J=empty, residuals=np.zeros(0)))
 
     def by_name(self) -> dict[str, tuple[Profile, Sensitivity]]:
         """Profile and sensitivity of each parameter asked about."""

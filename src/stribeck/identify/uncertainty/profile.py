@@ -111,8 +111,8 @@ class Profiles:
         improved: How often a walk met a better fit.
         profiles: In the order of the space.
         quick: The quick look at x.
-        J: Slopes of the residuals at x over the unit cube, (dim, N).
-        residuals: At x, (N,).
+        J: Slopes of the residuals at x over the unit cube, (dim, N); N is 0 where they have served.
+        residuals: At x, (N,); the same.
         logs: Rows of each log.
         rows: Rows evaluated.
         complete: Whether the budget sufficed.
