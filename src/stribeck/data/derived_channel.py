@@ -15,7 +15,7 @@ from ..space import Array
 from .zero_phase import Samples
 
 
-class Channel(Protocol):
+class SampledChannel(Protocol):
     """Samples of a channel by their slice or numbers: an array, or what makes them."""
 
     def __len__(self) -> int:
@@ -34,7 +34,7 @@ class Shifted:
         offset: The constant.
     """
 
-    channel: Channel
+    channel: SampledChannel
     offset: float
 
     def __len__(self) -> int:
@@ -53,7 +53,7 @@ class Slope:
         rate: Samples a second.
     """
 
-    channel: Channel
+    channel: SampledChannel
     rate: float
 
     def __len__(self) -> int:
@@ -92,7 +92,7 @@ class Inner:
         last: The same at the end.
     """
 
-    channel: Channel
+    channel: SampledChannel
     first: int
     last: int
 

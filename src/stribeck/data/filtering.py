@@ -16,7 +16,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..space import Array
-from .derived_channel import Channel, Shifted, Slope
+from .derived_channel import SampledChannel, Shifted, Slope
 from .runs import runs, within
 from .zero_phase import BLOCK, Samples, Signal, zero_phase
 
@@ -201,9 +201,9 @@ def _round_rate(rate: float) -> float:
 class SmoothMotion(NamedTuple):
     """A low-passed position, m (rad), with its first and second slope over time, (N,) each."""
 
-    position: Channel
-    velocity: Channel
-    acceleration: Channel
+    position: SampledChannel
+    velocity: SampledChannel
+    acceleration: SampledChannel
 
 
 def smooth_motion(position: Array, rate: float, filtering: Filtering) -> SmoothMotion:
@@ -239,7 +239,7 @@ def smooth(position: Array, rate: float, filtering: Filtering) -> tuple[Array, A
 
 
 def unsure_of_direction(
-    v: Channel, rate: float, filtering: Filtering, error: float
+    v: SampledChannel, rate: float, filtering: Filtering, error: float
 ) -> NDArray[np.bool_]:
     """Where a low-passed velocity does not tell which way the axis moves, (N,).
 

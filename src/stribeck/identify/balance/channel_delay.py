@@ -27,7 +27,7 @@ from .lag_search import best_lags, columns, lag_sums
 from .modelled_force import force_signal
 
 if TYPE_CHECKING:
-    from ...data.derived_channel import Channel
+    from ...data.derived_channel import SampledChannel
     from ...data.zero_phase import Samples, Signal
     from .balance import Balance
     from .regression import System
@@ -154,7 +154,7 @@ def _reach(system: System) -> float:
     return min(stroke, _SHARE * longest)
 
 
-def _turns(t: Array, position: Channel) -> Array:
+def _turns(t: Array, position: SampledChannel) -> Array:
     """When a motion turns round and comes back by a share of its travel, s."""
     every = -(-len(t) // _STROKE_SAMPLES)
     t, x = t[::every], position[::every]

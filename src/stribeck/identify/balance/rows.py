@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...data.derived_channel import Channel, Inner, Slope
+from ...data.derived_channel import Inner, SampledChannel, Slope
 from ...data.filtering import (
     DECIMATION_GAIN,
     Bridged,
@@ -73,9 +73,9 @@ class Log:
     """
 
     clock: Array
-    v: Channel
-    a: Channel
-    position: Channel
+    v: SampledChannel
+    a: SampledChannel
+    position: SampledChannel
     raw: Array
     factor: int
     unsure: NDArray[np.bool_]
@@ -148,7 +148,7 @@ class Log:
             return self.weight
         return 1.0 if self.factor == 1 else DECIMATION_GAIN
 
-    def pick(self, x: Channel) -> Array:
+    def pick(self, x: SampledChannel) -> Array:
         """The samples of a full-rate channel at the rows, as they are."""
         return np.asarray(x[self.places])
 
