@@ -176,6 +176,8 @@ class MotionProblem:
         track = segment.track
         counts = np.flatnonzero(track.score)
         residuals: Array = (track.measured - positions).take(counts, axis=1) / self.scale
+        if track.reading.weight != 1.0:
+            residuals *= track.reading.weight
         if self._rig.floating:
             residuals -= residuals.mean(axis=1, keepdims=True)
         if (U := segment.start_directions) is not None:

@@ -177,7 +177,11 @@ def _segments(
             result.append(_from_rest(passage))
         else:
             result.append(_from_state(recording, rig, window))
-    return result
+    return [
+        replace(s, track=track)
+        for s in result
+        for track in rig.readings(s.track, recording, slice(s.begin, s.rows.stop))
+    ]
 
 
 @dataclass(frozen=True, eq=False)

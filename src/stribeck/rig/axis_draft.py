@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from .axis_table import ROLES
 from .composed import INPUT_COLUMNS, check_roles
 from .parts import Coefficient, Part
+from .two_masses import two_masses
 
 #: What the inputs of an axis are, beside its channels.
 _INPUTS = {
@@ -17,6 +18,14 @@ _INPUTS = {
     "external": "a known force on the load",
 }
 _WIDTH = 46
+#: What is to be said of the friction of an axis of two masses.
+_SIDES = (
+    'side = "load"                                 # or "motor", or "both"',
+    '# motor = "coulomb-viscous"                   # its own law, where both have friction',
+    "# An encoder at the motor, beside that of the load:",
+    "# [sensor.motor]",
+    "# [sensor.load]",
+)
 
 
 def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
@@ -41,6 +50,8 @@ def axis_draft(parts: Sequence[Part], *, rotary: bool) -> str:
         for part in parts:
             if part.role == role:
                 lines += ["", *_part(part, rotary)]
+    if two_masses(parts):
+        lines += ["", "[friction]", *_SIDES]
     lines += ["", "# Columns of the logs that say more than the channels do.", "[inputs]"]
     lines += [f'# {n} = "{INPUT_COLUMNS[n]}"  # {words}' for n, words in _INPUTS.items()]
     lines += [
@@ -70,4 +81,6 @@ def _value(c: Coefficient) -> str:
     """A coefficient as TOML takes it."""
     if c.idle is None:
         return f"{{ free = [{c.lower:g}, {c.upper:g}] }}"
+    if math.isnan(c.idle):  # each log tells
+        return "0"
     return f"{c.idle:g}" if math.isfinite(c.idle) else "1e9"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -15,6 +15,7 @@ from ..units import convertible
 from .composed import INPUT_COLUMNS, ComposedRig, settings
 from .parts import Coefficient, Part, part_named
 from .search_ranges import with_ranges
+from .two_masses import MOTOR_POSITION, SIDES, TOLERANCE, TwoMassRig, two_masses
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
 _Text = Annotated[str, Field(strict=True)]
@@ -37,6 +38,15 @@ class _Column(BaseModel):
     value: Finite
 
 
+class _Friction(BaseModel):
+    """Where an axis of two masses has its friction, and by which law on the motor's side."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    side: Literal["load", "motor", "both"] = "load"
+    motor: _Text = ""
+
+
 _Value = Finite | _Text | _Free | _Column
 _Role = dict[str, dict[str, _Value]]
 
@@ -55,6 +65,7 @@ class AxisTable(BaseModel):
     transmission: _Role = {"rigid": {}}
     load: _Role
     sensor: _Role = {}
+    friction: _Friction | None = None
     inputs: dict[str, str] = {}
     ranges: dict[str, tuple[Finite, Finite]] = {}
     shows: dict[str, str] = {}
@@ -86,8 +97,13 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         for role in ROLES
         for part, stated in getattr(content, role).items()
     ]
-    if odd := [n for n in content.inputs if n not in INPUT_COLUMNS]:
-        raise InputError(f"inputs: no input {odd[0]!r}: there are {', '.join(INPUT_COLUMNS)}")
+    kind, sides = _masses(content, parts)
+    inputs = {**INPUT_COLUMNS, **content.inputs}
+    known = (*INPUT_COLUMNS, *([MOTOR_POSITION] if kind is TwoMassRig else []))
+    if odd := [n for n in content.inputs if n not in known]:
+        raise InputError(f"inputs: no input {odd[0]!r}: there are {', '.join(known)}")
+    if MOTOR_POSITION in inputs:
+        sides["motor_column"] = inputs.pop(MOTOR_POSITION)
     for quantity, ours in (("position", "rad" if content.rotary else "m"),
                            ("velocity", "rad/s" if content.rotary else "m/s")):  # fmt: skip
         written = content.shows.get(quantity, ours)
@@ -102,11 +118,13 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     for word, setting in zip((content.step, content.tolerance), simulation, strict=True):
         if word is not None and not word > 0:
             raise InputError(f"{setting.name}: {word:g}: it must be above zero")
+    if kind is TwoMassRig:
+        simulation = (simulation[0], simulation[1].with_value(TOLERANCE))
     stepped = tuple(
         setting if word is None else setting.with_value(word)
         for word, setting in zip((content.step, content.tolerance), simulation, strict=True)
     )
-    rig = ComposedRig.compose(
+    rig = kind.compose(
         name if content.name is None else content.name,
         parts,
         rotary=content.rotary,
@@ -115,13 +133,41 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         laws=laws,
         constants=stepped,
         run_columns=columns,
-        input_columns={**INPUT_COLUMNS, **content.inputs},
+        input_columns=inputs,
         shows={**shown, **content.shows},
         columns=content.columns,
         table=dict(table),
+        **sides,
         **_bristles(laws[0], parts),
     )
     return with_ranges(rig, content.ranges)
+
+
+def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], dict[str, Any]]:
+    """The kind of rig that parts make, and where an axis of two masses has its friction.
+
+    Raises:
+        InputError: one mass, and what two have; or the friction of another side is asked for.
+    """
+    if not two_masses(parts):
+        if content.friction is not None:
+            raise InputError(
+                "friction: an axis of one mass has one side: [transmission.compliant] makes two"
+            )
+        if odd := [p.name for p in parts if p.role == "sensor" and p.name in SIDES]:
+            raise InputError(
+                f"sensor.{odd[0]}: an axis of one mass has one side: [transmission.compliant] "
+                "makes two"
+            )
+        return ComposedRig, {}
+    friction = content.friction or _Friction()
+    if friction.motor:
+        law_named(friction.motor)  # says which there are
+        if friction.side != "both":
+            raise InputError(
+                "friction.motor: the motor's own law, beside the load's: side = \"both\""
+            )
+    return TwoMassRig, {"friction_side": friction.side, "motor_law": friction.motor}
 
 
 def _bristles(law: str, parts: list[Part]) -> dict[str, Any]:

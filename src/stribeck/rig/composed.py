@@ -138,14 +138,18 @@ class ComposedRig(SteppedRig):
 
     def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
         """The parts' contributions; inertias add up. See `SteppedRig.coefficients`."""
+        return AxisConstants(**self.contributions(values, self.parts))
+
+    def contributions(self, values: Mapping[str, Any], parts: Iterable[Part]) -> dict[str, Any]:
+        """What parts make of the fields of the equation of motion; what several have adds up."""
         # A drive's chain has constants of its own, as a lead, which are no coefficients of a part.
         own = {c.name: values.get(c.name, c.idle) for p in self.parts for c in p.coefficients}
         values = {**own, "ratio": ratio(own)}
         fields: dict[str, Any] = {}
-        for part in self.parts:
+        for part in parts:
             for name, value in part.terms(values).items():
                 fields[name] = fields[name] + value if name in fields else value
-        return AxisConstants(**fields)
+        return fields
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 _WORDS = {
     "extra_forbidden": "a rig file has no such word: a variant of a shipped rig has kind, name, "
     "doc, law, constants, ranges, columns and drive; an axis of parts name, doc, law, rotary, "
-    "controller, motor, transmission, load, sensor, inputs, ranges, shows, columns, drive, step "
-    "and tolerance",
+    "controller, motor, transmission, load, sensor, friction, inputs, ranges, shows, columns, "
+    "drive, step and tolerance",
     "missing": "is missing",
     "finite_number": "must be a finite number",
     "float_type": "must be a number",

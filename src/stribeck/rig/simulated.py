@@ -63,6 +63,17 @@ class SimulatedRig(Rig):
         x = recording.position
         return prepared(self.drive(recording), recording.t[rows], x0, x[rows], score)
 
+    def readings(self, track: Track, recording: Recording, rows: slice) -> tuple[Track, ...]:
+        """The tracks of a motion, one for each sensor of a log that has read it.
+
+        Args:
+            track: As `track` has it.
+            recording: The log.
+            rows: Its samples in the track.
+        """
+        del recording, rows
+        return (track,)
+
     def stated(self, recording: Recording) -> Mapping[str, float]:
         """The constants that a log states itself, SI by name: these count, not the rig's."""
         del recording
@@ -206,7 +217,7 @@ class SimulatedRig(Rig):
     def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
         """Sums of squared position misfits over tracks, m^2, (n,); nan where one cannot run."""
         measured = np.concatenate([track.measured for track in tracks])
-        score = np.concatenate([track.score for track in tracks])
+        score = np.concatenate([t.score * t.reading.weight**2 for t in tracks])
         error = measured - self.positions_over(law, p, tracks)
         total: Array = (score * error * error).sum(axis=1)
         return total

@@ -206,6 +206,18 @@ class SteppedRig(SimulatedRig):
 
     def _motions(self, law: Law, p: Array, tracks: Sequence[Track]) -> tuple[Array, Array, Array]:
         """Position, velocity and drive force over tracks; see `motions_over`."""
+        p, k = self.checked(law, p), len(law.params)
+        c = np.array([self.constants_of_drive(law, p[:, k:], track.given) for track in tracks])
+        from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
+
+        return motions_over(law, AXIS, p[:, :k], c, tracks, self["step"], self["tolerance"])
+
+    def checked(self, law: Law, p: Array) -> Array:
+        """Parameter sets as (n, k).
+
+        Raises:
+            InputError: they are not this law's and rig's, or the rig's steps are none.
+        """
         p = np.atleast_2d(np.asarray(p, dtype=float))
         k = len(law.params)
         if p.shape[1] != k + len(self.own(law)):
@@ -217,14 +229,11 @@ class SteppedRig(SimulatedRig):
         if not (0 < step < np.inf and tolerance > 0):
             raise InputError(f"rig {self.name}: step = {step} s, tolerance = {tolerance}: "
                              "both must be above zero")  # fmt: skip
-        c = np.array([self.constants_of_drive(law, p[:, k:], track.given) for track in tracks])
-        from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
-
-        return motions_over(law, AXIS, p[:, :k], c, tracks, step, tolerance)
+        return p
 
     def imbalance(
         self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
-    ) -> Array:
+    ) -> Array | None:
         """Drive and surroundings less inertia and friction; see `SimulatedRig.imbalance`."""
         from .motion.force_imbalance import imbalances  # noqa: PLC0415 - as in `move`
 

@@ -2,6 +2,8 @@
 
 `event_driven` is the slide bed's, `implicit` steps everything else under one of its `drives`:
 `passage` from one sample to the next, by the `drive_force` and the `velocity` that balances it.
+`coupled_motions` are those of two masses, by the `coupled_passage` of events and steps under the
+`coupled_rates` and the play of their `coupling`.
 `held_slip` is a slip of the slide bed under what its controller is known to have read;
 `sampled_loop` is the loop of the test bed, with its sensors; `reference` is plain steps to compare
 with, `force_imbalance` what a measured motion leaves of the equation of motion. They run over a

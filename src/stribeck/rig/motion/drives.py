@@ -14,8 +14,8 @@ import numpy as np
 
 from ...space import Array
 
-#: The kinds of drive: an axis composed of parts, and the paper's slide bed.
-AXIS, SLIDE = range(2)
+#: The kinds of drive: an axis composed of parts, the paper's slide bed, and two masses of parts.
+AXIS, SLIDE, TWO_MASSES = range(3)
 #: How a demand is kept: it follows the axis at all times; held from a sample of the log to the
 #: next; in force a sample late; computed and in force when the inputs say so.
 FOLLOWS, HELD, LATE, CLOCKED = range(4)

@@ -200,7 +200,7 @@ def motions_over(
     if not n:
         return q, v, F
     t = np.concatenate([track.t - track.t[0] for track in tracks])
-    parts = _parts(t, first, step)
+    parts = steps_between(t, first, step)
     start = np.repeat([[track.x0, track.v0] for track in tracks], n, axis=0)
     general = law.rub is not None
     row_pool.pool().share(
@@ -217,7 +217,7 @@ def motions_over(
     return q, v, F
 
 
-def _parts(t: Array, first: NDArray[np.int64], step: float) -> NDArray[np.int64]:
+def steps_between(t: Array, first: NDArray[np.int64], step: float) -> NDArray[np.int64]:
     """How many steps there are from each sample to the next, (N,); one from the last of a track.
 
     Raises:

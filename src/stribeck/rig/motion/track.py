@@ -16,6 +16,24 @@ if TYPE_CHECKING:
 RUN = 64
 
 
+class SideReading(NamedTuple):
+    """What is measured of an axis whose motor and load move apart.
+
+    Args:
+        by_motor: Whether it is the motor's position, not the load's.
+        ahead: By how much the motor is ahead of the load at the start, m or rad; nan if unknown.
+        zero: By how much the motor's position is read higher than it is.
+        aligned: Whether zeros are not known, so that the measured mean is the simulated one.
+        weight: Of its residuals, beside those of the load's position.
+    """
+
+    by_motor: bool = False
+    ahead: float = np.nan
+    zero: float = 0.0
+    aligned: bool = False
+    weight: float = 1.0
+
+
 class Track(NamedTuple):
     """One stroke to simulate: its command, its samples, and what was measured there.
 
@@ -36,6 +54,7 @@ class Track(NamedTuple):
         given: What the log says of its axis, SI, in the order in which its rig reads it.
         stretch: Command less position as the controller read it, held until it did again, at the
             samples, m, (N,); empty where it goes by the position itself.
+        reading: What is measured, where an axis has two masses.
     """
 
     knots_t: Array
@@ -51,6 +70,7 @@ class Track(NamedTuple):
     held: Array = np.empty(0)
     given: Array = np.empty(0)
     stretch: Array = np.empty(0)
+    reading: SideReading = SideReading()
 
 
 def track(

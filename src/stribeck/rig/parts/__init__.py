@@ -16,9 +16,9 @@ __all__ = ["PARTS", "Coefficient", "Part", "Role", "part_named"]
 _DECLARED = (
     controllers.PD, controllers.DAMPED, controllers.CASCADE, controllers.PWM, controllers.NONE,
     motors.FORCE, motors.CURRENT, motors.VOLTAGE,
-    transmissions.RIGID, transmissions.GEAR, transmissions.SCREW,
+    transmissions.RIGID, transmissions.GEAR, transmissions.SCREW, transmissions.COMPLIANT,
     loads.MASS, loads.INERTIA, loads.PENDULUM, loads.SPRING,
-    sensors.ENCODER,
+    sensors.ENCODER, sensors.MOTOR, sensors.LOAD,
 )  # fmt: skip
 
 #: Every part by role and name.

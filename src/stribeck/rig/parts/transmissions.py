@@ -67,6 +67,30 @@ SCREW = Part(
     rotary=False,
 )  # fmt: skip
 
+COMPLIANT = Part(
+    name="compliant",
+    role="transmission",
+    doc="a spring with a damper and play between a motor and a load that both have inertia",
+    equation="F = T = k s + d s' at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
+    "n = ratio; n² armature a_m = F_m − T − F_f,m",
+    coefficients=(
+        Coefficient("ratio", "", "turns (way) of the motor for one of the load", 1.0, 1e-3, 1e4,
+                    True, positive=True),
+        Coefficient("stiffness", "N/m", "stiffness between motor and load, at the load",
+                    lower=1.0, upper=1e9, log=True, rotary="N m/rad", symbol="k",
+                    positive=True),
+        Coefficient("damping", "N s/m", "damping beside it", 0.0, 0.0, 1e6,
+                    rotary="N m s/rad", symbol="d"),
+        Coefficient("play", "m", "way of the load from flank to flank with the motor held", 0.0,
+                    0.0, 1.0, rotary="rad", symbol="b"),
+        Coefficient("start", "", "where in the play a motion starts, −1 to 1, if no encoder tells",
+                    0.0, -1.0, 1.0),
+    ),
+    terms=lambda values: {
+        name: values[name] for name in ("stiffness", "damping", "play", "start")
+    },
+)  # fmt: skip
+
 
 def ratio(values: Mapping[str, Any]) -> Any:
     """Speed of the motor over that of the load, of the values of an axis."""

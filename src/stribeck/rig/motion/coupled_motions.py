@@ -1,0 +1,213 @@
+"""Motion of two masses that a spring with play joins, under friction of any law on each side.
+
+The rows of `coupled_passage` over candidates and logs: of each a start at the load's position and
+velocity, the motor where its coupling has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import float64, int64, types, void
+
+from ...compile_cache import compiled
+from ...errors import InputError
+from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
+from ...friction.law import DRIVE, POSITION, slip_law, term_places
+from ...space import Array
+from . import row_pool
+from .coupled_passage import STAGES, coupled_passage
+from .coupled_rates import (
+    EVENTS,
+    FLANK,
+    GENERAL,
+    LOAD,
+    LOAD_RUBS,
+    MODES,
+    MOTOR,
+    MOTOR_RUBS,
+    PLAIN,
+    Q_M,
+    SMOOTH,
+    STATE,
+    V_M,
+    Q,
+    V,
+    read_position,
+)
+from .coupling import coupled_at, coupling_constants
+from .drive_force import DEMAND, LOAD_ROOM, LOOP_MEMORY, demanded, held_demand, loop_reset, mixed
+from .drives import AXIS, ENABLED, INPUTS, WIDTH
+from .implicit import EACH, FEWEST, ROOM, steps_between
+from .row_pool import borrowed
+from .velocity import NO_RUB
+
+if TYPE_CHECKING:
+    from ...friction import Law
+    from .track import Track
+
+_F1 = types.Array(float64, 1, "C", readonly=True)
+_F2 = types.Array(float64, 2, "C", readonly=True)
+_W2 = float64[:, ::1]
+_I1 = int64[::1]
+
+
+def _no_slip(v: float, p: Array) -> float:  # noqa: ARG001
+    """Stands for the law of a side without friction; it is never called."""
+    return 0.0
+
+
+@compiled(
+    void(
+        SLIP_TYPE, RUB_TYPE, int64, _F2, _I1, SLIP_TYPE, RUB_TYPE, int64, _F2, _I1,
+        _F2, _F1, _I1, _F2, _I1, _I1, _F2, float64, _W2, _W2, _W2, _W2, _W2, _I1,
+    ),
+    nogil=True,
+)  # fmt: skip
+def _rows(  # a loop over candidates and samples
+    slip_m: Any, rub_m: Any, rubbing_m: int, p_m: Array, term_m: Array, slip: Any, rub: Any,
+    rubbing: int, p: Array, term: Array, c: Array, t: Array,
+    first: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
+    out_q_m: Array, out_v_m: Array, out_q: Array, out_v: Array, out_F: Array, counter: Array,
+) -> None:  # fmt: skip
+    """Simulate the motions that no thread has taken yet, one after the other, until none is left.
+
+    A motion is a candidate's over a track, in the order of `implicit.motions_over`.
+    """
+    term_m, term, t, parts = borrowed(term_m), borrowed(term), borrowed(t), borrowed(parts)
+    inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
+    owner, stages, modes = (
+        np.zeros((10, LOAD_ROOM + INPUTS)),
+        np.empty((STAGES, STATE)),
+        np.zeros(MODES, np.int64),
+    )
+    u, load_m, load = (
+        borrowed(owner[0, :INPUTS]),
+        borrowed(owner[1, :LOAD_ROOM]),
+        borrowed(owner[2, :LOAD_ROOM]),
+    )
+    last, none, mode = borrowed(owner[3, :LOOP_MEMORY]), borrowed(owner[4, :0]), borrowed(modes)
+    y, at, rates = borrowed(owner[5, :STATE]), borrowed(owner[6, :STATE]), borrowed(stages)
+    g, before, beyond = (
+        borrowed(owner[7, :EVENTS]),
+        borrowed(owner[8, :EVENTS]),
+        borrowed(owner[9, :EVENTS]),
+    )
+    while True:
+        job = row_pool.next_row(counter)
+        if job >= len(start):
+            owner[0, 0] = stages[0, 0] = modes[0] = 0  # kept alive
+            return
+        i, row = job // len(p), job % len(p)
+        begin, end = first[i], first[i + 1]
+        a_m, a, b = borrowed(p_m[row]), borrowed(p[row]), borrowed(c[job])
+        axis, coupling = b[:WIDTH], coupling_constants(b[2 * WIDTH :])
+        u[:] = 0.0
+        u[ENABLED] = 1.0
+        y[Q], y[V] = start[job, 0], start[job, 1]
+        half, ahead = 0.5 * coupling.play, start[job, 2]
+        if np.isnan(ahead):
+            ahead = np.copysign(half, y[V]) if y[V] != 0.0 else half * coupling.start
+        ahead = min(max(ahead, -half), half)
+        y[Q] -= ahead * start[job, 3]
+        y[Q_M], y[V_M] = y[Q] + ahead, y[V]
+        v = y[V]
+        mode[MOTOR] = 1 if rubbing_m == SMOOTH or v > 0.0 else -1 if v < 0.0 else 0
+        mode[LOAD] = 1 if rubbing == SMOOTH or v > 0.0 else -1 if v < 0.0 else 0
+        mode[FLANK] = coupled_at(coupling, ahead)
+        mode[MOTOR_RUBS], mode[LOAD_RUBS] = rubbing_m, rubbing
+        load_m[POSITION] = load[POSITION] = np.nan  # of another axis
+        twist, piece, steps_left = 0.0, 1.0, ROOM + EACH * parts[begin : end - 1].sum()
+        mixed(inputs, held, begin, 0.0, u)
+        holds = held_demand(AXIS, axis)
+        if holds:
+            loop_reset(axis, u, read_position(coupling, y[Q_M], y[Q]), y[V_M], last)
+        for k in range(begin, end):
+            mixed(inputs, held, k, 0.0, u)
+            if holds:
+                read = read_position(coupling, y[Q_M], y[Q])
+                load_m[DEMAND] = demanded(axis, u, read, y[V_M], last)
+            out_q_m[row, k], out_v_m[row, k] = y[Q_M], y[V_M]
+            out_q[row, k], out_v[row, k], out_F[row, k] = y[Q], y[V], load_m[DRIVE]
+            if k == end - 1 or not np.isfinite(y[Q]):
+                break
+            twist, piece, steps_left = coupled_passage(
+                slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, inputs,
+                held, k, parts[k], t[k + 1] - t[k], tolerance, y, twist, mode, u, load_m, load,
+                none, rates, at, g, before, beyond, piece, steps_left,
+            )  # fmt: skip
+
+
+def motions_of_two(
+    laws: tuple[Law | None, Law | None],
+    p: tuple[Array, Array],
+    c: Array,
+    tracks: Sequence[Track],
+    step: float,
+    tolerance: float,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Position and velocity of motor and load, and the motor's force, (n, N) each.
+
+    Nan from where a motion runs away or takes too many steps. N are the samples of all tracks, one
+    track after the other.
+
+    Args:
+        laws: Friction of the motor and of the load; None for none.
+        p: Their parameters, (n, k) each.
+        c: (tracks, n, 2 WIDTH + COUPLING): an axis of the motor, an axis of the load, a coupling.
+        tracks: Sample times, inputs (m, N), which of them are held, and the start: the load's
+            position, or the motor's where that is what is read. Where it is not known by how much
+            the motor is ahead, it is at the flank that drives a load that moves, and at a rest
+            where the coupling has it.
+        step: No step is longer, s.
+        tolerance: Error of a whole step at most, m or rad.
+
+    Raises:
+        InputError: a law with states; so many steps that nobody would wait for them.
+    """
+    for law in laws:
+        if law is not None and law.states:
+            raise InputError(
+                f"law {law.name} has states, and an axis of two masses is simulated under laws "
+                "without: choose one of those"
+            )
+    n = len(p[0])
+    first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
+    out = np.full((5, n, first[-1]), np.nan)
+    if not n:
+        return out[0], out[1], out[2], out[3], out[4]
+    t = np.concatenate([track.t - track.t[0] for track in tracks])
+    parts = steps_between(t, first, step)
+    start = np.repeat(
+        [
+            [s.x0, s.v0, s.reading.ahead, s.reading.by_motor and np.isnan(s.reading.ahead)]
+            for s in tracks
+        ],
+        n,
+        axis=0,
+    )
+    sides: list[Any] = []
+    for law, own in zip(laws, p, strict=True):
+        general = law is not None and law.rub is not None
+        sides += [
+            addressed(slip_law(_no_slip) if law is None else law.slip),
+            addressed(law.rub if law is not None and general else NO_RUB, RUB_SIGNATURE),
+            SMOOTH if law is None else GENERAL if general else PLAIN, _ready(own),
+            np.array([-1, -1, 0]) if law is None else term_places(law),
+        ]  # fmt: skip
+    row_pool.pool().share(
+        _rows, len(start),
+        (
+            *sides, _ready(np.concatenate(c)), t, first,
+            _ready(np.concatenate([track.inputs for track in tracks], axis=1)),
+            tracks[0].held.astype(np.int64), parts, _ready(start), tolerance, *out,
+        ),
+        max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
+    )  # fmt: skip
+    return out[0], out[1], out[2], out[3], out[4]
+
+
+def _ready(a: Any) -> Array:
+    return np.ascontiguousarray(a, dtype=float)

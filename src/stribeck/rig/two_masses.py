@@ -1,0 +1,321 @@
+"""An axis of parts whose motor and load move apart: a compliant transmission, with play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ..data.resolution import noise, step
+from ..data.segmentation import rests
+from ..errors import InputError
+from ..friction import law_named
+from .composed import ComposedRig
+from .equation import Equation
+from .motion.coupling import COUPLING, CouplingConstants
+from .motion.drives import TWO_MASSES, AxisConstants, rows
+from .motion.track import SideReading, Track, prefix_sums
+from .rig import Motion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from ..data.recording import Recording
+    from ..friction import Law
+    from ..space import Array, Param
+    from .parts import Part
+
+Side = Literal["load", "motor", "both"]
+#: Sensors of one side each, and what a column with the motor's position is called.
+SIDES = ("motor", "load")
+MOTOR_POSITION = "motor_position"
+#: What the parameters of the motor's friction are called, after the law's own names for them.
+OF_MOTOR = "_motor"
+#: Way by which a step may be off where nobody says, um or mrad: its rule is of order 5, so that a
+#: tenth of it takes 1.6 times as long.
+TOLERANCE = 0.02
+#: Extremes of the way by which a motor is ahead, percentiles: the play's middle is between them.
+_EXTREMES = (2.0, 98.0)
+#: Share of that way that a flank is near.
+_BAND = 0.25
+#: Samples of a rest over which the start of a motion is a mean, at most.
+_STILL = 50
+#: What a sensor's steps are as noise, root mean square.
+_STEP = 12.0**-0.5
+
+
+@dataclass(frozen=True, eq=False)
+class TwoMassRig(ComposedRig):
+    """An axis of two masses; friction acts on the load, on the motor, or on both.
+
+    Its position is the load's where that has an encoder, or none is stated; else the motor's, in
+    the load's unit. With an encoder on both sides, a log has the motor's in a column of its own.
+
+    Args:
+        friction_side: Where friction is.
+        motor_law: The motor's own law, where both sides have friction; the load's by default.
+        motor_column: Column of a log with the motor's position, where both are read.
+    """
+
+    friction_side: Side = "load"
+    motor_law: str = ""
+    motor_column: str = MOTOR_POSITION
+
+    @property
+    def encoders(self) -> Side:
+        """Which sides are read."""
+        read = {p.name for p in self.parts if p.role == "sensor" and p.name in SIDES}
+        return "both" if len(read) > 1 else "motor" if read == {"motor"} else "load"
+
+    def law_of_motor(self, law: Law) -> Law | None:
+        """The law of the friction on the motor's side, of a law of the axis."""
+        if self.friction_side == "both":
+            return law_named(self.motor_law) if self.motor_law else law
+        return law if self.friction_side == "motor" else None
+
+    def own(self, law: Law) -> tuple[Param, ...]:
+        """Its own parameters and, where both sides have friction, those of the motor's."""
+        if self.friction_side != "both":
+            return self.params
+        motor = self.law_of_motor(law) or law
+        named = (
+            replace(q, name=q.name + OF_MOTOR, symbol="", doc=f"{q.doc}, on the motor's side")
+            for q in motor.params
+        )
+        return (*self.params, *named)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse values with which nothing can be simulated."""
+        super().check(values)
+        if values.get("F_fm", 0.0) > 0.0:
+            raise InputError(
+                f"rig {self.name}: F_fm: friction of a motor with inertia is a law: [friction] "
+                'side = "both"'
+            )
+        if values.get("play", 0.0) < 0.0 or values.get("damping", 0.0) < 0.0:
+            raise InputError(f"rig {self.name}: play and damping must not be below zero")
+
+    def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
+        """An axis of the motor, one of the load, and the coupling, (n, 2 WIDTH + COUPLING)."""
+        by_name = {c.name: c.value for c in self.constants}
+        by_name |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
+        self.check(by_name)
+        values = by_name | {q.name: own[:, k] for k, q in enumerate(self.own(law))}
+        roles: dict[str, list[Part]] = {"motor": [], "load": [], "transmission": []}
+        for part in self.parts:
+            role = "transmission" if part.name in ("motor", "load") else part.role
+            roles["motor" if role in ("controller", "sensor") else role].append(part)
+        motor = AxisConstants(**self.contributions(values, roles["motor"]))
+        load = AxisConstants(**{"gain": 0.0, **self.contributions(values, roles["load"])})
+        coupling = CouplingConstants(**self.contributions(values, roles["transmission"]))
+        for side, axis in (("motor: state armature", motor), ("load", load)):
+            if np.ndim(axis.M) == 0 and not axis.M > 0.0:
+                raise InputError(
+                    f"rig {self.name}: an axis of two masses needs an inertia above zero of the "
+                    f"{side}"
+                )
+        n = len(own)
+        return np.hstack([rows(motor, n), rows(load, n), rows(coupling, n)[:, :COUPLING]])
+
+    def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
+        """Samples, inputs and start of a stretch, of the encoder that `position` is."""
+        track = super().track(recording, rows, x0, score)
+        reading = SideReading(by_motor=self.encoders == "motor")
+        motor = self._motor_position(recording)
+        if motor is not None:
+            start = rows.start + np.flatnonzero(_still(recording, rows))[:_STILL]
+            reading = self._read(recording, motor, start, x0)
+        return track._replace(reading=reading)
+
+    def readings(self, track: Track, recording: Recording, rows: slice) -> tuple[Track, ...]:
+        """The load's track, and the motor's where both are read; see `SimulatedRig.readings`.
+
+        Raises:
+            InputError: the log lacks the motor's position.
+        """
+        motor = self._motor_position(recording)
+        if self.encoders != "both":
+            return (track,)
+        if motor is None:
+            raise InputError(
+                f"{recording.label}: rig {self.name} reads both sides, and there is no column "
+                f'{self.motor_column!r}: name the motor\'s in [inputs] motor_position = "HEAD"'
+            )
+        stated = np.isfinite(self["zero"]) if self._states("zero") else False
+        noises = [
+            float(np.hypot(noise(log), step(log.position) * _STEP))
+            for log in (recording, replace(recording, position=motor))
+        ]
+        weight = noises[0] / noises[1] if min(noises) > 0.0 else 1.0
+        score = track.score.copy()
+        score[: _forgotten(motor - recording.position, rows)] = 0.0
+        reading = track.reading._replace(aligned=not stated)
+        return tuple(
+            track._replace(
+                measured=measured,
+                score=score,
+                sums=prefix_sums(score, measured - track.x0),
+                reading=shown,
+            )
+            for measured, shown in (
+                (track.measured, reading),
+                (
+                    np.ascontiguousarray(motor[rows]),
+                    reading._replace(by_motor=True, weight=weight),
+                ),
+            )
+        )
+
+    def _states(self, name: str) -> bool:
+        return any(c.name == name for c in self.constants)
+
+    def _motor_position(self, recording: Recording) -> Array | None:
+        """The motor's position in a log, in the load's unit, (N,)."""
+        if self.encoders != "both" or self.motor_column not in recording.extra:
+            return None
+        per_load = self["per_load"] if self._states("per_load") else 1.0
+        motor: Array = np.asarray(recording.extra[self.motor_column], dtype=float) / per_load
+        if not np.isfinite(motor).all():
+            raise InputError(
+                f"{recording.label}: {self.motor_column}: a position that is no finite number"
+            )
+        return motor
+
+    def _read(self, recording: Recording, motor: Array, start: Array, x0: float) -> SideReading:
+        """How far the motor is ahead at a start, and what it shows more than the load's."""
+        difference = motor - recording.position
+        zero = float(np.mean(np.percentile(difference, _EXTREMES)))
+        if self._states("zero") and np.isfinite(self["zero"]):
+            zero = self["zero"]
+        ahead = float(difference[start].mean()) - zero
+        return SideReading(ahead=ahead, zero=float(motor[start].mean()) - x0 - ahead)
+
+    def thinned(self, tracks: Sequence[Track]) -> list[Track] | None:
+        """None where two encoders read one motion."""
+        return None if self.encoders == "both" else super().thinned(tracks)
+
+    def move(self, law: Law, p: Array, track: Track) -> Motion:
+        """The motion of the side that a track has measured; see `SimulatedRig.move`."""
+        sides = self.sides(law, p, track)
+        return sides[0] if track.reading.by_motor else sides[1]
+
+    def sides(self, law: Law, p: Array, track: Track) -> tuple[Motion, Motion]:
+        """The motions of the motor, as its encoder reads it, and of the load, over a track."""
+        q_m, v_m, q, v, F = self._both(law, p, (track,))
+        by_motor = track._replace(reading=track.reading._replace(by_motor=True))
+        return Motion(track.t, _as_read(q_m, q, by_motor), v_m, F), Motion(track.t, q, v, F)
+
+    def positions_over(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
+        """The positions over several tracks as they were read, each motion simulated once."""
+        distinct: list[Track] = []
+        places = []
+        for track in tracks:
+            place = next((i for i, o in enumerate(distinct) if _same_motion(o, track)), None)
+            if place is None:
+                place = len(distinct)
+                distinct.append(track)
+            places.append(place)
+        q_m, _, q, _, _ = self._both(law, p, distinct)
+        ends = np.cumsum([len(track.t) for track in distinct])[:-1]
+        parts = list(zip(np.split(q_m, ends, axis=1), np.split(q, ends, axis=1), strict=True))
+        read = [_as_read(*parts[i], track) for i, track in zip(places, tracks, strict=True)]
+        return np.concatenate(read, axis=1)
+
+    def _both(
+        self, law: Law, p: Array, tracks: Sequence[Track]
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Positions and velocities of motor and load over tracks, and the motor's force."""
+        p = self.checked(law, p)
+        k = len(law.params)
+        from .motion.coupled_motions import motions_of_two  # noqa: PLC0415 - compiled code that others need not load
+
+        own = p[:, k:]
+        c = np.array([self.constants_of_drive(law, own, track.given) for track in tracks])
+        c[:, :, -1] = np.array([track.reading.zero for track in tracks])[:, None]
+        motor = self.law_of_motor(law)
+        friction = {"load": own[:, :0], "motor": p[:, :k]}.get(
+            self.friction_side, own[:, len(self.params) :]
+        )
+        laws = (motor, None if self.friction_side == "motor" else law)
+        shares = (friction, p[:, :k])
+        motion = motions_of_two(laws, shares, c, tracks, self["step"], self["tolerance"])
+        if self.friction_side == "both" and motor is not None:
+            unphysical = ~np.asarray(motor.physical(friction), dtype=bool)
+            for part in motion:
+                part[unphysical] = np.nan
+        return motion
+
+    def imbalance(
+        self, law: Law, p: Array, track: Track, motion: tuple[Array, Array, Array]
+    ) -> Array | None:
+        """None: what is left over of the motion of one mass is the other's."""
+        del law, p, track, motion
+        return None
+
+    def resting(self, track: Track, instant: float, position: float) -> Array | None:
+        """None: what the spring carries at a rest is not in a log."""
+        del track, instant, position
+        return None
+
+    @property
+    def entry(self) -> int | None:
+        """None: a compensator's trial steps one mass."""
+        return None
+
+    def equation(self, law: Law) -> Equation:
+        """The parts and what drives them."""
+        one = super().equation(law)
+        where = {
+            "load": "F_f the friction of the load",
+            "motor": "F_f,m the friction, on the motor's side",
+            "both": "F_f the friction of the load, F_f,m that of the motor's side",
+        }
+        return replace(one, drive=TWO_MASSES, text=f"{one.text};  {where[self.friction_side]}")
+
+
+def two_masses(parts: Iterable[Part]) -> bool:
+    """Whether parts make an axis of two masses."""
+    return any(p.role == "transmission" and p.name == "compliant" for p in parts)
+
+
+def _as_read(q_m: Array, q: Array, track: Track) -> Array:
+    """What the encoder of a track shows of the positions of motor and load, (n, N)."""
+    reading = track.reading
+    position = q_m + reading.zero if reading.by_motor else q
+    counts = track.score > 0
+    if reading.aligned and counts.any():
+        position = position + (track.measured - position)[:, counts].mean(axis=1, keepdims=True)
+    return position
+
+
+def _same_motion(one: Track, other: Track) -> bool:
+    """Whether two tracks are of one motion, read by two encoders."""
+    return (
+        one.inputs is other.inputs
+        and (one.x0, one.v0, one.reading.ahead) == (other.x0, other.v0, other.reading.ahead)
+        and one.given is other.given
+    )
+
+
+def _forgotten(ahead: Array, rows: slice) -> int:
+    """Samples of a track after which it does not matter any more where its play began.
+
+    By then the motor has been ahead and behind, by the measured way by which it is: at both flanks.
+    """
+    low, high = np.percentile(ahead, _EXTREMES)
+    band = _BAND * (high - low)
+    within = ahead[rows]
+    first = [np.flatnonzero(side) for side in (within < low + band, within > high - band)]
+    return int(max(side[0] for side in first)) if all(map(len, first)) else 0
+
+
+def _still(recording: Recording, rows: slice) -> Array:
+    """Which of the samples of a track are those of the rest in which it starts; else the first."""
+    still = np.zeros(rows.stop - rows.start, dtype=bool)
+    still[0] = True
+    for rest in rests(recording):
+        if rest.start <= rows.start < rest.stop:
+            still[: rest.stop - rows.start] = True
+    return still

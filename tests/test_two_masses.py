@@ -1,0 +1,264 @@
+"""Axes of two masses that a spring with play joins: against plain steps, limits, and as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from foreign import two_masses as plain_steps
+from stribeck import LAWS, InputError, Recording, identify
+from stribeck.friction import law_named
+from stribeck.rig.axis_table import composed_axis
+from stribeck.rig.motion.track import Track
+from stribeck.rig.simulated import SimulatedRig, as_simulated
+from stribeck.rig.two_masses import TwoMassRig
+from stribeck.space import Array
+
+LAW = LAWS["coulomb-viscous"]
+t = np.arange(0.0, 1.5, 2e-3)
+#: A servo axis: 2 and 5 kg, a coupling that swings at 95 Hz, 0.2 mm of play.
+SERVO = {
+    "armature": 2.0, "M": 5.0, "stiffness": 5e5, "damping": 100.0, "play": 2e-4, "F_C": 20.0,
+    "F_V": 30.0, "F_C_motor": 10.0, "F_V_motor": 20.0,
+}  # fmt: skip
+GAINS = {"kp": 2e4, "kd": 300.0}
+GOAL = np.minimum(t, 1.0) * (0.01 * np.sin(9.0 * t) + 0.004 * np.sin(20.0 * t))
+FORCE = 90.0 * np.sin(8.0 * t) + 30.0 * np.sin(20.0 * t)
+SENSORS: dict[str, Any] = {"motor": {}, "load": {}}
+
+
+def rig_of(values: dict[str, float], law: str = "coulomb-viscous", **changed: Any) -> TwoMassRig:
+    """An axis of two masses whose coefficients are all stated."""
+    commanded = "kp" in values
+    parts = {
+        "controller": ("damped", ("kp", "kd")) if commanded else ("none", ()),
+        "motor": ("force", ("armature",)),
+        "transmission": ("compliant", ("stiffness", "damping", "play", "start")),
+        "load": ("mass", ("M", "offset")),
+    }
+    table: dict[str, Any] = {
+        role: {name: {n: values[n] for n in names if n in values}}
+        for role, (name, names) in parts.items()
+    }
+    table |= {"law": law, "friction": {"side": "both"}, "sensor": SENSORS, "tolerance": 1e-3}
+    rig = composed_axis(table | changed, "test")
+    assert isinstance(rig, TwoMassRig)
+    return rig
+
+
+def started(rig: SimulatedRig, force: Array | None = None, goal: Array | None = None) -> Track:
+    """The track of a rig from rest at 0."""
+    log = Recording(t=t, position=np.zeros(len(t)), command=goal, force=force)
+    return rig.track(log, slice(0, len(t)), 0.0, np.ones(len(t)))._replace(v0=0.0)
+
+
+def moved(
+    rig: TwoMassRig, values: dict[str, float], force: Array | None = None, goal: Array | None = None
+) -> tuple[Array, Array]:
+    """Positions of motor and load from rest at 0, (N,) each."""
+    law = law_named(rig.laws[0])
+    p = np.array([[values[q.name] for q in rig.parameters(law)]])
+    motor, load = rig.sides(law, p, started(rig, force, goal))
+    return motor.position[0], load.position[0]
+
+
+AXES: dict[str, tuple[dict[str, float], str, dict[str, Array]]] = {
+    "play, under force": (SERVO, "coulomb-viscous", {"force": FORCE}),
+    "no play, no damper": (SERVO | {"play": 0.0, "damping": 0.0}, "coulomb-viscous",
+                           {"force": FORCE}),
+    "play in a loop": (SERVO | GAINS, "coulomb-viscous", {"goal": GOAL}),
+    "a load that sticks and jumps": (
+        SERVO | GAINS | {"stiffness": 4e4, "F_S": 60.0, "v_SS": 5e-3, "F_S_motor": 10.0,
+                         "v_SS_motor": 5e-3, "exponent": 2.0, "exponent_motor": 2.0},
+        "stribeck", {"goal": 0.02 * t},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_two_masses_are_their_equations(name: str) -> None:
+    """Plain steps come nearer and nearer, in proportion to their length."""
+    values, law, inputs = AXES[name]
+    motor, load = moved(rig_of(values, law), values, **inputs)
+    drive = {"drive" if n == "force" else n: x for n, x in inputs.items()}
+    stated = {"M_m": values["armature"], **values}
+    errors = []
+    for sub in (50, 400, 3200):
+        known_motor, known_load = plain_steps.simulate(stated, t, sub, **drive)
+        off = np.abs(known_motor - motor).max(), np.abs(known_load - load).max()
+        errors.append(float(max(off)))
+    way = np.ptp(motor - load)
+    assert way > 5e-5
+    assert errors[2] < 5e-3 * way
+    assert errors[2] < 0.25 * errors[1] < 0.06 * errors[0]
+
+
+def test_a_motion_does_not_depend_on_the_tolerance_of_its_steps() -> None:
+    values = SERVO | GAINS
+    fine, rough = (
+        moved(rig_of(values, tolerance=tolerance), values, goal=GOAL) for tolerance in (1e-4, 0.1)
+    )
+    for a, b in zip(fine, rough, strict=True):
+        assert np.abs(a - b).max() < 1e-7
+
+
+def test_an_axis_left_alone_loses_energy() -> None:
+    """From where the force ends on; its spring has no damper, so that positions tell its energy."""
+    values = SERVO | {"damping": 0.0, "F_C": 2.0, "F_C_motor": 1.0}
+    rig = rig_of(values)
+    force = np.where(t < 0.1, FORCE, 0.0)
+    p = np.array([[values[q.name] for q in rig.parameters(LAW)]])
+    motor, load = rig.sides(LAW, p, started(rig, force))
+    ahead = motor.position[0] - load.position[0]
+    twist = np.sign(ahead) * np.maximum(np.abs(ahead) - 0.5 * values["play"], 0.0)
+    energy = 0.5 * (
+        2.0 * motor.velocity[0] ** 2 + 5.0 * load.velocity[0] ** 2 + values["stiffness"] * twist**2
+    )
+    alone = energy[t > 0.102]
+    assert alone[0] > 0.1
+    assert np.diff(alone).max() < 1e-9 * alone[0]
+    assert alone[-1] < 1e-3 * alone[0]
+
+
+@pytest.mark.parametrize("values", [SERVO, SERVO | {"play": 0.0}])
+def test_a_mirrored_force_mirrors_the_motion(values: dict[str, float]) -> None:
+    rig = rig_of(values)
+    forth, back = (moved(rig, values, force=sign * FORCE) for sign in (1.0, -1.0))
+    for a, b in zip(forth, back, strict=True):
+        np.testing.assert_array_equal(a, -b)
+
+
+def test_a_stiff_coupling_is_none() -> None:
+    """The nearer to the rigid axis the stiffer, in proportion."""
+    table = {
+        "controller": {"none": {}}, "motor": {"force": {"armature": 2.0}},
+        "load": {"mass": {"M": 5.0}}, "law": "coulomb-viscous", "tolerance": 1e-3,
+    }  # fmt: skip
+    rigid = as_simulated(composed_axis(table, "rigid"))
+    known = rigid.move(LAW, np.array([[30.0, 50.0]]), started(rigid, FORCE)).position[0]
+    errors = []
+    for k in (1e5, 1e6, 1e7):
+        values = SERVO | {"stiffness": k, "damping": 2.0 * np.sqrt(k), "play": 0.0}
+        motor, load = moved(rig_of(values), values, force=FORCE)
+        errors.append(max(np.abs(motor - known).max(), np.abs(load - known).max()))
+    assert errors[2] < 2e-4 * np.ptp(known)
+    assert errors[2] < 0.2 * errors[1] < 0.04 * errors[0]
+
+
+def test_the_controller_reads_the_side_that_it_is_said_to() -> None:
+    """With the load's encoder in the loop the load comes to where it is asked to be."""
+    values = SERVO | GAINS | {"F_C": 0.0, "F_C_motor": 0.0, "offset": 20.0}  # 1 mm of the loop
+    goal = 1e-3 * np.minimum(t / 0.2, 1.0)
+    by_motor = moved(rig_of(values), values, goal=goal)
+    sensors = {"motor": {}, "load": {"by_load": 1}}
+    by_load = moved(rig_of(values, sensor=sensors), values, goal=goal)
+    assert abs(by_motor[0][-1]) < 1e-6
+    assert abs(by_motor[1][-1] + 0.5 * values["play"] + 20.0 / values["stiffness"]) < 1e-6
+    assert abs(by_load[1][-1]) < 1e-6
+
+
+def logged(path: Path, values: dict[str, float], seed: int) -> Path:
+    """A log of both encoders, by plain steps, the motor's in mrad of a screw of 10 mm lead."""
+    stated = {"M_m": values["armature"], **values}
+    motor, load = plain_steps.simulate(stated, t, 1000, goal=GOAL)
+    rng = np.random.default_rng(seed)
+    per_load = 2e3 * np.pi / 0.01
+    shown = per_load * (motor + 0.3 + 1e-6 * rng.standard_normal(len(t)))
+    load = load + 2e-6 * rng.standard_normal(len(t))
+    head = "t [s],q [m],goal [m],shaft"
+    table = np.column_stack([t, load, GOAL + 0.3, shown])
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.12g")
+    return path
+
+
+AXIS = """
+law = "coulomb-viscous"
+ranges = { F_C = [5, 50], F_V = [0, 100], F_C_motor = [5, 50], F_V_motor = [0, 100] }
+[controller.damped]
+kp = 20000.0
+kd = 300.0
+[motor.force]
+armature = 2.0
+[transmission.compliant]
+stiffness = { free = [2e5, 1e6] }
+damping = 100.0
+play = { free = [1e-4, 5e-4] }
+[load.mass]
+M = 5.0
+[sensor.motor]
+per_load = 628318.5307
+[sensor.load]
+[friction]
+side = "both"
+[inputs]
+motor_position = "shaft"
+[columns]
+time = "t [s]"
+position = "q [m]"
+command = "goal [m]"
+"""
+
+
+@pytest.fixture
+def axis_file(tmp_path: Path) -> Path:
+    path = tmp_path / "axis.toml"
+    path.write_text(AXIS, encoding="utf-8")
+    return path
+
+
+def test_two_encoders_tell_compliance_play_and_both_frictions(
+    axis_file: Path, tmp_path: Path
+) -> None:
+    log = logged(tmp_path / "log.csv", SERVO | GAINS, 0)
+    fit = identify(log, rig=str(axis_file), repeats=1, budget=400)
+    for e in fit.estimates:
+        truth = SERVO[e.name]
+        assert e.low <= truth <= e.high, e.name
+        assert e.high - e.low < 0.5 * truth
+    play = next(e for e in fit.estimates if e.name == "play")
+    assert play.verdict == "identified"
+    assert play.high - play.low < 0.02 * SERVO["play"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("armature = 2.0", "", "needs an inertia above zero of the motor: state armature"),
+        ("armature = 2.0", "armature = 2.0\nF_fm = 3.0", r"F_fm: friction of a motor with inertia"),
+        ("play = { free = [1e-4, 5e-4] }", "play = -1e-4", "must not be below zero"),
+        ('side = "both"', 'side = "left"', "friction.side"),
+        ('side = "both"', 'side = "load"\nmotor = "dahl"', "friction.motor: the motor's own law"),
+        ("[transmission.compliant]", "[transmission.rigid]\n[transmission.compliant]",
+         "an axis has one transmission, this one 2"),
+        ('motor_position = "shaft"', 'motor_position = "rotor"',
+         "reads both sides, and there is no column 'rotor'"),
+        ('law = "coulomb-viscous"', 'law = "dahl"', "law dahl has states, and an axis of two"),
+        ("[inputs]", '[inputs]\nlamp = "x"', "no input 'lamp': there are .*motor_position"),
+    ],
+)  # fmt: skip
+def test_what_makes_no_axis_of_two_masses_is_refused(
+    old: str, new: str, message: str, axis_file: Path, tmp_path: Path
+) -> None:
+    text = AXIS.replace(old, new)
+    if "dahl" in new and "side" not in new:
+        text = text.replace("ranges =", "# ")
+    axis_file.write_text(text, encoding="utf-8")
+    log = logged(tmp_path / "log.csv", SERVO | GAINS, 0)
+    with pytest.raises(InputError, match=message) as refusal:
+        identify(log, rig=str(axis_file), repeats=1, budget=50)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        ({"friction": {"side": "both"}}, "friction: an axis of one mass has one side"),
+        ({"sensor": {"motor": {}}}, "sensor.motor: an axis of one mass has one side"),
+    ],
+)
+def test_an_axis_of_one_mass_has_no_sides(extra: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        composed_axis({"load": {"mass": {"M": 1.0}}} | extra, "axis")
