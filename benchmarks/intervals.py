@@ -2,6 +2,7 @@
 
     python benchmarks/run.py --only intervals
     python benchmarks/intervals.py [--only STUDY] [--count N]   some of them, to see how they do
+    python benchmarks/intervals.py --only STUDY --show --keep   their counts into results.json
 
 Every recording that is done is a line of intervals.part.jsonl, beside this file: a run that was
 interrupted goes on from there. Once all are done it becomes intervals.jsonl, and the next run
@@ -22,6 +23,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import interval_axes
+import run
 from foreign_axes import Axis, noisy, recordings
 from resumable import Answer, completed, lines
 from stribeck import RIGS, Fit, identify
@@ -365,6 +367,15 @@ def _met(counted: dict[str, Any]) -> str:
 # --- some studies ---------------------------------------------------------------------------------
 
 
+def _keep(studies: dict[str, Any]) -> None:
+    """Put the counts of some studies beside those of the others."""
+    part = run.read(run.RESULTS)["intervals"]
+    known = part["found"]["studies"] | studies
+    part["found"]["studies"] = {name: known[name] for name in STUDIES if name in known}
+    run.keep(run.RESULTS, "intervals", part)
+    run.renew_page()
+
+
 def main() -> None:
     """Identify some recordings, and print how often their intervals hold the truth."""
     ask = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
@@ -372,6 +383,7 @@ def main() -> None:
     ask.add_argument("--count", type=int, help="of recordings of each")
     ask.add_argument("--file", type=Path, default=FOLDER / PART, help="where answers are kept")
     ask.add_argument("--show", action="store_true", help="identify nothing")
+    ask.add_argument("--keep", action="store_true", help="put the counts into results.json")
     options = ask.parse_args()
     chosen = options.only or list(STUDIES)
     if not options.show:
@@ -379,7 +391,10 @@ def main() -> None:
             count = options.count or STUDIES[name].count[0]
             identified(options.file, [(name, k) for k in range(count)])
     rows = [row for row in lines(options.file) if row["study"] in chosen]
-    for name, counts in summary(rows)["studies"].items():
+    counted = summary(rows)["studies"]
+    if options.keep:
+        _keep(counted)
+    for name, counts in counted.items():
         print(_table(STUDIES[name], counts).text())
         print("missed:", "; ".join(counts["missed"]), end="\n\n")
 

@@ -87,7 +87,7 @@ def main() -> None:
         print(f"{name}: {seconds:.0f} s", flush=True)
         part = {"quick": options.quick, "seconds": seconds, "machine": machine(), "found": results}
         keep(options.out / RESULTS.name, name, part)
-        _write(options.out / PAGE.name, page(read(options.out / RESULTS.name)))
+        renew_page(options.out)
     if missing:
         print(f"not there: {', '.join(missing)}")
     if failed:
@@ -110,6 +110,11 @@ def keep(file: Path, name: str, part: dict[str, Any]) -> None:
     parts = read(file) | {name: part}
     ordered = {n: parts[n] for n in PARTS if n in parts}
     _write(file, json.dumps(ordered, indent=1, default=_plain) + "\n")
+
+
+def renew_page(folder: Path = FOLDER) -> None:
+    """Write the page of the results in a folder."""
+    _write(folder / PAGE.name, page(read(folder / RESULTS.name)))
 
 
 def _write(file: Path, text: str) -> None:

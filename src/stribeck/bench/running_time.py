@@ -47,7 +47,7 @@ def ert(records: Sequence[Record], precision: float | None = None) -> IntervalEs
     Wilson's interval for the success rate.
 
     Args:
-        records: RunTimes of one cell.
+        records: Runs of one cell.
         precision: Target, above the minimum; None for each job's own.
     """
     if not records or (precision is None and any(r.job.target is None for r in records)):
