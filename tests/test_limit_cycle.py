@@ -15,7 +15,7 @@ from stribeck.compensate.closed_loop import Reference, compensated
 from stribeck.compensate.compensation import compensate
 from stribeck.compensate.compensator import Compensator
 from stribeck.compensate.reference_motions import references
-from stribeck.compensate.stability import radius, sliding
+from stribeck.compensate.stability import flow, radius, sliding
 from stribeck.rig.controller import LinearLoop
 from stribeck.rig.slide_bed import PUBLISHED, SLIDE_BED
 from test_compensation import bed, card_of, only
@@ -121,7 +121,10 @@ def test_the_onset_of_hunting_is_that_of_a_foreign_loop() -> None:
 def test_eigenvalues_are_those_of_a_damped_swing() -> None:
     """From sample to sample a mode of decay d lessens by exp(-d h)."""
     loop = LinearLoop(2.0, 3.0, 50.0)
-    assert radius(loop, 1.0, 0.0, 1e-3) == pytest.approx(np.exp(-1e-3 * 4.0 / (2 * 2.0)), abs=1e-12)
+    step = flow(loop, 1.0, 1e-3)
+    assert radius(loop, step, 0.0, 1e-3) == pytest.approx(
+        np.exp(-1e-3 * 4.0 / (2 * 2.0)), abs=1e-12
+    )
     assert loop.period == pytest.approx(2 * np.pi / 5.0)
 
 

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 _F1 = types.Array(float64, 1, "C", readonly=True)
 _F2 = types.Array(float64, 2, "C", readonly=True)
-_W2 = float64[:, ::1]
+_W3 = float64[:, :, ::1]
 _I1 = int64[::1]
 
 #: An axis that is so many times its reference's travel away from its start has run away, where
@@ -208,7 +208,7 @@ def compensated(
         )
     t = np.ascontiguousarray(reference.t - reference.t[0])
     parts = np.maximum(np.ceil(np.diff(t) / controller.step - 1e-9), 1).astype(np.int64)
-    q, v, F, u, seen = np.full((5, n, N), np.nan)
+    rows = np.empty((5, n, N))
     noise = sensor.noise * np.random.default_rng(sensor.seed).standard_normal(N)
     far = max(_FAR * float(np.ptp(reference.x)), _NOT_FAR)
     start = np.column_stack([np.full(n, track.x0), np.full(n, track.v0)])
@@ -220,12 +220,11 @@ def compensated(
             np.ascontiguousarray(believed[: len(believed_law.params)]), term_places(believed_law),
             settings, controller.command_per_force(believed_law, believed), far, t,
             np.ascontiguousarray(track.inputs), track.held.astype(np.int64), parts, start,
-            reference.v, noise, sensor.resolution, reference.h, controller.tolerance, q, v, F,
-            u, seen,
+            reference.v, noise, sensor.resolution, reference.h, controller.tolerance, rows,
         ),
         FEWEST,
     )  # fmt: skip
-    return CompensatedMotion(reference.t, q, v, F, u, seen)
+    return CompensatedMotion(reference.t, *rows)
 
 
 def _compiled(law: Law) -> tuple[Any, Any, bool, int]:
@@ -238,17 +237,16 @@ def _compiled(law: Law) -> tuple[Any, Any, bool, int]:
     void(
         SLIP_TYPE, RUB_TYPE, boolean, int64, SLIP_TYPE, RUB_TYPE, boolean, int64, int64, int64,
         _F2, _I1, _F2, _F1, _I1, _F2, float64, float64, _F1, _F2, _I1, _I1, _F2, _F1, _F1, float64,
-        float64, float64, _W2, _W2, _W2, _W2, _W2, _I1,
+        float64, float64, _W3, _I1,
     ),
     nogil=True,
 )  # fmt: skip
-def _loops(
+def _loops(  # noqa: PLR0915 - a loop over candidates and samples
     slip: Any, rub: Any, general: bool, states: int, slip_m: Any, rub_m: Any, general_m: bool,
     states_m: int, kind: int, added: int, p: Array, term: Array, c: Array, p_m: Array,
     term_m: Array, settings: Array, per_force: float, far: float, t: Array, inputs: Array,
     held: Array, parts: Array, start: Array, v_ref: Array, noise: Array, resolution: float,
-    h: float, tolerance: float, out_q: Array, out_v: Array, out_F: Array, out_u: Array,
-    out_seen: Array, counter: Array,
+    h: float, tolerance: float, out: Array, counter: Array,
 ) -> None:  # fmt: skip
     """Simulate the loops that no thread has taken yet, one after the other, until none is left."""
     m = len(inputs)
@@ -258,6 +256,7 @@ def _loops(
     memory_owner, ends_owner = np.empty(MEMORY), np.empty((m, 2))
     demands_owner = np.empty(LOOP_MEMORY)
     u_owner[ENABLED] = 1.0
+    loaded = general_m or term_m[0] >= 0 or term_m[1] >= 0
     u, load, memory = borrowed(u_owner), borrowed(load_owner), borrowed(memory_owner)
     demands = borrowed(demands_owner)
     ends = borrowed(ends_owner)  # the inputs at this sample and at the end of it
@@ -285,10 +284,10 @@ def _loops(
                 shown = resolution * np.floor(shown / resolution + 0.5)
             v_measured = 0.0 if k == 0 else (shown - last) / h
             last = shown
-            # The loads are those under the output of the sample before.
-            mixed(inputs, held, k, 0.0, u)
-            u[added] += per_force * output
-            driven(kind, b, u, q, v, load)
+            if loaded:  # the loads are those under the output of the sample before
+                mixed(inputs, held, k, 0.0, u)
+                u[added] += per_force * output
+                driven(kind, b, u, q, v, load)
             output = compensator_output(
                 slip_m, rub_m, general_m, states_m, terms_factor(term_m, p_m, load), v_ref[k],
                 v_measured, h, output, z_m, load, p_m, s, new,
@@ -304,9 +303,10 @@ def _loops(
             if holds:
                 load[DEMAND] = demanded(b, u, q, v, demands)
             driven(kind, b, u, q, v, load)
-            out_q[row, k], out_v[row, k], out_F[row, k] = q, v, load[DRIVE]
-            out_u[row, k], out_seen[row, k] = output, v_measured
+            out[0, row, k], out[1, row, k], out[2, row, k] = q, v, load[DRIVE]
+            out[3, row, k], out[4, row, k] = output, v_measured
             if k == len(t) - 1 or not (abs(q - start[row, 0]) < far and abs(v) < 1e12):  # noqa: PLR2004
+                out[:, row, k + 1 :] = np.nan
                 break
             q, v, steps_left = passed(
                 slip, rub, general, states, kind, a, term, b, ends, held, 0, parts[k],

@@ -64,39 +64,51 @@ def sliding(loop: LinearLoop, law: Law, p: Array, speed: float, h: float) -> Sli
     """
     around = speed * np.array([1.0 - _SPAN, 1.0 + _SPAN])
     slope = float(np.diff(law.friction(around, p))[0] / (2.0 * _SPAN * speed))
-    stable = radius(loop, slope, 0.0, h) <= 1.0
+    step = flow(loop, slope, h)
+    stable = radius(loop, step, 0.0, h) <= 1.0
     low, high = 0.0, _MOST
-    if (radius(loop, slope, slope * high, h) <= 1.0) == stable:
+    if (radius(loop, step, slope * high, h) <= 1.0) == stable:
         edge = None
     else:
         while high - low > _NEAR:
             middle = 0.5 * (low + high)
-            same = (radius(loop, slope, slope * middle, h) <= 1.0) == stable
+            same = (radius(loop, step, slope * middle, h) <= 1.0) == stable
             low, high = (middle, high) if same else (low, middle)
         edge = high
     return Sliding(speed, slope, loop.damping + slope, stable, edge)
 
 
-def radius(loop: LinearLoop, slope: float, added: float, h: float) -> float:
-    """The greatest eigenvalue from sample to sample, as a magnitude.
+def flow(loop: LinearLoop, slope: float, h: float) -> Array:
+    """How position, velocity and a force that is held go on to the next sample, (3, 3).
 
     Args:
         loop: The loop without friction.
         slope: Of friction over speed.
-        added: Of the compensator's output over the measured velocity.
         h: Sample time, s.
     """
     held = loop.hold > 0
     damping = slope if held else slope + loop.damping
     stiffness = 0.0 if held else loop.stiffness
-    flow = np.zeros((3, 3))  # of x, v, and a force that is held
-    flow[0, 1] = 1.0
-    flow[1] = np.array([-stiffness, -damping, 1.0]) / loop.mass
-    step = expm(flow * h)
+    rates = np.zeros((3, 3))
+    rates[0, 1] = 1.0
+    rates[1] = np.array([-stiffness, -damping, 1.0]) / loop.mass
+    step: Array = expm(rates * h)
+    return step
+
+
+def radius(loop: LinearLoop, step: Array, added: float, h: float) -> float:
+    """The greatest eigenvalue from sample to sample, as a magnitude.
+
+    Args:
+        loop: The loop without friction.
+        step: Its `flow`.
+        added: Of the compensator's output over the measured velocity.
+        h: Sample time, s.
+    """
     force = np.zeros(4)  # what is held over the sample, of x, v, the last x and the late force
     force[_X], force[_LAST_X] = added / h, -added / h
     control = np.zeros(4)
-    if held:
+    if loop.hold > 0:
         control[_X], control[_V] = -loop.stiffness, -loop.damping
         control += force
         force = np.eye(4)[_LATE] if loop.hold > 1 else control

@@ -109,13 +109,19 @@ def _step(
 def _beyond(
     slip: Any, rub: Any, general: bool, kind: int, p: Array, term: Array, c: Array, inputs: Array,
     held: Array, k: int, share: float, q: float, z: Array, load: Array, out: Array, u: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """How far the force on an axis at rest is beyond its breakaway level, and which way it goes."""
+    way: float, level: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """How far the force on an axis at rest is beyond its breakaway level, its way, and the level.
+
+    The level that holds one way, 0 for none, is not asked for again where a law reads no loads.
+    """
     mixed(inputs, held, k, share, u)
     _, F, _, _ = driven(kind, c, u, q, 0.0, load)
-    way = 1.0 if F > 0.0 else -1.0
-    level = rubs(slip, rub, general, terms_factor(term, p, load), way * 0.0, 0.0, z, load, p, out)
-    return way * (F - level), way
+    heading = 1.0 if F > 0.0 else -1.0
+    if heading != way or general or term[0] >= 0 or term[1] >= 0:
+        scale = terms_factor(term, p, load)
+        level = rubs(slip, rub, general, scale, heading * 0.0, 0.0, z, load, p, out)
+    return heading * (F - level), heading, level
 
 
 @compiled()
@@ -128,34 +134,37 @@ def _breakaway(
 
     It is `high` where the axis rests all the time. By false position, Illinois.
     """
-    g_low, way = _beyond(
-        slip, rub, general, kind, p, term, c, inputs, held, k, low, q, z, load, out, u
+    g_low, way, level = _beyond(
+        slip, rub, general, kind, p, term, c, inputs, held, k, low, q, z, load, out, u, 0.0, 0.0
     )
     if g_low > 0.0:
         return low, way
     middle = 0.5 * (low + high)
-    g_high, way = _beyond(
-        slip, rub, general, kind, p, term, c, inputs, held, k, middle, q, z, load, out, u
-    )
+    g_high, way, level = _beyond(
+        slip, rub, general, kind, p, term, c, inputs, held, k, middle, q, z, load, out, u, way,
+        level,
+    )  # fmt: skip
     if g_high > 0.0:
         high = middle
     else:
         low, g_low, end = middle, g_high, high
-        g_high, way = _beyond(
-            slip, rub, general, kind, p, term, c, inputs, held, k, end, q, z, load, out, u
-        )
+        g_high, way, level = _beyond(
+            slip, rub, general, kind, p, term, c, inputs, held, k, end, q, z, load, out, u, way,
+            level,
+        )  # fmt: skip
         if not g_high > 0.0:
             return high, 0.0
-    side = 0
+    side, heading = 0, way
     for i in range(MOST):
         if high - low <= INSTANT:
             break
         share = high - g_high * (high - low) / (g_high - g_low)
         if not low < share < high or i % 3 == 2:  # noqa: PLR2004 - halved at least that often
             share = 0.5 * (low + high)
-        g, heading = _beyond(
-            slip, rub, general, kind, p, term, c, inputs, held, k, share, q, z, load, out, u
-        )
+        g, heading, level = _beyond(
+            slip, rub, general, kind, p, term, c, inputs, held, k, share, q, z, load, out, u,
+            heading, level,
+        )  # fmt: skip
         if g > 0.0:
             high, g_high, way = share, g, heading
             g_low *= 0.5 if side > 0 else 1.0
