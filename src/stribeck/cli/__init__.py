@@ -25,12 +25,13 @@ from .lists import drives, laws, methods, readers, rigs, version
 from .logs import check, contents, twin
 from .models import compensate, export, plan, simulate, validate
 from .notices import notices, quiet
+from .studio import studio
 from .warm import warm
 
 #: The commands, in the order in which `--help` lists them.
 COMMANDS = (
-    twin, contents, check, identify, report, select, validate, plan, compensate, simulate, export, bench,
-    laws, methods, rigs, drives, readers, warm, version,
+    twin, contents, check, identify, report, select, validate, plan, compensate, simulate, export, studio,
+    bench, laws, methods, rigs, drives, readers, warm, version,
 )  # fmt: skip
 
 #: Set by a shell that completes a line.

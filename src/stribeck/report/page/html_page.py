@@ -153,6 +153,12 @@ def laid_out(
     )  # fmt: skip
 
 
+def style_sheet() -> str:
+    """The style sheet of all pages: colours of both themes, and rules."""
+    theme = _environment().get_template("theme.css.j2").render(colours=COLOURS)
+    return f"{theme}\n{_asset('page.css')}"
+
+
 def answer(report: Report) -> str:
     """The result in a line."""
     card = report.card

@@ -1,0 +1,216 @@
+"""What the page shows of a log: its channels, what the gate finds, and its lines as pixels."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from functools import cached_property
+from math import isnan
+from typing import Any
+
+import numpy as np
+
+from ..data import Quality, Recording, check
+from ..data.gate import faults, mended
+from ..data.quality import seen_segments
+from ..data.readers.log_contents import LogContents, contents
+from ..report.figures.overview_plots import DrawnLog
+from ..report.format import unit_label
+from ..space import Array
+from ..units import unit
+from .pyramid import Pyramid, windowed
+from .request import Request
+
+#: Channels that are drawn, in order; marks of a kind at most; points of the scatter at most.
+DRAWN = ("position", "command", "velocity", "force", "current", "temperature")
+MARKS, CLOUD = 2000, 4000
+#: Logs kept in memory.
+KEPT = 4
+#: Pixels of a plot at most.
+WIDEST = 4000
+
+
+class LogView:
+    """A log, read, with what is drawn of it.
+
+    Args:
+        recording: The log.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+
+    @cached_property
+    def quality(self) -> Quality:
+        """What `check` says of it."""
+        return check(self.recording)
+
+    @cached_property
+    def drawn(self) -> DrawnLog:
+        """It, mended, with its strokes, rests, slips and faults."""
+        log = mended(self.recording)
+        return DrawnLog(log, seen_segments(log), faults(log))
+
+    @cached_property
+    def channels(self) -> dict[str, tuple[str, Pyramid]]:
+        """Label of the unit, and values in it, by channel."""
+        log = self.drawn.recording
+        lines: dict[str, tuple[str, Array]] = {}
+        for name in DRAWN:
+            if name == "velocity":
+                values, label = self.drawn.shown("velocity")
+            elif getattr(log, name) is None:
+                continue
+            elif name in ("position", "force"):
+                values, label = self.drawn.shown(name)
+            elif name == "command":
+                written = self.drawn.written("position")
+                values = np.asarray(unit(written).from_si(log.command))
+                label = unit_label(written)
+            else:
+                values, label = getattr(log, name), unit_label(log.si_unit(name))
+            lines[name] = label, values
+        return {n: (label, Pyramid(v)) for n, (label, v) in lines.items()}
+
+    def overview(self) -> dict[str, Any]:
+        """All that the page shows of it but the lines."""
+        quality = self.quality
+        summary = {
+            "file": quality.file,
+            "lines": [list(line) for line in quality.lines()],
+            "verdict": list(quality.verdict),
+            "rig": quality.rig,
+            "rig_reason": quality.rig_reason,
+            "rows": quality.rows,
+            "notes": list(quality.notes),
+        }
+        if self.recording.runs is not None:
+            return summary | {"span": None, "channels": {}, "findings": [], "marks": {}}
+        t = self.drawn.recording.t
+        return summary | {
+            "span": [float(t[0]), float(t[-1])],
+            "channels": {n: label for n, (label, _) in self.channels.items()},
+            "findings": self._findings(),
+            "marks": self._marks(),
+        }
+
+    def _findings(self) -> list[dict[str, Any]]:
+        return [
+            {
+                "channel": fault.channel,
+                "sentence": fault.sentence,
+                "harmful": fault.harmful,
+                "places": self.drawn.places(fault)[:20],
+            }
+            for fault in self.drawn.faults
+        ]
+
+    def _marks(self) -> dict[str, Any]:
+        log, segments = self.drawn.recording, self.drawn.segments
+        t, x = log.t, self.channels["position"][1].values
+        return {
+            "rests": [
+                [float(t[r.start]), float(t[r.stop - 1]), float(x[r].mean())]
+                for r in segments.rests[:MARKS]
+            ],
+            "slips": [
+                [float(t[s.start]), float(t[s.stop]), float(x[s.start]), float(x[s.stop])]
+                for s in segments.slips[:MARKS]
+            ],
+            "strokes": [
+                [float(t[s.rows.start]), float(t[s.rows.stop - 1]), int(s.direction)]
+                for s in segments.strokes[:MARKS]
+            ],
+            "gaps": [list(gap) for gap in self.drawn.gaps],
+        }
+
+    def lines(self, since: float, until: float, pixels: int) -> dict[str, Any]:
+        """Lines of a part of it, for a plot of some width."""
+        pixels = min(max(pixels, 10), WIDEST)
+        pyramids = {n: pyramid for n, (_, pyramid) in self.channels.items()}
+        t, lines, exact = windowed(self.drawn.recording.t, pyramids, since, until, pixels)
+        return {"t": _numbers(t, 9), "lines": {n: _numbers(a, 6) for n, a in lines.items()},
+                "exact": exact}  # fmt: skip
+
+    def cloud(self, since: float, until: float) -> dict[str, Any] | None:
+        """Force against velocity of a part of it; None without a force."""
+        if "force" not in self.channels:
+            return None
+        t = self.drawn.recording.t
+        first, last = np.searchsorted(t, [since, until])
+        count = int(last - first)
+        rows = first + np.unique(np.linspace(0, max(count - 1, 0), CLOUD).astype(np.intp))
+        rows = rows[rows < len(t)]
+        (speed, v), (force, F) = self.channels["velocity"], self.channels["force"]
+        return {
+            "velocity": _numbers(v.values[rows], 5),
+            "force": _numbers(F.values[rows], 5),
+            "units": [speed, force],
+        }
+
+
+class LogViews:
+    """Logs that were read lately, by how they were read.
+
+    One thread reads at a time: two windows that show the same log read it once.
+    """
+
+    def __init__(self) -> None:
+        self._views: OrderedDict[tuple[Any, ...], LogView] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def view(self, request: Request, log: int) -> LogView:
+        """A log of a session.
+
+        Raises:
+            InputError: as `read`.
+        """
+        file = request.files[request.choices.logs[log].id]
+        stat = file.stat()
+        rig = request.choices.rig if request.map is None else ""
+        how = repr((request.map, sorted(request.words.items()), rig))
+        key = (request.path(log), how, stat.st_mtime_ns, stat.st_size)
+        with self._lock:
+            if key not in self._views:
+                self._views[key] = LogView(request.recording(log))
+                while len(self._views) > KEPT:
+                    self._views.popitem(last=False)
+            self._views.move_to_end(key)
+            return self._views[key]
+
+
+def contents_table(result: LogContents) -> dict[str, Any]:
+    """What is in a log, for the page: its channels, and what would be taken for what."""
+    taken = {choice.column: channel for channel, choice in result.taken.items()}
+    return {
+        "file": result.file,
+        "format": result.format,
+        "problems": list(result.problems),
+        "lacking": result.lacking,
+        "channels": [
+            {
+                "name": c.name,
+                "unit": c.unit,
+                "count": c.count,
+                "rate": c.rate,
+                "constant": bool(c.constant),
+                "taken": taken.get(c.name, ""),
+                "guesses": list(result.guesses.get(c.name, ())),
+            }
+            for c in result.channels
+        ],
+    }
+
+
+def log_contents(request: Request, log: int) -> dict[str, Any]:
+    """What is in a log of a session, read as is chosen.
+
+    Raises:
+        InputError: as `contents`.
+    """
+    return contents_table(contents(request.path(log), columns=request.map, **request.words))
+
+
+def _numbers(values: Array, digits: int) -> list[float | None]:
+    """Values for JSON, null for nan, of as many digits as a plot needs."""
+    return [None if isnan(v) else float(f"{v:.{digits}g}") for v in values.tolist()]

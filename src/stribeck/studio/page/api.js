@@ -1,0 +1,53 @@
+// What the studio answers, and the session as it stands.
+
+export const session = { id: null, state: null, catalogue: null };
+const listeners = new Set();
+let source = null;
+
+export const listen = (listener) => listeners.add(listener);
+
+// What is said to the person when something could not be done.
+export class Refusal extends Error {}
+
+export async function ask(method, path, body, more = {}) {
+  const options = { method, ...more };
+  if (body !== undefined) options.body = body instanceof Blob ? body : JSON.stringify(body);
+  const response = await fetch(path, options);
+  const text = await response.text();
+  let answer = null;
+  try { answer = JSON.parse(text); } catch { answer = { error: text.trim() }; }
+  if (!response.ok) throw new Refusal(answer.error ?? String(response.status));
+  return answer;
+}
+
+export const address = (rest = "") => `/api/sessions/${session.id}${rest}`;
+export const get = (rest) => ask("GET", address(rest));
+
+export function settle(state) {
+  const before = session.state;
+  session.state = state;
+  for (const listener of listeners) listener(state, before);
+}
+
+export async function change(choices) {
+  const body = { choices, step: session.state.step };
+  settle(await ask("PATCH", address(), body));
+}
+
+export async function post(rest, body = {}) {
+  const answer = await ask("POST", address(rest), body);
+  if (answer.steps) settle(answer);
+  return answer;
+}
+
+// Follows a session: other windows, and workers, change it too.
+export async function follow(id) {
+  source?.close();
+  session.id = id;
+  settle(await get(""));
+  source = new EventSource(address("/events"));
+  source.onmessage = (event) => {
+    const state = JSON.parse(event.data);
+    if (JSON.stringify(state) !== JSON.stringify(session.state)) settle(state);
+  };
+}

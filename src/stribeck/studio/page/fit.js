@@ -1,0 +1,177 @@
+// Step 4: ranges dragged on the plot, law and method, and the search as it goes.
+
+import { change, get, post, session } from "./api.js";
+import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { Lines, panels, rangeTools } from "./look.js";
+import { attempt, go } from "./main.js";
+import { figure, timePlot } from "./plot.js";
+
+const TIMES = /^([\d.]+)s:([\d.]+)s$/;
+
+export const running = (state) => state.jobs.filter((job) => job.state === "waiting" || job.state === "running");
+
+export function fitStep() {
+  const plot = h("div");
+  const ranges = h("div");
+  const form = h("div");
+  const jobs = h("div");
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.fit")), h("p", { class: "lead" }, t("fit.lead")), plot, ranges, form, jobs);
+  let mode = "train";
+  let key = null;
+  let lines = null;
+
+  async function drawPlot(state) {
+    const now = JSON.stringify([state.choices.logs, state.choices.columns, state.choices.drive, state.choices.rig]);
+    if (now === key) return;
+    key = now;
+    fill(plot, h("p", { class: "note" }, t("look.reading")));
+    try {
+      const overview = await get("/logs/0/overview");
+      if (!overview.span) { fill(plot, h("p", { class: "note" }, t("fit.table"))); return; }
+      lines = new Lines(0, overview);
+      await lines.show(...overview.span);
+      if (key !== now) return;
+      const modes = ["train", "holdout", "zoom"];
+      fill(plot, h("fieldset", { class: "pick" }, h("legend", {}, t("fit.drag")), modes.map((name) => h("label", { class: "check" },
+        h("input", { type: "radio", name: "mode", value: name, checked: name === mode, onchange: () => { mode = name; } }), t(`fit.${name}`)))),
+      rangeTools(lines), ...panels(lines, overview, { only: "position", bands: () => chosenBands(), onrange: (from, to) => {
+        if (mode === "zoom") attempt(() => lines.show(from, to));
+        else attempt(() => change({ [mode]: [...session.state.choices[mode], `${round(from)}s:${round(to)}s`] }));
+      } }));
+    } catch (error) {
+      if (key === now) fill(plot, h("p", { class: "state warn" }, error.message));
+    }
+  }
+
+  function round(time) {
+    const span = lines.range[1] - lines.range[0];
+    const digits = Math.max(0, Math.ceil(-Math.log10(span / 1000)));
+    return Number(Math.max(time - lines.overview.span[0], 0).toFixed(digits));
+  }
+
+  const chosenBands = () => ["train", "holdout"].flatMap((name) => session.state.choices[name].flatMap((text) => {
+    const match = TIMES.exec(text.replaceAll(" ", ""));
+    const start = lines.overview.span[0];
+    return match ? [{ from: start + Number(match[1]), to: start + Number(match[2]), colour: name === "train" ? "accent" : "good", alpha: 0.18 }] : [];
+  }));
+
+  function drawRanges(state) {
+    lines?.plots.forEach((each) => each.plot.redraw());
+    fill(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
+      type: "text", value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
+      onchange: (event) => attempt(() => change({ [name]: event.target.value.split(/[;,]/).map((part) => part.trim()).filter(Boolean) })),
+    }), t(`fit.${name}.hint`)))));
+  }
+
+  function drawForm(state) {
+    const { choices } = state;
+    const rig = session.catalogue.rigs[choices.rig];
+    const laws = [...new Set([...(rig?.laws ?? []), ...Object.keys(session.catalogue.laws)])];
+    const searched = rig?.approach !== "force_balance";
+    const put = (name, numeric = false) => (event) => {
+      const text = event.target.value.trim();
+      attempt(() => change({ [name]: numeric ? (text ? Number(text) : null) : text }));
+    };
+    const law = choices.law || rig?.laws[0];
+    const open = form.querySelector("details")?.open;
+    fill(form, h("div", { class: "fields" },
+      field("fit.law", menu([["", `${t("default")}: ${rig?.laws[0]}`], ...laws.map((name) => [name, name])], choices.law, (value) => attempt(() => change({ law: value }))), session.catalogue.laws[law]?.doc ?? ""),
+      h("label", { class: "check" }, h("input", { type: "checkbox", checked: choices.directional, onchange: (event) => attempt(() => change({ directional: event.target.checked })) }), t("fit.directional"))),
+    h("details", { open: open || null }, h("summary", {}, t("fit.more")), h("div", { class: "fields" },
+      searched && field("fit.method", menu([["", `${t("default")}: mbts`], ...Object.keys(session.catalogue.methods).map((name) => [name, name])], choices.method, (value) => attempt(() => change({ method: value })))),
+      searched && field("fit.seed", h("input", { type: "number", min: "0", step: "1", value: choices.seed ?? "", placeholder: "0", onchange: put("seed", true) })),
+      searched && field("fit.repeats", h("input", { type: "number", min: "1", step: "1", value: choices.repeats ?? "", placeholder: "3", onchange: put("repeats", true) })),
+      searched && field("fit.budget", h("input", { type: "number", min: "1", step: "1", value: choices.budget ?? "", placeholder: "8000", onchange: put("budget", true) })),
+      searched && field("fit.loss", menu([["squares", "squares"], ["absolute", "absolute"]], choices.loss, (value) => attempt(() => change({ loss: value })))),
+      field("fit.delay", h("input", { type: "text", value: choices.delay, maxlength: "40", onchange: put("delay") }), t("fit.delay.hint")))),
+    h("p", {}, button("fit.run", () => attempt(() => post("/jobs", { kind: "identify" })), { class: "main", id: "run" }), " ",
+      h("span", { class: "note" }, duration(state, choices.rig))));
+  }
+
+  // How long fits of this session on this rig took.
+  function duration(state, rig) {
+    const times = state.jobs.filter((job) => job.kind === "identify" && job.state === "done" && job.rig === rig)
+      .map((job) => (new Date(`${job.ended.replace(" ", "T")}`) - new Date(job.made.replace(" ", "T"))) / 1000).sort((a, b) => a - b);
+    if (times.length) return t("fit.took", { seconds: number(times[Math.floor(times.length / 2)], 2) });
+    return t(session.catalogue.rigs[rig]?.approach === "force_balance" ? "fit.quick" : "fit.slow");
+  }
+
+  const views = new Map();
+
+  function drawJobs(state) {
+    const fits = state.jobs.filter((job) => job.kind === "identify").reverse();
+    for (const job of fits) {
+      if (!views.has(job.id)) views.set(job.id, jobView(job));
+      views.get(job.id).update(job);
+    }
+    const elements = fits.map((job) => views.get(job.id).element);
+    if (elements.some((each, k) => jobs.children[k + 1] !== each)) fill(jobs, h("h2", {}, t("fit.jobs")), ...elements);
+  }
+
+  function update(state) {
+    drawPlot(state);
+    if (!ranges.contains(document.activeElement)) drawRanges(state);
+    if (!form.contains(document.activeElement) || document.activeElement.matches("select, button, [type=checkbox]")) {
+      const id = document.activeElement?.id;
+      const inside = form.contains(document.activeElement);
+      const stamp = JSON.stringify([state.choices, state.jobs.map((job) => job.state)]);
+      if (form.dataset.stamp !== stamp) {
+        form.dataset.stamp = stamp;
+        drawForm(state);
+        if (inside && id) document.getElementById(id)?.focus();
+      }
+    }
+    drawJobs(state);
+  }
+
+  update(session.state);
+  return { element, update };
+}
+
+// A fit as it goes: its state in words, and the best motion so far over the measured one.
+function jobView(first) {
+  const line = h("p", { role: "status" });
+  const tools = h("p");
+  const picture = h("div");
+  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: first.id })}: ${first.law || session.catalogue.rigs[first.rig]?.laws[0]}, ${first.rig}`), line, tools, picture);
+  let drawn = null;
+
+  function update(job) {
+    const { progress } = job;
+    const repeats = progress.repeats ?? [];
+    const best = Math.min(...repeats.map((r) => r.best ?? Infinity));
+    const spent = repeats.reduce((sum, r) => sum + r.evaluations, 0);
+    const words = job.state === "running" && progress.stage ? t(`stage.${progress.stage}`) : t(`state.${job.state}`);
+    line.textContent = [words, spent ? t("fit.spent", { evaluations: spent.toLocaleString(document.documentElement.lang) }) : "",
+      Number.isFinite(best) ? t("fit.best", { value: number(best), unit: progress.motion?.unit ?? "" }) : "",
+      job.message].filter(Boolean).join("; ");
+    line.className = job.state === "failed" ? "state warn" : job.state === "done" ? "state good" : "";
+    const active = job.state === "waiting" || job.state === "running";
+    const wanted = active ? (job.cancelled ? "ending" : "cancel") : job.state === "done" ? "open" : "";
+    if (tools.dataset.tool !== wanted) {
+      tools.dataset.tool = wanted;
+      fill(tools, ...({
+        cancel: () => [button("cancel", () => attempt(() => post(`/jobs/${job.id}/cancel`)))],
+        ending: () => [t("fit.ending")],
+        open: () => [button("next.verdict", () => go("verdict"), { class: "main" })],
+      }[wanted]?.() ?? []));
+    }
+    if (active && progress.motion) motion(progress.motion, repeats);
+    if (!active && job.state !== "done") fill(picture);
+  }
+
+  function motion(data, repeats) {
+    if (!drawn) {
+      drawn = figure(t("fit.motion"), t("fit.motion.alt"), 260, (place, width, height) => timePlot(place, width, height, {
+        data: [data.t, data.measured, data.model], label: `${t("channel.position")} / ${data.unit}`,
+        series: [{ label: t("measured"), colour: "measured", width: 2 }, { label: t("model"), colour: "model" }],
+      }));
+      fill(picture, drawn, h("div"));
+    }
+    drawn.plot?.setData([data.t, data.measured, data.model]);
+    fill(picture.lastElementChild, table(t("fit.repeats"), [t("fit.repeat"), t("fit.evaluations"), "J", t("fit.ended")],
+      repeats.map((r, k) => row(String(k + 1), r.evaluations, number(r.best), r.ended))));
+  }
+
+  return { element, update };
+}

@@ -1,0 +1,134 @@
+// Step 1: logs, and which column is which channel.
+
+import { address, ask, change, get, session, settle } from "./api.js";
+import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { attempt, go } from "./main.js";
+
+const CHANNELS = ["position", "command", "velocity", "acceleration", "force", "current", "voltage", "temperature", "pressure", "time"];
+const WORDS = ["joint", "rate", "time_unit", "stamp", "episode", "subtract"];
+
+export async function upload(files) {
+  for (const file of files) {
+    settle(await ask("POST", address(`/files?name=${encodeURIComponent(file.name)}`), file));
+  }
+}
+
+// All files of what was dropped, those of folders too.
+async function dropped(items) {
+  const files = [];
+  const walk = async (entry) => {
+    if (entry.isFile) files.push(await new Promise((done, fail) => entry.file(done, fail)));
+    else {
+      const reader = entry.createReader();
+      for (;;) {
+        const entries = await new Promise((done, fail) => reader.readEntries(done, fail));
+        if (!entries.length) break;
+        for (const each of entries) await walk(each);
+      }
+    }
+  };
+  const entries = [...items].map((item) => item.webkitGetAsEntry()).filter(Boolean);
+  for (const entry of entries) await walk(entry);
+  return files;
+}
+
+export function logsStep() {
+  const list = h("div");
+  const channels = h("div", { id: "channels" });
+  const input = h("input", { type: "file", multiple: true, id: "files", onchange: (event) => attempt(() => upload(event.target.files)) });
+  const zone = h("div", {
+    class: "drop",
+    ondragover: (event) => { event.preventDefault(); zone.classList.add("over"); },
+    ondragleave: () => zone.classList.remove("over"),
+    ondrop: (event) => {
+      event.preventDefault();
+      zone.classList.remove("over");
+      attempt(async () => upload(await dropped(event.dataTransfer.items)));
+    },
+  }, h("label", { for: "files" }, t("logs.drop")), input, h("p", { class: "note" }, t("logs.formats")));
+  const next = h("p");
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.logs")), h("p", { class: "lead" }, t("logs.lead")), zone, list, channels, next);
+  let selected = 0;
+  let key = null;
+
+  async function showChannels(state) {
+    const now = JSON.stringify([state.logs[selected]?.id, state.choices.columns, WORDS.map((w) => state.choices[w]), state.choices.rig, state.choices.drive]);
+    if (now === key) return;
+    key = now;
+    if (!state.logs.length) { fill(channels); return; }
+    let contents = null;
+    try { contents = await get(`/logs/${selected}/contents`); } catch (error) {
+      if (key === now) fill(channels, h("p", { class: "state warn" }, error.message), words(session.state));
+      return;
+    }
+    if (key !== now) return;
+    fill(channels, ...contentsView(contents, session.state));
+  }
+
+  function contentsView(contents, state) {
+    const rows = contents.channels.map((channel) => row(
+      channel.name,
+      unitControl(channel, state),
+      number(channel.count, 9), channel.rate ? `${number(channel.rate)} Hz` : "–",
+      menu([["", t("logs.not")], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], channel.taken,
+        (value) => attempt(() => take(channel, value)), { "aria-label": `${channel.name}: ${t("logs.taken")}` }),
+      reason(channel, state)));
+    return [
+      h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
+      contents.lacking && h("p", { class: "state warn" }, contents.lacking),
+      contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", {}, p))),
+      table(t("logs.channels"), [t("logs.column"), t("unit"), t("logs.count"), t("logs.rate"), t("logs.taken"), t("logs.why")], rows),
+      words(state),
+    ].filter(Boolean);
+  }
+
+  function reason(channel, state) {
+    if (Object.values(state.choices.columns).some((c) => c === channel.name || c.startsWith(`${channel.name} [`))) return t("logs.chosen");
+    if (channel.taken) return t("logs.by_name");
+    if (channel.guesses.length) return t("logs.may_be", { channels: channel.guesses.map((g) => t(`channel.${g}`)).join(", ") });
+    return channel.constant ? t("logs.constant") : "";
+  }
+
+  function unitControl(channel, state) {
+    const chosen = Object.entries(state.choices.columns).find(([, c]) => c === channel.name || c.startsWith(`${channel.name} [`));
+    if (channel.unit && !chosen?.[1].startsWith(`${channel.name} [`)) return channel.unit;
+    const written = chosen?.[1].slice(channel.name.length).replace(/^ \[|\]$/g, "") ?? "";
+    return h("input", { type: "text", class: "short", value: written, "aria-label": `${channel.name}: ${t("unit")}`, maxlength: "40",
+      onchange: (event) => attempt(() => take(channel, chosen?.[0] ?? channel.taken ?? "", event.target.value.trim())) });
+  }
+
+  function take(channel, value, unit = "") {
+    const columns = { ...session.state.choices.columns };
+    for (const [name, column] of Object.entries(columns)) {
+      if (column === channel.name || column.startsWith(`${channel.name} [`)) delete columns[name];
+    }
+    if (value) columns[value] = unit ? `${channel.name} [${unit}]` : channel.name;
+    return change({ columns });
+  }
+
+  function words(state) {
+    const put = (name) => (event) => attempt(() => change({ [name]: name === "rate" ? (event.target.value ? Number(event.target.value) : null) : event.target.value.trim() }));
+    return h("details", { open: WORDS.some((w) => state.choices[w]) || null }, h("summary", {}, t("logs.more")),
+      h("div", { class: "fields" }, WORDS.map((name) => field(`logs.${name}`, h("input", {
+        type: name === "rate" ? "number" : "text", step: "any", value: state.choices[name] ?? "", onchange: put(name), maxlength: "100",
+      }), t(`logs.${name}.hint`)))));
+  }
+
+  function update(state) {
+    selected = Math.min(selected, Math.max(state.logs.length - 1, 0));
+    fill(list, ...(state.logs.length ? [table(t("logs.title"), [t("logs.file"), t("logs.size"), t("logs.window"), ""],
+      state.logs.map((log, k) => row(
+        h("button", { type: "button", class: "link", "aria-pressed": String(k === selected), onclick: () => { selected = k; update(session.state); } }, log.name),
+        `${number(log.size / 1e6, 3)} MB`,
+        h("input", { type: "text", class: "short", placeholder: "10s:40s", value: state.choices.logs[k].window, "aria-label": `${log.name}: ${t("logs.window")}`,
+          onchange: (event) => attempt(() => change({ logs: session.state.choices.logs.map((each, i) => (i === k ? { ...each, window: event.target.value.trim() } : each)) })) }),
+        button("remove", () => attempt(() => change({ logs: session.state.choices.logs.filter((_, i) => i !== k) })), { "aria-label": `${t("remove")}: ${log.name}` }),
+      )))] : []));
+    const open = state.steps.find(({ name }) => name === "look");
+    fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main" }));
+    showChannels(state);
+  }
+
+  update(session.state);
+  return { element, update };
+}

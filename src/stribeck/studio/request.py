@@ -1,0 +1,250 @@
+"""What a session asks for, in its three forms: a call, the command line that does the same, Python.
+
+All three are made of the same choices. The name of a log in the latter two is that of its file,
+without a folder: they are to be used where the logs are.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..constant import Stated, toleranced
+from ..data import Recording, read
+from ..errors import InputError
+from ..rig import Rig
+from ..rig.lookup import rig_named
+from ..units import number
+from .choices import Choices
+
+if TYPE_CHECKING:
+    from ..data.alignment import Delay
+
+#: The map of columns and drive that a command line names, beside the logs.
+MAP = "columns.toml"
+_WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
+
+
+@dataclass(frozen=True)
+class Request:
+    """The choices of a session with the files that they are about.
+
+    Args:
+        choices: The choices.
+        files: Path of each log by its id.
+    """
+
+    choices: Choices
+    files: Mapping[str, Path]
+
+    @cached_property
+    def rig(self) -> Rig:
+        """The rig with the constants that are stated.
+
+        Raises:
+            InputError: none is chosen, there is none of that name, or a constant is none.
+        """
+        if not self.choices.rig:
+            raise InputError("no rig is chosen")
+        rig = rig_named(self.choices.rig)
+        return (rig.exact() if self.choices.exact else rig).set(**self.constants)
+
+    @cached_property
+    def constants(self) -> dict[str, Stated]:
+        """The constants that are this axis's, as `identify` takes them."""
+        return {n: toleranced(text, n) for n, text in self.choices.constants.items()}
+
+    @property
+    def law(self) -> str:
+        """Name of the law."""
+        name = self.choices.law or self.rig.laws[0]
+        turned = self.choices.directional and not name.endswith("-directional")
+        return f"{name}-directional" if turned else name
+
+    @property
+    def map(self) -> dict[str, Any] | None:
+        """How the logs are read where their heads do not say it, as `read` takes it."""
+        drive = {"drive": dict(self.choices.drive)} if self.choices.drive else {}
+        if not self.choices.columns and not drive:
+            return None
+        return {"columns": dict(self.choices.columns), **drive}
+
+    @property
+    def words(self) -> dict[str, Any]:
+        """What else `read` takes; what is not stated is left out."""
+        return {w: value for w in _WORDS if (value := getattr(self.choices, w))}
+
+    def path(self, log: int) -> str:
+        """Where a log is, with its window."""
+        choice = self.choices.logs[log]
+        return _windowed(str(self.files[choice.id]), choice.window)
+
+    def recording(self, log: int) -> Recording:
+        """A log of the session, read as is chosen.
+
+        Raises:
+            InputError: as `read`.
+        """
+        rig = self.rig if self.choices.rig else None
+        usual = dict(rig.columns) if rig is not None and rig.columns else None
+        chain = None if rig is None else rig.chain
+        return read(
+            self.path(log),
+            columns=usual if self.map is None else self.map,
+            lenient=self.map is None,
+            drive=chain,
+            **self.words,
+        )
+
+    def recordings(self) -> list[Recording]:
+        """All logs of the session.
+
+        Raises:
+            InputError: as `read`, or there is none.
+        """
+        if not self.choices.logs:
+            raise InputError("no log is chosen")
+        return [self.recording(k) for k in range(len(self.choices.logs))]
+
+    def search(self) -> dict[str, Any]:
+        """Arguments of `identify` that say what is identified and how; defaults are left out."""
+        c = self.choices
+        stated: dict[str, Any] = {
+            "train": list(c.train),
+            "holdout": list(c.holdout),
+            "fixed": {n: number(text, n) for n, text in c.fixed.items()},
+            "bounds": {n: _interval(text, n) for n, text in c.bounds.items()},
+            "method": c.method,
+            "repeats": c.repeats,
+            "budget": c.budget,
+        }
+        plain = {n: value for n, value in stated.items() if value}
+        if c.seed is not None:
+            plain["seed"] = c.seed
+        if c.loss != "squares":
+            plain["loss"] = c.loss
+        if c.breakaway != "auto":
+            plain["breakaway"] = c.breakaway
+        if c.delay != "auto":
+            plain["delay"] = _delay(c.delay)
+        return plain
+
+    def comparison(self) -> dict[str, Any]:
+        """Arguments of `select` that say what is compared and how; defaults are left out."""
+        shared = ("train", "holdout", "fixed", "bounds", "seed", "budget", "loss", "delay")
+        plain = {n: v for n, v in self.search().items() if n in shared}
+        return {**plain, "laws": list(self.choices.laws)} if self.choices.laws else plain
+
+    def command(self, kind: str = "identify", out: str = "result") -> list[str]:
+        """The command line, word by word, with `columns.toml` where a drive is stated.
+
+        Args:
+            kind: `identify` or `select`.
+            out: The folder that it writes.
+        """
+        c = self.choices
+        logs = [_windowed(self.files[log.id].name, log.window) for log in c.logs]
+        words = ["stribeck", kind, *logs]
+        if c.drive:
+            words += ["--columns", MAP]
+        else:
+            words += _each("--column", c.columns)
+        for w, value in self.words.items():
+            words += [f"--{w.replace('_', '-')}", f"{value:g}" if w == "rate" else value]
+        words += ["--rig", c.rig]
+        if kind == "select":
+            words += ["--laws", ",".join(c.laws)] * bool(c.laws)
+        else:
+            words += ["--law", c.law] * bool(c.law) + ["--directional"] * c.directional
+            words += ["--method", c.method] * bool(c.method)
+        for r in c.train:
+            words += ["--train", r]
+        for r in c.holdout:
+            words += ["--holdout", r]
+        words += _each("--set", {**c.constants, **c.fixed}) + ["--exact"] * c.exact
+        words += _each("--bounds", c.bounds)
+        words += ["--seed", str(c.seed)] * (c.seed is not None)
+        words += ["--budget", str(c.budget)] * (c.budget is not None)
+        if kind == "identify":
+            words += ["--repeats", str(c.repeats)] * (c.repeats is not None)
+            words += ["--breakaway", c.breakaway] * (c.breakaway != "auto")
+        words += ["--loss", c.loss] * (c.loss != "squares")
+        words += [f"--delay={c.delay}"] * (c.delay != "auto")
+        return [*words, "--out", out]
+
+    def command_text(self, kind: str = "identify") -> str:
+        """The same as a line for a shell."""
+        return shlex.join(self.command(kind))
+
+    def python(self) -> str:
+        """The same in Python."""
+        c = self.choices
+        names = [_windowed(self.files[log.id].name, log.window) for log in c.logs]
+        usual = self.rig.columns if c.rig else {}
+        arguments: dict[str, Any] = {"rig": c.rig}
+        if c.law or c.directional:
+            arguments["law"] = self.law
+        arguments |= {"constants": self.constants} if self.constants else {}
+        arguments |= {"exact": True} if c.exact else {}
+        arguments |= self.search()
+        tail = "".join(f", {n}={v!r}" for n, v in arguments.items())
+        if self.map is None and not self.words:
+            logs = repr(names[0] if len(names) == 1 else names)
+            lines = ["import stribeck", "", f"fit = stribeck.identify({logs}{tail})"]
+        else:
+            how: dict[str, Any] = {}
+            if self.map is not None:
+                how["columns"] = self.map
+            elif usual:
+                how |= {"columns": dict(usual), "lenient": True}
+            reading = "".join(f", {n}={v!r}" for n, v in {**how, **self.words}.items())
+            lines = [
+                "import stribeck",
+                "",
+                f"logs = [stribeck.read(name{reading}) for name in {names!r}]",
+                f"fit = stribeck.identify(logs{tail})",
+            ]
+        return "\n".join([*lines, "print(fit.table())", 'fit.report("report.html")', ""])
+
+    def map_text(self) -> str:
+        """The `columns.toml` that the command line names."""
+        lines = []
+        if self.choices.columns:
+            lines += ["[columns]", *map(_toml, self.choices.columns.items()), ""]
+        if self.choices.drive:
+            lines += ["[drive]", *map(_toml, self.choices.drive.items()), ""]
+        return "\n".join(lines)
+
+
+def _windowed(path: str, window: str) -> str:
+    return f"{path}@{window}" if window else path
+
+
+def _each(option: str, values: Mapping[str, str]) -> list[str]:
+    return [word for n, text in values.items() for word in (option, f"{n}={text}")]
+
+
+def _interval(text: str, place: str) -> tuple[float, float]:
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise InputError(f"{place}: {text!r}: write LOW:HIGH")
+    return number(low, place), number(high, place)
+
+
+def _delay(text: str) -> Delay:
+    if text == "off":
+        return "off"
+    value, tolerance, _ = toleranced(text, "delay", "auto, off, a number of ms, nor MS±TOLERANCE")
+    return 1e-3 * value, 1e-3 * tolerance
+
+
+def _toml(item: tuple[str, str | bool]) -> str:
+    name, value = item
+    if isinstance(value, bool):
+        return f"{name} = {str(value).lower()}"
+    quoted = "".join(f"\\u{ord(ch):04x}" if ord(ch) < 32 or ch in '"\\' else ch for ch in value)  # noqa: PLR2004 - control characters
+    return f'{name} = "{quoted}"'
