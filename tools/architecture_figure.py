@@ -19,6 +19,7 @@ FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 #: What a package is, in words short enough for its box.
 WORDS = {
     "cli": "parse, call, print",
+    "studio": "the local page",
     "bench": "campaigns of search methods",
     "report": "tables, figures, the page",
     "export": "code, robot files, FMUs",

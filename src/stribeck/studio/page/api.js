@@ -29,9 +29,17 @@ export function settle(state) {
   for (const listener of listeners) listener(state, before);
 }
 
-export async function change(choices) {
-  const body = { choices, step: session.state.step };
-  settle(await ask("PATCH", address(), body));
+let last = Promise.resolve();
+
+// Changes some choices, one after the other: what is typed quickly does not meet itself halfway.
+// Of a function, what it says of the choices as they are when its turn comes.
+export function change(choices) {
+  const next = last.then(async () => {
+    const changes = typeof choices === "function" ? choices(session.state.choices) : choices;
+    settle(await ask("PATCH", address(), { choices: changes, step: session.state.step }));
+  });
+  last = next.catch(() => {});
+  return next;
 }
 
 export async function post(rest, body = {}) {

@@ -60,8 +60,7 @@ export function axisStep() {
         h("input", { type: "text", class: "short", value: stated ?? "", placeholder: usual, maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
           onchange: (event) => {
             const value = event.target.value.trim();
-            const { [name]: _, ...rest } = session.state.choices.constants;
-            attempt(() => change({ constants: value ? { ...rest, [name]: value } : rest }));
+            attempt(() => change(({ constants: { [name]: _, ...rest } }) => ({ constants: value ? { ...rest, [name]: value } : rest })));
           } }),
         constant.unit || "1", constant.doc,
         stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${borrowed ? ` – ${t("axis.amber")}` : ""}`, stated ? "" : constant.source,
@@ -79,8 +78,8 @@ export function axisStep() {
     const conventions = session.catalogue.drives;
     const convention = conventions.find(({ name }) => name === chain.convention);
     const put = (name, value) => {
-      const { [name]: _, ...rest } = session.state.choices.drive;
-      return attempt(() => change({ drive: value ? { ...rest, [name]: value } : rest }));
+      const changed = ({ drive: { [name]: _, ...rest } }) => ({ drive: value ? { ...rest, [name]: value } : rest });
+      return attempt(() => change(changed));
     };
     const numbers = new Set([...(convention?.needs ?? []), ...Object.keys(chain).filter((n) => !["convention", "signal", "side", "motion", "reversed"].includes(n))]);
     fill(drive, h("details", { open: Object.keys(chain).length > 0 || null }, h("summary", {}, t("axis.drive")),

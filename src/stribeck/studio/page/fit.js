@@ -36,7 +36,7 @@ export function fitStep() {
         h("input", { type: "radio", name: "mode", value: name, checked: name === mode, onchange: () => { mode = name; } }), t(`fit.${name}`)))),
       rangeTools(lines), ...panels(lines, overview, { only: "position", bands: () => chosenBands(), onrange: (from, to) => {
         if (mode === "zoom") attempt(() => lines.show(from, to));
-        else attempt(() => change({ [mode]: [...session.state.choices[mode], `${round(from)}s:${round(to)}s`] }));
+        else attempt(() => change((choices) => ({ [mode]: [...choices[mode], `${round(from)}s:${round(to)}s`] })));
       } }));
     } catch (error) {
       if (key === now) fill(plot, h("p", { class: "state warn" }, error.message));

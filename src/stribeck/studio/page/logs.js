@@ -98,12 +98,14 @@ export function logsStep() {
   }
 
   function take(channel, value, unit = "") {
-    const columns = { ...session.state.choices.columns };
-    for (const [name, column] of Object.entries(columns)) {
-      if (column === channel.name || column.startsWith(`${channel.name} [`)) delete columns[name];
-    }
-    if (value) columns[value] = unit ? `${channel.name} [${unit}]` : channel.name;
-    return change({ columns });
+    return change((choices) => {
+      const columns = { ...choices.columns };
+      for (const [name, column] of Object.entries(columns)) {
+        if (column === channel.name || column.startsWith(`${channel.name} [`)) delete columns[name];
+      }
+      if (value) columns[value] = unit ? `${channel.name} [${unit}]` : channel.name;
+      return { columns };
+    });
   }
 
   function words(state) {
@@ -121,8 +123,8 @@ export function logsStep() {
         h("button", { type: "button", class: "link", "aria-pressed": String(k === selected), onclick: () => { selected = k; update(session.state); } }, log.name),
         `${number(log.size / 1e6, 3)} MB`,
         h("input", { type: "text", class: "short", placeholder: "10s:40s", value: state.choices.logs[k].window, "aria-label": `${log.name}: ${t("logs.window")}`,
-          onchange: (event) => attempt(() => change({ logs: session.state.choices.logs.map((each, i) => (i === k ? { ...each, window: event.target.value.trim() } : each)) })) }),
-        button("remove", () => attempt(() => change({ logs: session.state.choices.logs.filter((_, i) => i !== k) })), { "aria-label": `${t("remove")}: ${log.name}` }),
+          onchange: (event) => attempt(() => change(({ logs }) => ({ logs: logs.map((each, i) => (i === k ? { ...each, window: event.target.value.trim() } : each)) }))) }),
+        button("remove", () => attempt(() => change(({ logs }) => ({ logs: logs.filter((_, i) => i !== k) }))), { "aria-label": `${t("remove")}: ${log.name}` }),
       )))] : []));
     const open = state.steps.find(({ name }) => name === "look");
     fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main" }));
