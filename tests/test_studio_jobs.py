@@ -49,7 +49,7 @@ def workers(home: Path) -> list[int]:
     for place in Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
             words = place.read_bytes().split(b"\0")
-            if b"stribeck.studio.worker" in words and str(home).encode() in words:
+            if b"stribeck.studio.job_worker" in words and str(home).encode() in words:
                 found.append(int(place.parent.name))
     return found
 

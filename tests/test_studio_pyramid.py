@@ -18,7 +18,7 @@ def test_a_plot_keeps_every_extreme(
     rng = np.random.default_rng(seed)
     values = np.cumsum(rng.normal(size=rows))
     values[rng.integers(rows)] += 100.0  # a spike of one sample, which a mean would hide
-    t = 0.01 * np.arange(rows)
+    t = np.arange(0.0, rows) * 0.01
     since, until = sorted(t[int(s * (rows - 1))] for s in share)
     times, lines, exact = windowed(t, {"x": Pyramid(values)}, since, until, pixels)
     inside = values[(t >= since) & (t <= until)]
@@ -37,7 +37,7 @@ def test_a_plot_keeps_every_extreme(
 
 
 def test_missing_rows_break_the_line() -> None:
-    t = np.concatenate([np.arange(100), np.arange(300, 400)]) * 0.01
+    t = np.concatenate([np.arange(0.0, 100.0), np.arange(300.0, 400.0)]) * 0.01
     times, lines, _ = windowed(t, {"x": Pyramid(np.ones(200))}, 0.0, 4.0, 500)
     (gap,) = np.flatnonzero(np.isnan(lines["x"]))
     assert t[99] < times[gap] < t[100]

@@ -25,7 +25,7 @@ from .lists import drives, laws, methods, readers, rigs, version
 from .logs import check, contents, twin
 from .models import compensate, export, plan, simulate, validate
 from .notices import notices, quiet
-from .studio import studio
+from .studio_command import studio
 from .warm import warm
 
 #: The commands, in the order in which `--help` lists them.

@@ -115,7 +115,7 @@ class Session:
 
 
 @dataclass(frozen=True)
-class Job:
+class SessionJob:
     """Work for a worker.
 
     Args:
@@ -319,7 +319,7 @@ class Home:
 
     # Jobs.
 
-    def ask(self, session: str, kind: Kind, parent: int | None = None) -> Job:
+    def ask(self, session: str, kind: Kind, parent: int | None = None) -> SessionJob:
         """Work on a session's choices as they are now."""
         with self._writing():
             choices = self.session(session).choices
@@ -330,7 +330,7 @@ class Home:
             )
         return self.job(int(cursor.lastrowid or 0))
 
-    def job(self, number: int) -> Job:
+    def job(self, number: int) -> SessionJob:
         """A job.
 
         Raises:
@@ -340,11 +340,11 @@ class Home:
             return jobs[0]
         raise InputError("there is no such job")
 
-    def jobs(self, session: str) -> list[Job]:
+    def jobs(self, session: str) -> list[SessionJob]:
         """The jobs of a session, in order."""
         return self._jobs("session = ?", session)
 
-    def unfinished(self) -> list[Job]:
+    def unfinished(self) -> list[SessionJob]:
         """The jobs that wait or run; a job whose worker is gone waits again, or is given up."""
         with self._writing():
             running = self._db.execute(
@@ -404,7 +404,7 @@ class Home:
             (state, message, _now(), number),
         )
 
-    def _jobs(self, condition: str, *values: object) -> list[Job]:
+    def _jobs(self, condition: str, *values: object) -> list[SessionJob]:
         with self._plainly():
             rows = self._db.execute(
                 f"SELECT {_OF_A_JOB} FROM jobs WHERE {condition} ORDER BY id",  # noqa: S608 - ours
@@ -412,7 +412,7 @@ class Home:
             ).fetchall()
         return [self._job(row) for row in rows]
 
-    def _job(self, row: tuple[Any, ...]) -> Job:
+    def _job(self, row: tuple[Any, ...]) -> SessionJob:
         number, session, kind, request, parent, state, cancelled, progress, *rest = row
         if kind not in get_args(Kind):
             raise InputError(f"{self.file}: is damaged: job {number} is of no kind")
@@ -421,7 +421,9 @@ class Home:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.file}: is damaged: progress of job {number}") from error
         choices = self._choices(request)
-        return Job(number, session, kind, choices, parent, state, bool(cancelled), far, *rest)
+        return SessionJob(
+            number, session, kind, choices, parent, state, bool(cancelled), far, *rest
+        )
 
     def _choices(self, text: str) -> Choices:
         try:

@@ -26,7 +26,7 @@ from . import uploads
 from .catalogue import catalogue
 from .choices import Choices, Kind
 from .exports import exported, targets
-from .home import Home, Job, Session
+from .home import Home, Session, SessionJob
 from .log_view import LogViews, log_contents
 from .request import Request
 from .results import compared, fit_results, result_file
@@ -270,13 +270,13 @@ class Routes:
         self._home.cancel(job.id)
         return await self._answer(self._home.session(job.session))
 
-    def _job(self, asked: Asked) -> Job:
+    def _job(self, asked: Asked) -> SessionJob:
         job = self._home.job(asked.path_params["job"])
         if job.session != asked.path_params["session"]:
             raise InputError("there is no such job")
         return job
 
-    def _fit(self, session: str, number: object) -> Job:
+    def _fit(self, session: str, number: object) -> SessionJob:
         job = self._home.job(number) if isinstance(number, int) else None
         if job is None or job.session != session or (job.kind, job.state) != ("identify", "done"):
             raise InputError("choose a fit that is done")
@@ -327,7 +327,7 @@ class Routes:
         return JSONResponse(answer.shown())
 
 
-def _job(job: Job) -> dict[str, Any]:
+def _job(job: SessionJob) -> dict[str, Any]:
     return {
         "id": job.id,
         "kind": job.kind,

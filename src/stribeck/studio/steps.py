@@ -10,14 +10,14 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .home import Job
+    from .home import SessionJob
     from .request import Request
 
 STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
 
 
 @dataclass(frozen=True)
-class Step:
+class SessionStep:
     """A step as it stands.
 
     Args:
@@ -31,7 +31,7 @@ class Step:
     detail: str = ""
 
 
-def steps(request: Request, jobs: Sequence[Job], unread: str) -> list[Step]:
+def steps(request: Request, jobs: Sequence[SessionJob], unread: str) -> list[SessionStep]:
     """The steps of a session.
 
     Args:
@@ -40,20 +40,20 @@ def steps(request: Request, jobs: Sequence[Job], unread: str) -> list[Step]:
         unread: Why a log of it cannot be read; empty where all can.
     """
     lock, detail = "", ""
-    result = [Step("logs")]
+    result = [SessionStep("logs")]
     if not request.choices.logs:
         lock = "lock.no_log"
     elif unread:
         lock, detail = "lock.unread", unread
-    result += [Step("look", lock, detail), Step("axis", lock, detail)]
+    result += [SessionStep("look", lock, detail), SessionStep("axis", lock, detail)]
     if not lock:
         lock, detail = _axis(request)
-    result.append(Step("fit", lock, detail))
+    result.append(SessionStep("fit", lock, detail))
     if any(job.kind == "identify" and job.state == "done" for job in jobs):
         lock, detail = "", ""  # a fit stays, whatever is chosen after it
     else:
         lock = lock or "lock.no_fit"
-    return [*result, Step("verdict", lock, detail), Step("out", lock, detail)]
+    return [*result, SessionStep("verdict", lock, detail), SessionStep("out", lock, detail)]
 
 
 def _axis(request: Request) -> tuple[str, str]:

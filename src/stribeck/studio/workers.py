@@ -65,7 +65,7 @@ class Workers:
         waiting = [job for job in jobs if job.state == "waiting" and job.id not in self._started]
         busy += sum(job.state == "waiting" and job.id in self._started for job in jobs)
         for job in waiting[: max(self._count - busy, 0)]:
-            command = [sys.executable, "-m", "stribeck.studio.worker"]
+            command = [sys.executable, "-m", "stribeck.studio.job_worker"]
             results = home.folder / "results"
             with (results / f"{job.id}.log").open("ab") as log:
                 self._started[job.id] = subprocess.Popen(  # noqa: S603 - our own interpreter

@@ -5,5 +5,5 @@ its reader, as a `log_file` whose samples come as a `raw_table` a clock; several
 are a `joined_run`. `file_bytes` are what a file is of. `log_contents` lists its
 channels; `heads`, `log_map` and `column_map` say which column is which channel, and
 `assembly.assembled` makes a recording's arrays of them.
-A `choice` is a column with its unit, as `heads` say it.
+A `choice` is a column with its unit, as `heads` say it. `budget` says what a read may take.
 """

@@ -1,6 +1,6 @@
 """A worker: one job of a studio's home, in a process of its own.
 
-    python -m stribeck.studio.worker HOME JOB
+    python -m stribeck.studio.job_worker HOME JOB
 
 It claims the job, does it, keeps its results in the home, and ends. Nothing that it finishes is
 lost when the studio is killed; a job whose worker is killed is begun anew by the next studio.
@@ -23,7 +23,7 @@ from ..bench.lock import Owner
 from ..errors import InputError
 from ..report.search_progress import SearchProgress
 from ..wording import on_command_line
-from .home import Home, Job
+from .home import Home, SessionJob
 from .request import Request
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def main(arguments: Sequence[str]) -> int:
     return 1
 
 
-def _do(home: Home, job: Job) -> None:
+def _do(home: Home, job: SessionJob) -> None:
     request = Request(job.choices, {i: log.path for i, log in home.logs().items()})
     out = home.results(job.id)
     match job.kind:
@@ -80,7 +80,7 @@ def _do(home: Home, job: Job) -> None:
             _compensate(home, job, out)
 
 
-def _identify(home: Home, job: Job, request: Request, out: Path) -> None:
+def _identify(home: Home, job: SessionJob, request: Request, out: Path) -> None:
     from ..identify.fit import identify  # noqa: PLC0415 - compiled code, once the job is claimed
     from ..report.contents.gather import Contents  # noqa: PLC0415
     from ..report.contents.schema import OF_A_FIT  # noqa: PLC0415
@@ -100,7 +100,7 @@ def _identify(home: Home, job: Job, request: Request, out: Path) -> None:
             write_report(Contents(fit).report(request.command()), place)
 
 
-def _select(home: Home, job: Job, request: Request, out: Path) -> None:
+def _select(home: Home, job: SessionJob, request: Request, out: Path) -> None:
     from ..identify.selection.select import select  # noqa: PLC0415
     from ..report.folder import held, together  # noqa: PLC0415
     from ..report.selection_report import write_selection  # noqa: PLC0415
@@ -115,7 +115,7 @@ def _select(home: Home, job: Job, request: Request, out: Path) -> None:
         write_selection(selection, place)
 
 
-def _plan(home: Home, job: Job, request: Request, out: Path) -> None:
+def _plan(home: Home, job: SessionJob, request: Request, out: Path) -> None:
     from ..identify.design.plan import plan  # noqa: PLC0415
     from ..report.folder import held, together, write_text  # noqa: PLC0415
     from ..report.plan_report import plan_text  # noqa: PLC0415
@@ -128,7 +128,7 @@ def _plan(home: Home, job: Job, request: Request, out: Path) -> None:
         write_text(place / "plan.json", plan_text(result))
 
 
-def _compensate(home: Home, job: Job, out: Path) -> None:
+def _compensate(home: Home, job: SessionJob, out: Path) -> None:
     from ..compensate.compensation import compensate  # noqa: PLC0415
     from ..report.compensation_report import write_compensation  # noqa: PLC0415
     from ..report.folder import held, together  # noqa: PLC0415
