@@ -24,7 +24,7 @@ from ..errors import InputError
 from ..report.search_progress import SearchProgress
 from ..wording import on_command_line
 from .home import Home, SessionJob
-from .request import Request
+from .session_request import Request
 
 if TYPE_CHECKING:
     from ..identify.problem import MotionProblem

@@ -19,7 +19,7 @@ from ..report.format import unit_label
 from ..space import Array
 from ..units import unit
 from .pyramid import Pyramid, windowed
-from .request import Request
+from .session_request import Request
 
 #: Channels that are drawn, in order; marks of a kind at most; points of the scatter at most.
 DRAWN = ("position", "command", "velocity", "force", "current", "temperature")

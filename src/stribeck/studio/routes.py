@@ -28,8 +28,8 @@ from .choices import Choices, Kind
 from .exports import exported, targets
 from .home import Home, Session, SessionJob
 from .log_view import LogViews, log_contents
-from .request import Request
 from .results import compared, fit_results, result_file
+from .session_request import Request
 from .steps import steps
 from .workers import Workers
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .home import SessionJob
-    from .request import Request
+    from .session_request import Request
 
 STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
 
