@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Sequence
 from functools import cached_property
 from math import isnan
 from typing import Any
@@ -14,6 +15,7 @@ from ..data import Quality, Recording, check
 from ..data.gate import faults, mended
 from ..data.quality import seen_segments
 from ..data.readers.log_contents import LogContents, contents
+from ..data.segmentation import Segments
 from ..report.figures.overview_plots import DrawnLog
 from ..report.format import unit_label
 from ..space import Array
@@ -52,25 +54,34 @@ class LogView:
         return DrawnLog(log, seen_segments(log), faults(log))
 
     @cached_property
+    def recorded(self) -> dict[str, tuple[str, Pyramid]]:
+        """Label of the unit, and values in it, by channel, as they were recorded."""
+        log = DrawnLog(self.recording, Segments(0.0, 0.0, 0.0, (), (), (), 0.0), ())
+        return _channels(log, [n for n in DRAWN if getattr(self.recording, n) is not None])
+
+    @cached_property
     def channels(self) -> dict[str, tuple[str, Pyramid]]:
-        """Label of the unit, and values in it, by channel."""
-        log = self.drawn.recording
-        lines: dict[str, tuple[str, Array]] = {}
-        for name in DRAWN:
-            if name == "velocity":
-                values, label = self.drawn.shown("velocity")
-            elif getattr(log, name) is None:
-                continue
-            elif name in ("position", "force"):
-                values, label = self.drawn.shown(name)
-            elif name == "command":
-                written = self.drawn.written("position")
-                values = np.asarray(unit(written).from_si(log.command))
-                label = unit_label(written)
-            else:
-                values, label = getattr(log, name), unit_label(log.si_unit(name))
-            lines[name] = label, values
-        return {n: (label, Pyramid(v)) for n, (label, v) in lines.items()}
+        """The same of the log mended, with a velocity of the position where none was recorded."""
+        log = self.drawn
+        there = [n for n in DRAWN if n == "velocity" or getattr(log.recording, n) is not None]
+        return _channels(log, there)
+
+    @property
+    def lines_now(self) -> tuple[Array, dict[str, tuple[str, Pyramid]]]:
+        """Times and channels: as recorded, until it is known what is to be mended."""
+        if "channels" in vars(self):
+            return self.drawn.recording.t, self.channels
+        return self.recording.t, self.recorded
+
+    def outline(self) -> dict[str, Any]:
+        """What a first picture needs, at once."""
+        if self.recording.runs is not None:
+            return {"span": None, "channels": {}}
+        t, channels = self.lines_now
+        return {
+            "span": [float(t[0]), float(t[-1])],
+            "channels": {n: label for n, (label, _) in channels.items()},
+        }
 
     def overview(self) -> dict[str, Any]:
         """All that the page shows of it but the lines."""
@@ -86,13 +97,8 @@ class LogView:
         }
         if self.recording.runs is not None:
             return summary | {"span": None, "channels": {}, "findings": [], "marks": {}}
-        t = self.drawn.recording.t
-        return summary | {
-            "span": [float(t[0]), float(t[-1])],
-            "channels": {n: label for n, (label, _) in self.channels.items()},
-            "findings": self._findings(),
-            "marks": self._marks(),
-        }
+        marks = self._marks()
+        return summary | self.outline() | {"findings": self._findings(), "marks": marks}
 
     def _findings(self) -> list[dict[str, Any]]:
         return [
@@ -127,8 +133,9 @@ class LogView:
     def lines(self, since: float, until: float, pixels: int) -> dict[str, Any]:
         """Lines of a part of it, for a plot of some width."""
         pixels = min(max(pixels, 10), WIDEST)
-        pyramids = {n: pyramid for n, (_, pyramid) in self.channels.items()}
-        t, lines, exact = windowed(self.drawn.recording.t, pyramids, since, until, pixels)
+        times, channels = self.lines_now
+        pyramids = {n: pyramid for n, (_, pyramid) in channels.items()}
+        t, lines, exact = windowed(times, pyramids, since, until, pixels)
         return {"t": _numbers(t, 9), "lines": {n: _numbers(a, 6) for n, a in lines.items()},
                 "exact": exact}  # fmt: skip
 
@@ -147,6 +154,23 @@ class LogView:
             "force": _numbers(F.values[rows], 5),
             "units": [speed, force],
         }
+
+
+def _channels(log: DrawnLog, names: Sequence[str]) -> dict[str, tuple[str, Pyramid]]:
+    """Label of the unit, and values in it, of some channels of a log."""
+    lines: dict[str, tuple[str, Pyramid]] = {}
+    for name in names:
+        values: Array
+        if name in ("position", "velocity", "force"):
+            values, label = log.shown(name)
+        elif name == "command":
+            written = log.written("position")
+            values = np.asarray(unit(written).from_si(log.recording.command))
+            label = unit_label(written)
+        else:
+            values, label = getattr(log.recording, name), unit_label(log.recording.si_unit(name))
+        lines[name] = label, Pyramid(values)
+    return lines
 
 
 class LogViews:

@@ -79,6 +79,7 @@ class Routes:
             ("POST", f"{session}/files", self._upload),
             ("GET", f"{session}/events", self._events),
             ("GET", f"{log}/contents", self._log_contents),
+            ("GET", f"{log}/outline", self._outline),
             ("GET", f"{log}/overview", self._overview),
             ("GET", f"{log}/lines", self._lines),
             ("GET", f"{log}/cloud", self._cloud),
@@ -226,6 +227,12 @@ class Routes:
 
     async def _log_contents(self, asked: Asked) -> Response:
         return JSONResponse(await run_in_threadpool(self._contents_of, *self._log(asked)))
+
+    async def _outline(self, asked: Asked) -> Response:
+        request, log = self._log(asked)
+        return JSONResponse(
+            await run_in_threadpool(lambda: self._views.view(request, log).outline())
+        )
 
     async def _overview(self, asked: Asked) -> Response:
         request, log = self._log(asked)

@@ -68,7 +68,8 @@ def serve(
                 guard, log_config=None, access_log=False, server_header=False, ws="none",
                 lifespan="off", timeout_graceful_shutdown=_GRACE,
             )  # fmt: skip
-            with on_command_line():  # as the command that the page shows would say it
+            # Messages are as the command would say them that the page shows; Ctrl-C ends it.
+            with on_command_line(), contextlib.suppress(KeyboardInterrupt):
                 uvicorn.Server(config).run(sockets=[listener])
 
 

@@ -2,7 +2,7 @@
 
 import { change, get, post, session } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
-import { Lines, panels, rangeTools } from "./look.js";
+import { Lines, judge, panels, rangeTools, unjudged } from "./look.js";
 import { attempt, go } from "./main.js";
 import { figure, timePlot } from "./plot.js";
 
@@ -26,8 +26,9 @@ export function fitStep() {
     key = now;
     fill(plot, h("p", { class: "note" }, t("look.reading")));
     try {
-      const overview = await get("/logs/0/overview");
-      if (!overview.span) { fill(plot, h("p", { class: "note" }, t("fit.table"))); return; }
+      const outline = await get("/logs/0/outline");
+      if (!outline.span) { fill(plot, h("p", { class: "note" }, t("fit.table"))); return; }
+      const overview = unjudged(outline);
       lines = new Lines(0, overview);
       await lines.show(...overview.span);
       if (key !== now) return;
@@ -38,6 +39,8 @@ export function fitStep() {
         if (mode === "zoom") attempt(() => lines.show(from, to));
         else attempt(() => change((choices) => ({ [mode]: [...choices[mode], `${round(from)}s:${round(to)}s`] })));
       } }));
+      const judged = await get("/logs/0/overview");
+      if (key === now) await judge(plot, lines, judged, { only: "position" });
     } catch (error) {
       if (key === now) fill(plot, h("p", { class: "state warn" }, error.message));
     }

@@ -83,6 +83,26 @@ export function panels(lines, overview, more = {}) {
   });
 }
 
+// A log that is not judged yet: no findings, no marks.
+export const unjudged = (outline) => ({ ...outline, findings: [], marks: { rests: [], slips: [], strokes: [], gaps: [] } });
+
+async function drawLines(place, outline, more = {}, range = outline.span) {
+  if (!outline.span) return null;
+  const lines = new Lines(more.log ?? 0, outline.marks ? outline : unjudged(outline));
+  await lines.show(...range);
+  fill(place, rangeTools(lines), ...panels(lines, lines.overview, more));
+  return lines;
+}
+
+// The same lines with findings and marks; drawn anew where channels have come with these.
+export async function judge(place, lines, overview, more = {}) {
+  const same = Object.keys(overview.channels).join() === Object.keys(lines.overview.channels).join();
+  if (!same && !more.only) return drawLines(place, overview, { ...more, log: lines.log }, lines.range);
+  Object.assign(lines.overview, overview);
+  await lines.show(...lines.range);
+  return lines;
+}
+
 function bands(overview, more = () => []) {
   return [
     ...overview.marks.gaps.map(([from, to]) => ({ from, to, colour: "soft", alpha: 0.25 })),
@@ -105,25 +125,25 @@ export function lookStep() {
   let selected = 0;
   let key = null;
 
+  // The lines at once; what they mean, once the log has been judged.
   async function draw(state) {
     const now = JSON.stringify([state.choices.logs, state.choices.columns, state.choices.drive, state.choices.rig, state.choices.joint, state.choices.rate, selected]);
     if (now === key) return;
     key = now;
     fill(chooser, ...(state.logs.length > 1 ? [menu(state.logs.map((log, k) => [String(k), log.name]), String(selected),
       (value) => { selected = Number(value); draw(session.state); }, { "aria-label": t("logs.file") })] : []));
-    fill(view, h("p", { class: "note" }, t("look.reading")));
+    const place = h("div");
+    const judged = h("div", {}, h("p", { class: "note", role: "status" }, t("look.judging")));
+    fill(view, h("p", { class: "note", role: "status" }, t("look.reading")));
     try {
+      const outline = await get(`/logs/${selected}/outline`);
+      if (key !== now) return;
+      fill(view, place, judged, h("p", {}, button("next.axis", () => go("axis"), { class: "main" })));
+      let lines = await drawLines(place, outline, { log: selected });
       const overview = await get(`/logs/${selected}/overview`);
       if (key !== now) return;
-      const parts = [summary(overview)];
-      if (overview.span) {
-        const lines = new Lines(selected, overview);
-        await lines.show(...overview.span);
-        if (key !== now) return;
-        parts.push(rangeTools(lines), ...panels(lines, overview), findings(overview, lines), await cloud(lines));
-      }
-      parts.push(quality(overview), h("p", {}, button("next.axis", () => go("axis"), { class: "main" })));
-      fill(view, ...parts.filter(Boolean));
+      if (lines) lines = await judge(place, lines, overview);
+      fill(judged, summary(overview), lines && findings(overview, lines), lines && await cloud(lines), quality(overview));
     } catch (error) {
       if (key === now) fill(view, h("p", { class: "state warn" }, error.message));
     }

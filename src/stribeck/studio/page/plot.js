@@ -76,6 +76,7 @@ function mark(plot, marks) {
   const ratio = window.devicePixelRatio || 1;
   ctx.save();
   ctx.beginPath();
+  ctx.setLineDash([]);
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
   for (const { x, y, to, colour: name, shape } of marks) {
