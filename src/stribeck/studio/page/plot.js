@@ -71,8 +71,14 @@ function shade(plot, bands) {
   ctx.restore();
 }
 
-function mark(plot, marks) {
+// Marks in view above which none are drawn: they would cover the line.
+const DENSE = 500;
+
+function mark(plot, all) {
   const { ctx, bbox } = plot;
+  const { min, max } = plot.scales.x;
+  const marks = all.filter(({ x, to }) => x <= max && (to ?? x) >= min);
+  if (marks.length > DENSE) return;
   const ratio = window.devicePixelRatio || 1;
   ctx.save();
   ctx.beginPath();
