@@ -12,6 +12,7 @@ from foreign import joint as foreign
 from foreign.friction import coulomb_viscous
 from stribeck import RIGS, Recording, identify
 from stribeck.identify import arithmetic
+from stribeck.identify.problem import MotionProblem
 from stribeck.identify.result import Fit
 
 F_C, F_V, J, G_SIN = 0.6, 0.3, 0.2, 1.0
@@ -83,12 +84,23 @@ def test_what_refining_does_not_end_takes_identified_away(monkeypatch: pytest.Mo
     assert off(fit) > 1.0
 
 
-def test_a_motion_that_finer_steps_cannot_simulate_is_off_by_anything() -> None:
+def test_a_fit_short_of_its_minimum_is_off_by_the_way_there() -> None:
+    """A quarter of a half-width beside it, as one that rests on a jump of a coarse simulation."""
     fit = fitted(0.001)
-    answer = replace(
-        fit.uncertainty.profiles, residuals=fit.uncertainty.profiles.residuals * np.nan
-    )
-    broken = replace(fit.uncertainty, profiles=answer)
-    shifts = arithmetic.shifts(fit.residuals, broken)  # type: ignore[arg-type]
+    known = fit.uncertainty.profiles.profiles[0]
+    x = fit.uncertainty.x.copy()
+    x[0] -= 0.25 * (known.high.end - known.value)
+    beside = replace(fit.uncertainty, x=x)
+    shifts = arithmetic.shifts(fit.residuals, beside)  # type: ignore[arg-type]
+    assert shifts[known.name] == pytest.approx(0.25, abs=0.03)
+
+
+def test_a_motion_that_finer_steps_cannot_simulate_is_off_by_anything(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fit = fitted(0.001)
+    nothing = np.full_like(fit.uncertainty.profiles.residuals, np.nan)
+    monkeypatch.setattr(MotionProblem, "residuals", lambda _, x: np.tile(nothing, (len(x), 1)))
+    shifts = arithmetic.shifts(fit.residuals, fit.uncertainty)  # type: ignore[arg-type]
     assert shifts
     assert all(np.isinf(s) for s in shifts.values())

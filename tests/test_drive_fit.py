@@ -271,9 +271,7 @@ def test_a_simulated_axis_has_wide_levels_and_narrow_ratios(
     position = motion.position + 2e-8 * rng.standard_normal(len(motion.t))
     chain = DriveChain.of_table({"signal": "A", "kt": "0.5 N m/A ± 5 %", "lead": "10 mm"})
     log = Recording(motion.t, position, force=motion.force).through(chain)
-    # By default M costs so little that differences over kt are rough: finer steps here.
-    rig = RIGS["presliding"].set(step=4.0, tolerance=1e-5)
-    fit = identify(log, rig=rig, law="dahl", repeats=1, budget=1000)
+    fit = identify(log, rig="presliding", law="dahl", repeats=1, budget=1000)
     level = by_name(fit)["F_C"]
     assert (level.high - level.low) / 2 / level.value == pytest.approx(0.049, rel=0.03)
     ratio = next(r for r in fit.ratios if r.name == "sigma_0 / F_C")

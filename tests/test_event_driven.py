@@ -10,7 +10,7 @@ import pytest
 
 from patience import PATIENCE
 from stribeck.friction import LAWS, Law
-from stribeck.optimize.trust_region import STEP
+from stribeck.optimize.slopes import SHORT
 from stribeck.rig.motion import reference, row_pool
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.drives import CLAMP, F_FM
@@ -320,7 +320,7 @@ def test_finite_differences_see_the_motion_and_not_the_integrator() -> None:
     for p in box(20, 21):
         sets = np.repeat(p[None], 6, axis=0)
         for i, k in enumerate((0, 1, 2, 3, 5)):
-            sets[i + 1, k] += STEP * (params[k].upper - params[k].lower)
+            sets[i + 1, k] += SHORT * (params[k].upper - params[k].lower)
         laws, c = SLIDE_BED.split(STRIBECK, sets)
         x, _ = trajectories(STRIBECK, laws, c, command)
         y, _ = trajectories(STRIBECK, laws, c, command, 1e-4)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from stribeck.friction import LAWS
-from stribeck.optimize.trust_region import STEP
+from stribeck.optimize.slopes import SHORT
 from stribeck.rig.motion import reference
 from stribeck.rig.motion.command import Drive
 from stribeck.rig.motion.event_driven import trajectories
@@ -103,7 +103,7 @@ def differences(direction: int, stroke: Track, n: int = 100) -> list[dict[str, f
         axis=1,
     )
     for i, k in enumerate(free):
-        sets[:, i + 1, k] += STEP * (params[k].upper - params[k].lower)
+        sets[:, i + 1, k] += SHORT * (params[k].upper - params[k].lower)
     p, c = SLIDE_BED.split(LAW, sets.reshape(-1, len(params)))
 
     def columns(tolerance: float) -> Array:

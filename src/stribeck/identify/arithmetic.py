@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..optimize.trust_region import Iterate
 from ..rig.simulated import as_simulated
 from ..wording import option
 from .conditions import Violation
@@ -103,26 +104,27 @@ def shifts(
     """By how much a finer simulation would move each parameter; see `_Solution`."""
     rig = as_simulated(problem.parameters.rig)
     finer = problem.on(rig.finer(*FINER)).residuals(uncertain.x[None])[0]
-    return _shifts_by(finer - uncertain.profiles.residuals, problem, uncertain)
+    return _shifts_to(finer, problem, uncertain)
 
 
-def _shifts_by(
-    change: Array,
+def _shifts_to(
+    residuals: Array,
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem,
     uncertain: Uncertainty,
 ) -> dict[str, float]:
-    """By how much a change (m,) of the residuals moves each parameter; see `_Solution`."""
+    """By how much residuals (m,) in place of the fit's move each parameter; see `_Solution`.
+
+    One Gauss-Newton step from the fit, within ranges and orders. A fit that has come to rest on a
+    jump of a coarse simulation, short of its minimum, moves too.
+    """
     profiles = uncertain.profiles
-    if not np.isfinite(change).all():
+    if not np.isfinite(residuals).all():
         return {p.name: np.inf for p in profiles.profiles}
     box = box_of(problem)
     u = box.u(uncertain.x)
-    inside = np.flatnonzero((u > 0.0) & (u < 1.0))
-    J = profiles.J[inside]
-    moved = u.copy()
-    squares = np.einsum("im,jm->ij", J, J)
-    moved[inside] -= np.linalg.pinv(squares, hermitian=True) @ np.einsum("im,m->i", J, change)
-    off = box.x(np.clip(moved, 0.0, 1.0)) - box.x(u)
+    fit = replace(Iterate.at(u, residuals), J=profiles.J)
+    step, _ = fit.step(box, range(box.dim), 1.0)
+    off = box.x(np.clip(u + step, 0.0, 1.0)) - box.x(u)
     by_name = dict(zip(box.space.names, off.tolist(), strict=True))
     result = {}
     for p in profiles.profiles:
@@ -145,7 +147,7 @@ def _refined(answer: _Solution) -> tuple[SimulatedRig, int]:
         now, finer = (
             problem.on(r).residuals(answer.uncertain.x[None])[0] for r in (rig, rig.finer(*FINER))
         )
-        off = _shifts_by(finer - now, problem, answer.uncertain)
+        off = _shifts_to(finer - now, problem, answer.uncertain)
         if max(off.values(), default=0.0) <= 0.5 * SHARE:  # the other half is for the new answer
             break
     return rig, spent

@@ -14,20 +14,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..constant import Constant
-from ..optimize import rms
+from ..optimize import Counted, rms
+from ..optimize.slopes import MOST_FANS
 from ..rig import Rig
 from ..rig.simulated import as_simulated
 from ..space import Array, Param, Space
 from ..units import unit
 from .initial_state import FreeStartProblem
 from .problem import MotionProblem
-from .uncertainty.central_slopes import central_slopes
-from .uncertainty.linearisation import box_of
+from .uncertainty.linearisation import box_of, linearised
 
 #: How far from its value a constant may be estimated, in standard deviations.
 REACH = 4.0
-#: The least size of a coordinate, of which steps are shares, as a share of its range.
-_LEAST = 1e-3
 #: A constant whose standard deviation moves no parameter by more than this share of the parameter's
 #: own standard error is left out: it would widen no interval by more than a hundredth.
 MATTERS = 0.1
@@ -193,17 +191,16 @@ def constant_slopes(problem: FreeConstantsProblem, x: Array) -> tuple[Array, Arr
         problem: The problem.
         x: A good fit, SI, (dim,).
     """
-    space, k, data = problem.space, len(problem.problem.space.params), problem.rows
-    size = np.maximum(np.abs(x), _LEAST * (space.upper - space.lower))
-    J, _, rows = central_slopes(problem, x, size)
-    J = J[:, :data] * size[:, None]
-    Jx, Jc = J[:k], J[k:]
+    box, k = box_of(problem), len(problem.problem.space.params)
+    counted = Counted(problem, 1 + MOST_FANS * (box.dim + 1))
+    fit = linearised(counted, box, x)
+    Jx, Jc = np.split(fit.J[:, : problem.rows], [k])
     C = np.linalg.pinv(np.einsum("im,jm->ij", Jx, Jx), hermitian=True)
     slopes = -C @ np.einsum("im,jm->ij", Jx, Jc)
     errors = problem.noise * np.sqrt(np.maximum(np.diag(C), 0.0))
-    free = len(problem.parameters.free)
-    si = slopes * size[:k, None] / size[None, k:]
-    return si[:free], (errors * size[:k])[:free], rows
+    free, scale = len(problem.parameters.free), box.scale(fit.u)
+    si = slopes * scale[:k, None] / scale[None, k:]
+    return si[:free], (errors * scale[:k])[:free], counted.rows
 
 
 def _as_param(c: Constant) -> Param:

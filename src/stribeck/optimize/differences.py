@@ -21,7 +21,7 @@ def differences(
     Args:
         u: Where, (dim,).
         f: What is known there, (m,): the residuals, or the cost alone.
-        h: Lengths of the steps, (dim,).
+        h: Lengths of the steps, (dim,); 0 where none is to be taken.
         detailed: Whether f are residuals rather than a cost.
         complete: Whether differences with a gap are of no use: then no second batch is asked for
             if it cannot fill all gaps.
@@ -30,7 +30,7 @@ def differences(
         The differences, (dim, m), nan where neither neighbour can be run, and the steps that they
         belong to, (dim,).
     """
-    todo, h = np.arange(len(u)), np.where(u + h <= 1.0, h, -h)
+    todo, h = np.flatnonzero(h), np.where((u + h >= 0.0) & (u + h <= 1.0), h, -h)
     changes, steps = np.full((len(u), len(f)), np.nan), h.copy()
     for side in (h, -h):
         neighbours = u + np.diag(side)[todo]

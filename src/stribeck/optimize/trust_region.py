@@ -25,15 +25,12 @@ import numpy as np
 
 from ..space import Array
 from .box import Box
-from .differences import differences
 from .lockstep import rms
-from .moves import Answer, Detailed, Moves, Note, silent
+from .moves import Answer, Detailed, Moves, Note, counted, silent
+from .slopes import slopes
 
 #: Half-width of the first trust region, and the least one: a shorter step is lost in rounding.
 RADIUS, SHORTEST = 0.1, 1e-9
-#: Length of the finite differences: far below the width of the valley, and far above the noise of
-#: the residuals over their slope.
-STEP = 1e-6
 #: A step that keeps more than GOOD of the gain promised makes the trust radius twice its own
 #: length; one that keeps less than POOR, half of it.
 GOOD, POOR = 0.9, 0.1
@@ -200,10 +197,11 @@ def minimise(
     iterate, dim = start, box.dim
     free = range(dim) if free is None else free
     held_coordinate = _one_held(dim, free)
-    spent, blunders, before = 0, 0, np.inf  # before: the sum of squares where slopes were taken
+    spent, blunders, taken = 0, 0, start  # taken: where slopes were taken last
+    before = np.inf
     while True:
         if iterate.age == 0:
-            before = iterate.squares
+            taken, before = iterate, iterate.squares
         s, promise = iterate.step(box, free, radius)
         worth = max(gain, tolerance * iterate.squares)
         finished = not promise > worth or radius < SHORTEST
@@ -215,10 +213,10 @@ def minimise(
         if finished or stale:
             if spent + dim > rows:
                 return iterate, False
-            radius = max(radius, SHORTEST)
             note(asks="slopes", radius=radius)
-            iterate = yield from with_slopes(iterate)
-            spent, blunders = spent + dim, 0
+            iterate, asked = yield from _renewed(iterate, taken)
+            radius = max(radius, SHORTEST) if asked else radius
+            spent, blunders = spent + asked, 0
             continue
 
         if spent >= rows:
@@ -240,6 +238,13 @@ def minimise(
         blunders = blunders + 1 if gain_ratio < POOR else 0
 
 
+def _renewed(iterate: Iterate, taken: Iterate) -> Moves[tuple[Iterate, int]]:
+    """The point with slopes of its own, and the evaluations: none where they were taken there."""
+    if taken.age == 0 and np.array_equal(taken.u, iterate.u):
+        return taken, 0
+    return (yield from counted(with_slopes(iterate)))
+
+
 def _one_held(dim: int, free: Sequence[int]) -> int | None:
     fixed = set(range(dim)) - set(free)
     return fixed.pop() if len(fixed) == 1 else None
@@ -253,9 +258,6 @@ def _adapted(radius: float, reach: float, gain_ratio: float, widest: float) -> f
 
 
 def with_slopes(iterate: Iterate) -> Moves[Iterate]:
-    """Take the slopes at a point, all in one batch; 0 where neither neighbour can be run."""
-    steps = np.full(len(iterate.u), STEP)
-    J, h = yield from differences(iterate.u, iterate.r, steps, detailed=True)
-    J /= ((iterate.u + h) - iterate.u)[:, None]
-    J[np.isnan(J[:, 0])] = 0.0
+    """The slopes at a point."""
+    J = yield from slopes(iterate.u, iterate.r)
     return replace(iterate, J=J, age=0)

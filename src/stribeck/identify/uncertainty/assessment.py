@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...optimize.lockstep import Counted
+from ...optimize.slopes import MOST_FANS
 from ...space import Array
 from .blind_directions import Direction, directions
 from .bootstrap import Bootstrap, bootstrap
@@ -133,6 +134,6 @@ def standard_errors(problem: Residuals, x: Array) -> tuple[Array, Array]:
     leaves out. inf where the data do not see a parameter.
     """
     box = box_of(problem)
-    fit = linearised(Counted(problem, 3 * box.dim + 1), box, x)
+    fit = linearised(Counted(problem, 1 + MOST_FANS * (box.dim + 1)), box, x)
     quick = quick_look(fit.J, fit.r, logs_of(problem, len(fit.r)))
     return quick.errors * box.scale(fit.u), quick.correlation

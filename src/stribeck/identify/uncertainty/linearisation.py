@@ -29,7 +29,7 @@ def linearised(counted: Counted, box: Box, x: Array) -> Iterate:
         raise InputError("the fit cannot be run at its own parameters: fit again before this")
     if len(r) <= box.dim:
         raise InputError(f"{len(r)} rows cannot tell {box.dim} parameters: give more data")
-    if counted.left < 2 * box.dim:
+    if counted.left < box.dim + 1:
         raise InputError(f"a budget of {counted.budget} rows is too small to take slopes: raise it")
     iterate = Iterate.at(u, r)
     (best,) = lockstep(counted, [AskTell("slopes", box.space, with_slopes(iterate))])
