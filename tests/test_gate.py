@@ -18,6 +18,8 @@ from foreign.strokes import even, sines, strokes
 from stribeck import RIGS, Recording, identify, read
 from stribeck.data import segment
 from stribeck.data.gate import faults, mended
+from stribeck.data.gate.cut_noise import cut_noise
+from stribeck.data.resolution import step as step_of
 from stribeck.rig.twin import TestBed
 from stribeck.space import Array
 
@@ -398,6 +400,46 @@ def test_a_limit_that_cuts_noise_off_is_told(noise: float, step: float) -> None:
         beyond = np.abs(whole) >= 28.0 - step / 2
         assert fault.kind == "clipping"
         assert fault.size == pytest.approx(float(beyond.mean()), rel=0.05)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.1, 0.2])
+@pytest.mark.parametrize("noise", [1.0, 2.0, 4.0])
+def test_a_limit_is_told_below_the_noise_of_a_later_stage(noise: float, share: float) -> None:
+    """What is cut off is read with noise of its own, a fifth of the channel's at most."""
+    for seed in range(3):
+        cut = noisy_force(noise, 28.0, seed)
+        assert cut.force is not None
+        later = np.random.default_rng(seed + 10).standard_normal(len(cut))
+        force = cut.force + share * noise * later
+        (fault,) = faults(Recording(cut.t, cut.position, force=force))
+        whole = noisy_force(noise, np.inf, seed).force
+        assert whole is not None
+        assert fault.kind == "clipping"
+        assert 0.4 < fault.size / float(np.mean(np.abs(whole) >= 28.0)) < 1.25  # a side at least
+
+
+@pytest.mark.parametrize("noise", [0.02, 0.2, 1.0, 3.0])
+def test_the_crests_of_no_motion_are_taken_for_a_limit(noise: float) -> None:
+    """Sines, triangles, jumps, levels, an output at its limit; noise all along or in motion."""
+    t = 0.001 * np.arange(20_000)
+    phase = 2 * np.pi * 0.7 * t
+    fast = 3.0 * np.sin(2 * np.pi * 90.0 * t)
+    shapes = (
+        20.0 * np.sin(phase),
+        20.0 * np.arcsin(np.sin(phase)),
+        12.0 * np.sign(np.cos(phase)) + 8.0 * np.cos(phase),
+        np.clip(60.0 * np.sin(phase), -20.0, 20.0),
+        20.0 * np.sign(np.sin(3 * phase)),
+        4.0 * np.floor(5.0 * np.sin(phase)),
+        20.0 * np.sin(2 * np.pi * (0.1 * t + 0.3 * t * t)),
+        np.where(np.sin(phase) > 0.8, 20.0, 20.0 * np.sin(phase) + fast),
+        np.full(len(t), 15.0),
+    )
+    for seed, shape in enumerate(shapes):
+        white = np.random.default_rng(seed).standard_normal(len(t))
+        for force in (shape + noise * white, shape + noise * np.abs(np.cos(phase)) * white):
+            for side in (force, -force):
+                assert not cut_noise(side, step_of(side)).any()
 
 
 @pytest.mark.parametrize("step", [0.0, 0.01, 0.25, 1.0, 5.0])

@@ -58,7 +58,7 @@ def _remembered(look: Callable[[Array], float]) -> Callable[[Array], float]:
     return remembered
 
 
-def _sample(values: Array) -> Array:
+def stretches(values: Array) -> Array:
     """Stretches of a long channel, end to end, all of a shorter one."""
     n = len(values)
     if n <= LONG:
@@ -75,7 +75,7 @@ def step(values: Array) -> float:
     small multiples of one increment; those of a continuous one are not. Where values are rounded to
     so many digits, the increment grows with them: it is that of the larger half.
     """
-    values = _sample(values)
+    values = stretches(values)
     fine = _increment(values)
     sizes = np.abs(values)
     larger = values[sizes > np.median(sizes)]
@@ -116,7 +116,7 @@ def _comb(gaps: Array, guess: float, limit: float) -> tuple[float, float]:
 def noise_of(x: Array) -> float:
     """Standard deviation of a channel's noise beside quantisation."""
     q = step(x)
-    x = _sample(x)
+    x = stretches(x)
     k = _hold(x, q)
     if len(x) <= 3 * k + 2:
         return 0.0

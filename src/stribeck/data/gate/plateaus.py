@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...space import Array
 from ..resolution import noise_of, step
 from ..runs import runs
-from ..zero_phase import BLOCK
+from .cut_noise import SHARE, cut_noise
 from .fault import Fault, shown_as
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ LONG, _SLOPE = 5, (3, 100)
 #: What a limit cuts off goes on for this share of the range at one pace: in none of four to eight
 #: parts of it slower than the second share of the mean.
 _ALONG, _PACE, _PARTS = 0.1, 0.4, (4, 8)
-#: What is cut off is worth a word from this share of the samples, and this share of the range.
-SHARE, CUT = 0.005, 0.02
+#: What is cut off is worth a word from this share of the range.
+CUT = 0.02
 #: A value that a channel takes more rarely than this many times its plateau's rows is a step.
 _DISTINCT = 8
 #: Samples by which most channels show that they take more values than that.
@@ -35,12 +35,6 @@ _FIRST = 1000
 #: and the share of the log that may lie beyond. Forces of real axes that are flat by themselves
 #: wander: 10 to 90 times the variance in 130 of them; what was cut off has 0.3 to 5 times.
 _WITHIN, _STRAY, _WHITE, _BLOCK, _LONGER, _BEYOND = 5.0, 3, 6.0, 5, 15, 0.001
-#: A heap at a limit: standard deviations of the noise in steps of the sensor, from which on its
-#: values are a density; and samples at the limit for each within one deviation below it (by
-#: themselves at most one for three, as many as there are steps in it).
-_STEPS, _HEAPED = 3.0, 0.5
-#: Second differences that tell the noise, and the median of their size for one of its deviations.
-_BENDS, _MEDIAN_OF_BENDS = 30, 0.6745 * 6.0**0.5
 #: A force is flat by itself where the speed is: this ratio of speeds, ninetieth to tenth
 #: percentile, shows that it is not.
 _SPEEDS = 1.3
@@ -86,7 +80,7 @@ def _sides(values: Array) -> Iterator[Array]:
 def _side(name: str, y: Array, q: float) -> NDArray[np.bool_]:
     """The samples of a channel that its upper limit cuts off, with or without noise, (N,)."""
     rows = cut_off(y, q, abrupt=name == "position")
-    return rows | _heap(y, q) if name == "force" else rows
+    return rows | cut_noise(y, q) if name == "force" else rows
 
 
 def cut_off(y: Array, q: float, *, abrupt: bool = False) -> NDArray[np.bool_]:
@@ -105,41 +99,6 @@ def cut_off(y: Array, q: float, *, abrupt: bool = False) -> NDArray[np.bool_]:
         return none
     rows = _plateaus(y, y >= y.max() - 1e-9 * span, LONG, 3 * q + CUT * span, abrupt=abrupt)
     return rows if rows.mean() >= SHARE else none
-
-
-def _heap(y: Array, q: float) -> NDArray[np.bool_]:
-    """Samples at exactly the greatest value of a noisy channel where they are too many, (N,).
-
-    Noise that a limit cuts off makes no plateau: a sample is at the limit, the next one below. But
-    what would lie beyond the limit all lies at it, and where noise is wider than the steps of the
-    sensor no value that a channel takes by itself is as frequent as a whole band below it.
-
-    Args:
-        y: The channel.
-        q: Its quantisation step.
-    """
-    none = np.zeros(len(y), dtype=bool)
-    at = y >= y.max() - 1e-9 * float(np.ptp(y))
-    if not SHARE <= at.mean() <= 1.0 - SHARE:
-        return none
-    free = ~at
-    moving = free & (y > y.min())  # nor does the other limit, if there is one, show the noise
-    bends = _bends(y, moving)
-    if len(bends) < _BENDS:
-        return none
-    sd = float(np.median(bends, overwrite_input=True)) / _MEDIAN_OF_BENDS
-    below = int((free & (y >= y[at].min() - sd)).sum())
-    return at if sd > _STEPS * q and at.sum() > _HEAPED * below else none
-
-
-def _bends(y: Array, counts: NDArray[np.bool_]) -> Array:
-    """Sizes of the second differences of a channel where all three samples count."""
-    parts = []
-    for k in range(0, len(y) - 2, BLOCK):
-        some, own = y[k : k + BLOCK + 2], counts[k : k + BLOCK + 2]
-        inner = own[:-2] & own[1:-1] & own[2:]
-        parts.append(np.abs(some[:-2] - 2.0 * some[1:-1] + some[2:])[inner])
-    return np.concatenate(parts) if parts else np.empty(0)
 
 
 def _plateaus(
