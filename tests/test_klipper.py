@@ -172,3 +172,19 @@ def test_damaged_steps_are_refused_in_a_line(
     session[-1]["params"] |= change
     with pytest.raises(InputError, match=words):
         read(logged(tmp_path / "motan.json.gz", session))
+
+
+def test_sensors_of_another_session_are_named_with_their_times(tmp_path: Path) -> None:
+    """A load cell that was logged after the motor moved: no rule joins the two."""
+    path = tmp_path / "log.json.gz"
+    session = json.loads(json.dumps(messages(loaded=True)))
+    for message in session:
+        if message.get("q") == "load_cell:bed":
+            for row in message["params"]["data"]:
+                row[0] += 100.0
+    path.write_bytes(gzip.compress(b"".join(json.dumps(m).encode() + b"\x03" for m in session)))
+    with pytest.raises(InputError) as refused:
+        read(path, columns={"position": "stepper_x position"})
+    words = str(refused.value)
+    assert "stepper_x position from 1.25562 to 2.55772 s; bed force from 101 to 101.987 s" in words
+    assert "log them in one session" in words

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
 
 from command import caller
@@ -45,6 +46,22 @@ def test_the_table_names_the_recommended_law_and_says_why(stribeck_: Any) -> Non
         for name in ("coulomb-viscous", "coulomb-viscous-directional", "stribeck")
         for part in ("", ", intervals")
     ]
+
+
+def test_what_was_done_to_a_log_is_told_by_select_and_plan(stribeck_: Any, tmp_path: Path) -> None:
+    """A clock that starts anywhere: no warning, and no secret."""
+    table = pl.read_csv(tmp_path / "a.csv")
+    time = table.columns[0]
+    table.with_columns(pl.col(time) + 500.0).write_csv(tmp_path / "a.csv")
+    note = "a.csv: time counts from the first sample, 500"
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv")
+    assert f"note: {note}" in completed.out
+    completed = stribeck_("select", "a.csv", *OPTIONS, "--test", "b.csv", "--json")
+    assert any(n.startswith(note) for n in json.loads(completed.out)["notes"])
+    stribeck_("identify", "a.csv", "--rig", "forced", "--out", "d", "--no-figures")
+    completed = stribeck_("plan", "d/card.json", "a.csv")
+    assert completed.status == 0, completed.err
+    assert f"note: {note}" in completed.out
 
 
 def test_the_tables_fit_a_terminal_of_80_columns(

@@ -107,6 +107,12 @@ def recording_list(
     return [mended(recording) for recording in recordings]
 
 
+def log_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """How logs were read and what was mended in them, a sentence each: no warnings."""
+    sentences = (f"{log.label}: {note}" for log in recordings for note in log.notes)
+    return tuple(dict.fromkeys(sentences))
+
+
 def steady_tables(
     recordings: Sequence[Recording], ranges: Sequence[Range], delay: Delay, velocity: str = "auto"
 ) -> bool:

@@ -11,6 +11,7 @@ from ..presenters import presenter
 from ..rig import Rig
 from ..space import Array
 from .conditions import Violation
+from .data_split import log_notes
 from .estimate_table import estimate_table
 from .log_spread import LogSpreads
 from .parameters import Parameters
@@ -128,8 +129,7 @@ class Fit:
     @property
     def notes(self) -> tuple[str, ...]:
         """How the logs were read and what was mended in them, a sentence each: no warnings."""
-        sentences = (f"{log.label}: {note}" for log in self.recordings for note in log.notes)
-        return tuple(dict.fromkeys(sentences))
+        return log_notes(self.recordings)
 
     def used(self, recording: Recording) -> int:
         """How many samples of a recording the fit was trained on."""

@@ -42,8 +42,7 @@ def card_html(card: Card) -> str:
     tables = [parameters(card), breakaway(card), baselines(card)]
     title = f"{card.law} on {card.rig}"
     warnings = [f"warning: {w}" for w in gathered(card.warnings)]
-    notes = [f"note: {n}" for n in gathered(card.notes)]
-    return str(_document(title, tables, [*warnings, *notes]))
+    return str(_document(title, tables, [*warnings, *_notes(card.notes)]))
 
 
 def recording_html(recording: Recording) -> str:
@@ -76,14 +75,18 @@ def quality_html(quality: Quality) -> str:
 def selection_html(selection: Selection) -> str:
     """The laws compared, and what a reader must know."""
     return str(_document(f"Recommended: {selection.law}", [laws_table(selection)],
-                         selection.sentences))  # fmt: skip
+                         [*selection.sentences, *_notes(selection.notes)]))  # fmt: skip
 
 
 def plan_html(plan: Plan) -> str:
     """The experiments in order, how to do them, and what they do not cure."""
     words = [f"{p.experiment.name}: {p.experiment.words}" for p in plan.proposals]
     return str(_document("What to record next", [experiments_table(plan)],
-                         [*words, *plan_sentences(plan)]))  # fmt: skip
+                         [*words, *plan_sentences(plan), *_notes(plan.notes)]))  # fmt: skip
+
+
+def _notes(notes: Sequence[str]) -> list[str]:
+    return [f"note: {n}" for n in gathered(notes)]
 
 
 def _document(title: str, tables: Sequence[Table | None], sentences: Sequence[str] = ()) -> Markup:

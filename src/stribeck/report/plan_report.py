@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from .format import DASH, json_text, number
 from .table import Table
-from .terminal import console, show_paragraph, show_table
+from .terminal import console, show_paragraph, show_table, show_warnings
 
 if TYPE_CHECKING:
     from ..identify.design.plan import Gain, Plan, Proposal
@@ -48,6 +48,7 @@ def show_plan(plan: Plan) -> None:
         out.print()
     for name, why in plan.left:
         show_paragraph(f"{name}: {why}", "left out: ", style="")
+    show_warnings((), plan.notes)
 
 
 def _times(factor: float) -> str:
@@ -118,6 +119,7 @@ def plan_text(plan: Plan) -> str:
         "experiments": [_proposal(p) for p in plan.proposals],
         "left_out": [{"name": name, "why": why} for name, why in plan.left],
         "notes": list(plan.said),
+        "log_notes": list(plan.notes),
         "interrupted": plan.interrupted,
     })  # fmt: skip
 

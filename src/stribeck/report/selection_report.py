@@ -15,7 +15,7 @@ from ..units import unit
 from .folder import write_files, write_text
 from .format import DASH, json_text, number
 from .table import Table
-from .terminal import console, show_table
+from .terminal import console, show_table, show_warnings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,6 +66,7 @@ def show_selection(selection: Selection) -> None:
         out.print()
     for k, sentence in enumerate(s.sentences):
         out.print(Text(sentence, style="bold" if k == 0 else ""))
+    show_warnings((), s.notes)
     seconds = sum(c.seconds for c in s.candidates)
     compared = f"{s.blocks} blocks or more; " if len(s.candidates) > 1 else ""
     out.print(
@@ -164,6 +165,7 @@ def selection_text(selection: Selection) -> str:
         "left_out": list(s.skipped),
         "excluded": list(s.excluded),
         "sentences": list(s.sentences),
+        "notes": list(s.notes),
         "data": [
             {"file": log.source.file, "sha256": log.source.sha256, "rows": len(log), "role": role}
             for role, logs in _logs(s).items()

@@ -70,11 +70,19 @@ def _common(base: RawTable, others: Sequence[RawTable]) -> slice:
     first = np.searchsorted(base.t, since - slack)
     last = np.searchsorted(base.t, until + slack, side="right")
     if last - first < _FEWEST:
+        spans = [_span(table) for table in (base, *others)]
         raise InputError(
-            f"its channels have no time in common: one clock runs from {base.t[0]:.6g} to "
-            f"{base.t[-1]:.6g} s, another from {since:.6g} to {until:.6g} s"
+            f"its channels have no time in common: {'; '.join(dict.fromkeys(spans))}: log them "
+            "in one session, or choose channels that were"
         )
     return slice(int(first), int(last))
+
+
+def _span(table: RawTable) -> str:
+    """What was measured when."""
+    assert table.t is not None  # noqa: S101 - as was checked
+    first, last = float(np.nanmin(table.t)), float(np.nanmax(table.t))
+    return f"{listed(list(table.columns), 3)} from {first:.6g} to {last:.6g} s"
 
 
 def _resampled(grid: Array, other: RawTable, name: str, *, hold: bool) -> Array:

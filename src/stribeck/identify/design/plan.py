@@ -21,7 +21,7 @@ from ...space import Array
 from ...wording import option
 from ..card import Card, card_of
 from ..card_logs import logs_beside
-from ..data_split import recording_list, refuse_runs
+from ..data_split import log_notes, recording_list, refuse_runs
 from ..result import Fit
 from ..uncertainty.covariance import HALF_WIDTH
 from ..uncertainty.verdict import IDENTIFIED
@@ -107,6 +107,7 @@ class Plan:
         draws: Parameter sets at which each was looked at.
         seed: Of the draws and checks.
         interrupted: Whether Ctrl-C cut it short: what was finished is in it, `said` has the rest.
+        notes: How the logs were read and what was mended in them, a sentence each.
     """
 
     law: str
@@ -120,6 +121,7 @@ class Plan:
     draws: int
     seed: int
     interrupted: bool = False
+    notes: tuple[str, ...] = ()
 
     def _repr_html_(self) -> str:
         return str(presenter("plan_html")(self))
@@ -196,6 +198,7 @@ def plan(
         count,
         seed,
         interrupted=bool(left),
+        notes=log_notes(recordings),
     )  # fmt: skip
 
 

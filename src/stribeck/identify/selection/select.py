@@ -31,7 +31,7 @@ from ..balance.one_way import without_offset
 from ..balance.run_balance import weighted, without_mass
 from ..balance.synchronisation import synchronised
 from ..balance.velocity_source import VelocitySource, with_velocity
-from ..data_split import DataSplit, data_split, recording_list, steady_tables
+from ..data_split import DataSplit, data_split, log_notes, recording_list, steady_tables
 from ..loss import Loss
 from ..own_breakaway import breakaway_columns
 from ..parameters import Parameters
@@ -86,6 +86,7 @@ class Selection:
         excluded: Laws with parameters for each direction, where the logs run one way.
         curve: The free curve that the recommended law is held against; None where it has none.
         interrupted: Whether Ctrl-C came.
+        notes: How the logs were read and what was mended in them, a sentence each.
     """
 
     rig: Rig
@@ -103,6 +104,7 @@ class Selection:
     excluded: tuple[str, ...]
     curve: FreeCurve | None = None
     interrupted: bool = False
+    notes: tuple[str, ...] = ()
 
     @property
     def recommended(self) -> Candidate:
@@ -236,7 +238,8 @@ def select(
     except KeyboardInterrupt:  # short beside the training: from its start, and to its end
         selection, interrupted = compared(), True
     told = (*selection.sentences, *conditions)
-    return replace(selection, sentences=told, interrupted=interrupted)
+    notes = log_notes([*trained, *tests])
+    return replace(selection, sentences=told, interrupted=interrupted, notes=notes)
 
 
 @dataclass(frozen=True)
