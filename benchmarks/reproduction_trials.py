@@ -172,6 +172,21 @@ def mill() -> str | None:
     return f"{e.value:.2f} A ({e.low:.2f} to {e.high:.2f}), {e.verdict} ({e.reason})"
 
 
+def moving_neighbours() -> str | None:
+    """J of an arm's joint while others move, and what is said of them and of the half held out."""
+    file, columns = DATA / "ur10e" / "ur-19_12_23_free.csv.gz", "docs/logs/ur10e_joint_1.toml"
+    if not file.exists():
+        return None
+    fit = identify(
+        read(file, columns=FOLDER.parent / columns), rig="forced-rotary", train="0s:11s",
+        holdout="11s:22s",
+    )  # fmt: skip
+    e = next(e for e in fit.estimates if e.name == "J")
+    words = ("hold-out", "other joints")
+    said = [w.partition(" (")[0] for w in fit.warnings if any(word in w for word in words)]
+    return f"J {e.value:.2f} A s² ({e.low:.2f} to {e.high:.2f}), {e.verdict}; {'; '.join(said)}"
+
+
 def losses(name: str) -> str | None:
     """A parameter of bam-m1 by both losses, on the 16 logs of a servo."""
     if not DATA.exists():

@@ -110,6 +110,9 @@ MODEL: Sequence[Case] = (
     ),
     Case("a slide beside which a neighbour moves", "M identified", _faults("a neighbour pulls"),
          partial(results.fault, "forced", "a neighbour pulls with 8 N at 0.37 Hz", "M", "F_V")),
+    Case("a joint of an arm whose others move, half of the log held out", "inertia identified, and "
+         "nothing said of a held-out error twice that of training", f"{SELF} 'others move'",
+         trials.moving_neighbours),
     Case("three joints of an arm whose slips scatter", "nothing identified, and wrong advice",
          "python benchmarks/run.py --only axes", results.breakaway),
     Case("three logs of a servo, one with half as much friction again", "nothing said",
