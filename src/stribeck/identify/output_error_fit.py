@@ -39,6 +39,7 @@ from .segment import SegmentSplit, recordings_of
 from .single_logs import single_logs
 from .sliding_check import mark_never_slid
 from .slip_by_slip import fitted_spreads
+from .tipping import tipping_violations
 from .uncertainty.assessment import Uncertainty
 from .uncertainty.estimates import (
     Estimate,
@@ -259,12 +260,13 @@ def _log_by_log(solved: _SolvedProblem, answers: Mapping[int, Array]) -> tuple[L
 def _refits(
     solved: _SolvedProblem, judged: Sequence[Estimate], *, rough: bool
 ) -> tuple[list[Violation], int]:
-    """What refits with a drift or another loss tell of a fit; and the rows evaluated.
+    """What refits with a drift or another loss, and motions beside it tell; and the rows evaluated.
 
     Args:
         solved: The fit.
         judged: The estimates.
-        rough: Whether the misfit is beyond the noise: only then the other loss is tried.
+        rough: Whether the misfit is beyond the noise: only then the other loss is tried, and logs
+            that tip are looked for.
     """
     problem, x, optimum = solved.problem, solved.x, solved.optimum
     refits = [drift_violations(problem, x, judged)]
@@ -272,6 +274,7 @@ def _refits(
         refits.append(
             other_loss_violations(optimum.problem, solved.uncertain.x, judged, optimum.search.runs)
         )
+        refits.append(tipping_violations(problem, x))
     return [v for violations, _ in refits for v in violations], sum(rows for _, rows in refits)
 
 
