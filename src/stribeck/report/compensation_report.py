@@ -306,7 +306,7 @@ def figure(compensation: Compensation) -> Figure:
     _swings(bottom, compensation)
     bottom.sharex(middle)
     legend_above(drawn, top)
-    drawn.legend(*middle.get_legend_handles_labels(), loc="outside lower left", ncols=5, fontsize=9)
+    drawn.legend(*middle.get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=9)
     return drawn
 
 

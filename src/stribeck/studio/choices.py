@@ -63,6 +63,7 @@ class Choices(_Strict):
         breakaway: One breakaway, or each slip's own.
         delay: As typed: `auto`, `off`, or milliseconds.
         laws: Laws that `select` compares; those of the rig where empty.
+        folds: Parts that `select` holds out in turn.
         target: The format of an export.
         settings: Settings of an export, as typed.
     """
@@ -93,6 +94,7 @@ class Choices(_Strict):
     breakaway: Breakaway = "auto"
     delay: Text = "auto"
     laws: Annotated[tuple[Name, ...], Field(max_length=40)] = ()
+    folds: Annotated[int, Field(ge=2, le=100)] | None = None
     target: Text = ""
     settings: Annotated[dict[Name, Name], Field(max_length=40)] = {}
 

@@ -22,6 +22,8 @@ from .workers import Workers
 
 #: Names by which this machine calls itself.
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+#: Addresses that stand for all of a machine's.
+_ANY = ("0.0.0.0", "::", "")  # noqa: S104 - they are refused
 #: Seconds that open streams have to end when the studio ends.
 _GRACE = 1
 
@@ -48,10 +50,11 @@ def serve(
     Raises:
         InputError: the folder cannot be used, a log is not there, or the port is taken.
     """
+    host = host.strip("[]")
     with Home(home) as kept, contextlib.closing(_listening(host, port)) as listener:
         place = _placed(kept, logs)
         port = listener.getsockname()[1]
-        names = {*_LOOPBACK, host}
+        names = {*_LOOPBACK, f"[{host}]" if ":" in host else host}
         with Workers(home) as workers:
             guard = Guard(
                 Routes(kept, workers).application(),
@@ -59,7 +62,8 @@ def serve(
                 kept.secret(),
                 place,
             )
-            address = f"http://{host}:{port}{START}?token={guard.token}"
+            named = f"[{host}]" if ":" in host else host
+            address = f"http://{named}:{port}{START}?token={guard.token}"
             tell(address)
             sys.stdout.flush()
             if browser:
@@ -86,15 +90,22 @@ def _placed(home: Home, logs: Sequence[Path]) -> str:
 
 
 def _listening(host: str, port: int) -> socket.socket:
+    if host in _ANY:
+        raise InputError(
+            f"--host {host}: name the one address by which it is reached: requests by other names "
+            "are refused"
+        )
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((host.strip("[]"), port))
+        listener.bind((host, port))
         listener.listen()  # the address is told before the server runs: who is quick waits
     except (OSError, OverflowError) as error:
         listener.close()
         reason = getattr(error, "strerror", None) or error
+        if isinstance(error, socket.gaierror):
+            raise InputError(f"--host {host}: {reason}: name an address of this machine") from error
         raise InputError(f"--port {port}: {reason}: take another, or 0 for a free one") from error
     return listener
 

@@ -137,7 +137,8 @@ class Request:
         """Arguments of `select` that say what is compared and how; defaults are left out."""
         shared = ("train", "holdout", "fixed", "bounds", "seed", "budget", "loss", "delay")
         plain = {n: v for n, v in self.search().items() if n in shared}
-        return {**plain, "laws": list(self.choices.laws)} if self.choices.laws else plain
+        own = {"laws": list(self.choices.laws), "folds": self.choices.folds}
+        return {**plain, **{n: v for n, v in own.items() if v}}
 
     def command(self, kind: str = "identify", out: str = "result") -> list[str]:
         """The command line, word by word, with `columns.toml` where a drive is stated.
@@ -158,6 +159,7 @@ class Request:
         words += ["--rig", c.rig]
         if kind == "select":
             words += ["--laws", ",".join(c.laws)] * bool(c.laws)
+            words += ["--folds", str(c.folds)] * (c.folds is not None)
         else:
             words += ["--law", c.law] * bool(c.law) + ["--directional"] * c.directional
             words += ["--method", c.method] * bool(c.method)

@@ -50,12 +50,20 @@ export async function post(rest, body = {}) {
 
 // Follows a session: other windows, and workers, change it too.
 export async function follow(id) {
-  source?.close();
   session.id = id;
   settle(await get(""));
+  connect();
+}
+
+// Only a window in view listens: a browser has six connections to a host, whatever the windows.
+function connect() {
+  source?.close();
+  if (document.hidden || !session.id) return;
   source = new EventSource(address("/events"));
   source.onmessage = (event) => {
     const state = JSON.parse(event.data);
     if (JSON.stringify(state) !== JSON.stringify(session.state)) settle(state);
   };
 }
+
+document.addEventListener("visibilitychange", connect);

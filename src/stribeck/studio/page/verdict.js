@@ -1,7 +1,7 @@
 // Step 5: what is known of the axis; fits side by side; which law, and what to record next.
 
 import { address, change, get, post, session } from "./api.js";
-import { button, fill, h, number, row, t, table } from "./dom.js";
+import { button, field, fill, h, number, row, t, table } from "./dom.js";
 import { attempt, go } from "./main.js";
 import { curvePlot, figure, joined, pointsTable, timePlot } from "./plot.js";
 
@@ -145,10 +145,16 @@ export function verdictStep() {
   function drawFurther(state) {
     const last = shown().at(-1);
     const work = state.jobs.filter((job) => job.kind === "select" || job.kind === "plan").reverse();
-    const stamp = JSON.stringify([work.map((job) => [job.id, job.state, job.progress.task, job.message]), last?.job]);
+    const stamp = JSON.stringify([work.map((job) => [job.id, job.state, job.progress.task, job.message]), last?.job, state.choices.laws, state.choices.folds]);
     if (further.dataset.stamp === stamp) return;
+    if (further.contains(document.activeElement) && document.activeElement.matches("input")) return;
     further.dataset.stamp = stamp;
-    fill(further, h("h2", {}, t("verdict.further")), h("p", {},
+    fill(further, h("h2", {}, t("verdict.further")), h("div", { class: "fields" },
+      field("verdict.which", h("input", { type: "text", value: state.choices.laws.join(", "), maxlength: "300", placeholder: (session.catalogue.rigs[state.choices.rig]?.laws ?? []).join(", "),
+        onchange: (event) => attempt(() => change({ laws: event.target.value.split(",").map((law) => law.trim()).filter(Boolean) })) })),
+      field("verdict.folds", h("input", { type: "number", min: "2", max: "100", step: "1", value: state.choices.folds ?? "",
+        onchange: (event) => attempt(() => change({ folds: event.target.value ? Number(event.target.value) : null })) }), t("verdict.folds.hint"))),
+    h("p", {},
       button("verdict.select", () => attempt(() => post("/jobs", { kind: "select" }))), " ",
       button("verdict.plan", () => attempt(() => post("/jobs", { kind: "plan", parent: shown().at(-1)?.job }))), " ",
       button("next.out", () => go("out"), { class: "main" })),
@@ -156,8 +162,9 @@ export function verdictStep() {
   }
 
   function jobView(job) {
-    const line = [t(`kind.${job.kind}`), t(`state.${job.state}`), job.progress.task ?? "", job.message].filter(Boolean).join("; ");
-    const element = h("article", { class: "job" }, h("h3", {}, line));
+    const line = [t(`kind.${job.kind}`), t(`state.${job.state}`)].join(": ");
+    const said = job.state === "running" ? job.progress.task : job.message;
+    const element = h("article", { class: "job" }, h("h3", {}, line), said && h("p", { class: job.state === "failed" ? "state warn" : "note", role: "status" }, said));
     if (job.state === "running" || job.state === "waiting") element.append(button("cancel", () => attempt(() => post(`/jobs/${job.id}/cancel`))));
     if (job.state !== "done") return element;
     if (!views.has(job.id)) {
