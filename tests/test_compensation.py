@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from command import Completed, caller
 from stribeck import RIGS, Card, InputError, identify
@@ -18,10 +19,10 @@ from stribeck.compensate.compensation import Compensation, compensate
 from stribeck.compensate.corners import IDENTIFIED, plants
 from stribeck.compensate.limit_cycle import Stretch, floors, observed, stretches
 from stribeck.compensate.reference_motions import CYCLES, FAST, followed, references
-from stribeck.compensate.scale_curve import MARGIN, ScaleCurve
+from stribeck.compensate.scale_curve import MARGIN, Onset, ScaleCurve
 from stribeck.data.recording import Recording
 from stribeck.identify.pace import paced
-from stribeck.report.compensation_report import compensation_text, times
+from stribeck.report.compensation_report import compensation_text, figure, times
 from stribeck.rig.slide_bed import PUBLISHED, published_both
 from stribeck.rig.twin import TestBed
 
@@ -554,3 +555,19 @@ def test_a_card_of_another_axis_is_refused() -> None:
         compensate(robot((3.0, None, None)), RIGS["forced-rotary"], speed=0.2)
     with pytest.raises(InputError, match="is missing"):
         compensate(robot((3.0, None, None)), RIGS["emps"], speed=0.2)
+
+
+def test_the_legends_of_the_figure_stay_in_it() -> None:
+    """Also where both modes stick and slip from some scale on, and have the longest labels."""
+    result = compensate(robot((1.0, 0.5, 1.5), F_C=1.0), speed=0.2)
+    onset = Onset(0.03125, "sticks and slips", "F_C at its lower end", "ramp")
+    curves = tuple(replace(curve, onset=onset) for curve in result.curves)
+    drawn = figure(replace(result, curves=curves))
+    FigureCanvasAgg(drawn)
+    drawn.draw_without_rendering()
+    width, height = drawn.bbox.size
+    assert len(drawn.legends) == 2
+    for legend in drawn.legends:
+        box = legend.get_window_extent()
+        assert 0 <= box.x0 < box.x1 <= width
+        assert 0 <= box.y0 < box.y1 <= height
