@@ -24,6 +24,7 @@ from foreign import (
     sensors,
     servo,
     slide_bed,
+    two_masses,
 )
 from foreign.friction import Curve, coulomb_viscous
 from foreign.sensors import Table
@@ -38,6 +39,7 @@ HEADS = {
     "force": ("F [N]", "tau [N m]"), "voltage": ("u [V]", "u [V]"),
     "pressure": ("p [Pa]", "p [Pa]"), "velocity": ("v [m/s]", "omega [rad/s]"),
     "mass": ("mass", "mass"), "length": ("length", "length"), "enabled": ("", "torque_enable"),
+    "motor": ("motor_position", "motor_position"),
 }  # fmt: skip
 
 
@@ -46,7 +48,7 @@ class Axis:
     """Logs of an axis whose parameters are known.
 
     Args:
-        rig: Name of the rig that has its equation.
+        rig: Name of the rig that has its equation, or the file that composes it.
         law: Name of its law of friction.
         truth: The parameters behind the logs, SI, by name.
         tables: Channels of each log as ideal sensors have them.
@@ -107,6 +109,8 @@ def recordings(axis: Axis, tables: Sequence[Table]) -> list[Recording]:
 SPEEDS, WAY = (0.05, 0.1, 0.15, 0.2, 0.3), 0.08
 #: A drive whose loop is far faster than its log, so that the logged force is the one that acts.
 FAST = 1e-4
+#: Plain steps of two masses from sample to sample of 2 ms.
+COUPLED_STEPS = 8000
 
 
 def forced(
@@ -400,4 +404,28 @@ def both(
     return Axis(
         "forced", name, own | {"M": mass, "offset": offset}, (motion._asdict(),),
         ("position", "force"), {"position": 0.5 * step, "force": noise}, steps={"position": step},
+    )  # fmt: skip
+
+
+#: The file of an axis of two masses, an encoder on each, and the friction that both have.
+TWO_MASSES = Path(__file__).parents[1] / "docs" / "rigs" / "two_masses.toml"
+
+
+def coupled(
+    values: Mapping[str, float], command: tuple[Array, Array], noise: tuple[float, float]
+) -> Axis:
+    """A motor and a load that a spring with play joins, in a loop of the motor's position.
+
+    Args:
+        values: As `two_masses.simulate` has them, `kp` and `kd` of the loop among them.
+        command: Times and positions.
+        noise: Of the motor's encoder and of the load's.
+    """
+    t, goal = command
+    motor, load = two_masses.simulate(values, t, COUPLED_STEPS, goal=goal)
+    table = {"t": t, "position": load, "command": goal, "motor": motor}
+    known = {"armature": values["M_m"], "M": values["M"], "kp": values["kp"], "kd": values["kd"]}
+    return Axis(
+        str(TWO_MASSES), "coulomb-viscous", values, (table,), ("position", "command", "motor"),
+        {"motor": noise[0], "position": noise[1]}, given=known,
     )  # fmt: skip

@@ -11,7 +11,7 @@ import foreign_path  # noqa: F401 - before what it finds
 from foreign import combined, cylinder, driven, joint, presliding, servo, slide_bed
 from foreign.friction import Curve, coulomb_viscous
 from foreign.strokes import sines
-from foreign_axes import Axis, arm, bed, both, bristles, forced, pendulum, rod
+from foreign_axes import Axis, arm, bed, both, bristles, coupled, forced, pendulum, rod
 from stribeck import RIGS
 from stribeck.space import Rng
 
@@ -188,3 +188,29 @@ def _behind_encoder(
 ) -> Axis:
     """Its log: an encoder's step of 0.2 to 2 % of the way, noise of half of that, 1 % of F_C."""
     return both(law, p["M"], way, offset=p["offset"], noise=0.01 * p["F_C"], step=p["step"] * way)
+
+
+def two_masses(k: int) -> Axis:
+    """Two masses number k behind an encoder each: 3 s of sines under a loop of 8 to 14 Hz."""
+    rng = _rng(9, k)
+    p = _drawn(rng, {
+        "M_m": (1.0, 3.0), "M": (3.0, 10.0), "F_C": (5.0, 30.0), "F_V": (10.0, 60.0),
+        "F_C_motor": (5.0, 30.0), "F_V_motor": (10.0, 60.0),
+    })  # fmt: skip
+    p["play"] = float(np.exp(rng.uniform(*np.log([2e-5, 4e-4]))))
+    swing = 2.0 * np.pi * float(rng.uniform(50.0, 110.0))  # of the two against each other
+    reduced = p["M_m"] * p["M"] / (p["M_m"] + p["M"])
+    p["stiffness"] = reduced * swing**2
+    p["damping"] = 2.0 * float(rng.uniform(0.02, 0.08)) * reduced * swing
+    loop = 2.0 * np.pi * float(rng.uniform(8.0, 14.0))
+    p["kp"] = (p["M_m"] + p["M"]) * loop**2
+    p["kd"] = 1.4 * (p["M_m"] + p["M"]) * loop
+    t = np.arange(0.0, 3.0, 2e-3)
+    goal = np.zeros(len(t))
+    for size, rate in zip(
+        rng.uniform([5e-3, 2e-3], [15e-3, 5e-3]), rng.uniform([0.8, 2.5], [1.5, 4.0]), strict=True
+    ):
+        goal += size * np.sin(2.0 * np.pi * rate * t + rng.uniform(0.0, 2.0 * np.pi))
+    noise = np.exp(rng.uniform(np.log([5e-7, 5e-7]), np.log([2e-6, 5e-6])))
+    goal = np.minimum(t / 0.5, 1.0) * goal
+    return coupled(p, (t, goal), (float(noise[0]), float(noise[1])))

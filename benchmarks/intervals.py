@@ -26,9 +26,10 @@ import interval_axes
 import run
 from foreign_axes import Axis, noisy, recordings
 from resumable import Answer, completed, lines
-from stribeck import RIGS, Fit, identify
+from stribeck import Fit, identify
 from stribeck.errors import InputError
 from stribeck.report.table import Cell, Table
+from stribeck.rig.lookup import rig_named
 
 FOLDER = Path(__file__).parent
 PART, WHOLE = "intervals.part.jsonl", "intervals.jsonl"
@@ -128,6 +129,13 @@ STUDIES = {
         (50, 1),
         note=DRIVEN,
     ),
+    "two-masses": Study(
+        "Motor and load with play between them, an encoder on each",
+        interval_axes.two_masses,
+        (60, 1),
+        note="3 s at 500 Hz under a servo loop; play of 20 to 400 um, 50 to 110 Hz of the two "
+        "masses against each other; 0.5 to 2 um of noise at the motor, 0.5 to 5 um at the load.",
+    ),
 }
 
 
@@ -161,7 +169,7 @@ def identified_row(name: str, k: int) -> Row:
     header = {"study": name, "k": k}
     start_time, start_cpu = time.perf_counter(), time.process_time()
     try:
-        rig = RIGS[axis.rig].set(**axis.given)
+        rig = rig_named(axis.rig).set(**axis.given)
         fit = identify(recordings(axis, tables), rig=rig, law=axis.law, bootstrap=study.draws)
     except InputError as error:
         return header | {"seconds": 0.0, "refused": str(error), "parameters": {}}

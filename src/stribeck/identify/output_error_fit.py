@@ -26,6 +26,7 @@ from .fit_warnings import (
     shared_directions,
 )
 from .free_constants import FreeConstantsProblem, Ruling, rulings, stated_by_logs
+from .hidden_play import hidden_play
 from .initial_state import FreeStartProblem
 from .log_spread import LogSpreads, log_spreads, spread_over_logs
 from .motion_delay import MotionDelay, motion_delay
@@ -270,6 +271,8 @@ def _refits(
     """
     problem, x, optimum = solved.problem, solved.x, solved.optimum
     refits = [drift_violations(problem, x, judged)]
+    motion = problem.at(x)[0] if isinstance(problem, FreeStartProblem) else problem
+    refits.append(hidden_play(motion, x[: len(motion.parameters.free)], rough=rough))
     if rough:
         refits.append(
             other_loss_violations(optimum.problem, solved.uncertain.x, judged, optimum.search.runs)

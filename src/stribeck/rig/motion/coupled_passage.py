@@ -42,7 +42,7 @@ from .drives import WIDTH
 #: Stages of a step.
 STAGES = 7
 #: An event is enclosed in this share of the longest step.
-SHARP = 1e-9
+SHARP = 1e-7
 #: The error after which a step is no longer and no shorter, as a share of the tolerance, and how
 #: much of what would give that it is, and by how much it may grow or shrink.
 AIM, SAFE, GROW, SHRINK = 0.5, 0.9, 5.0, 0.2
@@ -170,10 +170,13 @@ def _begin(
             slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, twist,
             mode, load_m, load, none, rates[0], before,
         )  # fmt: skip
+        stays = True
         for side in (MOTOR, LOAD):
             if mode[side] == 0 and before[side] > 0.0:
                 loads = load_m if side == MOTOR else load
-                mode[side] = 1 if loads[DRIVE] + loads[EXTERNAL] > 0.0 else -1
+                mode[side], stays = 1 if loads[DRIVE] + loads[EXTERNAL] > 0.0 else -1, False
+        if stays:
+            return
 
 
 @compiled()
