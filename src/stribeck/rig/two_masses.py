@@ -198,14 +198,14 @@ class TwoMassRig(ComposedRig):
 
     def move(self, law: Law, p: Array, track: Track) -> Motion:
         """The motion of the side that a track has measured; see `SimulatedRig.move`."""
-        sides = self.sides(law, p, track)
-        return sides[0] if track.reading.by_motor else sides[1]
+        q_m, v_m, q, v, F = self._both(law, p, (track,))
+        velocity = v_m if track.reading.by_motor else v
+        return Motion(track.t, _as_read(q_m, q, track), velocity, F)
 
     def sides(self, law: Law, p: Array, track: Track) -> tuple[Motion, Motion]:
         """The motions of the motor, as its encoder reads it, and of the load, over a track."""
         q_m, v_m, q, v, F = self._both(law, p, (track,))
-        by_motor = track._replace(reading=track.reading._replace(by_motor=True))
-        return Motion(track.t, _as_read(q_m, q, by_motor), v_m, F), Motion(track.t, q, v, F)
+        return Motion(track.t, q_m + track.reading.zero, v_m, F), Motion(track.t, q, v, F)
 
     def positions_over(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
         """The positions over several tracks as they were read, each motion simulated once."""
