@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from stribeck.export.model import Model, as_model
 from stribeck.friction import law_named
-from stribeck.identify.card import Card
+from stribeck.identify.card import Card, axis_table
 from stribeck.rig import RIGS
+from stribeck.rig.composed import ComposedRig
 from stribeck.rig.rig import shown_in
 
 #: Entries that all the cards share.
@@ -21,13 +22,13 @@ _SHARED = {
 
 
 def model_of(
-    rig: str,
+    rig: str | ComposedRig,
     law: str,
     values: Mapping[str, float],
     speeds: tuple[float, float] | None = None,
 ) -> Model:
-    """A model of these parameters, SI; `speeds` in m/s or rad/s."""
-    kind = RIGS[rig]
+    """A model of these parameters, SI, on a shipped rig or one of parts; `speeds` in m/s, rad/s."""
+    kind = RIGS[rig] if isinstance(rig, str) else rig
     parameters = {}
     for q in kind.parameters(law_named(law)):
         if q.name in values:
@@ -49,8 +50,9 @@ def model_of(
             {
                 **_SHARED,
                 "law": law,
-                "rig": rig,
-                "kind": rig,
+                "rig": kind.name,
+                "kind": rig if isinstance(rig, str) else "composed",
+                "axis": axis_table(kind),
                 "parameters": parameters,
                 "speeds": speed_range,
             }

@@ -7,15 +7,17 @@ import shutil
 import stat
 import subprocess
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Slave
+from fmpy.validation import validate_fmu
 
 from exported import VARIANTS, model_of
+from fmu_unit import Unit, difference, fmpy, moved, ramp, rig_of
 from joint_models import model_of as model_with
 from patience import PATIENCE
 from stribeck import LAWS, RIGS, read
@@ -28,70 +30,21 @@ from stribeck.friction import law_named
 from stribeck.friction.law import NORMAL
 from stribeck.rig.motion.drives import AXIS, IDLE, AxisConstants, AxisInputs, rows
 from stribeck.rig.motion.implicit import motions
-from stribeck.rig.motion.track import Track, track
-from stribeck.rig.simulated import SimulatedRig
+from stribeck.rig.motion.track import Track
 from stribeck.rig.slide_bed import SLIDE_BED, published_both
-from stribeck.rig.twin import TestBed
 from stribeck.space import Array
-
-fmpy = pytest.importorskip("fmpy", reason="fmpy, of the extra `export`, is not installed")
-from fmpy.fmi2 import FMU2Slave  # noqa: E402 - only where it is there
-from fmpy.validation import validate_fmu  # noqa: E402 - the same
 
 pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="there is no C compiler here"
 )
 DATA = Path(__file__).parents[2] / "shared" / "data"
 real = pytest.mark.recordings
-OUTPUTS = ("position", "velocity", "drive", "friction")
 
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """A compiler may take long on a loaded machine."""
     monkeypatch.setattr("stribeck.export.fmu.build._PATIENCE", PATIENCE)
-
-
-class Unit:
-    """A unit that is being simulated."""
-
-    def __init__(self, folder: str, description: Any) -> None:
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
-        self.discrete = {v.name for v in description.modelVariables if v.variability == "discrete"}
-        self.slave = FMU2Slave(
-            guid=description.guid, unzipDirectory=folder, instanceName="axis",
-            modelIdentifier=description.coSimulation.modelIdentifier,
-        )  # fmt: skip
-        self.slave.instantiate()
-
-    def set(self, **values: float) -> None:
-        self.slave.setReal([self.references[n] for n in values], list(values.values()))
-
-    def slope(self, **values: float) -> None:
-        self.slave.setRealInputDerivatives(
-            [self.references[n] for n in values], [1] * len(values), list(values.values())
-        )
-
-    def get(self, *names: str) -> Array:
-        return np.array(self.slave.getReal([self.references[n] for n in names]))
-
-    def begin(self, **values: float) -> None:
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-        self.set(**values)
-        self.slave.exitInitializationMode()
-
-    def walk(self, t: Array, inputs: Mapping[str, Array]) -> Array:
-        """Outputs at times t under inputs there, linear between them unless held: (4, N)."""
-        outputs = np.empty((4, len(t)))
-        outputs[:, 0] = self.get(*OUTPUTS)
-        slopes = {n: np.diff(x) / np.diff(t) for n, x in inputs.items() if n not in self.discrete}
-        for k, h in enumerate(np.diff(t)):
-            self.set(**{n: x[k] for n, x in inputs.items()})
-            self.slope(**{n: s[k] for n, s in slopes.items()})
-            self.slave.doStep(t[k], h)
-            outputs[:, k + 1] = self.get(*OUTPUTS)
-        return outputs
 
 
 #: Units that have been built, by the card's hash.
@@ -109,13 +62,6 @@ def opened(tmp_path: Path) -> Callable[[Model], Unit]:
         return Unit(folder, fmpy.read_model_description(str(path)))
 
     return unit_of
-
-
-def difference(computed: Array, expected: Array) -> float:
-    """The largest difference as a share of the range."""
-    assert np.isfinite(expected).all()
-    assert np.ptp(expected) > 0.0
-    return float(np.abs(computed - expected).max() / np.ptp(expected))
 
 
 # The archive.
@@ -232,29 +178,6 @@ def test_its_sources_compile_without_a_warning(law: str, rig: str, tmp_path: Pat
 
 
 # The motion.
-
-
-def rig_of(model: Model) -> SimulatedRig:
-    assert isinstance(model.rig, SimulatedRig)
-    return model.rig
-
-
-def moved(unit: Unit, model: Model, segment: Track, **values: float) -> Array:
-    """The unit's motion over a prepared track: (4, N)."""
-    places = {v.name: v.place for v in axis(model).of("input") if v.place < len(segment.inputs)}
-    series = {name: segment.inputs[place] for name, place in places.items()}
-    start = {name: x[0] for name, x in series.items()}
-    unit.begin(position_start=segment.x0, velocity_start=segment.v0, **start, **values)
-    return unit.walk(segment.t - segment.t[0], series)
-
-
-def ramp(temperature: float = 293.15) -> Track:
-    """The ramp of the paper's test bed, up and down, with its command at the samples of a log."""
-    drive, x0 = TestBed().drive("both")
-    segment = track(drive, np.arange(0.0, drive.t[-1], 0.01), x0)
-    inputs = np.zeros((4, len(segment.t)))
-    inputs[1], inputs[2] = temperature, drive(segment.t)
-    return segment._replace(inputs=inputs, held=np.array([0.0, 0.0, 0.0, 1.0]))
 
 
 @pytest.mark.parametrize(

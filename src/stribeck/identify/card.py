@@ -373,7 +373,7 @@ class Card(_CardEntry):
         values = {q.name: float(shown_in(rig, q, v)) for q, v in zip(every, p, strict=True)}
         # One parameter is left free, so that the parts which need one can be used; it is not
         # searched for.
-        last = every[-1].name
+        last = [q.name for q in every if q.fixed is None][-1]
         absolute = self.objective.name == "position_mae"
         objective = Objective(
             "absolute" if absolute else "squares", self.objective.restart, self.objective.breakaway

@@ -28,6 +28,7 @@ from ..code.c import c
 from ..model import Model
 from .axis import Axis, axis
 from .description import described, page
+from .stepper import STEPPER
 
 #: The C that is the same for every axis, and of it and of the law's what is compiled.
 _OWN = ("axis.h", "axis.c", "fmi2.h", "fmi2.c")
@@ -104,6 +105,7 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
         "AXIS_PLACES_OF_INPUTS": INPUTS,
         "AXIS_WIDTH": WIDTH,
+        **STEPPER,
         **{f"C_{name.upper()}": i for i, name in enumerate(AxisConstants._fields)},
         **{f"U_{name.upper()}": i for i, name in enumerate(AxisInputs._fields)},
         "AXIS_POSITION": 0,

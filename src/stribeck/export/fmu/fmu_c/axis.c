@@ -11,55 +11,12 @@
  * exceeds the tolerance are halved. A law without states stops at the instant at which its
  * velocity is zero and breaks away at that at which the force passes its level: both are located.
  * In between, where its velocity decays by little within a step, steps are explicit, by Nystroem's
- * method of order 4.
+ * method of order 4. Numbers by name, such as STIFF, stand in axis_model.h.
  */
 #include "axis.h"
 
 #include <math.h>
 #include <string.h>
-
-/* A step is halved so often at most. */
-#define FINEST 16
-/* Backward Euler where a velocity decays at more than STIFF per step, or bristles swing by more
-   than the root of FAST in an unhalved one; how t grows with that angle. */
-#define STIFF 6.0
-#define FAST 3600.0
-#define SWING 0.003
-/* A step is doubled where its error is so far below the tolerance: of order 4 and of order 2. */
-#define GROW 64.0
-#define GROW_DAMPED 12.0
-/* Share of a velocity from which it is a straight line to the stop, looks for that instant, and
-   stops in one step after which an axis creeps along a jump of its friction. */
-#define CLOSE 1e-4
-#define LOOKS 8
-#define STOPS 6
-/* A step is explicit where by friction and by the drive's damping, each by itself, a velocity decays
-   or grows by no more than this share in it; how fast it does is told by velocities that differ by
-   more than the other, as a share. */
-#define MILD 0.5
-#define DISTINCT 1e-9
-/* What two rules differ by is an estimate, which may be too small by this factor. */
-#define SURE 4.0
-/* Breakaway is located to this share of a step, in so many looks, and what is left that is none. */
-#define INSTANT 1e-13
-#define INSTANTS 60
-#define NONE 1e-12
-/* So many halved steps may one call take, and so many more for each whole one. */
-#define ROOM 1048576
-#define EACH 64
-/* Iterations for a velocity, and where they end, relative. */
-#define MOST 80
-#define FINE 1e-13
-/* Secants that are tried first, how near two of them must come, relative, and rounding. */
-#define FEW 6
-#define NEAR 1e-7
-#define SAME 1e-12
-#define NOISE 1e-15
-/* Ways on which bristles are stretched at the start, m or rad, and spans that it may take, s. */
-#define SHORT 1e-12
-#define DOUBLINGS 45
-#define LONG 10.0
-#define SLOW 1e6
 
 static double least(double a, double b)
 {

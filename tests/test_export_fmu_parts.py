@@ -1,0 +1,219 @@
+"""The co-simulation unit of axes of parts moves as they do, on every line of its stepper in C."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exported import model_of as slide
+from fmu_unit import Unit, difference, fmpy, moved, ramp, rig_of
+from joint_models import model_of
+from stribeck.data.recording import Recording
+from stribeck.export.fmu import build
+from stribeck.export.fmu.build import fmu
+from stribeck.export.model import Model
+from stribeck.rig.axis_table import composed_axis
+from stribeck.rig.motion.track import Track
+from stribeck.rig.parts import PARTS
+from stribeck.space import Array
+
+CC = next(filter(None, map(shutil.which, ("gcc", "cc"))), None)
+GCOV = shutil.which("gcov")
+pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler here")
+
+t = np.arange(0.0, 1.5, 2e-3)
+GOAL: Array = 0.5 * np.sin(4.0 * t) + 0.1 * np.sin(19.0 * t)
+RATE: Array = np.gradient(GOAL, t)
+
+#: An axis of parts, its law with parameters, SI, and what drives it by input.
+AXES: dict[str, tuple[str, str, dict[str, float], Mapping[str, Array]]] = {
+    "damped, force, pendulum: torque limit, switched off": (
+        """
+        rotary = true
+        controller.damped = { kp = 10.0, kd = 0.3, gain_p = 0.9 }
+        motor.force = { F_max = 2.0, armature = 0.008 }
+        load.pendulum = { m = 0.5, l = 0.15, m_arm = 0.078, q_offset = 0.02 }
+        """,
+        "stribeck", {"F_S": 0.2, "F_C": 0.1, "F_V": 0.04, "v_SS": 0.3},
+        {"goal": GOAL, "enabled": np.where(t < 1.0, 1.0, 0.0)},
+    ),
+    "pwm, voltage, gear, inertia: current limit, losses": (
+        """
+        rotary = true
+        controller.pwm = { kp = 20.0, vin = 24.0, duty = 0.2 }
+        motor.voltage = { k_t = 0.05, R = 1.5, I_max = 6.0, armature = 2e-5 }
+        transmission.gear = { ratio = 20.0, eta = 0.8, eta_back = 0.7 }
+        load.inertia = { J = 0.05, g_sin = 1.5, g_cos = 0.4, g_0 = 0.1 }
+        """,
+        "bam-m4", {"K_c": 0.3, "K_v": 0.2, "K_cs": 0.2, "w_s": 0.4, "alpha": 1.2, "K_l": 0.1,
+                   "K_ls": 0.1},
+        {"goal": GOAL, "feed_forward": 2.0 * np.cos(5.0 * t)},
+    ),
+    "pd, current, screw, mass, spring: motor friction": (
+        """
+        controller.pd = { kp = 400.0, kd = 8.0, limit = 0.5 }
+        motor.current = { k_t = 0.2, armature = 3e-5, F_fm = 30.0 }
+        transmission.screw = { lead = 0.01 }
+        load.mass = { M = 20.0, offset = 15.0 }
+        load.spring = { k_spring = 800.0, q_spring = 0.05 }
+        """,
+        "lugre", {"sigma_0": 1e5, "sigma_1": 500.0, "F_S": 60.0, "F_C": 40.0, "v_s": 0.02,
+                  "F_V": 200.0},
+        {"goal": 0.1 * GOAL, "goal_velocity": 0.1 * RATE,
+         "external": 25.0 * np.sin(11.0 * t)},
+    ),
+    "cascade, force, rigid, mass, encoder: integrates, a sample late": (
+        """
+        controller.cascade.limit = 99.0
+        controller.cascade.difference = 1.0
+        controller.cascade.hold = 2.0
+        controller.cascade.kp = 20.0
+        controller.cascade.kv = 300.0
+        controller.cascade.ki = 8.0
+        motor.force = {}
+        transmission.rigid = {}
+        load.mass = { M = 5.0, offset = 4.0 }
+        sensor.encoder = { resolution = 1e-5 }
+        """,
+        "coulomb-viscous", {"F_C": 12.0, "F_V": 30.0}, {"goal": 0.1 * GOAL},
+    ),
+    "none, voltage, rigid, inertia: recorded voltage": (
+        """
+        rotary = true
+        controller.none = {}
+        motor.voltage = { k_t = 0.3, R = 4.0, armature = 1e-4 }
+        load.inertia = { J = 0.01 }
+        """,
+        "gms", {"W_1": 0.03, "W_2": 0.03, "W_3": 0.02, "W_4": 0.02, "d_1": 1e-3, "r_2": 2.0,
+                "r_3": 2.0, "r_4": 2.0, "F_V": 0.02, "ratio": 1.4, "v_s": 0.3, "tau": 0.01},
+        {"voltage": 6.0 * np.sin(7.0 * t)},
+    ),
+    "none, force, rigid, mass: bristles too quick to be followed": (
+        "controller.none = {}\nload.mass = { M = 1e-4 }\nstep = 20.0",
+        "lugre", {"sigma_0": 1e6, "sigma_1": 10.0, "F_S": 20.0, "F_C": 12.0, "v_s": 0.01,
+                  "F_V": 40.0},
+        {"force": 25.0 * np.sin(9.0 * t)},
+    ),
+    "none, force, rigid, mass: sticks and slips at every reversal": (
+        "controller.none = {}\nload.mass = { M = 2.0 }\nstep = 20.0",
+        "stribeck", {"F_S": 20.0, "F_C": 5.0, "F_V": 30.0, "v_SS": 0.01},
+        {"force": 30.0 * np.sin(9.0 * t) * np.cos(40.0 * t)},
+    ),
+    "none, force, rigid, mass: creeps, stops and breaks away": (
+        "controller.none = {}\nload.mass = { M = 1e-3 }\nstep = 0.02",
+        "stribeck", {"F_S": 20.0, "F_C": 5.0, "F_V": 3000.0, "v_SS": 1e-4},
+        {"force": 30.0 * np.sin(9.0 * t) ** 3},
+    ),
+}  # fmt: skip
+
+
+def composed(name: str) -> Model:
+    """The model of an axis of the table."""
+    table, law, values, _ = AXES[name]
+    return model_of(composed_axis(tomllib.loads(table), "axis"), law, values)
+
+
+def driven(model: Model, inputs: Mapping[str, Array]) -> Track:
+    """The track of an axis under inputs, from a slow motion."""
+    columns = {"goal_velocity": "command_velocity", "enabled": "torque_enable"}
+    log = Recording(
+        t=t, position=np.zeros(len(t)), rotary=model.rig.rotary, command=inputs.get("goal"),
+        force=inputs.get("force"), voltage=inputs.get("voltage"),
+        extra={columns.get(n, n): x for n, x in inputs.items()},
+    )  # fmt: skip
+    track = rig_of(model).track(log, slice(0, len(t)), 0.0, np.ones(len(t)))
+    return track._replace(v0=0.02)
+
+
+def test_the_axes_have_every_part_of_one_mass() -> None:
+    tables = [tomllib.loads(table) for table, *_ in AXES.values()]
+    used = {(p.role, p.name) for table in tables for p in composed_axis(table, "axis").parts}
+    both = {("transmission", "compliant"), ("sensor", "motor"), ("sensor", "load")}
+    assert used == PARTS.keys() - both
+
+
+class Built:
+    """Units compiled to count how often each line of their C is run."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._n = folder, 0
+
+    def compiled(self, compiler: str, _: Path, sources: Mapping[str, bytes], target: str) -> bytes:
+        """In place of `build._compiled`."""
+        self._n += 1
+        folder = self.folder
+        folder.mkdir()
+        for name, text in sources.items():
+            (folder / name).write_bytes(text)
+        subprocess.run(
+            [compiler, "-std=c99", "-O0", "--coverage", "-fPIC", "-shared", "-fvisibility=hidden",
+             "axis.c", "fmi2.c", "friction.c", "-lm", "-o", target],
+            cwd=folder, check=True, capture_output=True,
+        )  # fmt: skip
+        return (folder / target).read_bytes()
+
+    @property
+    def folder(self) -> Path:
+        """Where the last one was built."""
+        return self._folder / str(self._n)
+
+    def opened(self, model: Model) -> Unit:
+        """A unit, loaded."""
+        path = self._folder / f"{self._n + 1}.fmu"
+        path.write_bytes(fmu(model))
+        return Unit(fmpy.extract(str(path), str(path.with_suffix(".d"))),
+                    fmpy.read_model_description(str(path)))  # fmt: skip
+
+    def lines(self) -> tuple[set[str], set[str]]:
+        """Lines of axis.c that the last unit ran, now unloaded, and those that it did not."""
+        data = next(self.folder.glob("*axis.gcda"))
+        subprocess.run([str(GCOV), data.name], cwd=self.folder, check=True, capture_output=True)
+        ran, idle = set[str](), set[str]()
+        for line in (self.folder / "axis.c.gcov").read_text("utf-8").splitlines():
+            count, number, text = line.split(":", 2)
+            if count.strip() != "-":
+                (idle if "#" in count else ran).add(f"{int(number)}: {text.strip()}")
+        return ran, idle
+
+
+@pytest.fixture
+def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Built:
+    units = Built(tmp_path)
+    monkeypatch.setattr(build, "_compiled", units.compiled)
+    return units
+
+
+#: Lines of axis.c that no motion here reaches: where one ends that runs away or takes too many
+#: steps, or lasts no time; and where a root or a stop is met exactly, or a bracket is exhausted.
+IDLE = {
+    "return 0;", "return 0.0;", "return 1;", "return low;", "return high;", "return w;",
+    "return s * w;", "break;", "low = w;", "g_low = g;", "a->v = 0.0;", "stop = 0.0;",
+    "stop = piece * (a->v - way * band) / (a->v - v_1);", "damped = 1;", "c[6] = c[7] = 0.0;",
+}  # fmt: skip
+
+
+@pytest.mark.skipif(GCOV is None, reason="there is no gcov here")
+def test_units_of_all_parts_move_as_their_axes_on_every_line(built: Built) -> None:
+    ran, idle = set[str](), set[str]()
+    axes = {name: (composed(name), inputs) for name, (_, _, _, inputs) in AXES.items()}
+    cases = {name: (model, driven(model, inputs), 1e-12) for name, (model, inputs) in axes.items()}
+    # A slide that sticks goes from event to event there, and in short steps here.
+    for law, most in (("stribeck", 1e-4), ("lugre", 1e-12)):
+        cases[law] = slide(law), ramp(), most
+    for name, (model, track, most) in cases.items():
+        expected = rig_of(model).move(model.law, model.values[None], track)
+        unit = built.opened(model)
+        motion = moved(unit, model, track)
+        unit.slave.freeInstance()  # and unloads it, which writes the counts
+        assert difference(motion[0], expected.position[0]) <= most, name
+        assert difference(motion[1], expected.velocity[0]) <= 1e3 * most, name
+        now, never = built.lines()
+        ran, idle = ran | now, idle | never
+    assert len(ran) > 300
+    assert {line.partition(": ")[2] for line in idle - ran} <= IDLE
