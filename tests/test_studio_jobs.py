@@ -251,3 +251,37 @@ def test_a_wrong_file_locks_the_steps_and_is_removed_again(
         assert "\n" not in look["detail"]
         undone = opened.ask("POST", f"{opened.session}/undo", {}).json
         assert undone["steps"][1]["lock"] == ""
+
+
+DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+@pytest.mark.recordings("emps")
+def test_a_matlab_file_is_read_as_the_rig_has_it_and_gives_the_published_mass(
+    tmp_path: Path,
+) -> None:
+    with studio(tmp_path / "home", DATA / "emps" / "DATA_EMPS.mat") as opened:
+        contents = opened.ask("GET", f"{opened.session}/logs/0/contents").json
+        assert contents["rig"] == "emps"
+        opened.choose(rig=contents["rig"], law="coulomb-viscous")
+        job = opened.until(opened.work("identify")["id"], "done", "failed")
+        assert job["state"] == "done", job["message"]
+        assert round(result(opened, job["id"])["parameters"]["M"]["value"], 4) == 95.1089
+
+
+@pytest.mark.recordings("bam_xl330")
+def test_sixteen_logs_of_a_servo_are_read_together(tmp_path: Path) -> None:
+    logs = sorted((DATA / "bam_xl330" / "logs").glob("*.json"))[:16]
+    assert len(logs) == 16
+    with studio(tmp_path / "home", *logs) as opened:
+        assert (
+            opened.ask("GET", f"{opened.session}/logs/15/contents").json["rig"] == "servo-pendulum"
+        )
+        state = opened.choose(rig="servo-pendulum")
+        assert {s["name"]: s["lock"] for s in state["steps"]}["fit"] == ""
+        overview = opened.ask("GET", f"{opened.session}/logs/15/overview").json
+        assert overview["rig"] == "servo-pendulum"
+        lines = opened.ask(
+            "GET", f"{opened.session}/logs/15/lines?since=0&until=100&pixels=300"
+        ).json
+        assert len(lines["t"]) == len(lines["lines"]["position"]) > 100

@@ -128,6 +128,7 @@ class Reading:
         except ChoiceError as error:
             from ..data.readers.log_contents import contents
             from ..report.contents_report import MOST, contents_table
+            from ..rig.lookup import rig_of_heads
 
             result = contents(log, columns=stated, **self.words)
             typer.echo(contents_table(result, MOST).text(), err=True)
@@ -137,19 +138,6 @@ class Reading:
             elif usual and stated is None and rig is not None:
                 more = f" (rig {rig.name} has that mapping: --column CHANNEL=HEAD says another)"
             raise ChoiceError(f"{error}{more}") from error
-
-
-def rig_of_heads(names: Sequence[str]) -> str | None:
-    """The rig whose logs have columns of such names, None if none has."""
-    from ..data.readers.heads import take_apart
-    from ..rig import RIGS
-
-    there = {*names, *(take_apart(name).stem for name in names)}
-    for rig in RIGS.values():
-        heads = [c if isinstance(c, str) else c["column"] for c in (rig.columns or {}).values()]
-        if heads and all(take_apart(str(head)).stem in there for head in heads):
-            return rig.name
-    return None
 
 
 def _pairs(texts: Sequence[str] | None) -> dict[str, str]:

@@ -1,11 +1,12 @@
-"""Rigs and laws by the names that callers give, or by default."""
+"""Rigs and laws by the names that callers give, by default, or by the heads of logs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ..constant import Stated
+from ..data.readers.heads import take_apart
 from ..errors import InputError
 from ..friction import Law, law_named
 from . import RIGS
@@ -49,3 +50,13 @@ def rig_and_law(
     rig = (rig.exact() if exact else rig).set(**(constants or {}))
     law = law or rig.laws[0]
     return rig, law_named(law) if isinstance(law, str) else law
+
+
+def rig_of_heads(names: Sequence[str]) -> str | None:
+    """The rig whose logs have columns of such names, None if none has."""
+    there = {*names, *(take_apart(name).stem for name in names)}
+    for rig in RIGS.values():
+        heads = [c if isinstance(c, str) else c["column"] for c in (rig.columns or {}).values()]
+        if heads and all(take_apart(str(head)).stem in there for head in heads):
+            return rig.name
+    return None

@@ -18,6 +18,7 @@ from ..data.readers.log_contents import LogContents, contents
 from ..data.segmentation import Segments
 from ..report.figures.overview_plots import DrawnLog
 from ..report.format import unit_label
+from ..rig.lookup import rig_of_heads
 from ..space import Array
 from ..units import unit
 from .pyramid import Pyramid, windowed
@@ -211,6 +212,7 @@ def contents_table(result: LogContents) -> dict[str, Any]:
         "format": result.format,
         "problems": list(result.problems),
         "lacking": result.lacking,
+        "rig": rig_of_heads([c.name for c in result.channels]) if result.lacking else None,
         "channels": [
             {
                 "name": c.name,
@@ -232,7 +234,10 @@ def log_contents(request: Request, log: int) -> dict[str, Any]:
     Raises:
         InputError: as `contents`.
     """
-    return contents_table(contents(request.path(log), columns=request.map, **request.words))
+    columns = request.map
+    if columns is None and request.choices.rig:
+        columns = dict(request.rig.columns) or None
+    return contents_table(contents(request.path(log), columns=columns, **request.words))
 
 
 def _numbers(values: Array, digits: int) -> list[float | None]:

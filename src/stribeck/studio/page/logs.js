@@ -75,7 +75,8 @@ export function logsStep() {
       reason(channel, state)));
     return [
       h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
-      contents.lacking && h("p", { class: "state warn" }, contents.lacking),
+      contents.lacking && h("div", { class: "state warn" }, h("p", {}, contents.lacking),
+        contents.rig && h("p", {}, button("logs.as_rig", () => attempt(() => change({ rig: contents.rig })), { class: "main", id: "as-rig" }), ` ${t("logs.heads", { rig: contents.rig })}`)),
       contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", {}, p))),
       table(t("logs.channels"), [t("logs.column"), t("unit"), t("logs.count"), t("logs.rate"), t("logs.taken"), t("logs.why")], rows),
       words(state),
