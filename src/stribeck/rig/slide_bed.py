@@ -18,7 +18,7 @@ from .equation import Equation, Input
 from .experiments.offer import Offer, OperatingRange
 from .experiments.ramps import ramps
 from .loop_reading import read_stretch
-from .motion import reference
+from .motion import event_driven, reference
 from .motion.command import Drive
 from .motion.drives import (
     F_FM,
@@ -31,7 +31,6 @@ from .motion.drives import (
     SLIDE_COMMAND,
     SlideConstants,
 )
-from .motion.event_driven import misfits, trajectories
 from .motion.held_slip import HeldCourse, held_slips
 from .motion.track import Track
 from .rig import Motion
@@ -46,6 +45,8 @@ Scheme = Literal["fast", "reference", "paper"]
 _PAPER = "Sarasiri, Suthamno, Sujitjorn (2012), doi 10.1155/2012/238563"
 #: What the beginning of a slip is open by at least, as a share of a controller's hold.
 _READ = 0.1
+#: Samples for each knot of its command from which on a creeping slide is stepped between knots.
+KNOT_SAMPLES = 8
 #: The way by which a step may be off, m.
 TOLERANCE = 1e-10
 
@@ -275,8 +276,8 @@ class SlideBed(SimulatedRig):
             dt: Step of the last two, s.
         """
         laws, c = self.split(law, p)
-        if scheme == "fast" and _jumps(law):
-            x, v = trajectories(law, laws, c, track, self.slip_tolerance)
+        if scheme == "fast" and _by_events(law, track):
+            x, v = _kernel(law).trajectories(law, laws, c, track, self.slip_tolerance)
         elif scheme == "fast":
             from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
@@ -353,16 +354,18 @@ class SlideBed(SimulatedRig):
 
     def states(self, law: Law, p: Array, track: Track) -> tuple[Array, Array]:
         """Positions and velocities alone: a search needs no forces; see `SimulatedRig`."""
-        if not _jumps(law):
+        if not _by_events(law, track):
             return super().states(law, p, track)
-        return trajectories(law, *self.split(law, p), track, self.slip_tolerance)
+        x, v = _kernel(law).trajectories(law, *self.split(law, p), track, self.slip_tolerance)
+        return x, v
 
     def misfits(self, law: Law, p: Array, tracks: Sequence[Track]) -> Array:
         """Sums of squared position misfits over tracks, m^2, (n,); nan where one cannot run."""
         laws, c = self.split(law, p)
-        if not _jumps(law):
+        if not all(_by_events(law, track) for track in tracks):
             return super().misfits(law, p, tracks)
-        each = (misfits(law, laws, c, track, self.slip_tolerance) for track in tracks)
+        kernel = _kernel(law)
+        each = (kernel.misfits(law, laws, c, track, self.slip_tolerance) for track in tracks)
         total: Array = reduce(np.add, each)
         return total
 
@@ -410,12 +413,29 @@ def _coefficients(values: Mapping[str, Any]) -> Sequence[Any]:
 
 
 def _jumps(law: Law) -> bool:
-    """Whether a slide rests and slips under a law: the kernel goes from one event to the next.
-
-    A law that is smooth through rest has none, and is so steep there that only an implicit step
-    keeps its pace.
-    """
+    """Whether a slide rests and slips under a law: the kernel goes from one event to the next."""
     return law.static and law.sticks
+
+
+def _by_events(law: Law, track: Track) -> bool:
+    """Whether steps need not end at samples: the law reads nothing that a log tells of each.
+
+    A law that never sticks is stepped from knot to knot of the command; where that has many, as a
+    sampled sine, the samples are as few.
+    """
+    if _jumps(law):
+        return True
+    rare = KNOT_SAMPLES * len(track.knots_t) <= len(track.t)
+    return rare and not (law.sticks or law.terms or law.loads)
+
+
+def _kernel(law: Law) -> Any:
+    """The compiled motions of a slide: of one that sticks, and of one that creeps."""
+    if _jumps(law):
+        return event_driven
+    from .motion import stiff_slide  # noqa: PLC0415 - compiled code that others need not load
+
+    return stiff_slide
 
 
 def with_inputs(track: Track) -> Track:

@@ -1,8 +1,8 @@
 """Simulated motion: the compiled integrators, and the tracks that they run over.
 
-`event_driven` is the slide bed's, `implicit` steps everything else under one of its `drives`:
-`passage` from one sample to the next, by the `drive_force` and the `velocity` that balances it, or
-by an `explicit_step`.
+`event_driven` is the slide bed's, `stiff_slide` that of one that creeps, by `stiff_step`s;
+`implicit` steps everything else under one of its `drives`: `passage` from one sample to the next,
+by the `drive_force` and the `velocity` that balances it, or by an `explicit_step`.
 `coupled_motions` are those of two masses, by the `coupled_passage` of events and steps under the
 `coupled_rates` and the play of their `coupling`.
 `held_slip` is a slip of the slide bed under what its controller is known to have read;

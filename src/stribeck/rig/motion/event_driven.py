@@ -228,7 +228,7 @@ class Piece(NamedTuple):
 
 
 @compiled()
-def _piece(c: Array, e: float, clamped: float, held: float) -> Piece:
+def piece_at(c: Array, e: float, clamped: float, held: float) -> Piece:
     """The piece in force at a stretch, with the motor clamped (+1.0, -1.0) or not (0.0)."""
     offset = held
     if e > 0.0:
@@ -462,7 +462,7 @@ def leg(
         Rows written, how long the leg took, the travel, the velocity at its end, how it ended,
         the next wish, and the steps tried.
     """
-    piece = _piece(c, e, _side_of_clamp(slip, p, c, e, v, s, held), held)
+    piece = piece_at(c, e, _side_of_clamp(slip, p, c, e, v, s, held), held)
     k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
     time, moved, tries, m = 0.0, 0.0, 0, 0
     if wish <= 0.0:
@@ -560,7 +560,7 @@ def leg(
                 clamped = 1.0 if how == _CLAMP_P else -1.0
         nudge = (rate - v) * 1e-9  # onto the far side of a bend
         heavy = piece.inverse
-        piece = _piece(c, e + nudge, clamped, held)
+        piece = piece_at(c, e + nudge, clamped, held)
         k1 = _acceleration(piece, e, v, s, slip(s * abs(v), p), level)
         wish = h * factor
         if piece.inverse != heavy:  # all goes faster with less mass, and slower with more

@@ -157,34 +157,43 @@ def _root(  # noqa: C901 - one step of many cases
 
 
 @compiled()
-def _bristled(
-    slip: Any, rub: Any, scale: float, M: float, P: float, h: float, v: float, z: Array,
-    load: Array, p: Array, out: Array, slopes: Array, at: int,
+def downhill(
+    slip: Any, rub: Any, general: bool, scale: float, M: float, P: float, h: float, v: float,
+    z: Array, load: Array, p: Array, out: Array,
 ) -> float:  # fmt: skip
-    """The velocity w that solves M w + h F_f(w) = P for a law with states.
+    """The velocity w that solves M w + h F_f(w) = P under friction that has no jump at rest.
 
     Steps of growing length, downhill from the velocity before, until the residual changes sign:
     where a law that falls with speed has several roots, that is the next one on the way.
     """
-    w = _quick(slip, rub, True, scale, M, P, h, 1.0, v, z, load, p, out, slopes, at, -np.inf)
-    if not np.isnan(w):
-        return w  # type: ignore[no-any-return]
     w = v
-    g = M * w + h * scale * rub(w, h, z, load, p, out) - P
+    g = M * w + h * rubs(slip, rub, general, scale, w, h, z, load, p, out) - P
     if g == 0.0:
         return w
     step = -g / M
     for _ in range(_MOST):
         other = w + step
-        g_other = M * other + h * scale * rub(other, h, z, load, p, out) - P
+        g_other = M * other + h * rubs(slip, rub, general, scale, other, h, z, load, p, out) - P
         if (g_other >= 0.0) != (g > 0.0) or g_other == 0.0:
             if g > 0.0:
                 w, g, other, g_other = other, g_other, w, g
             return _root(  # type: ignore[no-any-return]
-                slip, rub, True, scale, M, P, h, 1.0, z, load, p, out, w, g, other, g_other
+                slip, rub, general, scale, M, P, h, 1.0, z, load, p, out, w, g, other, g_other
             )
         w, g, step = other, g_other, 2.0 * step
-    return w  # type: ignore[no-any-return]
+    return w
+
+
+@compiled()
+def _bristled(
+    slip: Any, rub: Any, scale: float, M: float, P: float, h: float, v: float, z: Array,
+    load: Array, p: Array, out: Array, slopes: Array, at: int,
+) -> float:  # fmt: skip
+    """The velocity w that solves M w + h F_f(w) = P for a law with states."""
+    w = _quick(slip, rub, True, scale, M, P, h, 1.0, v, z, load, p, out, slopes, at, -np.inf)
+    if not np.isnan(w):
+        return w  # type: ignore[no-any-return]
+    return downhill(slip, rub, True, scale, M, P, h, v, z, load, p, out)  # type: ignore[no-any-return]
 
 
 @compiled(forceinline=True)
