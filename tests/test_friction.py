@@ -99,7 +99,8 @@ def test_a_law_reads_si_units_and_scales_with_them(law: Law) -> None:
     for q in law.params:
         assert unit(q.unit).factor == 1.0, q.name
         assert unit(q.unit).dimension in {
-            unit(u).dimension for u in ("N", "N s/m", "m/s", "", "s/m", "s", "m", "N/m", "1/N")
+            unit(u).dimension
+            for u in ("N", "N s/m", "m/s", "", "s/m", "s", "m", "N/m", "1/N", "1/K", "K")
         }
 
 

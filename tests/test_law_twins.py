@@ -168,6 +168,10 @@ CASES: dict[str, Case] = {
     "elasto-plastic": Case(
         SLID, [1.2e6, 600, 18, 12, 2e-2, 50, 0.5], "sigma_0 F_S", ("sigma_1", "F_V")
     ),
+    # Rests of a tenth of a second between pushes, at 10 ms: of the rise they show a part.
+    "armstrong": Case(
+        PUSHED, [2e5, 18, 12, 2e-2, 40, 0.1, 2e-2], "F_C F_V", ("sigma_0", "gamma", "tau_L")
+    ),
     "gms": Case(
         SLID,
         [4, 3, 3, 2, 2e-6, 2, 2.5, 3, 50, 1.5, 2e-2, 5e-3],
@@ -181,6 +185,12 @@ CASES: dict[str, Case] = {
     "bam-m4": Case(SERVO, [*GEARS, 0.1, 0.1], "K_c K_v K_l"),
     "bam-m5": Case(SERVO, [*GEARS, 0.15, 0.08, 0.1, 0.05], "K_c K_v K_m K_e"),
     "bam-m6": Case(SERVO, [*GEARS, 0.15, 0.08, 0.1, 0.05, 0.08, 0.05], "K_c K_v K_m K_e"),
+    "coulomb-viscous-temperature": Case(
+        PUSHED, [12, 40, 0.01, 0.03, 293.15], "F_C F_V level_slope visc_slope", ("temp_ref",)
+    ),
+    "stribeck-temperature": Case(
+        PUSHED, [*BOTH, 1, 0.01, 0.03, 293.15], "F_C F_V level_slope", ("temp_ref",)
+    ),
     "stribeck+temperature": Case(PUSHED, [*BOTH, 1, 0.01, 293.15], "F_C F_V temp_slope"),
     "coulomb-viscous+position": Case(
         PUSHED, [12, 40, 0.3, 0.2, 0.08], "F_C F_V pos_cos pos_sin", ("pos_period",)

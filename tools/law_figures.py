@@ -43,6 +43,7 @@ DYNAMIC: dict[str, list[float]] = {
     "dahl": [6e6, 12, 1, 300],
     "lugre": [6e6, 300, 18, 12, 2e-3, 300],
     "elasto-plastic": [6e6, 300, 18, 12, 2e-3, 300, 0.6],
+    "armstrong": [6e6, 18, 12, 2e-3, 300, 1.0, 0.02],
     "maxwell-slip": [3, 3, 3, 3, 5e-7, 2, 2, 2, 300],
     "gms": [3, 3, 3, 3, 5e-7, 2, 2, 2, 300, 1.5, 2e-3, 0.02],
 }
@@ -94,7 +95,7 @@ def walk(law: Law, p: list[float], x: Array, h: float) -> tuple[Array, Array]:
 
 def dynamic() -> Figure:
     """A row for each law: presliding loops, departure from rest, and an oscillating speed."""
-    figure = Figure(figsize=(9.2, 11.0), layout="constrained")
+    figure = Figure(figsize=(9.2, 13.0), layout="constrained")
     axes = figure.subplots(len(DYNAMIC), 3, sharey="col")
     for row, (name, p) in zip(axes, DYNAMIC.items(), strict=True):
         law = LAWS[name]

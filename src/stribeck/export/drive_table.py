@@ -234,8 +234,10 @@ def _not_held(model: Model) -> list[str]:
     law, missing = model.law, []
     if law.states:
         missing.append("presliding and its memory: this is steady sliding")
-    if law.loads:
-        missing.append(f"the dependence on {', '.join(law.loads)}: this is without load")
+    if loads := [name for name in law.loads if name != "temperature"]:
+        missing.append(f"the dependence on {', '.join(loads)}: this is without load")
+    if "temperature" in law.loads:
+        missing.append("the dependence on temperature: this is at T_ref")
     if law.terms:
         missing.append(f"the dependence on {', '.join(law.terms)}: all of it is multiplied by it")
     return [f"# Not in the table: {'; '.join(missing)}."] if missing else []

@@ -198,6 +198,7 @@ class Law:
             a search begins; None for a law that says nothing of it.
         roughness: Rows over a parameter set (k,) without terms, (m, k), whose products with it
             are small where the curve is smooth; None for a law of few parameters.
+        rests: Whether its breakaway depends on how long it has rested.
     """
 
     name: str
@@ -216,11 +217,17 @@ class Law:
     sizes: tuple[int, ...] = ()
     starts: Callable[[Spectrum], Array] | None = None
     roughness: Callable[[Array], Array] | None = None
+    rests: bool = False
 
     @property
     def static(self) -> bool:
         """Whether `slip` says it all: no states, no loads, no terms."""
         return self.rub is None and not self.terms
+
+    @property
+    def warms(self) -> bool:
+        """Whether it depends on the temperature."""
+        return "temperature" in (*self.loads, *self.terms)
 
     @cached_property
     def sticks(self) -> bool:

@@ -61,7 +61,7 @@ class MotionProblem:
         self.name = f"{parameters.rig.name}/{parameters.law.name}"
         self.parameters = parameters
         for segment in train:
-            if "temperature" in parameters.law.terms and segment.recording.temperature is None:
+            if parameters.law.warms and segment.recording.temperature is None:
                 raise InputError(
                     f"{segment.recording.label}: law {parameters.law.name} needs a temperature: "
                     "map a column to temperature"

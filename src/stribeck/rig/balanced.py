@@ -66,14 +66,20 @@ class BalancedRig(Rig):
         """How its logs are made ready for a law.
 
         States are driven by the whole motion, its rests and reversals included, and the corners of
-        loops below breakaway are sharp: they take twice the band.
+        loops below breakaway are sharp: they take twice the band, and differences that hold there.
         """
         if not law.states:
             return self.filtering
         wide, narrow = 2 * self.filtering.cutoff_hz, self.filtering
         edge = (0.5 * narrow.edge[0], 0.5 * narrow.edge[1])
         return replace(
-            narrow, cutoff_hz=wide, share=2 * narrow.share, edge=edge, reversals=True, slowest=0.0
+            narrow,
+            cutoff_hz=wide,
+            share=2 * narrow.share,
+            edge=edge,
+            reversals=True,
+            slowest=0.0,
+            wide=True,
         )
 
     def filter_reach(self, dt: float) -> int:
@@ -116,10 +122,11 @@ class BalancedRig(Rig):
             InputError: the law has states, and proposals are judged by static friction.
         """
         if axis.law.states:
+            rests = ", each after rests of 0.1 to 10 s" if axis.law.rests else ""
             raise InputError(
                 f"law {axis.law.name} on rig {self.name}: experiments are compared for laws "
                 "without states; record sines within and beyond the way of the bristles, then "
-                "strokes at several speeds"
+                f"strokes at several speeds{rests}"
             )
         return strokes(axis, seconds)
 
@@ -177,7 +184,7 @@ class BalancedRig(Rig):
         rows[:, POSITION] = position
         if recording.temperature is not None:
             rows[:, TEMPERATURE] = np.interp(t, recording.t, recording.temperature)
-        elif "temperature" in law.terms:
+        elif law.warms:
             raise InputError(
                 f"{recording.label}: law {law.name} needs a temperature: map a column to "
                 "temperature"

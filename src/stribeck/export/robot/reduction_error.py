@@ -126,8 +126,8 @@ def _beside(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
     if apart > _TOLD * reduction.size:
         differs = f"friction of the two directions differs by up to {apart:.3g} {units.force}"
         sentences.append(f"{differs}: the file has what lies between them")
-    if law.loads:
-        grows = f"friction that goes with the load ({', '.join(law.loads)}) is not held"
+    if loads := [name for name in law.loads if name != "temperature"]:
+        grows = f"friction that goes with the load ({', '.join(loads)}) is not held"
         sentences.append(f"{grows}: the numbers are those without load")
     if law.states and law.name != reduction.law.name:
         sentences.append(
@@ -135,7 +135,7 @@ def _beside(model: Model, reduction: Reduction, units: RigUnits) -> list[str]:
             if reduction.law.states
             else "presliding is not held: the card's law gives way a little before it slips"
         )
-    if "temperature" in law.terms:
+    if law.warms:
         warm = temperature(law, p) - _KELVIN
         grows = "friction that goes with temperature is not held"
         sentences.append(f"{grows}: the numbers are those of {warm:.4g} degC")

@@ -69,7 +69,8 @@ def spring_pull(
 
 def temperature(law: Law, p: Array) -> float:
     """The temperature at which a law's own parameters hold, K; 0 if it is all one to the law."""
-    return float(p[law.place("temperature")][1]) if "temperature" in law.terms else 0.0
+    name = "temp_ref" if "temperature" in law.terms else "T_ref"
+    return float(p[law.names.index(name)]) if law.warms else 0.0
 
 
 def inertia(rig: Rig, law: Law, p: Array) -> float | None:

@@ -135,7 +135,7 @@ def _changes(parameters: Parameters, estimates: Sequence[Estimate], shifts: Sequ
 def advice(parameters: Parameters, effect: Effect, recordings: Sequence[Recording]) -> str:
     """What catches an effect and can be had on this rig."""
     if effect.variable == "speed":
-        text = _of_speed(parameters.law.name, effect)
+        text = _of_speed(parameters, effect)
     elif effect.variable == "position":
         text = _of_position(parameters, effect)
     elif effect.variable == "reversal":
@@ -181,7 +181,8 @@ def _bears_load(parameters: Parameters) -> bool:
     return {"drive", "external"} <= set(parameters.rig.loads) and not law.loads and not law.terms
 
 
-def _of_speed(law: str, effect: Effect) -> str:
+def _of_speed(parameters: Parameters, effect: Effect) -> str:
+    law = parameters.law.name
     stem = law.split("+", maxsplit=1)[0].split(":", maxsplit=1)[0]
     if effect.pattern == "side":
         other = f"{stem}-directional"
@@ -194,6 +195,9 @@ def _of_speed(law: str, effect: Effect) -> str:
     if stem.startswith("stribeck") and not stem.startswith("stribeck-free"):
         directional = "-directional" * stem.endswith("-directional")
         return f"try law stribeck-free{directional}, or `stribeck select`"
+    if parameters.law.states and parameters.rig.approach == "force_balance":
+        # Their rows are not those of static laws, so that `select` refuses them.
+        return f"try another law with states, and hold each against {option('holdout')}"
     return "compare laws with `stribeck select`"
 
 

@@ -31,6 +31,7 @@ from .balance import NOTHING
 from .clustered_errors import clustered_errors
 from .curve_prior import chord_errors
 from .modelled_force import force_signal
+from .path_error import path_shifts
 from .presliding_shown import stiffness_unseen
 
 if TYPE_CHECKING:
@@ -69,8 +70,8 @@ class BalanceChecks:
     Args:
         violations: The faults.
         errors: Standard errors for the intervals of all parameters, (k,): never below the robust
-            ones, and wide enough for what strokes, logs and other cut-offs give, and straight
-            lines for a curve.
+            ones, and wide enough for what strokes, logs and other cut-offs give, straight
+            lines for a curve, and samples of a motion that drives states.
     """
 
     violations: tuple[Violation, ...]
@@ -129,6 +130,7 @@ def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChec
         violations += stiffness_unseen(system)
     gate = data_violations(system.rig, recordings, synchrony.rows)
     errors = np.hypot(np.fmax(errors, clustered), chord_errors(system, solution.values))
+    errors += np.abs(path_shifts(solution)) / HALF_WIDTH
     return BalanceChecks((*gate, *synchrony.violations(), *violations), synchrony.widened(errors))
 
 

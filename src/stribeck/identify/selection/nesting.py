@@ -58,11 +58,11 @@ def ingredients(law: Law, free: Iterable[str]) -> frozenset[str]:
         "asymmetry": law.directional,
         "stribeck": bool(bare & _FALLS),
         "exponent": bool(bare & _FALLS) and "exponent" in stems,
-        "load": bool(law.loads),
+        "load": bool({*law.loads} - {"temperature"}),
         "two loads": "K_m" in bare,
         "squares": "K_mq" in bare,
         "states": law.states > 0,
-        "temperature": "temperature" in law.terms,
+        "temperature": law.warms,
         "position": "position" in law.terms,
         "cogging": "cogging" in law.terms,
     }

@@ -18,6 +18,8 @@ SPEEDS = (0.2, 0.5, 2.0, 5.0)
 STAIRS = (0.25, 0.5, 1.0, 2.0, 4.0)
 #: The slowest ramp, its pauses, and how long it runs between them, s.
 CREEP, PAUSE, RUN = 0.1, 2.0, 10.0
+#: Pauses and rests where breakaway depends on them, s.
+PAUSES = (0.2, 1.0, 5.0)
 #: How long moves between rests are, s.
 MOVE = 1.5
 
@@ -65,13 +67,26 @@ def _slow(
 
 def _creep(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
     v = CREEP * axis.pace
-    words = f"{axis.rate(v)} for {RUN:g} s and a pause of {PAUSE:g} s, again and again"
-    return words, [(RUN, v), (PAUSE, 0.0)]
+    words = f"{axis.rate(v)} for {RUN:g} s and {_pauses(axis, 'a pause')}"
+    return words, _cycle(axis, RUN, v)
 
 
 def _rests(axis: OperatingRange) -> tuple[str, list[tuple[float, float]]]:
-    words = f"{axis.rate(axis.pace)} for {MOVE:g} s and a rest of {PAUSE:g} s, again and again"
-    return words, [(MOVE, axis.pace), (PAUSE, 0.0)]
+    words = f"{axis.rate(axis.pace)} for {MOVE:g} s and {_pauses(axis, 'a rest')}"
+    return words, _cycle(axis, MOVE, axis.pace)
+
+
+def _cycle(axis: OperatingRange, seconds: float, speed: float) -> list[tuple[float, float]]:
+    """Moves and pauses in turn, (seconds, speed)."""
+    pauses = PAUSES if axis.law.rests else (PAUSE,)
+    return [knot for pause in pauses for knot in ((seconds, speed), (pause, 0.0))]
+
+
+def _pauses(axis: OperatingRange, name: str) -> str:
+    if not axis.law.rests:
+        return f"{name} of {PAUSE:g} s, again and again"
+    *others, last = (f"{pause:g}" for pause in PAUSES)
+    return f"{name} of {', '.join(others)} and {last} s in turn, again and again"
 
 
 def _knots(
