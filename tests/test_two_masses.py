@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from foreign import two_masses as plain_steps
-from stribeck import LAWS, InputError, Recording, identify
+from stribeck import LAWS, Fit, InputError, Recording, compensate, export, identify
 from stribeck.friction import law_named
 from stribeck.rig.axis_table import composed_axis
 from stribeck.rig.motion.track import Track
@@ -209,11 +209,19 @@ def axis_file(tmp_path: Path) -> Path:
     return path
 
 
-def test_two_encoders_tell_compliance_play_and_both_frictions(
-    axis_file: Path, tmp_path: Path
-) -> None:
-    log = logged(tmp_path / "log.csv", SERVO | GAINS, 0)
-    fit = identify(log, rig=str(axis_file), repeats=1, budget=400)
+@pytest.fixture(scope="module")
+def two_encoders(tmp_path_factory: pytest.TempPathFactory) -> Fit:
+    """A fit of a log of both encoders."""
+    folder = tmp_path_factory.mktemp("axis")
+    path = folder / "axis.toml"
+    path.write_text(AXIS, encoding="utf-8")
+    log = logged(folder / "log.csv", SERVO | GAINS, 0)
+    return identify(log, rig=str(path), repeats=1, budget=400)
+
+
+def test_two_encoders_tell_compliance_play_and_both_frictions(two_encoders: Fit) -> None:
+    fit = two_encoders
+    assert fit.score.value < 1.1 * np.sqrt(0.5 * (1e-3**2 + 2e-3**2))  # mm, of both encoders
     for e in fit.estimates:
         truth = SERVO[e.name]
         assert e.low <= truth <= e.high, e.name
@@ -221,6 +229,19 @@ def test_two_encoders_tell_compliance_play_and_both_frictions(
     play = next(e for e in fit.estimates if e.name == "play")
     assert play.verdict == "identified"
     assert play.high - play.low < 0.02 * SERVO["play"]
+
+
+def test_what_moves_one_mass_refuses_two(two_encoders: Fit) -> None:
+    words = "a joint there has one mass and no play, and rig axis has two"
+    for target in ("mjcf", "urdf"):
+        with pytest.raises(InputError, match=f"{target}: {words}"):
+            export(two_encoders, target, into="model.xml", joint="hinge")
+    with pytest.raises(InputError, match=f"fmu: {words}"):
+        export(two_encoders, "fmu")
+    exported = export(two_encoders, "c")
+    assert "this is the load's friction" in exported.notes[0]
+    with pytest.raises(InputError, match="two masses, and a compensation is tried on"):
+        compensate(two_encoders)
 
 
 @pytest.mark.parametrize(

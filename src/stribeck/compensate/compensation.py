@@ -33,6 +33,7 @@ from ..identify.card import Card, Carded, axis_table, card_of, constant_cards, k
 from ..identify.pace import Pace, paced
 from ..rig.balanced import BalancedRig
 from ..rig.lookup import rig_and_law
+from ..rig.two_masses import TwoMassRig
 from ..units import unit
 from ..wording import either, option
 from .closed_loop import IDEAL, controlled, drive_friction
@@ -208,9 +209,15 @@ def around(rig: Rig, loop: PositionLoop | None) -> Rig:
     """A rig with a controller: its own, or the one stated.
 
     Raises:
-        InputError: it has one of its own, or none and none is stated; or its friction is in A.
+        InputError: it has one of its own, or none and none is stated; or its friction is in A, or
+            it has two masses.
     """
     rig.check_newtons("a controller's output")
+    if isinstance(rig, TwoMassRig):
+        raise InputError(
+            f"rig {rig.name} has two masses, and a compensation is tried on an axis of one: "
+            "compose it with [transmission.rigid] and identify again"
+        )
     if loop is not None:
         if rig.controller() is not None and not isinstance(rig, BalancedRig):
             raise InputError(

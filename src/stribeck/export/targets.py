@@ -16,10 +16,14 @@ from ..compensate.settings import read_settings
 from ..errors import InputError
 from ..identify.card import Card, Carded
 from ..presenters import presenter
+from ..rig.two_masses import TwoMassRig
 from ..text_file import page_bytes
 from ..units import unit
 from ..wording import either, option
 from .model import Model, model_of
+
+#: Targets that move a joint.
+_ONE_MASS = ("mjcf", "urdf", "usd", "fmu")
 
 
 class Exported(NamedTuple):
@@ -132,8 +136,28 @@ def export(
         known["compensation"] = read_settings(compensation)
     if into is not None:
         known["into"] = Path(into)
-    exported = target.make(model_of(model), **known)
-    return exported._replace(folder=target.folder, suffix=target.suffix)
+    ready = model_of(model)
+    notes = () if not isinstance(ready.rig, TwoMassRig) else _of_one_side(ready.rig, to)
+    exported = target.make(ready, **known)
+    return exported._replace(
+        folder=target.folder, suffix=target.suffix, notes=(*notes, *exported.notes)
+    )
+
+
+def _of_one_side(rig: TwoMassRig, to: str) -> tuple[str, ...]:
+    """What is lost of an axis of two masses.
+
+    Raises:
+        InputError: the target moves a joint, which has one mass.
+    """
+    if to in _ONE_MASS:
+        raise InputError(
+            f"{to}: a joint there has one mass and no play, and rig {rig.name} has two masses: "
+            "its law alone goes to c, st, matlab, modelica or a table"
+        )
+    if rig.friction_side == "both":
+        return ("this is the load's friction: the motor's side and the play are in the card",)
+    return (f"this is the friction of the {rig.friction_side}; the play is in the card",)
 
 
 def _typed(keyword: str) -> str:

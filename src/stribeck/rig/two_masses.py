@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
     from ..space import Array, Param
+    from .controller import Controller
     from .parts import Part
 
 Side = Literal["load", "motor", "both"]
@@ -259,9 +260,8 @@ class TwoMassRig(ComposedRig):
         del track, instant, position
         return None
 
-    @property
-    def entry(self) -> int | None:
-        """None: a compensator's trial steps one mass."""
+    def controller(self) -> Controller | None:
+        """None: what a compensator does to a loop is tried on one mass."""
         return None
 
     def equation(self, law: Law) -> Equation:

@@ -96,8 +96,6 @@ def axis(model: Model) -> Axis:
         raise InputError(
             f"fmu: rig {model.rig.name} has no equation of motion that could be stepped"
         )
-    if equation.drive not in _DRIVES:
-        raise InputError(f"fmu: a unit steps one mass, and rig {model.rig.name} has two")
     values = [
         *_outputs(model, equation), *_inputs(model, equation), *_settings(model, equation),
         *_identified(model), *_constants(model, equation),
