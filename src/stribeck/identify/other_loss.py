@@ -12,13 +12,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..optimize.descents import Descents
+from ..optimize.lockstep import AskTell, Counted, lockstep
+from ..optimize.moves import silent
 from ..rig.rig import shown_in
 from ..space import Array, Param, Space
 from ..wording import option
 from .conditions import Violation
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem
-from .polish import elite, polish
+from .polish import Polished, elite, polish
 from .problem import MotionProblem
 
 if TYPE_CHECKING:
@@ -29,6 +32,8 @@ if TYPE_CHECKING:
 #: Evaluations of a refit for each parameter, from how many places there is one, and how many
 #: places of each search are considered.
 ROWS, STARTS, PLACES = 15, 4, 8
+#: How many of them take part in each round, and its evaluations for each parameter.
+ROUNDS = ((STARTS, 4), (2, 4), (1, ROWS - 8))
 
 
 def other_loss_violations(
@@ -53,10 +58,9 @@ def other_loss_violations(
     points = np.array([start, *(np.concatenate([x, start[dim:]]) for xs in visited for x in xs)])
     fewer, rows = other.thinned(), ROWS * len(start)
     costs = fewer(points)
-    order = [int(k) for k in np.argsort(costs, kind="stable")[:STARTS]]
-    refits = [polish(fewer, points[k], float(costs[k]), rows) for k in order]
-    refit = min(refits, key=lambda r: r.cost)
-    spent = len(points) + sum(r.evaluations for r in refits)
+    order = np.argsort(costs, kind="stable")[:STARTS]
+    refit = _descended(fewer, points[order])
+    spent = len(points) + refit.evaluations
     if fewer is not other:
         refit = polish(other, refit.x, None, rows)
         spent += refit.evaluations
@@ -76,6 +80,16 @@ def other_loss_violations(
         "a law that has it"
     )
     return [Violation("model", sentence, frozenset(left))], spent
+
+
+def _descended(problem: MotionProblem | FreeConstantsProblem, points: Array) -> Polished:
+    """Where descents from points, SI, (n, dim), end: all begin, and the best go on."""
+    space = problem.space
+    descents = Descents(lambda _: space.encode(points), ROUNDS)
+    counted = Counted(problem, len(points) * ROWS * space.dim)
+    rng = np.random.default_rng(0)  # nothing is drawn
+    lockstep(counted, [AskTell("refits", space, descents.moves(space, rng, silent))])
+    return Polished(*counted.best(), counted.rows)
 
 
 def _places(problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, run: Run) -> Array:

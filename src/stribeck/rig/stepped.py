@@ -112,6 +112,18 @@ class SteppedRig(SimulatedRig):
         parameters = {q.name: own[:, k] for k, q in enumerate(self.own(law))}
         return rows(self.coefficients({**by_name, **parameters}), len(own))
 
+    def constants_over(self, law: Law, own: Array, tracks: Sequence[Track]) -> Array:
+        """The constants of the drive over tracks, (tracks, n, WIDTH); many logs state the same.
+
+        Args:
+            law: The law.
+            own: The rig's own parameters, (n, k).
+            tracks: What their logs state of their runs counts.
+        """
+        runs = {track.given.tobytes(): track.given for track in tracks}
+        c = {key: self.constants_of_drive(law, own, run) for key, run in runs.items()}
+        return np.array([c[track.given.tobytes()] for track in tracks])
+
     def values_of(self, law: Law, p: Array) -> dict[str, float]:
         """Its constants and its own parameters by name, SI, of a (k,) parameter set."""
         own = dict(zip((q.name for q in self.own(law)), p[len(law.params) :].tolist(), strict=True))
@@ -207,7 +219,7 @@ class SteppedRig(SimulatedRig):
     def _motions(self, law: Law, p: Array, tracks: Sequence[Track]) -> tuple[Array, Array, Array]:
         """Position, velocity and drive force over tracks; see `motions_over`."""
         p, k = self.checked(law, p), len(law.params)
-        c = np.array([self.constants_of_drive(law, p[:, k:], track.given) for track in tracks])
+        c = self.constants_over(law, p[:, k:], tracks)
         from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
 
         return motions_over(law, AXIS, p[:, :k], c, tracks, self["step"], self["tolerance"])

@@ -233,7 +233,7 @@ class TwoMassRig(ComposedRig):
         from .motion.coupled_motions import motions_of_two  # noqa: PLC0415 - compiled code that others need not load
 
         own = p[:, k:]
-        c = np.array([self.constants_of_drive(law, own, track.given) for track in tracks])
+        c = self.constants_over(law, own, tracks)
         c[:, :, -1] = np.array([track.reading.zero for track in tracks])[:, None]
         motor = self.law_of_motor(law)
         friction = {"load": own[:, :0], "motor": p[:, :k]}.get(
