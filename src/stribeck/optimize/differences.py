@@ -45,7 +45,7 @@ def differences(
         values: Any = answer.residuals if isinstance(answer, Answer) else costs[:, None]
         runs = np.isfinite(costs)
         steps[todo] = side[todo]
-        for k, value in zip(todo[runs], values[runs], strict=True):
-            np.subtract(value, f, out=changes[k])
+        for k, row in zip(todo[runs], np.flatnonzero(runs), strict=True):
+            np.subtract(values[row], f, out=changes[k])
         todo = todo[~runs]
     return changes, steps

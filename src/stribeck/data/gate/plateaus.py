@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...space import Array
-from ..resolution import noise_of, step
+from ..resolution import noise_of, step, stretches
 from ..runs import runs
 from .cut_noise import SHARE, cut_noise
 from .fault import Fault, shown_as
@@ -140,7 +140,8 @@ def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDA
     span = float(np.ptp(y))
     if not sd > 0:
         return none
-    level = _mode(y[y >= np.quantile(y, 0.9)], sd)
+    some = stretches(y)
+    level = _mode(some[some >= np.quantile(some, 0.9)], sd)
     width = _WITHIN * sd + q
     if float(np.mean(y > level + width)) > _BEYOND:
         return none

@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...data.zero_phase import BLOCK
 from ...space import Array
 from .bins import Binned, between, bin_of, binned, probability, signs, t_probability
 from .patterns import Kind, Pattern, Variable, carrier, patterns, wave_shares
@@ -113,7 +114,9 @@ class Remainder:
         values, vectors = np.linalg.eigh(np.einsum("ij,ik->jk", A, A))
         seen = values > 1e-9 * values[-1]
         root = vectors[:, seen] / np.sqrt(values[seen])
-        self._basis = np.einsum("ij,jk->ik", A, root)
+        for k in range(0, len(A), BLOCK):  # in place: of a long log a copy is as large as it
+            A[k : k + BLOCK, : root.shape[1]] = np.einsum("ij,jk->ik", A[k : k + BLOCK], root)
+        self._basis = A[:, : root.shape[1]]
         inner = np.einsum("ij,i->j", self._basis, rows.residual)
         self.x: Array = root @ inner / lengths
         self.rows = replace(rows, residual=self.without(rows.residual))

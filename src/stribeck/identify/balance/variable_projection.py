@@ -73,13 +73,13 @@ def bounded(
     return np.clip(stack @ z, lower, upper), stops
 
 
-def _triangle(A: Array) -> Array:
+def _triangle(columns: Array) -> Array:
     """The R of A = QR by Householder reflections; rows of zeros where A has too few.
 
-    A tall, thin matrix is too little work for a threaded library: with busy cores its threads
-    wait for each other a hundred times longer than this takes.
+    The columns of A, (k, rows), are overwritten. A tall, thin matrix is too little work for a
+    threaded library: with busy cores its threads wait for each other a hundred times longer than
+    this takes.
     """
-    columns = A.T.copy()
     k, n = columns.shape
     R = np.zeros((k, k))
     for j in range(min(k, n)):
@@ -107,7 +107,7 @@ _compiled = compiled(float64[:, ::1](float64[:, ::1]))(_triangle)
 
 def triangle(A: Array) -> Array:
     """The R of A = QR, (k, k)."""
-    R: Array = _compiled(np.ascontiguousarray(A, dtype=float))
+    R: Array = _compiled(np.array(A.T, dtype=float, order="C"))
     return R
 
 
@@ -146,7 +146,7 @@ def covariance(W: Array, sd: float, stopped: Sequence[int] = ()) -> Array:
     the sum of squares curves does not say how far off it may be.
     """
     lengths = _lengths(W)
-    _, s, Vt = np.linalg.svd(triangle(W / lengths))
+    _, s, Vt = np.linalg.svd(triangle(W) / lengths)
     identified = s > _BLIND * max(s[0], np.finfo(float).tiny)
     part: Array = Vt[identified].T / s[identified]
     C: Array = np.asarray(sd**2 * (part @ part.T) / np.outer(lengths, lengths))
@@ -187,13 +187,18 @@ def robust_variances(
 
 def condition(W: Array) -> float:
     """Ratio of the largest to the least singular value; inf if W is singular."""
-    s = np.linalg.svd(triangle(W), compute_uv=False)
-    return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
+    return _ratio(triangle(W))
 
 
 def collinearity(W: Array) -> float:
     """`condition` with columns of one length, so that no unit changes it."""
-    return condition(W / _lengths(W))
+    return _ratio(triangle(W) / _lengths(W))
+
+
+def _ratio(R: Array) -> float:
+    """Of the largest to the least singular value; inf where that is 0."""
+    s = np.linalg.svd(R, compute_uv=False)
+    return float(s[0] / s[-1]) if s[-1] > 0 else float("inf")
 
 
 def _lengths(W: Array) -> Array:
