@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..constant import Constant, constant
-from ..data.filtering import Filtering, even, smooth
+from ..data.filtering import Filtering
 from ..errors import InputError
 from ..space import Array, Param
 from .balanced import BalancedRig
@@ -41,11 +41,8 @@ _REPORT = (
 )
 
 #: Steps of the implicit stepper between two samples of the controller, and way by which one may
-#: be off, m, where the loop is simulated as it is: finer ones move no velocity by more than
-#: 4e-9 m/s (tests/test_emps.py).
-STEPS, LOOP_TOLERANCE = 1, 1e-9
-#: The same way where a compensator is tried in the loop, many times over.
-TRIAL_TOLERANCE = 1e-9
+#: be off, m: finer ones move no velocity by more than 4e-9 m/s (tests/test_emps.py).
+STEPS, TOLERANCE = 1, 1e-9
 
 #: What is added to the voltage in the cross-test log, by its name there; V whatever the name says.
 PULSES = "pulses_N"
@@ -60,23 +57,6 @@ class LoopMotion(Motion):
     """
 
     acceleration: Array
-
-
-@dataclass(frozen=True)
-class RelativeErrors:
-    """100 ||measured − simulated|| / ||measured||, in percent, of four signals.
-
-    Args:
-        position: Of the low-passed position.
-        velocity: Of its central difference.
-        acceleration: Of the central difference of that.
-        force: Of the raw force.
-    """
-
-    position: float
-    velocity: float
-    acceleration: float
-    force: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +116,7 @@ class Emps(BalancedRig):
         q, v, F, a = np.full((4, len(p), len(track.t)), np.nan)
         q[possible], v[possible], F[possible] = motions(
             law, AXIS, p[possible, :k], rows(cascade, len(p))[possible], track,
-            self["T"] / STEPS, LOOP_TOLERANCE,
+            self["T"] / STEPS, TOLERANCE,
         )  # fmt: skip
         for i in np.flatnonzero(possible):
             a[i] = self._acceleration(law, p[i], v[i], F[i] - offset[i])
@@ -178,29 +158,7 @@ class Emps(BalancedRig):
             )
             return rows(loop, len(p))
 
-        return Controller(AXIS, FEED_FORWARD, self["T"], TRIAL_TOLERANCE, track, constants)
-
-    def relative_errors(self, motion: LoopMotion, recording: Recording) -> list[RelativeErrors]:
-        """How far each simulated motion is from the log, as the report's validation counts it.
-
-        Args:
-            motion: What `simulate` returned for this recording.
-            recording: The log, evenly sampled.
-        """
-        log = even(recording, self.measured(recording))
-        first, last = self.filtering.edges(log.rate)
-        rows = slice(first, len(log.t) - last)
-        measured = (*smooth(log.position, log.rate, self.filtering), log.force)
-        simulated = (motion.position, motion.velocity, motion.acceleration, motion.force)
-        return [
-            RelativeErrors(
-                *(
-                    float(100 * np.linalg.norm((m - s[i])[rows]) / np.linalg.norm(m[rows]))
-                    for m, s in zip(measured, simulated, strict=True)
-                )
-            )
-            for i in range(len(motion.position))
-        ]
+        return Controller(AXIS, FEED_FORWARD, self["T"], TOLERANCE, track, constants)
 
     def _check(self, law: Law, p: Array) -> None:
         k = len(law.params)

@@ -175,8 +175,3 @@ def rows(constants: Sequence[Any], n: int) -> Array:
     for column, values in zip(table.T, constants, strict=False):
         column[:] = values
     return table
-
-
-def idle_inputs() -> Array:
-    """The inputs of an instant before any is stated, (INPUTS,)."""
-    return np.array(IDLE)
