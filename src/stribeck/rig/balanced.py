@@ -66,7 +66,8 @@ class BalancedRig(Rig):
         """How its logs are made ready for a law.
 
         States are driven by the whole motion, its rests and reversals included, and the corners of
-        loops below breakaway are sharp: they take twice the band, and differences that hold there.
+        loops below breakaway are sharp: they take twice the band. Breakaways after rests ring in it,
+        where differences of neighbours lose a part of the acceleration.
         """
         if not law.states:
             return self.filtering
@@ -79,7 +80,7 @@ class BalancedRig(Rig):
             edge=edge,
             reversals=True,
             slowest=0.0,
-            wide=True,
+            wide=law.rests,
         )
 
     def filter_reach(self, dt: float) -> int:
