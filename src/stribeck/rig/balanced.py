@@ -66,8 +66,8 @@ class BalancedRig(Rig):
         """How its logs are made ready for a law.
 
         States are driven by the whole motion, its rests and reversals included, and the corners of
-        loops below breakaway are sharp: they take twice the band. Breakaways after rests ring in it,
-        where differences of neighbours lose a part of the acceleration.
+        loops below breakaway are sharp: they take twice the band. Breakaways after rests ring in
+        it, where differences of neighbours lose a part of the acceleration.
         """
         if not law.states:
             return self.filtering
