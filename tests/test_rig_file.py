@@ -113,7 +113,7 @@ def test_columns_and_name(tmp_path: Path) -> None:
         (KIND + "ranges = { F_S = 3 }", ["ranges.F_S", "pair"]),
         (KIND + "ranges = { F_S = [nan, 2] }", ["ranges.F_S", "finite"]),
         (KIND + 'law = "nope"', ["'nope'", "stribeck"]),
-        (KIND + 'law = "stribeck:3"', ["number of elements"]),
+        (KIND + 'law = "stribeck:3"', ["stribeck:3", "only maxwell-slip"]),
         (KIND + 'law = "stribeck+damp"', ["'damp'", "temperature"]),
         (KIND + 'name = "emps"', ["'emps'", "another"]),
         (KIND + 'name = ""', ["name", "printable"]),

@@ -17,8 +17,8 @@ from stribeck.compensate.closed_loop import controlled
 from stribeck.wording import either, on_command_line, option
 
 SOURCE = Path(stribeck.__file__).parent
-#: Rooms that only the command line calls.
-TYPED = ("cli", "bench", "report/registries.py")
+#: Rooms that only the command line calls; the studio shows the command that does the same.
+TYPED = ("cli", "bench", "studio", "report/registries.py")
 LINEAR = np.linspace(0.0, 1.0, 400)
 
 
