@@ -193,6 +193,25 @@ def plainly(file: Path, safe: Callable[[], int | None] = lambda: None) -> Iterat
         raise InputError(f"{file}: {error.strerror or error}") from error
 
 
+@contextlib.contextmanager
+def transaction(db: sqlite3.Connection, *, lasting: bool = True) -> Iterator[None]:
+    """All or nothing.
+
+    Args:
+        db: A connection that commits by itself elsewhere.
+        lasting: Whether it has to outlast a power cut, and waits for the disk.
+    """
+    db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
+    try:  # around BEGIN too: Ctrl-C may come right after it
+        db.execute("BEGIN IMMEDIATE")
+        yield
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            db.execute("ROLLBACK")
+        raise
+
+
 def _refusal(file: Path, code: int, error: sqlite3.Error, safe: Callable[[], int | None]) -> str:
     match code:
         case sqlite3.SQLITE_FULL:

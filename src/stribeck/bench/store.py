@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..errors import InputError
-from .database import connect, damaged, exists, make, plainly
+from .database import connect, damaged, exists, make, plainly, transaction
 from .lock import Owner, alive
 from .record import Failure, Job, Record, Steps
 
@@ -334,16 +334,8 @@ class Store:
     @contextlib.contextmanager
     def _writing(self, *, lasting: bool = True) -> Iterator[None]:
         """All or nothing; a claim need not outlast a power cut and does not wait for the disk."""
-        with plainly(self.file, self._safe):
-            self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
-            try:  # around BEGIN too: Ctrl-C may come right after it
-                self._db.execute("BEGIN IMMEDIATE")
-                yield
-                self._db.execute("COMMIT")
-            except BaseException:
-                if self._db.in_transaction:
-                    self._db.execute("ROLLBACK")
-                raise
+        with plainly(self.file, self._safe), transaction(self._db, lasting=lasting):
+            yield
 
 
 def _differ(stored: Job, new_job: Job) -> str:

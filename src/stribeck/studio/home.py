@@ -19,6 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self, get_args
 
+from ..bench.database import transaction
 from ..bench.lock import Owner, alive
 from ..errors import InputError
 from ..text_file import json_document
@@ -311,12 +312,6 @@ class Home:
             )
         return self.session(key)
 
-    def rename(self, key: str, name: str) -> Session:
-        """Call a session something else."""
-        with self._writing():
-            self._db.execute("UPDATE sessions SET name = ? WHERE id = ?", (name, key))
-        return self.session(key)
-
     # Jobs.
 
     def ask(self, session: str, kind: Kind, parent: int | None = None) -> SessionJob:
@@ -440,15 +435,8 @@ class Home:
             if self._db.in_transaction:
                 yield
                 return
-            self._db.execute(f"PRAGMA synchronous = {'FULL' if lasting else 'NORMAL'}")
-            try:
-                self._db.execute("BEGIN IMMEDIATE")
+            with transaction(self._db, lasting=lasting):
                 yield
-                self._db.execute("COMMIT")
-            except BaseException:
-                if self._db.in_transaction:
-                    self._db.execute("ROLLBACK")
-                raise
 
     @contextlib.contextmanager
     def _plainly(self) -> Iterator[None]:
