@@ -16,7 +16,7 @@ time: under a ramp each slip begins as the one before did, and so is the same pa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import boolean, float64, int64, types, void
@@ -42,6 +42,8 @@ from .row_pool import borrowed
 from .track import RUN, Track
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from ...friction import Law
 
 #: Steps after which a candidate is given up (its cost is then not finite), and what each knot of
@@ -782,6 +784,10 @@ def _rows(
         )  # fmt: skip
 
 
+#: Runs all rows of a kernel: law, parameters, constants, track, and where results go.
+Spread: TypeAlias = "Callable[[Law, Array, Array, Track, tuple[Any, ...]], None]"
+
+
 def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     track = from_zero(track)
@@ -793,24 +799,27 @@ def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ..
     )  # fmt: skip
 
 
-def misfits(law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0) -> Array:
+def misfits(
+    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0, spread: Spread = _spread
+) -> Array:
     """Sums of squared position misfits, m^2, of (n, k) law parameters with (n, 11) constants.
 
-    A candidate whose simulation fails has nan. `tolerance` scales the error allowed in a step.
+    A candidate whose simulation fails has nan. `tolerance` scales the error allowed in a step,
+    `spread` runs the rows of a kernel.
     """
     sse, nothing = np.empty(len(p)), np.empty((1, 0))
     if len(p):
-        _spread(law, _rows_of(p), _rows_of(c), track, (nothing, nothing, sse, False, tolerance))
+        spread(law, _rows_of(p), _rows_of(c), track, (nothing, nothing, sse, False, tolerance))
     return sse
 
 
 def trajectories(
-    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0
+    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0, spread: Spread = _spread
 ) -> tuple[Array, Array]:
     """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants."""
     x, v = np.full((2, len(p), len(track.t)), np.nan)
     if len(p):
-        _spread(law, _rows_of(p), _rows_of(c), track, (x, v, np.empty(len(p)), True, tolerance))
+        spread(law, _rows_of(p), _rows_of(c), track, (x, v, np.empty(len(p)), True, tolerance))
     return x, v
 
 

@@ -12,6 +12,7 @@ states are those of one slip ago, what follows is the same path, read again.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import LOADS
 from ...space import Array
-from . import row_pool
+from . import event_driven, row_pool
 from .drives import CLAMP, INERTIA, MASS
 from .event_driven import (
     BEGIN,
@@ -392,7 +393,6 @@ def _rows(
 def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ...]) -> None:
     """Run all rows, dealt out over the cores; no result depends on how they are dealt."""
     track, general = from_zero(track), law.rub is not None
-    p, c = (np.ascontiguousarray(a, dtype=float) for a in (p, c))
     row_pool.pool().share(
         _rows, len(p),
         (addressed(law.slip), addressed(law.rub if general else NO_RUB, RUB_SIGNATURE), general,
@@ -402,22 +402,5 @@ def _spread(law: Law, p: Array, c: Array, track: Track, arguments: tuple[Any, ..
     )  # fmt: skip
 
 
-def misfits(law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0) -> Array:
-    """Sums of squared position misfits, m^2, of (n, k) law parameters with (n, 11) constants.
-
-    A candidate whose simulation fails has nan. `tolerance` scales the error allowed in a step.
-    """
-    sse, nothing = np.empty(len(p)), np.empty((1, 0))
-    if len(p):
-        _spread(law, p, c, track, (nothing, nothing, sse, False, tolerance))
-    return sse
-
-
-def trajectories(
-    law: Law, p: Array, c: Array, track: Track, tolerance: float = 1.0
-) -> tuple[Array, Array]:
-    """Positions and velocities, (n, N) each, of (n, k) law parameters with (n, 11) constants."""
-    x, v = np.full((2, len(p), len(track.t)), np.nan)
-    if len(p):
-        _spread(law, p, c, track, (x, v, np.empty(len(p)), True, tolerance))
-    return x, v
+misfits = partial(event_driven.misfits, spread=_spread)
+trajectories = partial(event_driven.trajectories, spread=_spread)
