@@ -212,3 +212,19 @@ def number(text: str, place: str, *, whole: str | None = None, kind: str = "a nu
     if not math.isfinite(value):
         raise InputError(f"{place}: {written!r} is not a finite number")
     return value
+
+
+def interval(text: str, place: str) -> tuple[float, float]:
+    """Two finite numbers that a person wrote as `LO:HI`.
+
+    Args:
+        text: They.
+        place: Where they stand, for the message.
+
+    Raises:
+        InputError: there are not two, or one is no number.
+    """
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise InputError(f"{place}={text}: write NAME=LO:HI")
+    return number(low, place), number(high, place)

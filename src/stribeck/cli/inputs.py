@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ..errors import InputError
-from ..units import number
+from ..units import interval, number
 from .completions import rig_names
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def numbers(option: str, values: Sequence[str] | None) -> dict[str, float]:
 
 def intervals(option: str, values: Sequence[str] | None) -> dict[str, tuple[float, float]]:
     """The same where they are `LO:HI`."""
-    return {name: _interval(text, f"{option} {name}") for name, text in pairs(option, values)}
+    return {name: interval(text, f"{option} {name}") for name, text in pairs(option, values)}
 
 
 def each_once(option: str, values: Sequence[str] | None) -> None:
@@ -117,13 +117,6 @@ def above_zero(option: str, value: float) -> None:
     """Refuse a number that is not above 0."""
     if not 0 < value < math.inf:
         raise InputError(f"{option}: give a number above 0, got {value:g}")
-
-
-def _interval(text: str, place: str) -> tuple[float, float]:
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise InputError(f"{place}={text}: write NAME=LO:HI")
-    return number(low, place), number(high, place)
 
 
 def delay_value(text: str) -> Delay:

@@ -112,19 +112,11 @@ class Reading:
         Raises:
             InputError: as `read`.
         """
-        from ..data import read
+        from ..rig.log_reading import read_for
 
         stated = self.map()
-        usual: Any = dict(rig.columns) if rig is not None and rig.columns else None
         try:
-            return read(
-                log,
-                columns=usual if stated is None else stated,
-                lenient=stated is None,
-                keep_map=self.save_map,
-                drive=None if rig is None else rig.chain,
-                **self.words,
-            )
+            return read_for(rig, log, stated, keep_map=self.save_map, **self.words)
         except ChoiceError as error:
             from ..data.readers.log_contents import contents
             from ..report.contents_report import MOST, contents_table
@@ -135,7 +127,7 @@ class Reading:
             more = ""
             if rig is None and (like := rig_of_heads([c.name for c in result.channels])):
                 more = f"; or --rig {like}, whose logs have these heads"
-            elif usual and stated is None and rig is not None:
+            elif stated is None and rig is not None and rig.columns:
                 more = f" (rig {rig.name} has that mapping: --column CHANNEL=HEAD says another)"
             raise ChoiceError(f"{error}{more}") from error
 

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..constant import Stated, toleranced
-from ..data import Recording, read
+from ..data import Recording
 from ..errors import InputError
 from ..rig import Rig
+from ..rig.log_reading import read_for
 from ..rig.lookup import rig_named
-from ..units import number
+from ..units import interval, number
 from .choices import Choices
 
 if TYPE_CHECKING:
@@ -90,15 +91,7 @@ class Request:
             InputError: as `read`.
         """
         rig = self.rig if self.choices.rig else None
-        usual = dict(rig.columns) if rig is not None and rig.columns else None
-        chain = None if rig is None else rig.chain
-        return read(
-            self.path(log),
-            columns=usual if self.map is None else self.map,
-            lenient=self.map is None,
-            drive=chain,
-            **self.words,
-        )
+        return read_for(rig, self.path(log), self.map, **self.words)
 
     def recordings(self) -> list[Recording]:
         """All logs of the session.
@@ -117,7 +110,7 @@ class Request:
             "train": list(c.train),
             "holdout": list(c.holdout),
             "fixed": {n: number(text, n) for n, text in c.fixed.items()},
-            "bounds": {n: _interval(text, n) for n, text in c.bounds.items()},
+            "bounds": {n: interval(text, n) for n, text in c.bounds.items()},
             "method": c.method,
             "repeats": c.repeats,
             "budget": c.budget,
@@ -228,13 +221,6 @@ def _windowed(path: str, window: str) -> str:
 
 def _each(option: str, values: Mapping[str, str]) -> list[str]:
     return [word for n, text in values.items() for word in (option, f"{n}={text}")]
-
-
-def _interval(text: str, place: str) -> tuple[float, float]:
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise InputError(f"{place}: {text!r}: write LOW:HIGH")
-    return number(low, place), number(high, place)
 
 
 def _delay(text: str) -> Delay:
