@@ -65,7 +65,6 @@ class Choices(_Strict):
         laws: Laws that `select` compares; those of the rig where empty.
         folds: Parts that `select` holds out in turn.
         target: The format of an export.
-        settings: Settings of an export, as typed.
     """
 
     logs: Annotated[tuple[LogChoice, ...], Field(max_length=MANY)] = ()
@@ -96,7 +95,6 @@ class Choices(_Strict):
     laws: Annotated[tuple[Name, ...], Field(max_length=40)] = ()
     folds: Annotated[int, Field(ge=2, le=100)] | None = None
     target: Text = ""
-    settings: Annotated[dict[Name, Name], Field(max_length=40)] = {}
 
     def changed(self, changes: dict[str, Any]) -> Choices:
         """The same with some choices replaced.

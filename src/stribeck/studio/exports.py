@@ -17,7 +17,7 @@ from ..units import number
 SHOWN = 200_000
 #: Time stamp of the files in an archive: the same files make the same bytes.
 _LONG_AGO = (1980, 1, 1, 0, 0, 0)
-#: What a target is called beside its name.
+#: Options of targets that are given as they are typed.
 _OPTIONS = ("name", "points", "speed", "joint")
 
 

@@ -37,6 +37,8 @@ from .workers import Workers
 LARGEST = 1 << 18
 #: Seconds between two looks whether a session has changed, for who watches it.
 PACE = 0.25
+#: Logs whose contents are remembered: more than are open at once.
+KEPT = 200
 #: Where the page's own files are, and what they are.
 _KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css",
           ".svg": "image/svg+xml", ".json": "application/json"}  # fmt: skip
@@ -56,7 +58,7 @@ class Routes:
     def __init__(self, home: Home, workers: Workers) -> None:
         self._home, self._workers = home, workers
         self._views = LogViews()
-        self._contents: dict[tuple[Any, ...], dict[str, Any]] = {}
+        self._contents: dict[tuple[Any, ...], dict[str, Any] | InputError] = {}
 
     def application(self) -> Starlette:
         """All answers as an ASGI application."""
@@ -75,7 +77,6 @@ class Routes:
             ("PATCH", session, self._change),
             ("POST", f"{session}/undo", partial(self._turn, -1)),
             ("POST", f"{session}/redo", partial(self._turn, 1)),
-            ("POST", f"{session}/name", self._rename),
             ("POST", f"{session}/files", self._upload),
             ("GET", f"{session}/events", self._events),
             ("GET", f"{log}/contents", self._log_contents),
@@ -139,10 +140,6 @@ class Routes:
     async def _turn(self, steps: int, asked: Asked) -> Response:
         return await self._answer(self._home.turn(asked.path_params["session"], steps))
 
-    async def _rename(self, asked: Asked) -> Response:
-        name = str((await _document(asked)).get("name") or "")[:100]
-        return await self._answer(self._home.rename(asked.path_params["session"], name))
-
     async def _upload(self, asked: Asked) -> Response:
         session = self._home.session(asked.path_params["session"])
         log = await uploads.store(self._home, asked.query_params.get("name", ""), asked.stream())
@@ -159,7 +156,7 @@ class Routes:
         async def stream() -> AsyncIterator[str]:
             last = ""
             while not await asked.is_disconnected():
-                state = await run_in_threadpool(self._document, self._home.session(session))
+                state = await run_in_threadpool(self.document, self._home.session(session))
                 text = json.dumps(state)
                 if text != last:
                     last = text
@@ -169,9 +166,10 @@ class Routes:
         return StreamingResponse(stream(), media_type="text/event-stream")
 
     async def _answer(self, session: Session) -> Response:
-        return JSONResponse(await run_in_threadpool(self._document, session))
+        return JSONResponse(await run_in_threadpool(self.document, session))
 
-    def _document(self, session: Session) -> dict[str, Any]:
+    def document(self, session: Session) -> dict[str, Any]:
+        """A session as the page shows it."""
         request, jobs = self._request(session), self._home.jobs(session.id)
         known = self._home.logs()
         unread = next(
@@ -209,14 +207,21 @@ class Routes:
             return str(error)
 
     def _contents_of(self, request: Request, log: int) -> dict[str, Any]:
+        """What is in a log, or why that cannot be said: looked for once, however often asked."""
         path = Path(request.files[request.choices.logs[log].id])
         stamp = path.stat().st_mtime_ns if path.exists() else 0
         key = (str(path), stamp, repr(request.map), repr(request.words), request.choices.rig)
         if key not in self._contents:
-            if len(self._contents) > 200:  # noqa: PLR2004 - more sessions than are open at once
+            if len(self._contents) > KEPT:
                 self._contents.clear()
-            self._contents[key] = log_contents(request, log)
-        return self._contents[key]
+            try:
+                self._contents[key] = log_contents(request, log)
+            except InputError as error:
+                self._contents[key] = error
+        result = self._contents[key]
+        if isinstance(result, InputError):
+            raise InputError(str(result))
+        return result
 
     def _log(self, asked: Asked) -> tuple[Request, int]:
         request = self._request(self._home.session(asked.path_params["session"]))
