@@ -101,11 +101,11 @@ class Studio:
         end = time.monotonic() + PATIENCE
         while time.monotonic() < end:
             jobs = self.ask("GET", self.session).json["jobs"]
-            found = next(each for each in jobs if each["id"] == job)
-            if found["state"] in states:
-                return found
+            job_now = next(each for each in jobs if each["id"] == job)
+            if job_now["state"] in states:
+                return job_now
             time.sleep(0.05)
-        raise AssertionError(found)
+        raise AssertionError(job_now)
 
     def end(self) -> None:
         self.process.terminate()

@@ -323,7 +323,7 @@ def test_ctrl_c_before_anything_was_evaluated(
         raise KeyboardInterrupt
 
     before = sorted(folder.iterdir())
-    monkeypatch.setattr("stribeck.data.read", interrupted)
+    monkeypatch.setattr("stribeck.rig.log_reading.read", interrupted)
     completed = stribeck_("identify", "up.csv", *QUICK, "--out", "never")
     line = "stribeck: interrupted before there was a result: nothing was written\n"
     assert completed == Completed(130, "", line)

@@ -45,13 +45,13 @@ def result(opened: Studio, job: int) -> Any:
 
 def workers(home: Path) -> list[int]:
     """The processes that work for a home."""
-    found = []
+    numbers = []
     for place in Path("/proc").glob("[0-9]*/cmdline"):
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
             words = place.read_bytes().split(b"\0")
             if b"stribeck.studio.job_worker" in words and str(home).encode() in words:
-                found.append(int(place.parent.name))
-    return found
+                numbers.append(int(place.parent.name))
+    return numbers
 
 
 def a_worker(home: Path) -> int:

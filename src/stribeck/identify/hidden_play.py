@@ -187,9 +187,9 @@ def _two_masses(
         known |= dict.fromkeys(_INERTIAS, masses[1])
     parts: list[Part] = []
     for part in (*rig.parts, part_named("sensor", side)):
-        of = part_named("transmission", "compliant") if part.role == "transmission" else part
-        parts.append(of.with_coefficients(*(
-            c.known(known[c.name], "the fit") for c in of.coefficients if c.name in known
+        kept = part_named("transmission", "compliant") if part.role == "transmission" else part
+        parts.append(kept.with_coefficients(*(
+            c.known(known[c.name], "the fit") for c in kept.coefficients if c.name in known
         )))  # fmt: skip
     reduced = _reduced(masses)
     parts = [_searched(q, reduced, travel) if q.name == "compliant" else q for q in parts]

@@ -45,16 +45,16 @@ def tipping_violations(
         return [], 0
     recordings = [segment.recording for segment in motion.train]
     rows = 1
-    found: dict[int, tuple[float, str, Array]] = {}
+    edges: dict[int, tuple[float, str, Array]] = {}
     for name, there, rise, tips in _neighbours(motion, x):
         rows += 2
         for k in np.flatnonzero(tips).tolist():
-            if rise > max(1.0 + MATERIAL, found.get(k, (1.0,))[0]):
-                found[k] = rise, name, there
-    if not found:
+            if rise > max(1.0 + MATERIAL, edges.get(k, (1.0,))[0]):
+                edges[k] = rise, name, there
+    if not edges:
         return [], rows
-    k, (_, name, there) = max(found.items(), key=lambda item: item[1][0])
-    names = list(dict.fromkeys(recordings[i].label for i in sorted(found)))
+    k, (_, name, there) = max(edges.items(), key=lambda item: item[1][0])
+    names = list(dict.fromkeys(recordings[i].label for i in sorted(edges)))
     return [Violation("model", _sentence(motion, x, recordings[k], name, there, names))], rows
 
 

@@ -45,7 +45,7 @@ _TABLES = (
     """CREATE TABLE sessions (
   id TEXT NOT NULL PRIMARY KEY,
   name TEXT NOT NULL,
-  made TEXT NOT NULL,            -- UTC
+  created TEXT NOT NULL,         -- UTC
   step INTEGER NOT NULL          -- which of its states holds
 )""",
     """CREATE TABLE states (
@@ -66,13 +66,15 @@ _TABLES = (
   cancelled INTEGER NOT NULL DEFAULT 0,
   progress TEXT NOT NULL DEFAULT '{}',  -- JSON
   message TEXT NOT NULL DEFAULT '',
-  made TEXT NOT NULL,
+  created TEXT NOT NULL,
   ended TEXT
 )""",
 )
 
 
-_OF_A_JOB = "id, session, kind, request, parent, state, cancelled, progress, message, made, ended"
+_OF_A_JOB = (
+    "id, session, kind, request, parent, state, cancelled, progress, message, created, ended"
+)
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ class Session:
     Args:
         id: Its name in addresses.
         name: As people call it.
-        made: When, UTC.
+        created: When, UTC.
         step: Number of its state.
         choices: What is chosen.
         undo: Whether there is a state before it.
@@ -108,7 +110,7 @@ class Session:
 
     id: str
     name: str
-    made: str
+    created: str
     step: int
     choices: Choices
     undo: bool
@@ -129,7 +131,7 @@ class SessionJob:
         cancelled: Whether it is to end.
         progress: How far it is.
         message: Why it failed.
-        made: When it was asked for, UTC.
+        created: When it was asked for, UTC.
         ended: When it ended, UTC.
     """
 
@@ -142,7 +144,7 @@ class SessionJob:
     cancelled: bool
     progress: Mapping[str, Any]
     message: str
-    made: str
+    created: str
     ended: str | None
 
 
@@ -252,7 +254,7 @@ class Home:
         """Id, name and day of each session, the latest first."""
         with self._plainly():
             return self._db.execute(
-                "SELECT id, name, made FROM sessions ORDER BY made DESC, rowid DESC"
+                "SELECT id, name, created FROM sessions ORDER BY created DESC, rowid DESC"
             ).fetchall()
 
     def session(self, key: str) -> Session:
@@ -263,7 +265,7 @@ class Home:
         """
         with self._plainly():
             row = self._db.execute(
-                "SELECT s.name, s.made, s.step, t.choices, "
+                "SELECT s.name, s.created, s.step, t.choices, "
                 "(SELECT min(step) FROM states WHERE session = s.id) < s.step, "
                 "(SELECT max(step) FROM states WHERE session = s.id) > s.step "
                 "FROM sessions s JOIN states t ON t.session = s.id AND t.step = s.step "
@@ -272,8 +274,8 @@ class Home:
             ).fetchone()
         if row is None:
             raise InputError("there is no such session")
-        name, made, step, text, undo, redo = row
-        return Session(key, name, made, step, self._choices(text), bool(undo), bool(redo))
+        name, created, step, text, undo, redo = row
+        return Session(key, name, created, step, self._choices(text), bool(undo), bool(redo))
 
     def change(self, key: str, changes: Mapping[str, Any], step: int | None = None) -> Session:
         """Replace some choices; what was undone before is gone.
@@ -319,7 +321,7 @@ class Home:
         with self._writing():
             choices = self.session(session).choices
             cursor = self._db.execute(
-                "INSERT INTO jobs (session, kind, request, parent, state, made) "
+                "INSERT INTO jobs (session, kind, request, parent, state, created) "
                 "VALUES (?, ?, ?, ?, 'waiting', ?)",
                 (session, kind, _text(choices), parent, _now()),
             )

@@ -121,7 +121,9 @@ class Routes:
     async def _sessions(self, asked: Asked) -> Response:
         del asked
         rows = self._home.sessions()
-        return JSONResponse([{"id": i, "name": name, "made": made} for i, name, made in rows])
+        return JSONResponse(
+            [{"id": i, "name": name, "created": created} for i, name, created in rows]
+        )
 
     async def _begin(self, asked: Asked) -> Response:
         name = str((await _document(asked)).get("name") or "")[:100]
@@ -348,7 +350,7 @@ def _job(job: SessionJob) -> dict[str, Any]:
         "cancelled": job.cancelled,
         "progress": dict(job.progress),
         "message": job.message,
-        "made": job.made,
+        "created": job.created,
         "ended": job.ended,
         "law": job.choices.law,
         "rig": job.choices.rig,

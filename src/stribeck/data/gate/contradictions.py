@@ -91,13 +91,13 @@ def _intervals(t: Array, x: Array, v: Array) -> Iterator[_Intervals]:
 
 def _further(t: Array, x: Array, v: Array, tolerance: float, resolved: float) -> Array:
     """Intervals in which the position goes further: number, how far off, reach, (3, far)."""
-    found = []
+    pieces = []
     for some in _intervals(t, x, v):
         reach = (some.fastest + resolved) * some.dt
         off = np.abs(some.dx) - _FASTER * reach
         at = np.flatnonzero(off > tolerance)
-        found.append(np.array([at + some.first, off[at], reach[at]]))
-    return np.concatenate(found, axis=1)
+        pieces.append(np.array([at + some.first, off[at], reach[at]]))
+    return np.concatenate(pieces, axis=1)
 
 
 def _other_unit(recording: Recording, t: Array, x: Array, v: Array) -> Fault | None:

@@ -94,7 +94,7 @@ export function fitStep() {
   // How long fits of this session on this rig took.
   function duration(state, rig) {
     const times = state.jobs.filter((job) => job.kind === "identify" && job.state === "done" && job.rig === rig)
-      .map((job) => (new Date(`${job.ended.replace(" ", "T")}`) - new Date(job.made.replace(" ", "T"))) / 1000).sort((a, b) => a - b);
+      .map((job) => (new Date(`${job.ended.replace(" ", "T")}`) - new Date(job.created.replace(" ", "T"))) / 1000).sort((a, b) => a - b);
     if (times.length) return t("fit.took", { seconds: number(times[Math.floor(times.length / 2)], 2) });
     return t(session.catalogue.rigs[rig]?.approach === "force_balance" ? "fit.quick" : "fit.slow");
   }

@@ -118,9 +118,9 @@ function render(anew = false) {
   shown?.end?.();
   shown = { key, update: () => {} };
   if (entry.lock) { fill(main, locked(entry)); return; }
-  const made = STEPS[step](session.state);
-  shown = { key, update: made.update ?? (() => {}), end: made.end };
-  fill(main, made.element);
+  const view = STEPS[step](session.state);
+  shown = { key, update: view.update ?? (() => {}), end: view.end };
+  fill(main, view.element);
 }
 
 async function home() {
@@ -145,7 +145,7 @@ async function home() {
     sessions.length > 0 && h("h2", {}, t("session.all")),
     h("ul", { class: "plain" }, sessions.map((entry) => h("li", {},
       h("a", { href: `/s/${entry.id}/logs` }, entry.name || t("session.unnamed")), " ",
-      h("span", { class: "note" }, entry.made.slice(0, 16)))))));
+      h("span", { class: "note" }, entry.created.slice(0, 16)))))));
 }
 
 async function open() {
