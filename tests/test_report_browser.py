@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from browser import CHROMIUM, Browser, browser
+from browser import CHROMIUM, NO_CHROMIUM, Browser, browser
 from stribeck import identify
 from stribeck.data.recording import Source
 from stribeck.report.contents.gather import Contents
 from stribeck.report.page.html_page import write_report
 from stribeck.rig.twin import TestBed
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium to look with")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 #: A name of a log that Plotly could take for a link, or a page for a tag.
 NASTY = "<b onclick=alert(1)>a</b><a href='https://example.org'>log</a>.csv"
 

@@ -13,15 +13,13 @@ from typing import Any
 
 import pytest
 
-from browser import CHROMIUM
+from browser import CHROMIUM, NO_CHROMIUM
 from patience import PATIENCE
 from studio_server import Studio, bed_log, sliding_log, start
 
 playwright = pytest.importorskip("playwright.sync_api")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="there is no Chromium to look with: apt-get install chromium"
-)
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
 #: The first plot of a page, its chosen rig, and its first field.
 PLOT = "document.querySelector('.canvas').closest('figure').plot"

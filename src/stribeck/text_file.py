@@ -1,9 +1,14 @@
-"""A small text file that a person wrote, a card or a mapping: read whole, or one line why not."""
+"""A small text file that a person wrote, a card or a mapping: read whole, or one line why not.
+
+What is written for people to change is TOML.
+"""
 
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +16,11 @@ from .errors import InputError
 
 #: Such a file is a page, not a data set: bytes.
 LARGEST = 4 << 20
+
+#: A key of TOML that needs no quotes; and what its strings must not hold as it is, JSON's may.
+_BARE, _DELETE = re.compile(r"[A-Za-z0-9_-]+"), "\x7f"
+#: How deep tables have heads of their own: `[load.mass]`.
+_HEADED = 2
 
 
 def page(file: Path) -> str:
@@ -74,3 +84,29 @@ def json_document(text: str) -> Any:
         RecursionError: it is nested too deeply.
     """
     return json.loads(text, object_pairs_hook=unique)
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """A table as TOML: tables, and tables in these, under heads; what is deeper stands inline."""
+    return "\n".join(_toml_lines(table, ())).strip() + "\n"
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML: text, a number, true or false, a list or an inline table."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{_key(k)} = {toml_value(v)}' for k, v in value.items())} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return json.dumps(value, ensure_ascii=False).replace(_DELETE, "\\u007f")
+
+
+def _toml_lines(table: Mapping[str, Any], place: tuple[str, ...]) -> list[str]:
+    inner = {k: v for k, v in table.items() if isinstance(v, Mapping) and len(place) < _HEADED}
+    plain = [f"{_key(k)} = {toml_value(v)}" for k, v in table.items() if k not in inner]
+    head = [f"[{'.'.join(map(_key, place))}]"] if place and (plain or not inner) else []
+    rest = [line for k, v in inner.items() for line in _toml_lines(v, (*place, k))]
+    return [*head, *plain, "", *rest] if head or plain else rest
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else toml_value(name)

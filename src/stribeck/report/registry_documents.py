@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, asdict, fields
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
@@ -88,6 +88,8 @@ def _rig(rig: Rig) -> dict[str, Any]:
         "doc": rig.doc,
         "cite": rig.cite,
         "approach": rig.approach,
+        "rotary": rig.rotary,
+        "composition": [asdict(block) for block in rig.composition],
         "equation": None if equation is None else equation.text.split(";  "),
         "laws": list(rig.laws),
         "constants": constants,

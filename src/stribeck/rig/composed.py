@@ -11,6 +11,7 @@ import numpy as np
 
 from ..constant import Constant, constant
 from ..errors import InputError
+from .composition import POSITION, Block
 from .equation import Equation, Input
 from .experiments.pushes import pushes
 from .motion.drives import (
@@ -95,6 +96,18 @@ class ComposedRig(SteppedRig):
     def commanded(self) -> bool:
         """Whether its position is asked for by a controller."""
         return any(p.commanded for p in self.parts)
+
+    @property
+    def composition(self) -> tuple[Block, ...]:
+        """Its parts in the order in which power flows."""
+        blocks = tuple(
+            Block(
+                p.role, p.name, p.doc, p.equation,
+                tuple(c.name for c in p.coefficients if c.constant is not None),
+            )
+            for p in self.parts
+        )  # fmt: skip
+        return blocks if any(b.role == "sensor" for b in blocks) else (*blocks, POSITION)
 
     @property
     def demand(self) -> str:

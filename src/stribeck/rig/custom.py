@@ -86,6 +86,19 @@ def rig_file(path: Path) -> Rig:
         raise InputError(f"{path}: {error}") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not TOML: {error}") from error
+    return rig_of_table(data, path)
+
+
+def rig_of_table(data: dict[str, Any], path: Path) -> Rig:
+    """The rig that the content of a rig file states.
+
+    Args:
+        data: The content.
+        path: The file, for its name and for messages.
+
+    Raises:
+        InputError: as `rig_file`.
+    """
     try:
         if "kind" not in data:
             return _of_parts(data, path.stem)

@@ -19,6 +19,7 @@ from ..errors import InputError
 from ..friction import Law
 from ..space import Array, Param, Rng
 from ..units import convertible, unit
+from .composition import POSITION, Block
 from .controller import Controller
 from .equation import Equation
 from .experiments.offer import Offer, OperatingRange
@@ -184,6 +185,20 @@ class Rig:
         """The same rig with other values of constants, SI; what is known of them stays."""
         return self._with(
             replace(c, value=values[c.name]) if c.name in values else c for c in self.constants
+        )
+
+    @property
+    def composition(self) -> tuple[Block, ...]:
+        """Its parts in the order in which power flows; here a load under a measured force."""
+        drive = (
+            () if self.drive_chain is None else tuple(c.name for c in self.drive_chain.constants)
+        )
+        others = tuple(c.name for c in self.constants if c.name not in drive)
+        what = "torque" if self.rotary else "force"
+        return (
+            Block("motor", "measured", f"the {what} of the drive, as it was measured", "", drive),
+            Block("load", "inertia" if self.rotary else "mass", self.doc, "", others),
+            POSITION,
         )
 
     @property

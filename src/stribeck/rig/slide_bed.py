@@ -13,6 +13,7 @@ import numpy as np
 from ..constant import Constant, Stated, constant
 from ..errors import InputError
 from ..space import Array, Param
+from .composition import POSITION, Block
 from .controller import Controller
 from .equation import Equation, Input
 from .experiments.offer import Offer, OperatingRange
@@ -240,6 +241,23 @@ class SlideBed(SimulatedRig):
         return Controller(
             SLIDE, SLIDE_ADDED, self["step"], self["tolerance"], track, constants,
             friction=friction if np.isfinite(friction) else 0.0,
+        )  # fmt: skip
+
+    @property
+    def composition(self) -> tuple[Block, ...]:
+        """Its P controller, a motor with friction, inertia and damping, a screw, and the slide."""
+        return (
+            Block("controller", "p", "proportional to the error of the position",
+                  "F_motor = k_hat (command − position)", ("k_hat+", "k_hat-")),
+            Block("motor", "force", "with friction, inertia and damping of its own",
+                  "dead zone(F_motor, F_fm) − clip(K_kt (J_m a + D_m v), F_m_max)",
+                  ("F_fm", "J_m", "D_m", "K_t", "F_m_max")),
+            Block("transmission", "screw", "a gear box and a ball screw", "",
+                  ("a", "l", "eta_b", "eta_c", "K_n", "K_v", "K_kt")),
+            Block("load", "mass", "the slide", "m a = F − F_f", ("m", "dv", "dp")),
+            Block("load", "spring", "the compliance between command and slide",
+                  "k_spring (command − position)"),
+            POSITION,
         )  # fmt: skip
 
     def equation(self, law: Law) -> Equation:

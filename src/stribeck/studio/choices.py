@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from ..errors import InputError
 from ..identify.loss import Breakaway, Loss
@@ -13,8 +13,26 @@ from ..identify.loss import Breakaway, Loss
 #: Letters of a text, and entries of a list, at most.
 LETTERS, MANY = 400, 400
 
+#: The same of a description of an axis as JSON, and tables within tables in it.
+AXIS_LETTERS, DEEP = 20_000, 6
+#: The name of a session's own axis among the rigs, and of its file beside the logs.
+AXIS = "axis.toml"
+
+
+def _bounded(axis: dict[str, Any]) -> dict[str, Any]:
+    """A description of an axis that is no longer and no deeper than one is."""
+    level: list[Any] = [axis]
+    for _ in range(DEEP):
+        level = [v for x in level for v in (x.values() if isinstance(x, dict) else x)
+                 if isinstance(v, dict | list)]  # fmt: skip
+    if level or len(json.dumps(axis)) > AXIS_LETTERS:
+        raise ValueError("is too long, or nested too deeply, for an axis")
+    return axis
+
+
 Text = Annotated[str, Field(max_length=LETTERS)]
 Name = Annotated[str, Field(max_length=LETTERS, min_length=1)]
+Axis = Annotated[dict[str, Any], AfterValidator(_bounded)]
 
 
 class _Strict(BaseModel):
@@ -46,7 +64,8 @@ class Choices(_Strict):
         episode: Which of several logs in a file is read.
         subtract: The column of a known force.
         drive: The chain from what the drive recorded to the force, as a `[drive]` table has it.
-        rig: Name of the rig.
+        rig: Name of the rig; `axis.toml` for the axis below.
+        axis: An axis of its own, as a rig file has it: of parts, or a variant of a shipped rig.
         constants: Constants that are this axis's, as typed: `20±5`.
         exact: Whether the other constants are exact.
         law: Name of the law; the rig's first where empty.
@@ -77,6 +96,7 @@ class Choices(_Strict):
     subtract: Text = ""
     drive: Annotated[dict[Name, Name | bool], Field(max_length=40)] = {}
     rig: Text = ""
+    axis: Axis = {}
     constants: Annotated[dict[Name, Name], Field(max_length=100)] = {}
     exact: bool = False
     law: Text = ""

@@ -18,13 +18,14 @@ from starlette.requests import Request as Asked
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from ..drive import DriveChain
 from ..errors import InputError
 from ..report.page.html_page import style_sheet
 from ..text_file import json_document
 from ..units import number
-from . import uploads
-from .catalogue import catalogue
-from .choices import Choices, Kind
+from . import rig_files, saved_maps, uploads
+from .catalogue import catalogue, rig_document
+from .choices import AXIS, Choices, Kind
 from .exports import exported, targets
 from .home import Home, Session, SessionJob
 from .log_view import LogViews, log_contents
@@ -78,6 +79,8 @@ class Routes:
             ("POST", f"{session}/undo", partial(self._turn, -1)),
             ("POST", f"{session}/redo", partial(self._turn, 1)),
             ("POST", f"{session}/files", self._upload),
+            ("POST", f"{session}/rig", self._rig_file),
+            ("POST", f"{log}/map", self._keep_map),
             ("GET", f"{session}/events", self._events),
             ("GET", f"{log}/contents", self._log_contents),
             ("GET", f"{log}/outline", self._outline),
@@ -147,8 +150,25 @@ class Routes:
         log = await uploads.store(self._home, asked.query_params.get("name", ""), asked.stream())
         if asked.query_params.get("use") == "into":  # a model to patch, and no log
             return JSONResponse({"id": log.id, "name": log.name})
+        mapped = await run_in_threadpool(
+            saved_maps.recalled, self._home.folder, log.path, session.choices
+        )
         logs = [*session.choices.model_dump(mode="json")["logs"], {"id": log.id}]
-        return await self._answer(self._home.change(session.id, {"logs": logs}))
+        return await self._answer(self._home.change(session.id, {"logs": logs, **mapped}))
+
+    async def _rig_file(self, asked: Asked) -> Response:
+        """A rig's file as the axis of the session."""
+        session = self._home.session(asked.path_params["session"])
+        name = uploads.file_name(asked.query_params.get("name", ""))
+        axis = rig_files.axis_of(await _text(asked), name)
+        return await self._answer(self._home.change(session.id, rig_files.chosen(axis)))
+
+    async def _keep_map(self, asked: Asked) -> Response:
+        request, log = self._log(asked)
+        table = await run_in_threadpool(self._contents_of, request, log)
+        heads = [channel["name"] for channel in table["channels"]]
+        await run_in_threadpool(saved_maps.keep, self._home.folder, heads, request)
+        return await self._answer(self._home.session(asked.path_params["session"]))
 
     async def _events(self, asked: Asked) -> Response:
         """A session whenever it changes, as server-sent events."""
@@ -189,6 +209,8 @@ class Routes:
                 for log in session.choices.logs
                 if log.id in known
             ],
+            "axis": _axis(request),
+            "drive": _drive(request.choices),
             "steps": [asdict(step) for step in steps(request, jobs, unread)],
             "jobs": [_job(job) for job in jobs],
         }
@@ -233,7 +255,11 @@ class Routes:
         return request, log
 
     async def _log_contents(self, asked: Asked) -> Response:
-        return JSONResponse(await run_in_threadpool(self._contents_of, *self._log(asked)))
+        request, log = self._log(asked)
+        table = await run_in_threadpool(self._contents_of, request, log)
+        heads = [channel["name"] for channel in table["channels"]]
+        kept = saved_maps.is_kept(self._home.folder, heads, request.choices)
+        return JSONResponse(table | {"mapped": saved_maps.is_mapped(request.choices), "kept": kept})
 
     async def _outline(self, asked: Asked) -> Response:
         request, log = self._log(asked)
@@ -324,7 +350,7 @@ class Routes:
                 "command": request.command_text(),
                 "select": request.command_text("select"),
                 "python": request.python(),
-                "map": request.map_text() if request.choices.drive else "",
+                "files": request.texts(),
             }
         )
 
@@ -339,6 +365,26 @@ class Routes:
             disposition = f'attachment; filename="{name}"'
             return Response(data, media_type=kind, headers={"content-disposition": disposition})
         return JSONResponse(answer.shown())
+
+
+def _axis(request: Request) -> dict[str, Any] | None:
+    """The session's own axis, as the catalogue has those that are shipped; None without one."""
+    if request.choices.rig != AXIS:
+        return None
+    try:
+        return rig_document(request.kind)
+    except InputError:  # the lock of the next step says why
+        return None
+
+
+def _drive(choices: Choices) -> dict[str, str]:
+    """What the drive of a session does to what it recorded, or why that cannot be said."""
+    if not choices.drive:
+        return {"sentence": "", "error": ""}
+    try:
+        return {"sentence": DriveChain.of_table(dict(choices.drive)).sentence(), "error": ""}
+    except InputError as error:
+        return {"sentence": "", "error": str(error)}
 
 
 def _job(job: SessionJob) -> dict[str, Any]:
@@ -377,18 +423,30 @@ async def _document(asked: Asked) -> dict[str, Any]:
     Raises:
         InputError: it is none, or too long.
     """
+    try:
+        document = json_document(await _text(asked))
+    except (ValueError, RecursionError) as error:
+        raise InputError("what was sent is no JSON") from error
+    if not isinstance(document, dict):
+        raise InputError("what was sent is no JSON object")
+    return document
+
+
+async def _text(asked: Asked) -> str:
+    """The text that was sent.
+
+    Raises:
+        InputError: it is too long, or no text.
+    """
     pieces = bytearray()
     async for piece in asked.stream():
         pieces += piece
         if len(pieces) > LARGEST:
             raise InputError("what was sent is too long")
     try:
-        document = json_document(pieces.decode())
-    except (ValueError, RecursionError) as error:
-        raise InputError("what was sent is no JSON") from error
-    if not isinstance(document, dict):
-        raise InputError("what was sent is no JSON object")
-    return document
+        return pieces.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("what was sent is no text: it is to be UTF-8") from error
 
 
 def _number(asked: Asked, name: str) -> float:

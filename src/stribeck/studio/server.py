@@ -18,6 +18,7 @@ from .choices import Choices
 from .guard import START, Guard
 from .home import Home
 from .routes import Routes
+from .saved_maps import recalled
 from .workers import Workers
 
 #: Names by which this machine calls itself.
@@ -85,7 +86,8 @@ def _placed(home: Home, logs: Sequence[Path]) -> str:
         if not log.exists():
             raise InputError(f"{log.name}: no such file in {log.parent}")
     known = [home.keep_log(log.name, log.resolve()) for log in logs]
-    choices = Choices().changed({"logs": [{"id": log.id} for log in known]})
+    mapped = recalled(home.folder, known[0].path, Choices())
+    choices = Choices().changed({"logs": [{"id": log.id} for log in known], **mapped})
     return f"/s/{home.begin(known[0].name, choices).id}/logs"
 
 

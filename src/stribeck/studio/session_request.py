@@ -16,18 +16,19 @@ from typing import TYPE_CHECKING, Any
 from ..constant import Stated, toleranced
 from ..data import Recording
 from ..errors import InputError
-from ..rig import Rig
+from ..rig import RIGS, Rig
 from ..rig.log_reading import read_for
-from ..rig.lookup import rig_named
+from ..text_file import toml_text
 from ..units import interval, number
-from .choices import Choices
+from .choices import AXIS, Choices
 
 if TYPE_CHECKING:
     from ..data.alignment import Delay
 
 #: The map of columns and drive that a command line names, beside the logs.
 MAP = "columns.toml"
-_WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
+#: What else than columns and a drive says how logs are read, as `read` takes it.
+WORDS = ("joint", "rate", "time_unit", "stamp", "episode", "subtract")
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,26 @@ class Request:
         Raises:
             InputError: none is chosen, there is none of that name, or a constant is none.
         """
-        if not self.choices.rig:
-            raise InputError("no rig is chosen")
-        rig = rig_named(self.choices.rig)
+        rig = self.kind
         return (rig.exact() if self.choices.exact else rig).set(**self.constants)
+
+    @cached_property
+    def kind(self) -> Rig:
+        """The rig as it is shipped, or as the session describes it.
+
+        Raises:
+            InputError: none is chosen, there is none of that name, or the description is of none.
+        """
+        name = self.choices.rig
+        if not name:
+            raise InputError("no rig is chosen")
+        if name == AXIS:
+            from ..rig.custom import rig_of_table  # noqa: PLC0415 - its checker takes time to load
+
+            return rig_of_table(dict(self.choices.axis), Path(AXIS))
+        if name not in RIGS:  # a file of the studio's machine is none
+            raise InputError(f"no rig {name!r}: there are {', '.join(RIGS)}")
+        return RIGS[name]
 
     @cached_property
     def constants(self) -> dict[str, Stated]:
@@ -77,7 +94,7 @@ class Request:
     @property
     def words(self) -> dict[str, Any]:
         """What else `read` takes; what is not stated is left out."""
-        return {w: value for w in _WORDS if (value := getattr(self.choices, w))}
+        return {w: value for w in WORDS if (value := getattr(self.choices, w))}
 
     def path(self, log: int) -> str:
         """Where a log is, with its window."""
@@ -205,14 +222,12 @@ class Request:
             ]
         return "\n".join([*lines, "print(fit.table())", 'fit.report("report.html")', ""])
 
-    def map_text(self) -> str:
-        """The `columns.toml` that the command line names."""
-        lines = []
-        if self.choices.columns:
-            lines += ["[columns]", *map(_toml, self.choices.columns.items()), ""]
-        if self.choices.drive:
-            lines += ["[drive]", *map(_toml, self.choices.drive.items()), ""]
-        return "\n".join(lines)
+    def texts(self) -> dict[str, str]:
+        """The files that the command line names beside the logs: name -> text."""
+        files = {MAP: toml_text(self.map)} if self.choices.drive and self.map else {}
+        if self.choices.rig == AXIS:
+            files[AXIS] = toml_text(self.choices.axis)
+        return files
 
 
 def _windowed(path: str, window: str) -> str:
@@ -228,11 +243,3 @@ def _delay(text: str) -> Delay:
         return "off"
     value, tolerance, _ = toleranced(text, "delay", "auto, off, a number of ms, nor MS±TOLERANCE")
     return 1e-3 * value, 1e-3 * tolerance
-
-
-def _toml(item: tuple[str, str | bool]) -> str:
-    name, value = item
-    if isinstance(value, bool):
-        return f"{name} = {str(value).lower()}"
-    quoted = "".join(f"\\u{ord(ch):04x}" if ord(ch) < 32 or ch in '"\\' else ch for ch in value)  # noqa: PLR2004 - control characters
-    return f'{name} = "{quoted}"'

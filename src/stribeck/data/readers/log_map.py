@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,6 +10,7 @@ from typing import Any, Literal, cast
 
 from ...drive import DriveChain
 from ...errors import InputError
+from ...text_file import toml_value
 from .column_map import Entry, mapping, toml_table
 from .log_file import ReadOptions
 from .raw_table import printable, shortened
@@ -169,11 +169,4 @@ def _saved(file: Path) -> list[Mapping[str, Any]]:
 
 
 def _toml(entry: Mapping[str, Any]) -> str:
-    """A table with tables in it as TOML, whose strings and numbers are those of JSON."""
-
-    def value(v: Any) -> str:
-        if isinstance(v, Mapping):
-            return "{ " + ", ".join(f"{k} = {value(w)}" for k, w in v.items()) + " }"
-        return json.dumps(v, ensure_ascii=False)
-
-    return "".join(f"{k} = {value(v)}\n" for k, v in entry.items())
+    return "".join(f"{k} = {toml_value(v)}\n" for k, v in entry.items())
