@@ -147,12 +147,16 @@ def simulated_slip(
     if held or (rig.holds_force and not rough):  # it tells the sample
         rate = np.zeros_like(F)
     later = np.zeros_like(F)
-    for _ in range(_PASSES if rough else 0):
-        later = later + _timed(rig, law, p, segment, F + later * rate, later).late
-    slip = _timed(rig, law, p, segment, F + later * rate, later)
-    late = later + slip.late
-    taken = later if rig.holds_force else late
-    return replace(slip, late=late, breakaway=F + taken * rate)
+    best: SimulatedSlip | None = None
+    for _ in range(1 + (_PASSES if rough else 0)):
+        slip = _timed(rig, law, p, segment, F + later * rate, later)
+        late = later + slip.late
+        taken = later if rig.holds_force else late
+        slip = replace(slip, late=late, breakaway=F + taken * rate)
+        best = slip if best is None else _nearer(segment, best, slip)
+        later = late
+    assert best is not None  # noqa: S101 - there is one pass at least
+    return best
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +174,25 @@ class SimulatedSlip:
     velocity: Array
     late: Array
     breakaway: Array
+
+
+def _nearer(segment: Segment, a: SimulatedSlip, b: SimulatedSlip) -> SimulatedSlip:
+    """Of each row the one of two simulations that is nearer to the measured slip; a if neither."""
+    first, second = unexplained(segment, a), unexplained(segment, b)
+    nearer = (second < first) | ~np.isfinite(first)
+    return SimulatedSlip(
+        np.where(nearer[:, None], b.position, a.position),
+        np.where(nearer[:, None], b.velocity, a.velocity),
+        np.where(nearer, b.late, a.late),
+        np.where(nearer, b.breakaway, a.breakaway),
+    )
+
+
+def unexplained(segment: Segment, slip: SimulatedSlip) -> Array:
+    """Sum of squares of the measured less the simulated positions that count, m^2, (n,)."""
+    off = (segment.track.measured - slip.position)[:, segment.track.score > 0]
+    squares: Array = np.einsum("nm,nm->n", off, off)
+    return squares
 
 
 def _timed(
@@ -258,22 +281,40 @@ def moved_onsets(
 ) -> tuple[Segment, ...]:
     """Slips with their onsets where a complete parameter set (k,) has them.
 
-    Under a held force, at the nearest sample.
+    Under a held force, at the nearest sample. Each move begins anew from the last one, and where it
+    ends by the next simulation may be a worse place: the onset that leaves least of its slip stays.
+    Those under forces that are known to be held are placed together, so that the last ones stay.
     """
-    moved = list(segments)
-    for _ in range(_MOVES):
-        F, rise = pulls(rig, law, p[None], moved)
-        slips = [
-            simulated_slip(rig, law, p[None], s, F[:, k], rise[:, k], rough=True)
-            for k, s in enumerate(moved)
+    moved, best = list(segments), list(segments)
+    least = np.full(len(moved), np.inf)
+    for k in range(1 + _MOVES):
+        left = [
+            float(unexplained(s, slip)[0])
+            for s, slip in zip(moved, _each_simulated(rig, law, p, moved), strict=True)
         ]
-        late = [float(slip.late[0]) for slip in slips]
-        held = moved_holds(rig, moved, late)
-        moved = [
-            replace(s, onset=held[k] if k in held else _moved(rig, s, late[k]))
-            for k, s in enumerate(moved)
-        ]
-    return tuple(moved)
+        for i, s in enumerate(moved):
+            if left[i] < least[i] or onset_of(s).instant is not None:
+                best[i], least[i] = s, left[i]
+        if k < _MOVES:
+            slips = _each_simulated(rig, law, p, moved, rough=True)
+            late = [float(slip.late[0]) for slip in slips]
+            held = moved_holds(rig, moved, late)
+            moved = [
+                replace(s, onset=held[i] if i in held else _moved(rig, s, late[i]))
+                for i, s in enumerate(moved)
+            ]
+    return tuple(best)
+
+
+def _each_simulated(
+    rig: SimulatedRig, law: Law, p: Array, slips: Sequence[Segment], *, rough: bool = False
+) -> list[SimulatedSlip]:
+    """Slips of one complete parameter set (k,), each under its own breakaway."""
+    F, rise = pulls(rig, law, p[None], slips)
+    return [
+        simulated_slip(rig, law, p[None], s, F[:, k], rise[:, k], rough=rough)
+        for k, s in enumerate(slips)
+    ]
 
 
 def _moved(rig: SimulatedRig, segment: Segment, by: float) -> SlipOnset:
