@@ -57,6 +57,11 @@ SLIDE = [
     Row("forced", "force clipped at 38 N", CLIP, fault("clipped", "force", limit=38.0)),
     Row("forced", "force clipped at 60 N", CLIP, fault("clipped", "force", limit=60.0)),
     *(
+        Row("forced", f"force clipped at 38 N, then noise of {sd:g} N", CLIP,
+            fault("clipped", "force", limit=38.0) + fault("noisy", "force", sd=sd))
+        for sd in (0.5, 2.0)
+    ),
+    *(
         Row("forced", f"force {1e3 * s:g} ms late", LATE, fault("delayed", "force", seconds=s))
         for s in (3e-3, 10e-3, 25e-3, 50e-3, 150e-3, -10e-3)
     ),
@@ -120,6 +125,8 @@ SWING = [
         for s in (10e-3, 40e-3)
     ),
     Row("forced_pendulum", "torque clipped at 2 N m", CLIP, fault("clipped", "force", limit=2.0)),
+    Row("forced_pendulum", "torque clipped at 2 N m, then noise of 0.03 N m", CLIP,
+        fault("clipped", "force", limit=2.0) + fault("noisy", "force", sd=0.03)),
     Row("forced_pendulum", "friction with 0.1 w^2", SPEED, machine=_swing(square=0.1)),
     Row("forced_pendulum", "a Stribeck drop of 0.4 N m under Coulomb", SPEED,
         machine={"curve": Curve(0.9, 0.5, 0.2, 0.4)}),
@@ -141,6 +148,8 @@ CASCADE = [
         for s in (5e-3, 20e-3)
     ),
     Row("emps", "voltage clipped at 3 V", CLIP, fault("clipped", "voltage", limit=3.0)),
+    Row("emps", "voltage clipped at 3 V, then noise of 0.05 V", CLIP,
+        fault("clipped", "voltage", limit=3.0) + fault("noisy", "voltage", sd=0.05)),
     Row("emps", "gtau 10 % too large", GAIN + "|gtau", constants={"gtau": 38.67}, standing=True),
     Row("emps", "a Stribeck drop of 20 N under Coulomb", SPEED,
         machine={"curve": Curve(40.0, 20.3935, 203.5034, 0.1)}),
@@ -160,6 +169,8 @@ ROD = [
     Row("rod", "pressure frozen from 2 to 3 s", FROZEN,
         fault("frozen", "pressure", start=2.0, stop=3.0)),
     Row("rod", "force clipped at 200 N", CLIP, fault("clipped", "force", limit=200.0)),
+    Row("rod", "force clipped at 200 N, then noise of 3 N", CLIP,
+        fault("clipped", "force", limit=200.0) + fault("noisy", "force", sd=3.0)),
 ]  # fmt: skip
 
 # --- simulated rigs -------------------------------------------------------------------------------
@@ -283,6 +294,8 @@ BRISTLES = [
         fault("aliased", "position", amplitude=4e-6, frequency=0.06)),
     Row("bristles", "LuGre under Dahl", MODEL, machine={"law": LUGRE, "name": "dahl"}),
     Row("bristles", "force clipped at 9 N", CLIP, fault("clipped", "force", limit=9.0)),
+    Row("bristles", "force clipped at 9 N, then noise of 0.1 N", CLIP,
+        fault("clipped", "force", limit=9.0) + fault("noisy", "force", sd=0.1)),
 ]  # fmt: skip
 
 ROWS: tuple[Row, ...] = (*SLIDE, *SWING, *CASCADE, *ROD, *BED, *PENDULUM, *ARM, *BRISTLES)

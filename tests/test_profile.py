@@ -332,6 +332,21 @@ def test_each_parameter_pays_for_correlation_by_its_own_ratio() -> None:
     assert np.mean(ratios, axis=0) == pytest.approx([4.0, 1.0], rel=0.15)
 
 
+def test_a_parameter_that_few_rows_show_pays_for_the_correlation_of_all() -> None:
+    """Ten rows of 4000 show it: their own residuals tell nothing of how these are correlated."""
+    a, n, rows = 0.6, 4000, 10
+    pulse = np.zeros((1, n))
+    pulse[0, 1000 : 1000 + rows] = 1.0
+    lags = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
+    exact = np.sum(a**lags) / rows  # the variance of a mean of ten rows over that of white ones
+    ratios = []
+    for seed in range(12):
+        r = red_noise(np.random.default_rng(seed), n, a)
+        ratios.append(quick_look(pulse, r - pulse[0] * (r @ pulse[0]) / rows, (n,)).ratio[0])
+    assert min(ratios) > 0.85 * exact
+    assert np.median(ratios) == pytest.approx(exact, rel=0.1)
+
+
 def test_a_slow_error_under_the_noise_of_a_sensor_is_seen() -> None:
     """Half white, half of a time constant of 50 rows: a level pays (1 + 99) / 2 = 50."""
     n, ratios = 3000, []

@@ -70,6 +70,43 @@ def test_steps_of_speed_show_a_delay(late: float) -> None:
     assert len(told(fit)) == 1
 
 
+@pytest.mark.parametrize("late", [0.02, 0.05, 0.2])
+@pytest.mark.parametrize("speeds", ["a ramp that ends in motion", "nearly steady"])
+def test_a_delay_that_may_be_none_moves_nothing(speeds: str, late: float) -> None:
+    """A log that was moved must still show the delay: what is told of it excludes 0."""
+    for seed in range(2):
+        fit = fitted(speeds, seed, late=late)
+        (sentence,) = told(fit) or [""]
+        assert "(0 to" not in sentence
+        assert ("and moved by that" in sentence) == (fit.delay != 0.0)
+
+
+@pytest.mark.parametrize(("speeds", "seed"), [("nearly steady", 0), ("ever faster", 0)])
+def test_a_delay_that_the_moved_log_does_not_show_is_told_and_left(speeds: str, seed: int) -> None:
+    fit = fitted(speeds, seed, late=0.2)
+    (sentence,) = told(fit)
+    assert "the log does not show by how much" in sentence
+    assert fit.delay == 0.0
+    assert "identified" not in {e.verdict for e in fit.estimates}
+
+
+@pytest.mark.parametrize("late", [0.02, 0.05])
+def test_a_start_shows_a_delay(late: float) -> None:
+    """Lags that move the start out of the log explain all that is left of it, which is nothing."""
+    delays = [fitted("a whole stroke", seed, late=late).delay for seed in (1, 2, 5)]
+    assert delays == pytest.approx([late] * 3, abs=2e-3)
+
+
+def test_a_mass_that_two_starts_show_is_within_its_interval() -> None:
+    """The noise forgets within 20 ms, and a start takes 100: there is little of it in a stroke."""
+    masses = [
+        next(e for e in fitted("a whole stroke", seed).estimates if e.name == "M")
+        for seed in range(12)
+    ]
+    # 12 intervals of 95 % hold fewer than 10 in 2 % of cases
+    assert sum(m.low <= 10.0 <= m.high for m in masses) >= 10
+
+
 def test_an_error_counts_the_lags_that_were_tried() -> None:
     """200 rows that leave 5 % less at a lag 50 rows off: 101 lags lie as near."""
     (error,) = searched_errors(

@@ -171,18 +171,37 @@ def _turns(t: Array, position: SampledChannel) -> Array:
 
 
 def _feasible(solution: Balance, lags: Array, variance: Array) -> int:
-    """The lag, by its place, of the least variance with parameters within their ranges."""
+    """The lag, by its place, that leaves least of all of the force with parameters in their ranges.
+
+    What a lag moves out of the log counts as far as it varies: beyond the only start of a motion
+    there is nothing left to explain, which is not to say that a lag so long explains it.
+    """
     system = solution.system
     zero = len(lags) // 2
+    left = variance * len(system.y) + _moved_out(system, lags)
     padded = np.concatenate([[np.inf], variance, [np.inf]])
     minima = np.flatnonzero((variance <= padded[:-2]) & (variance <= padded[2:]))
-    minima = minima[np.argsort(variance[minima], kind="stable")][:_MINIMA]
+    minima = minima[np.argsort(left[minima], kind="stable")][:_MINIMA]
     if minima[0] == zero:
         return zero
     within = [
         system.least_squares(force, solution.values) for force in system.at_lags(lags[minima]).T
     ]
-    return int(minima[int(np.argmin(within))])
+    return int(minima[int(np.argmin(within + _moved_out(system, lags[minima])))])
+
+
+def _moved_out(system: System, lags: Array) -> Array:
+    """The sum of squares, about its mean, of the force that a lag moves out of its log, (lags,)."""
+    total, first = np.zeros(len(lags)), 0
+    for log in system.logs:
+        y = system.y[first : first + len(log.t)]
+        first += len(y)
+        earliest = np.searchsorted(log.t, log.clock[0] + lags)
+        latest = len(y) - np.searchsorted(log.t, log.clock[-1] + lags, side="right")
+        for force, count in ((y, earliest), (y[::-1], latest)):
+            sums, squares = (np.append(0.0, np.cumsum(power))[count] for power in (force, force**2))
+            total += squares - sums**2 / np.maximum(count, 1)
+    return total
 
 
 def _vertex(lags: Array, variance: Array, k: int) -> float:

@@ -58,6 +58,8 @@ class Synchronised:
         known: How well that was known to the user, as a standard deviation, s; None where he has
             not said it.
         left: What delay is left.
+        undecided: Whether a delay that looked certain is left where it is, because the log that was
+            moved by it no longer shows it.
         filtered: A filter on a channel that explains the logs beside the delay.
         velocities: What is told of a recorded velocity.
     """
@@ -68,6 +70,7 @@ class Synchronised:
     solved: Balance
     known: float | None
     left: ChannelDelay
+    undecided: bool
     filtered: ChannelFilter | None
     velocities: tuple[Violation, ...]
 
@@ -90,6 +93,8 @@ class Synchronised:
             advice = "" if self.known is not None else moves
             still = " still" if self.data.delay else ""
             violations.append(_fault(f"the force is{still} {_interval(left)}{advice}"))
+        elif self.undecided:
+            violations.append(_fault(_undecided(left)))
         elif names := self._moved_by_likely():
             violations.append(
                 Violation(
@@ -199,12 +204,14 @@ def synchronised(
     parameters, velocities = with_velocity(parameters, data, velocity)
     applied, known = (0.0, None) if isinstance(said, str) else said
     filtered: ChannelFilter | None = None
+    looked: ChannelDelay | None = None
     for _ in range(_PASSES):
         moved = data.advanced(parameters.rig, applied)
         recordings, rows, solved = _solved(parameters, moved)
         left = channel_delay(solved)
         if certain(left):
             left = _confirmed(left, solved, recordings, rows)
+        looked = looked or left
         if not certain(left) or left.at_edge or drifts(left):
             break
         if filtered is None and not solved.system.law.states:
@@ -212,7 +219,27 @@ def synchronised(
         if said != "auto" or (filtered is not None and filtered.ratio < CLEARLY):
             break
         applied += left.seconds
-    return Synchronised(moved, recordings, rows, solved, known, left, filtered, velocities)
+    undecided = False
+    if said == "auto" and moved.delay != data.delay and looked is not None:
+        whole = _whole(moved.delay - data.delay, left, looked)
+        undecided = not certain(whole) or whole.at_edge or drifts(whole)
+        if undecided:
+            moved, left = data, whole
+            recordings, rows, solved = _solved(parameters, moved)
+    return Synchronised(
+        moved, recordings, rows, solved, known, left, undecided, filtered, velocities
+    )
+
+
+def _whole(moved: float, left: ChannelDelay, before: ChannelDelay) -> ChannelDelay:
+    """The delay of logs that were moved by a time, of what is left, as far as these show it."""
+    return replace(
+        before,
+        seconds=moved + left.seconds,
+        error=left.error,
+        parts=moved + left.parts,
+        part_errors=left.part_errors,
+    )
 
 
 def _confirmed(
@@ -278,11 +305,30 @@ def _interval(delay: ChannelDelay) -> str:
     return f"{size:.3g} ms {word} the motion ({1e3 * low:.3g} to {1e3 * high:.3g} ms)"
 
 
+def _span(low: float, high: float) -> str:
+    """Where a force lies, in ms behind the motion."""
+    if low < 0.0 < high:
+        return f"anywhere from {-low:.3g} ms ahead of to {high:.3g} ms behind"
+    word = "behind" if high > 0.0 else "ahead of"
+    near, far = sorted((abs(low), abs(high)))
+    return f"{near:.3g} to {far:.3g} ms {word}"
+
+
 def _edge(delay: ChannelDelay) -> str:
     word = "behind" if delay.seconds > 0 else "ahead of"
     return (
         f"the force is at least {1e3 * delay.reach:.4g} ms {word} the motion, as long as a stroke "
         f"takes: align the channels, or give what is known with {option('delay')}"
+    )
+
+
+def _undecided(delay: ChannelDelay) -> str:
+    reach = HALF_WIDTH * delay.error
+    low, high = (1e3 * (delay.seconds + side * reach) for side in (-1, 1))
+    return (
+        f"force and motion seem not to be at one time, but the log does not show by how much: the "
+        f"force is {_span(low, high)} the motion: give what is known with {option('delay')}, or "
+        f"log a motion with reversals"
     )
 
 

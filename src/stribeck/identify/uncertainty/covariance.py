@@ -3,10 +3,12 @@
 Residuals of a log correlate from sample to sample. How much that costs depends on the parameter:
 one whose slopes change sign within the time in which residuals forget loses nothing, one with
 even slopes the most. So each has its own ratio of the variance for residuals as they are (Newey
-and West 1987, doi 10.2307/1913610) to the one for white ones. It is the greater of two: of the
-residuals themselves, which is too small where they forget slowly, and of what a first-order
+and West 1987, doi 10.2307/1913610) to the one for white ones. It is the greatest of three: of the
+residuals themselves, which is too small where they forget slowly; of what a first-order
 autoregression leaves of them (Andrews and Monahan 1992, doi 10.2307/2951574), which takes a slow
-error of the model under the noise of a sensor for a fast one.
+error of the model under the noise of a sensor for a fast one; and of residuals whose correlation is
+the same everywhere. The first two know of a parameter that few rows show, a mass that accelerates
+twice, no more than the residuals of those few rows do.
 """
 
 from __future__ import annotations
@@ -115,11 +117,14 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
     reach = _reach(r, logs, data)
     reach_filtered = _reach(np.concatenate(whitened), [len(p) for p in whitened], data)
     del whitened
+    correlation = _correlation(r, logs)
     total = np.empty(dim)
     for i in range(dim):  # one at a time: of a long log each takes as much as a channel
         moves = np.einsum("j,jm->m", C[i], J)
         prior = noise * float(np.square(moves[data:]).sum())
-        moves = moves[:data] * r
+        moves = moves[:data]
+        alike = noise * float(_sum_of_lags([p[None] for p in parts(moves, logs)], correlation)[0])
+        moves *= r
         # They add up to zero but where an end of a range holds the fit, and how far it holds it
         # from the least sum of squares is no noise.
         moves -= moves.mean()
@@ -130,10 +135,30 @@ def inflation(C: Array, J: Array, r: Array, logs: Sequence[int]) -> Array:
             p[:, 1:] -= a * p[:, :-1]
         filtered = [p[:, 1:] for p in shares]
         sums = max(_newey_west(filtered, reach_filtered, data) / (1 - a) ** 2, as_is)
-        total[i] = sums * (data / dof) + prior
+        total[i] = max(sums * (data / dof), alike) + prior
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = total / (np.diag(C) * noise)
     return np.where(np.isfinite(ratio), np.maximum(ratio, 1.0), 1.0)
+
+
+def _correlation(r: Array, logs: Sequence[int]) -> Array:
+    """Autocorrelation of residuals up to the lag at which they forget, (lags,); 1 at lag 0."""
+    total = np.zeros(first_below_zero(r, logs))
+    for part in filter(len, parts(r, logs)):
+        products = autocovariance(part, len(total))
+        total[: len(products)] += products
+    return total / total[0] if total[0] > 0 else np.ones(1)
+
+
+def _sum_of_lags(shares: Sequence[Array], weights: Array) -> Array:
+    """Sums of weights (lags,) times products of series (k, n) such a lag apart, both ways, (k,)."""
+    weights = np.append(weights[:1], 2.0 * weights[1:])
+    total = np.zeros(len(shares[0]))
+    for part in shares:
+        if part.size:
+            products = autocovariance(part, len(weights))
+            total += products @ weights[: products.shape[-1]]
+    return total
 
 
 def _reach(r: Array, logs: Sequence[int], rows: int) -> int:
@@ -155,14 +180,7 @@ def long_run_variance(shares: Sequence[Array], reach: int) -> Array:
 
     The estimator of Newey and West (1987, doi 10.2307/1913610).
     """
-    weights = 1.0 - np.arange(reach) / reach
-    weights[1:] *= 2.0
-    total = np.zeros(len(shares[0]))
-    for part in shares:
-        if part.size:
-            products = autocovariance(part, reach)
-            total += products @ weights[: products.shape[-1]]
-    return total
+    return _sum_of_lags(shares, 1.0 - np.arange(reach) / reach)
 
 
 def _persistence(shares: Sequence[Array], rows: int) -> Array:
