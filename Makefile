@@ -7,7 +7,7 @@ SETUP := .venv/.installed
 LOCK := requirements.lock
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: setup demo test lint types unit lock audit format docs studies bench nested fuzz clean
+.PHONY: setup demo test lint types unit lock audit format docs site studies bench nested fuzz clean
 
 setup: $(SETUP)
 
@@ -58,6 +58,10 @@ docs: demo
 	$(BIN)/python tools/api_reference.py
 	$(BIN)/python tools/notebooks.py
 	cp demo/compensation/compensation.png docs/figures/compensation.png
+
+# The pages as a site in site/, with a search; a warning is an error.
+site: setup
+	$(BIN)/sphinx-build --nitpicky --fail-on-warning --keep-going --quiet -b html docs site
 
 # The slow studies whose results are committed in docs/data: an hour and more.
 studies: setup

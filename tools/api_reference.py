@@ -115,7 +115,7 @@ def prose(docstring: str) -> str:
         if head := re.fullmatch(r"(Args|Attributes|Returns|Raises):", line):
             lines += [f"**{head[1]}**", ""]
             section = True
-        elif section and (item := re.fullmatch(r"    ([\w, *]+): (.*)", line)):
+        elif section and (item := re.fullmatch(r"    ([*\w][\w, *]*): (.*)", line)):
             lines.append(f"- `{item[1]}`: {item[2]}")
         elif section and line.startswith("    "):
             lines.append(line[2:] if line.startswith("        ") else line.strip())

@@ -36,7 +36,8 @@ def run(notebook: Path, folder: Path) -> Any:
         for output in cell.get("outputs", []):
             if output.output_type == "stream" and output.name == "stderr":
                 raise SystemExit(f"{notebook}: {output.text}")
-            output.metadata = {}
+            if "metadata" in output:
+                output.metadata = {}
     return document
 
 
