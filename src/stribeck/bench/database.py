@@ -1,4 +1,4 @@
-"""The SQLite file of a campaign: created, opened and checked; its errors as messages."""
+"""A SQLite file of jobs and records: created, opened and checked; its errors as messages."""
 
 from __future__ import annotations
 
@@ -6,71 +6,41 @@ import contextlib
 import errno
 import os
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from .._version import __version__
 from ..draft import Draft
 from ..errors import InputError
 
-#: "strb": marks a SQLite file as ours.
-APPLICATION = 0x73747262
-#: The version of the tables below.
-SCHEMA = 1
 #: Seconds to wait for another process that writes.
 PATIENCE = 5.0
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
-# The tables speak for themselves in a `sqlite3` shell. A file is known by these very words: to
-# change one, even of a comment, is another SCHEMA. `cost` has no type on purpose: in a REAL column
-# SQLite keeps -0.0 as 0.
-_TABLES = {
-    "meta": "CREATE TABLE meta (name TEXT PRIMARY KEY, value NOT NULL)",
-    "jobs": """CREATE TABLE jobs (
-  key TEXT NOT NULL PRIMARY KEY,  -- digest of text
-  problem TEXT NOT NULL,
-  algorithm TEXT NOT NULL,
-  repeat INTEGER NOT NULL,
-  position INTEGER NOT NULL,  -- in which order they were added
-  text TEXT NOT NULL,         -- JSON: all that decides the run
-  UNIQUE (problem, algorithm, repeat)
-)""",
-    "records": """CREATE TABLE records (
-  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
-  problem TEXT NOT NULL,
-  algorithm TEXT NOT NULL,
-  repeat INTEGER NOT NULL,
-  cost NOT NULL,                -- the least met; Inf if no point could be run
-  evaluations INTEGER NOT NULL,
-  ended TEXT NOT NULL,          -- target, budget, or the method's own word
-  reached INTEGER NOT NULL,     -- 1 if the target was met
-  failed INTEGER NOT NULL,      -- costs that were not finite
-  x TEXT NOT NULL,              -- JSON: the best point
-  rounds TEXT NOT NULL,         -- JSON: rounds of search by stage
-  events TEXT NOT NULL,         -- JSON: how often the method said what
-  seconds REAL NOT NULL,
-  finished TEXT NOT NULL        -- UTC
-)""",
-    "traces": """CREATE TABLE traces (  -- the improvements of a run, little-endian
-  job TEXT NOT NULL PRIMARY KEY REFERENCES records (job),
-  evaluations BLOB NOT NULL,  -- int64
-  rounds BLOB NOT NULL,       -- int64
-  costs BLOB NOT NULL         -- float64
-)""",
-    "claims": """CREATE TABLE claims (  -- jobs being run
-  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
-  owner TEXT NOT NULL         -- the file that the process holds a lock on
-)""",
-    "failures": """CREATE TABLE failures (  -- jobs given up; the next run tries them again
-  id INTEGER PRIMARY KEY AUTOINCREMENT,
-  job TEXT NOT NULL UNIQUE REFERENCES jobs (key),
-  message TEXT NOT NULL
-)""",
-}
+
+@dataclass(frozen=True)
+class DatabaseSchema:
+    """What a store's file consists of.
+
+    Args:
+        application: Number that marks a SQLite file as such a store.
+        version: Of the tables.
+        tables: Statement by the name of the table that it creates. A file is known by these very
+            words: to change one, even of a comment, is another version.
+        work: What the store is of, in messages: "campaign".
+        meta: Names that the table `meta` has to have.
+    """
+
+    application: int
+    version: int
+    tables: Mapping[str, str]
+    work: str
+    meta: frozenset[str] = frozenset()
 
 
-def exists(file: Path) -> bool:
+def exists(file: Path, schema: DatabaseSchema) -> bool:
     """Whether a file is there; says why if it is no store of ours, from its head alone."""
     try:
         if file.is_dir():
@@ -82,23 +52,23 @@ def exists(file: Path) -> bool:
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or error}") from error
     application = int.from_bytes(head[68:72], "big")
-    schema = int.from_bytes(head[60:64], "big")
+    version = int.from_bytes(head[60:64], "big")
     if not head:
         raise InputError(f"{file}: is empty, not a store: remove it or take another --out")
     if not head.startswith(b"SQLite format 3\0"):
-        raise InputError(f"{file}: is not a store of a campaign: take another --out")
-    if application != APPLICATION:
+        raise InputError(f"{file}: is not a store of a {schema.work}: take another --out")
+    if application != schema.application:
         raise InputError(f"{file}: is a database of another program: take another --out")
-    if schema != SCHEMA:
-        age = "a newer" if schema > SCHEMA else "an older"
+    if version != schema.version:
+        age = "a newer" if version > schema.version else "an older"
         raise InputError(
-            f"{file}: was written by {age} stribeck (schema {schema}; this one reads {SCHEMA}): "
-            "take that version or another --out"
+            f"{file}: was written by {age} stribeck (schema {version}; this one reads "
+            f"{schema.version}): take that version or another --out"
         )
     return True
 
 
-def make(file: Path, meta: dict[str, str]) -> None:
+def make(file: Path, schema: DatabaseSchema, meta: dict[str, str]) -> None:
     """Make a store beside its place and move it there whole: nobody ever meets half of one."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -108,9 +78,9 @@ def make(file: Path, meta: dict[str, str]) -> None:
             with plainly(file), contextlib.closing(sqlite3.connect(draft)) as db:
                 db.execute("PRAGMA journal_mode = WAL")
                 db.execute("BEGIN")
-                db.execute(f"PRAGMA application_id = {APPLICATION}")
-                db.execute(f"PRAGMA user_version = {SCHEMA}")
-                for table in _TABLES.values():
+                db.execute(f"PRAGMA application_id = {schema.application}")
+                db.execute(f"PRAGMA user_version = {schema.version}")
+                for table in schema.tables.values():
                     db.execute(table)
                 meta = {**meta, "stribeck": __version__}
                 db.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
@@ -135,7 +105,7 @@ def _place(draft: Path, file: Path) -> None:
             draft.rename(file)
 
 
-def connect(file: Path) -> sqlite3.Connection:
+def connect(file: Path, schema: DatabaseSchema) -> sqlite3.Connection:
     """A connection to a store that is whole.
 
     Raises:
@@ -144,10 +114,10 @@ def connect(file: Path) -> sqlite3.Connection:
     with plainly(file):
         if _log(file).exists():  # of a process at work, or killed: not to be merged into a wreck
             with contextlib.closing(_connected(file, "ro")) as db:
-                _check(file, db)
+                _check(file, db, schema)
         db = _connected(file, "rw")
         try:
-            _check(file, db)
+            _check(file, db, schema)
             db.execute("PRAGMA foreign_keys = ON")
             db.execute("PRAGMA temp_store = MEMORY")
         except BaseException:
@@ -167,16 +137,16 @@ def _log(file: Path) -> Path:
     return file.with_name(file.name + "-wal")
 
 
-def _check(file: Path, db: sqlite3.Connection) -> None:
+def _check(file: Path, db: sqlite3.Connection, schema: DatabaseSchema) -> None:
     (word,) = db.execute("PRAGMA quick_check(1)").fetchone()
     if word != "ok":
         raise InputError(damaged(file, str(word)))
     tables = dict(db.execute("SELECT name, sql FROM sqlite_schema WHERE type = 'table'"))
-    if differing := [name for name, sql in _TABLES.items() if tables.get(name) != sql]:
+    if differing := [name for name, sql in schema.tables.items() if tables.get(name) != sql]:
         raise InputError(damaged(file, f"table {differing[0]!r} is missing or not as it was"))
     meta = dict(db.execute("SELECT name, value FROM meta"))
-    if not {"campaign", "seed", "text"} <= set(meta) or not str(meta["seed"]).isdecimal():
-        raise InputError(damaged(file, "it does not say which campaign it is of"))
+    if not schema.meta <= set(meta) or not str(meta.get("seed", 0)).isdecimal():
+        raise InputError(damaged(file, f"it does not say which {schema.work} it is of"))
 
 
 @contextlib.contextmanager

@@ -25,12 +25,15 @@ from importlib import import_module
 from itertools import chain
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from ..errors import InputError
-from .record import Failure, Job, Record
+from .record import Failure, Record
+from .work_item import WorkItem
 from .worker import answer, errand, one_line, outcome, software
 
+Outcome = TypeVar("Outcome")
+#: What becomes of the jobs of a campaign.
 Outcomes = Generator[Record | Failure, None, None]
 
 #: Worker processes that a job may cost before it is given up.
@@ -56,7 +59,7 @@ class Engine(Protocol):
     def workers(self) -> int:
         """How many jobs run at once."""
 
-    def run(self, jobs: Iterator[Job]) -> Outcomes:
+    def run(self, jobs: Iterator[WorkItem[Outcome]]) -> Generator[Outcome, None, None]:
         """Run jobs and yield what becomes of each.
 
         Args:
@@ -100,7 +103,7 @@ class Here:
 
     workers: int = 1
 
-    def run(self, jobs: Iterator[Job]) -> Outcomes:
+    def run(self, jobs: Iterator[WorkItem[Outcome]]) -> Generator[Outcome, None, None]:
         """See `Engine`."""
         for job in jobs:
             yield outcome(job, answer(job.text))
@@ -118,11 +121,11 @@ class Processes:
     workers: int
     command: tuple[str, ...] = (sys.executable, "-P", "-m", "stribeck.bench.worker")
 
-    def run(self, jobs: Iterator[Job]) -> Outcomes:
+    def run(self, jobs: Iterator[WorkItem[Outcome]]) -> Generator[Outcome, None, None]:
         """See `Engine`. A job whose worker dies is run again on a new one, `LIVES` times in all."""
         crew = [_Worker(self.command) for _ in range(self.workers)]
         threads = ThreadPoolExecutor(self.workers, "stribeck-worker")
-        running: dict[Future[Record | Failure], _Worker] = {}
+        running: dict[Future[Outcome], _Worker] = {}
 
         def give(worker: _Worker) -> None:
             if (job := next(jobs, None)) is not None:
@@ -157,7 +160,7 @@ class _Worker:
     _stopped: bool = False
     _lock: Lock = field(default_factory=Lock)
 
-    def do(self, job: Job) -> Record | Failure:
+    def do(self, job: WorkItem[Outcome]) -> Outcome:
         """Run a job on as many processes as it takes and is allowed.
 
         Raises:
@@ -174,7 +177,7 @@ class _Worker:
                 self.bury()
         if not greeted:
             raise InputError(f"no worker process can be started: {end}")
-        return Failure(job, one_line(f"the worker died, {LIVES} times: {end}"))
+        return job.failed(one_line(f"the worker died, {LIVES} times: {end}"))
 
     def _ready(self) -> _Process:
         """The process, a new one if need be, ready for a job."""
@@ -305,7 +308,7 @@ class Dask:
         with _client(address) as client:
             return cls(address, len(client.nthreads()))
 
-    def run(self, jobs: Iterator[Job]) -> Outcomes:
+    def run(self, jobs: Iterator[WorkItem[Outcome]]) -> Generator[Outcome, None, None]:
         """See `Engine`."""
         for first in jobs:  # where there is nothing to do there is nothing to connect to
             with _client(self.address) as client:
@@ -315,15 +318,15 @@ class Dask:
 class _Shift:
     """What one run on a cluster has to keep in mind."""
 
-    def __init__(self, client: Any, address: str, jobs: Iterator[Job]) -> None:
+    def __init__(self, client: Any, address: str, jobs: Iterator[WorkItem[Any]]) -> None:
         self.client, self.address, self.jobs = client, address, jobs
-        self.running: dict[str, tuple[Job, Any]] = {}
-        self.suspects = deque[Job]()
+        self.running: dict[str, tuple[WorkItem[Any], Any]] = {}
+        self.suspects = deque[WorkItem[Any]]()
         self.deaths = Counter[str]()
         self.done = SimpleQueue[Any]()
         self.room, self.looked, self.staffed = 0, -LOOK, time.monotonic()
 
-    def outcomes(self) -> Outcomes:
+    def outcomes(self) -> Generator[Any, None, None]:
         """Run all jobs; those that may have killed workers last, and each alone, ALONE times.
 
         A dead worker speaks against every job that it held, the killer and the one at hand.
@@ -342,16 +345,16 @@ class _Shift:
                 continue
             self.deaths[job.key] += alone  # beside others it may have been innocent
             if self.deaths[job.key] == ALONE:
-                yield Failure(job, "every worker that ran it died")
+                yield job.failed("every worker that ran it died")
             else:
                 self.suspects.append(job)
 
-    def _submit(self, job: Job) -> None:
+    def _submit(self, job: WorkItem[Any]) -> None:
         future = self.client.submit(errand, job.text, software(), pure=False)
         self.running[future.key] = job, future
         future.add_done_callback(self.done.put)
 
-    def _next(self) -> tuple[Job, str | None]:
+    def _next(self) -> tuple[WorkItem[Any], str | None]:
         """The next job that is done and its line, None if the scheduler gave it up."""
         distributed = _distributed(self.address)
         while True:

@@ -68,6 +68,11 @@ class Job:
         """(problem, algorithm)."""
         return self.problem, self.algorithm
 
+    @property
+    def labels(self) -> tuple[str, str, int]:
+        """(problem, algorithm, repeat): what names the run in its campaign."""
+        return self.problem, self.algorithm, self.repeat
+
     def seeds(self) -> SeedSequence:
         """The job's own stream of random numbers.
 
@@ -81,6 +86,21 @@ class Job:
     def parse(cls, text: str) -> Self:
         """The job whose `text` this is."""
         return cls(**json.loads(text))
+
+    def done(self, line: str) -> Record | Failure:
+        """Its record, from its text.
+
+        Raises:
+            ValueError: it is not the record of this job.
+        """
+        record = Record.parse(line)
+        if record.job.key != self.key:
+            raise ValueError(f"the outcome of another job: {record.job.cell}")
+        return record
+
+    def failed(self, message: str) -> Record | Failure:
+        """That it could not be run, for a reason."""
+        return Failure(self, message)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,11 @@ def run(job: Job, instance: BenchProblem | None = None) -> Record:
     return Record.of(job, done.trace, done.x, done.ended, done.seconds)
 
 
+def record_text(text: str) -> str:
+    """The text of a job's record, from the job's."""
+    return run(Job.parse(text)).text
+
+
 def trial(job: Job, instance: BenchProblem) -> Run:
     """The run of a job with its whole trace, every point and cost.
 

@@ -1,22 +1,22 @@
-"""A campaign run to its end: its open jobs go to an engine, every record into the store."""
+"""A store's jobs run to their end: the open ones go to an engine, every outcome into the store."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator
-from typing import TYPE_CHECKING
-
-from .record import Failure, Job, Record
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from .engines import Engine
-    from .store import Store
+    from .job_store import JobStore
+
+Outcome = TypeVar("Outcome")
 
 #: Seconds between two looks at jobs that another process is busy with.
 PACE = 0.5
 
 
-def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, None, None]:
+def conduct(store: JobStore[Any, Outcome], engine: Engine) -> Generator[Outcome | int, None, None]:
     """Run the jobs that are left, wherever they were left.
 
     An outcome is in the store before it is yielded, and before a job is claimed in its place.
@@ -26,15 +26,12 @@ def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, N
         engine: Where they are run.
 
     Yields:
-        Each record and failure; and, once nothing else is left, how many jobs other processes on
-        the same store are still busy with.
+        Each outcome, a record or a failure; and, once nothing else is left, how many jobs other
+        processes on the same store are still busy with.
     """
     while True:
         for outcome in engine.run(_claims(store)):
-            if isinstance(outcome, Record):
-                store.commit(outcome)
-            else:
-                store.fail(outcome)
+            store.keep(outcome)
             yield outcome
         if not (busy := store.busy()):
             return
@@ -42,6 +39,6 @@ def conduct(store: Store, engine: Engine) -> Generator[Record | Failure | int, N
         time.sleep(PACE)  # another process is at work: its jobs come back to us if it dies
 
 
-def _claims(store: Store) -> Iterator[Job]:
+def _claims(store: JobStore[Any, Any]) -> Iterator[Any]:
     while (job := store.claim()) is not None:
         yield job

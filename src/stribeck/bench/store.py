@@ -1,46 +1,65 @@
-"""The jobs of a campaign and their records in one SQLite file.
-
-A finished run is in the file before another begins. Kill the process at any moment, start it
-again, and it goes on: what is there is not run again, and the file ends with the same records.
-Several processes may work on one file at once (on one machine: SQLite's log is shared memory).
-"""
+"""The jobs of a campaign and their records in one SQLite file, see `job_store`."""
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime
-from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from ..errors import InputError
-from .database import connect, damaged, exists, make, plainly, transaction
-from .lock import Owner, alive
+from .database import DatabaseSchema, damaged, plainly
+from .job_store import SHARED_TABLES, JobStore
 from .record import Failure, Job, Record, Steps
 
-# What this connection looks at: the jobs it was given, in that order, those of them that are not
-# known to be done, and those of the last `add`. All vanish with the connection.
-_WANTED = """
-CREATE TEMP TABLE wanted (key TEXT PRIMARY KEY, position INTEGER NOT NULL);
-CREATE TEMP TABLE waiting (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
-CREATE TEMP TABLE given (position INTEGER PRIMARY KEY, key, problem, algorithm, repeat, text);
-"""
-_ALL = "CREATE TEMP VIEW wanted AS SELECT key, position FROM main.jobs"
+# The tables speak for themselves in a `sqlite3` shell. `cost` has no type on purpose: in a REAL
+# column SQLite keeps -0.0 as 0.
+_TABLES = {
+    "jobs": """CREATE TABLE jobs (
+  key TEXT NOT NULL PRIMARY KEY,  -- digest of text
+  problem TEXT NOT NULL,
+  algorithm TEXT NOT NULL,
+  repeat INTEGER NOT NULL,
+  position INTEGER NOT NULL,  -- in which order they were added
+  text TEXT NOT NULL,         -- JSON: all that decides the run
+  UNIQUE (problem, algorithm, repeat)
+)""",
+    "records": """CREATE TABLE records (
+  job TEXT NOT NULL PRIMARY KEY REFERENCES jobs (key),
+  problem TEXT NOT NULL,
+  algorithm TEXT NOT NULL,
+  repeat INTEGER NOT NULL,
+  cost NOT NULL,                -- the least met; Inf if no point could be run
+  evaluations INTEGER NOT NULL,
+  ended TEXT NOT NULL,          -- target, budget, or the method's own word
+  reached INTEGER NOT NULL,     -- 1 if the target was met
+  failed INTEGER NOT NULL,      -- costs that were not finite
+  x TEXT NOT NULL,              -- JSON: the best point
+  rounds TEXT NOT NULL,         -- JSON: rounds of search by stage
+  events TEXT NOT NULL,         -- JSON: how often the method said what
+  seconds REAL NOT NULL,
+  finished TEXT NOT NULL        -- UTC
+)""",
+    "traces": """CREATE TABLE traces (  -- the improvements of a run, little-endian
+  job TEXT NOT NULL PRIMARY KEY REFERENCES records (job),
+  evaluations BLOB NOT NULL,  -- int64
+  rounds BLOB NOT NULL,       -- int64
+  costs BLOB NOT NULL         -- float64
+)""",
+}
+#: "strb" marks the file of a campaign.
+SCHEMA = DatabaseSchema(
+    0x73747262,
+    1,
+    {**SHARED_TABLES, **_TABLES},
+    "campaign",
+    frozenset({"campaign", "seed", "text"}),
+)
 
-_CLAIM = """
-SELECT w.position, w.key, j.text FROM waiting w CROSS JOIN jobs j ON j.key = w.key
-WHERE w.key NOT IN (SELECT job FROM records) AND w.key NOT IN (SELECT job FROM claims)
-  AND w.key NOT IN (SELECT job FROM failures WHERE id > ?)
-ORDER BY w.position LIMIT 1"""
-_BUSY = """
-SELECT count(*) FROM waiting
-WHERE key NOT IN (SELECT job FROM records) AND key NOT IN (SELECT job FROM failures WHERE id > ?)
-  AND key NOT IN (SELECT job FROM claims WHERE owner = ?)"""
 _OTHER = """
 SELECT j.text, g.text FROM given g JOIN jobs j USING (problem, algorithm, repeat)
 WHERE j.key <> g.key ORDER BY g.position LIMIT 1"""
@@ -90,7 +109,7 @@ class Progress(NamedTuple):
     best: float | None
 
 
-class Store:
+class Store(JobStore[Job, Record | Failure]):
     """The store of one campaign; `open` it to run, `read` it to look.
 
     Attributes:
@@ -104,13 +123,12 @@ class Store:
             what was committed stays.
     """
 
+    SCHEMA = SCHEMA
+    LABELS = ("problem", "algorithm", "repeat")
+
     def __init__(self, file: Path, db: sqlite3.Connection) -> None:
-        self.file, self._db = file, db
-        self._owner: Owner | None = None
-        self._next = count()
-        with plainly(file):
-            meta = dict(db.execute("SELECT name, value FROM meta"))
-            ((self._since,),) = db.execute("SELECT coalesce(max(id), 0) FROM failures")
+        super().__init__(file, db)
+        meta = self.meta
         self.campaign, self.seed, self.text = meta["campaign"], int(meta["seed"]), meta["text"]
 
     @classmethod
@@ -129,21 +147,24 @@ class Store:
         Raises:
             InputError: it is not a store, of another campaign, damaged, or cannot be used.
         """
-        if not exists(file):
-            if must_exist:
-                raise InputError(f"{file}: there is no store to go on with: run the campaign first")
-            make(file, {"campaign": campaign, "seed": str(seed), "text": text})
-        store = cls(file, connect(file))
+        meta = {"campaign": campaign, "seed": str(seed), "text": text}
+        return cls._opened(file, meta, must_exist=must_exist).of_campaign(campaign, seed, text)
+
+    def of_campaign(self, campaign: str, seed: int, text: str) -> Self:
+        """The same, now with this text of its campaign; closed if it is another's.
+
+        Raises:
+            InputError: it is of another campaign or seed.
+        """
         try:
-            store._check_same(campaign, seed)
-            with store._writing():
-                store._db.execute("UPDATE meta SET value = ? WHERE name = 'text'", (text,))
-            store._db.executescript(_WANTED)
-            store.text = text
+            self._check_same(campaign, seed)
+            with self._writing():
+                self._db.execute("UPDATE meta SET value = ? WHERE name = 'text'", (text,))
+            self.text = text
         except BaseException:
-            store._db.close()
+            self._db.close()
             raise
-        return store
+        return self
 
     @classmethod
     def read(cls, file: Path) -> Self:
@@ -152,83 +173,22 @@ class Store:
         Raises:
             InputError: there is none, or it cannot be read.
         """
-        if not exists(file):
-            raise InputError(f"{file}: there is no store: run the campaign first")
-        store = cls(file, connect(file))
-        store._db.execute(_ALL)
-        store._db.execute("PRAGMA query_only = ON")
-        return store
+        return cls._to_look(file)
 
-    def close(self) -> None:
-        """Let go of what was claimed, and of the file; a second time nothing is left to do."""
-        owner, self._owner = self._owner, None
-        if owner:
-            # On a full disk the claims stay: without their owner they are nobody's.
-            with contextlib.suppress(InputError), self._writing():
-                self._db.execute("DELETE FROM claims WHERE owner = ?", (owner.name,))
-            owner.close()
-        self._db.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self.close()
-
-    def add(self, jobs: Iterable[Job]) -> None:
-        """Say which jobs are wanted; those that are new are added.
-
-        Of a store that holds more, the rest is left alone and not counted.
-
-        Raises:
-            InputError: a run of these labels is there, of another problem, method or budget.
-        """
-        rows = ((next(self._next), j.key, *j.cell, j.repeat, j.text) for j in jobs)
-        db = self._db
-        with plainly(self.file):
-            db.execute("DELETE FROM given")
-            db.executemany("INSERT INTO given VALUES (?, ?, ?, ?, ?, ?)", rows)
-        with self._writing():
-            db.execute(
-                "INSERT INTO jobs SELECT key, problem, algorithm, repeat, position + "
-                "(SELECT coalesce(max(position) + 1, 0) FROM jobs) - "
-                "(SELECT min(position) FROM given), text FROM given WHERE true ORDER BY position "
-                "ON CONFLICT DO NOTHING"
-            )
-            if stranger := db.execute(_OTHER).fetchone():
-                raise InputError(f"{self.file}: {_differ(*map(Job.parse, stranger))}")
-            db.execute("INSERT OR IGNORE INTO wanted SELECT key, position FROM given")
-            db.execute(
-                "INSERT OR IGNORE INTO waiting SELECT position, key FROM given "
-                "WHERE key NOT IN (SELECT job FROM records)"
-            )
-
-    def left(self) -> int:
-        """How many of the wanted jobs have no record yet."""
-        return self._count("waiting WHERE key NOT IN (SELECT job FROM records)")
-
-    def claim(self) -> Job | None:
-        """The next job to run, from now on this process's; None if there is none now.
-
-        It has no record, was not given up since this store was opened, and no living process has
-        claimed it.
-        """
-        with self._writing(lasting=False):
-            if not self._owner:
-                self._owner = Owner(self.file)
-            self._free_the_dead()
-            row = self._db.execute(_CLAIM, (self._since,)).fetchone()
-            if not row:
-                return None
-            position, key, text = row
-            # Passed over once is enough: runs that other processes have finished meanwhile.
-            self._db.execute(
-                "DELETE FROM waiting WHERE position < ? "
-                "AND EXISTS (SELECT 1 FROM records WHERE job = key)",
-                (position,),
-            )
-            self._db.execute("INSERT INTO claims VALUES (?, ?)", (key, self._owner.name))
+    def _parsed(self, text: str) -> Job:
         return Job.parse(text)
+
+    def _check_given(self) -> None:
+        """Refuse a run whose labels are those of another problem, method or budget."""
+        if stranger := self._db.execute(_OTHER).fetchone():
+            raise InputError(f"{self.file}: {_differ(*map(Job.parse, stranger))}")
+
+    def keep(self, outcome: Record | Failure) -> None:
+        """Keep a record, or that a job was given up."""
+        if isinstance(outcome, Record):
+            self.commit(outcome)
+        else:
+            self.fail(outcome)
 
     def commit(self, record: Record) -> None:
         """Keep a record. It is on the disk when this returns; doing it again changes nothing."""
@@ -252,18 +212,11 @@ class Store:
             inserted = self._db.execute(f"INSERT OR IGNORE INTO records VALUES ({marks})", row)  # noqa: S608
             if inserted.rowcount:
                 self._db.execute("INSERT INTO traces VALUES (?, ?, ?, ?)", trace)
-            self._db.execute("DELETE FROM waiting WHERE key = ?", (job.key,))
-            self._db.execute("DELETE FROM failures WHERE job = ?", (job.key,))
-            self._db.execute("DELETE FROM claims WHERE job = ?", (job.key,))
+            self._finish(job.key)
 
     def fail(self, failure: Failure) -> None:
         """Give a job up. The next `open` tries it again."""
-        with self._writing():
-            self._db.execute(
-                "INSERT OR REPLACE INTO failures (job, message) VALUES (?, ?)",
-                (failure.job.key, failure.message),
-            )
-            self._db.execute("DELETE FROM claims WHERE job = ?", (failure.job.key,))
+        self._give_up(failure.job.key, failure.message)
 
     def records(self) -> Iterator[Record]:
         """The records of the wanted jobs, cell by cell, bit for bit as they were committed."""
@@ -275,24 +228,7 @@ class Store:
 
     def failures(self) -> list[Failure]:
         """The wanted jobs that were given up, in that order."""
-        with plainly(self.file):
-            rows = self._db.execute(
-                "SELECT j.text, f.message FROM failures f JOIN jobs j ON j.key = f.job "
-                "WHERE f.job IN (SELECT key FROM wanted) ORDER BY f.id"
-            ).fetchall()
-        return [Failure(Job.parse(text), message) for text, message in rows]
-
-    def busy(self) -> int:
-        """How many jobs others are at, asked once `claim` has returned None.
-
-        They are the wanted jobs that are not done, not given up and not claimed by this process;
-        0 says that nothing will come back. A job that its process has just let go of counts too:
-        claim it.
-        """
-        with plainly(self.file):
-            mine = (self._since, self._owner.name if self._owner else "")
-            ((jobs,),) = self._db.execute(_BUSY, mine)
-        return int(jobs)
+        return [Failure(job, message) for job, message in self._given_up()]
 
     def progress(self) -> list[Progress]:
         """How far each cell is, in order."""
@@ -315,27 +251,6 @@ class Store:
                 f"{self.file}: is the store of campaign {self.campaign!r} with seed {self.seed}, "
                 f"not of {campaign!r} with seed {seed}: take another --out"
             )
-
-    def _free_the_dead(self) -> None:
-        for (name,) in self._db.execute("SELECT DISTINCT owner FROM claims").fetchall():
-            if not alive(self.file, name):
-                self._db.execute("DELETE FROM claims WHERE owner = ?", (name,))
-
-    def _count(self, table: str) -> int:
-        with plainly(self.file):
-            ((n,),) = self._db.execute(f"SELECT count(*) FROM {table}")  # noqa: S608
-        return int(n)
-
-    def _safe(self) -> int | None:
-        with contextlib.suppress(InputError):
-            return self._count("records")
-        return None
-
-    @contextlib.contextmanager
-    def _writing(self, *, lasting: bool = True) -> Iterator[None]:
-        """All or nothing; a claim need not outlast a power cut and does not wait for the disk."""
-        with plainly(self.file, self._safe), transaction(self._db, lasting=lasting):
-            yield
 
 
 def _differ(stored: Job, new_job: Job) -> str:

@@ -10,16 +10,21 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
-from collections.abc import Callable
+from importlib import import_module
 from importlib.metadata import version
 from queue import SimpleQueue
 from threading import Lock, Thread
-from typing import IO
+from typing import IO, TypeVar
 
 from .._version import __version__
 from ..errors import InputError
-from .record import Failure, Job, Record
+from .work_item import WorkItem
+
+Outcome = TypeVar("Outcome")
+#: The module that runs a job whose text names none, and the names that a text may have.
+_RUNNER, _NAMES = "stribeck.bench.run", re.compile(r"stribeck(\.[a-z_]+)+")
 
 #: Libraries of others keep state for the whole process: in one process jobs run one by one.
 _ALONE = Lock()
@@ -34,24 +39,25 @@ def answer(text: str) -> str:
     Returns:
         One line: its record's text, or that of a failure.
     """
-    run = _runner()
     with _ALONE:
         try:
-            return run(Job.parse(text)).text
+            return _run(text)
         except InputError as error:
             return refusal(str(error))
-        except Exception as error:  # noqa: BLE001 - one bad cell does not end a campaign
+        except Exception as error:  # noqa: BLE001 - one bad job does not end a campaign
             return refusal(f"{type(error).__name__}: {error}")
 
 
-def _runner() -> Callable[[Job], Record]:
-    """The function that runs jobs, with all that it needs.
+def _run(text: str) -> str:
+    """The text of a job's record.
 
-    It is not imported above: a Dask scheduler imports this file and runs nothing.
+    What runs jobs is not imported above: a Dask scheduler imports this file and runs nothing.
     """
-    from .run import run  # noqa: PLC0415
-
-    return run
+    runner = json.loads(text).get("runner", _RUNNER)
+    if not _NAMES.fullmatch(runner):
+        raise InputError(f"no runner {runner!r}")
+    record_text: str = import_module(runner).record_text(text)
+    return record_text
 
 
 def refusal(message: str) -> str:
@@ -59,7 +65,7 @@ def refusal(message: str) -> str:
     return json.dumps({"failure": one_line(message)})
 
 
-def outcome(job: Job, line: str) -> Record | Failure:
+def outcome(job: WorkItem[Outcome], line: str) -> Outcome:
     """What a job's line says.
 
     Raises:
@@ -68,13 +74,10 @@ def outcome(job: Job, line: str) -> Record | Failure:
     try:
         message = json.loads(line)
         if set(message) == {"failure"}:
-            return Failure(job, str(message["failure"]))
-        record = Record.parse(line)
+            return job.failed(str(message["failure"]))
+        return job.done(line)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"not an outcome: {line[:60]!r}") from error
-    if record.job.key != job.key:
-        raise ValueError(f"the outcome of another job: {record.job.cell}")
-    return record
 
 
 def one_line(text: str) -> str:
@@ -109,7 +112,6 @@ def software() -> str:
 def main() -> None:
     """Answer jobs until the input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # it reaches us too: the driver decides
-    _runner()
     requests, answers = _own(0, "r"), _own(1, "w")
     jobs = SimpleQueue[str]()
     Thread(target=_listen, args=(requests, jobs), daemon=True).start()
