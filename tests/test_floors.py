@@ -106,7 +106,7 @@ def test_public_names_are_sorted_and_there() -> None:
         stribeck.nonsense  # noqa: B018
 
 
-@pytest.mark.parametrize("name", ["compensate", "export", "identify", "report"])
+@pytest.mark.parametrize("name", ["compensate", "export", "fleet", "identify", "report"])
 def test_a_function_keeps_its_name_though_its_package_has_the_same(name: str) -> None:
     """Before, after and while files of the package are imported, by any way of importing."""
     code = f"""

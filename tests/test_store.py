@@ -9,7 +9,7 @@ import signal
 import sqlite3
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from functools import partial
 from itertools import count
 from multiprocessing.connection import Connection
@@ -22,7 +22,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stribeck.bench.engines import Here, Outcomes
+from stribeck.bench.engines import Here
 from stribeck.bench.lock import Owner, alive
 from stribeck.bench.record import Failure, Job, Record, Steps
 from stribeck.bench.run import run
@@ -291,7 +291,7 @@ def test_what_interrupts_a_campaign_stops_its_engine_at_once(
     class Watched:
         workers, running = 1, False
 
-        def run(self, jobs: Iterator[Job]) -> Outcomes:
+        def run(self, jobs: Iterator[Any]) -> Generator[Any, None, None]:
             self.running = True
             try:
                 yield from Here().run(jobs)

@@ -20,6 +20,7 @@ FIGURES = Path(__file__).parents[1] / "docs" / "figures"
 WORDS = {
     "cli": "parse, call, print",
     "studio": "the local page",
+    "fleet": "many axes",
     "bench": "campaigns of search methods",
     "report": "tables, figures, the page",
     "export": "code, robot files, FMUs",

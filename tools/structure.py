@@ -25,7 +25,7 @@ FLOORS = {
     "export": 5,
     "report": 6,
     "bench": 7,
-    "studio": 8,
+    "studio": 8, "fleet": 8,
     "cli": 9, "__main__": 10,
 }  # fmt: skip
 #: The rooms of a package from the lowest up: a room imports from the rooms before it only.

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .data import Quality, Recording, check, read
     from .errors import InputError
     from .export import TARGETS, export
+    from .fleet.fleet_run import Fleet, fleet
     from .friction import LAWS, Law
     from .identify.card import Card, read_card
     from .identify.design.plan import Plan, plan
@@ -46,6 +47,7 @@ __all__ = [
     "Card",
     "Compensation",
     "Fit",
+    "Fleet",
     "InputError",
     "Law",
     "Param",
@@ -60,6 +62,7 @@ __all__ = [
     "check",
     "compensate",
     "export",
+    "fleet",
     "identify",
     "minimize",
     "plan",
@@ -82,6 +85,7 @@ _HOMES = {
     "Card": "identify.card",
     "Compensation": "compensate.compensation",
     "Fit": "identify.result",
+    "Fleet": "fleet.fleet_run",
     "InputError": "errors",
     "Law": "friction",
     "Param": "space",
@@ -96,6 +100,7 @@ _HOMES = {
     "check": "data",
     "compensate": "compensate.compensation",
     "export": "export.targets",
+    "fleet": "fleet.fleet_run",
     "identify": "identify.fit",
     "minimize": "optimize",
     "plan": "identify.design.plan",
@@ -109,7 +114,7 @@ _HOMES = {
     "validate": "identify.validate",
 }
 #: Functions that have the name of the package that they are from.
-_NAMESAKES = frozenset({"compensate", "export", "identify", "report"})
+_NAMESAKES = frozenset({"compensate", "export", "fleet", "identify", "report"})
 #: What shows a result, by name.
 _PRESENTERS = {
     "card": "identify.fit_card.fit_card",

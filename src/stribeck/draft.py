@@ -58,7 +58,7 @@ class Draft:
         """Move the files into the folder, in place of those of their names and the outdated.
 
         Args:
-            outdated: Names in the folder that are removed.
+            outdated: Files in the folder that are removed, by their paths from it.
 
         Raises:
             OSError: the disk refuses.
@@ -121,8 +121,12 @@ def _ours(path: Path) -> bool:
 def _move(path: Path, folder: Path) -> None:
     """Move a draft's files into their folder; what was moved before is left as it is."""
     for name in os.fsdecode((path / _MARK).read_bytes()).splitlines():
-        if name == Path(name).name:  # the folder may be a stranger's
-            (folder / name).unlink(missing_ok=True)
+        place = folder / name
+        parents = place.parents[: len(Path(name).parts) - 1]
+        if ".." in Path(name).parts or Path(name).is_absolute():
+            continue
+        if not any(p.is_symlink() for p in parents):  # the folder may be a stranger's
+            place.unlink(missing_ok=True)
     for file, place in list(_moves(path, folder)):
         place.parent.mkdir(parents=True, exist_ok=True)
         os.replace(file, place)  # noqa: PTH105 - atomic, and says so

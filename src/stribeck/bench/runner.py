@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .engines import Engine
     from .job_store import JobStore
 
-Outcome = TypeVar("Outcome")
-
 #: Seconds between two looks at jobs that another process is busy with.
 PACE = 0.5
 
 
-def conduct(store: JobStore[Any, Outcome], engine: Engine) -> Generator[Outcome | int, None, None]:
+def conduct(store: JobStore[Any, Any], engine: Engine) -> Generator[Any, None, None]:
     """Run the jobs that are left, wherever they were left.
 
     An outcome is in the store before it is yielded, and before a job is claimed in its place.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,11 +13,37 @@ from typing import Any, Literal, Self
 from ..data.readers.log_path import LogPath
 from ..errors import InputError
 from .manifest import Manifest, rig_path, stated_table
-from .manifest_row import ManifestRow
 
 #: The module whose `record_text` runs these jobs.
 RUNNER = "stribeck.fleet.axis_run"
 _WILD = frozenset("*?")
+
+
+def axis_jobs(manifest: Manifest) -> Iterator[AxisJob]:
+    """The jobs of a manifest, in its order.
+
+    Raises:
+        InputError: a map of columns or a drive cannot be read.
+    """
+    folder, tables = manifest.folder, dict[str, Any]()
+
+    def table(name: str, value: Any) -> Any:
+        if value is None:
+            return None
+        if (key := f"{name} {value!r}") not in tables:
+            tables[key] = stated_table(name, value, folder)
+        return tables[key]
+
+    for row in manifest.rows:
+        stated = row.model_dump(mode="json", exclude_defaults=True, exclude={"columns", "drive"})
+        rig = rig_path(row.rig, folder)
+        yield AxisJob(
+            row=stated,
+            logs=tuple(map(_known, _logs(row.log, folder))),
+            rig=_known(rig) if rig != row.rig else (rig, None, None),
+            columns=table("columns", row.columns),
+            drive=table("drive", row.drive),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +66,6 @@ class AxisJob:
     rig: tuple[str, int | None, int | None]
     columns: Mapping[str, Any] | None
     drive: Mapping[str, Any] | None
-
-    @classmethod
-    def of(cls, row: ManifestRow, manifest: Manifest) -> Self:
-        """The job of a row.
-
-        Raises:
-            InputError: its map or drive cannot be read.
-        """
-        folder = manifest.folder
-        stated = row.model_dump(mode="json", exclude_defaults=True, exclude={"columns", "drive"})
-        tables = {
-            name: None if value is None else stated_table(name, value, folder)
-            for name, value in (("columns", row.columns), ("drive", row.drive))
-        }
-        rig = rig_path(row.rig, folder)
-        known_rig = _known(rig) if rig != row.rig else (rig, None, None)
-        return cls(stated, tuple(map(_known, _logs(row.log, folder))), known_rig, **tables)
 
     @cached_property
     def text(self) -> str:

@@ -34,7 +34,6 @@ _WORDS = {
     "string_too_short": "is empty",
     "string_type": "must be text",
     "greater_than": "is below the absolute zero: give °C",
-    "extra_forbidden": f"is no column: there are {', '.join(_COLUMNS)}",
 }
 
 
@@ -106,9 +105,7 @@ def _rows_of_toml(text: str, folder: Path) -> Iterator[tuple[str, Mapping[str, A
     except (ValueError, RecursionError) as error:
         raise InputError(f"not TOML: {error}") from error
     if strange := [name for name in content if name not in _TABLES]:
-        raise InputError(
-            f"no table {strange[0]!r}: there are [defaults], [[axis]] and [[pattern]]"
-        )
+        raise InputError(f"no table {strange[0]!r}: there are [defaults], [[axis]] and [[pattern]]")
     defaults = content.get("defaults", {})
     tables = {name: content.get(name, []) for name in ("axis", "pattern")}
     for name, entries in {"defaults": [defaults], **tables}.items():
@@ -137,6 +134,7 @@ def _checked(
     for name, row in rows:
         stated = {column: value for column, value in row.items() if value is not None}
         try:
+            _check_columns(row)
             checked = ManifestRow.model_validate(stated)
             checks(checked)
         except ValidationError as error:
@@ -153,6 +151,12 @@ def _checked(
     if not result:
         raise InputError("has no rows")
     return tuple(result)
+
+
+def _check_columns(row: Mapping[str, Any]) -> None:
+    if strange := [column for column in row if column not in _COLUMNS]:
+        there = ", ".join(_COLUMNS)
+        raise InputError(f"column {strange[0]}: is no column: there are {there}")
 
 
 class _Checks:
@@ -215,5 +219,5 @@ def _first(error: ValidationError) -> str:
     first = error.errors()[0]
     column = str(first["loc"][0]) if first["loc"] else "row"
     words = _WORDS.get(first["type"], first["msg"])
-    told = "" if first["type"] in ("missing", "extra_forbidden") else f"{first['input']!r:.60} "
+    told = "" if first["type"] == "missing" else f"{first['input']!r:.60} "
     return f"column {column}: {told}{words}"

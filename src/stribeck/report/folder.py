@@ -118,6 +118,33 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
         draft.publish()
 
 
+def replace_tree(folder: Path, name: str, write: Callable[[Path], object]) -> None:
+    """Let `write` fill an empty folder, which then takes the place of `folder / name`.
+
+    What `write` has not written is no longer there; a reader meets no file that is half written.
+
+    Raises:
+        InputError: the disk refuses.
+    """
+    with _present(folder), _refusals(folder):
+        settle(folder)
+        draft = Draft(folder)
+        try:
+            place = draft.files / name
+            place.mkdir()
+            write(place)
+            new = {path.relative_to(draft.files) for path in place.rglob("*")}
+        except BaseException:
+            draft.discard()
+            raise
+        files = [path for path in (folder / name).rglob("*") if not path.is_dir()]
+        old = {path.relative_to(folder) for path in files} - new
+        draft.publish(sorted(map(str, old)))
+        for path in sorted((folder / name).rglob("*/"), reverse=True):
+            with suppress(OSError):  # not empty
+                path.rmdir()
+
+
 @contextmanager
 def together(folder: Path, *outdated: re.Pattern[str]) -> Iterator[Path]:
     """An empty folder for files that `write_files` and the like write one after the other.
