@@ -58,5 +58,12 @@ def reader_names(incomplete: str) -> list[str]:
     return _beginning(incomplete, readers())
 
 
+def recording_names(incomplete: str) -> list[str]:
+    """Recordings to try."""
+    from ..data.published import SAMPLE, published
+
+    return _beginning(incomplete, [SAMPLE, *published()])
+
+
 def _beginning(incomplete: str, names: Iterable[str]) -> list[str]:
     return [name for name in names if name.startswith(incomplete)]

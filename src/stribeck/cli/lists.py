@@ -8,7 +8,14 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .completions import drive_names, law_names, method_names, reader_names, rig_names
+from .completions import (
+    drive_names,
+    law_names,
+    method_names,
+    reader_names,
+    recording_names,
+    rig_names,
+)  # fmt: skip
 from .inputs import Json
 
 
@@ -106,6 +113,21 @@ def readers(
         typer.echo(readers_text(name))
     else:
         show_readers(name)
+
+
+def data(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="The recording to show; all are listed by default.", autocompletion=recording_names)] = None,
+    paths: Annotated[list[Path] | None, typer.Argument(metavar="FILE...", help="Files that may be those of a published recording: their hashes tell.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Write the recording that the package brings.")] = None,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """List recordings to try: where real ones are published, and whether a file is one of them."""
+    from ..report.published_report import data_text, show_data
+
+    if json:
+        typer.echo(data_text(name))
+    else:
+        show_data(name, paths or [], out)
 
 
 def version(json: Json = False) -> None:
