@@ -291,7 +291,7 @@ def test_karnopp_is_stribeck_from_afar_and_static_within_its_band() -> None:
 
 
 def test_a_law_has_as_many_elements_as_its_name_says() -> None:
-    for stem, states in (("maxwell-slip", 1), ("gms", 2)):
+    for stem, states in (("maxwell-slip", 1), ("gms", 2), ("gms-damped", 2)):
         assert law_named(f"{stem}:4") is LAWS[stem]
         six = law_named(f"{stem}:6")
         assert six.name == f"{stem}:6"
@@ -304,7 +304,7 @@ def test_a_law_has_as_many_elements_as_its_name_says() -> None:
         assert math.isclose(six.levels(p)[1], F_C, rel_tol=1e-14)
 
 
-@pytest.mark.parametrize("stem", ["maxwell-slip", "gms"])
+@pytest.mark.parametrize("stem", ["maxwell-slip", "gms", "gms-damped"])
 def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> None:
     # Compiled here or on disk, in any order: an address leads to the right one.
     for n in (6, 2, 4, 6, 1):
@@ -320,7 +320,7 @@ def test_kernels_tell_laws_of_different_numbers_of_elements_apart(stem: str) -> 
     ("name", "message"),
     [
         ("stribek", "no law 'stribek': there are coulomb-viscous, "),
-        ("stribeck:3", "law stribeck:3: only maxwell-slip, gms, curve, curve-directional"),
+        ("stribeck:3", "law stribeck:3: only maxwell-slip, gms, gms-damped, curve, curve-direct"),
         ("gms:0", "law gms:0: the number of elements goes from 1 to 20, as in gms:6"),
         ("gms:²", "law gms:²: the number of elements goes from 1 to 20, as in gms:6"),
         (f"gms:{10**4299}0", "law gms:1000"),

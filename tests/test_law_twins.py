@@ -178,6 +178,13 @@ CASES: dict[str, Case] = {
         "W_4 ratio",  # v_s goes with tau: refits on a grid have 95 % from 0.014 to 0.033 m/s
         ("W_1", "W_2", "W_3", "d_1", "r_2", "r_3", "r_4", "F_V"),
     ),
+    # Friction that rises from rest; the damping of what sticks is seen where the axis swings.
+    "gms-damped": Case(
+        SLID,
+        [4, 3, 3, 2, 2e-6, 2, 2.5, 3, 50, 0.8, 2e-2, 5e-3, 600],
+        "W_4 ratio",
+        ("W_1", "W_2", "W_3", "d_1", "r_2", "r_3", "r_4", "F_V", "sigma"),
+    ),
     # The motor swings faster than the drop and slower, pulls and is pulled, and lets go.
     "bam-m1": Case(SERVO, GEARS[:2], "K_c K_v"),
     "bam-m2": Case(SERVO, GEARS, "K_c K_v K_cs"),

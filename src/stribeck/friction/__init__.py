@@ -69,6 +69,7 @@ _FILES = {
     "armstrong": "armstrong",
     "maxwell-slip": "maxwell",
     "gms": "gms",
+    "gms-damped": "gms",
     "bam-m1": "bam",
     "bam-m2": "bam",
     "bam-m3": "bam",
@@ -83,6 +84,7 @@ ELEMENTS: Mapping[str, tuple[str, int, int]] = MappingProxyType(
     {
         "maxwell-slip": ("elements", 1, 20),
         "gms": ("elements", 1, 20),
+        "gms-damped": ("elements", 1, 20),
         "curve": ("knots", 3, 40),
         "curve-directional": ("knots", 3, 40),
     }

@@ -56,6 +56,7 @@ FORCED_ROTARY = BalancedRig(
         "v_s": (1e-4, 10.0),
         "sigma_0": (1.0, 1e7),
         "sigma_1": (0.0, 1e4),
+        "sigma": (0.0, 1e4),
         "d_1": (1e-7, 1e-2),
     },
     shows={

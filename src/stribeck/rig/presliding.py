@@ -11,7 +11,7 @@ from typing import Any
 from .composed import ComposedRig, settings
 from .parts import Part, part_named
 
-_LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms")
+_LAWS = ("lugre", "dahl", "elasto-plastic", "maxwell-slip", "gms", "gms-damped")
 
 
 _MASS = part_named("load", "mass")
@@ -57,6 +57,7 @@ PRESLIDING_ROTARY = ComposedRig.compose(
     ranges={
         "sigma_0": (1.0, 1e7),
         "sigma_1": (0.0, 1e4),
+        "sigma": (0.0, 1e4),
         "F_S": (0.0, 100.0),
         "F_C": (0.0, 100.0),
         "F": (0.0, 100.0),
