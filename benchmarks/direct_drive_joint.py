@@ -172,7 +172,7 @@ def fitted(joint: Joint, seed: int) -> Array:
             joint.residuals,
             start,
             bounds=(ends[:, 0], ends[:, 1]),
-            diff_step=1e-4,
+            diff_step=np.full(len(start), 1e-4),
             max_nfev=MOST,
             x_scale="jac",
         )
@@ -266,7 +266,7 @@ def main() -> None:
             kept = [law for law in kept if law["law"] != name] + [measured(name)]
         FILE.write_text(json.dumps(kept, indent=1) + "\n")
     for table in tables(kept):
-        print(table)
+        print(table.text())
 
 
 if __name__ == "__main__":

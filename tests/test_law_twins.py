@@ -168,6 +168,12 @@ CASES: dict[str, Case] = {
     "elasto-plastic": Case(
         SLID, [1.2e6, 600, 18, 12, 2e-2, 50, 0.5], "sigma_0 F_S", ("sigma_1", "F_V")
     ),
+    "lugre-film": Case(
+        SLID,
+        [1.2e6, 600, 18, 12, 2e-2, 50, 5e-2, 0.05, 0.05],
+        "sigma_0 F_S",
+        ("sigma_1", "F_C", "v_s", "F_V", "v_b", "tau_p", "tau_n"),
+    ),
     # Rests of a tenth of a second between pushes, at 10 ms: of the rise they show a part.
     "armstrong": Case(
         PUSHED, [2e5, 18, 12, 2e-2, 40, 0.1, 2e-2], "F_C F_V", ("sigma_0", "gamma", "tau_L")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Delay = float | tuple[float, float] | Literal["auto", "off"]
 
 #: Channels that are measured with the force, not with the motion.
-FORCE_CHANNELS = ("force", "current", "voltage", "pressure")
+FORCE_CHANNELS = ("force", "current", "voltage", "pressure", "back_pressure")
 #: Channels of the motion.
 MOTION_CHANNELS = ("position", "velocity", "acceleration")
 #: Fewest samples that are left of a log.

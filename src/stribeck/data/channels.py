@@ -17,5 +17,6 @@ CHANNELS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "voltage": ("V", "V"),
         "temperature": ("K", "K"),
         "pressure": ("Pa", "Pa"),
+        "back_pressure": ("Pa", "Pa"),
     }
 )

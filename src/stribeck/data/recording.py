@@ -70,6 +70,7 @@ class Recording:
         voltage: Controller output or motor voltage, V.
         temperature: K.
         pressure: Gauge pressure in a cylinder, Pa.
+        back_pressure: That in its other chamber, which drives the rod back, Pa.
         extra: Further numeric columns by their name in the log, as written there.
         rotary: Whether position is an angle.
         source: The file it was read from.
@@ -102,6 +103,7 @@ class Recording:
     drive: DriveChain | None = None
     runs: SteadyRuns | None = None
     known_force: KnownForce | None = None
+    back_pressure: Array | None = None
 
     def __post_init__(self) -> None:
         for name in ("t", *CHANNELS):

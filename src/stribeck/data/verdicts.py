@@ -102,6 +102,8 @@ def likely_rig(recording: Recording, segments: Segments, tests: ForceTests) -> t
         return ("cylinder", "force and pressure measured") if pressed else (
             f"forced{turned}", "force measured"
         )  # fmt: skip
+    if recording.pressure is not None and recording.back_pressure is not None:
+        return "two-chambers", "the pressures in both chambers measured"
     return _without_force(recording)
 
 

@@ -65,6 +65,7 @@ _FILES = {
     "curve-directional": "curve",
     "dahl": "dahl",
     "lugre": "lugre",
+    "lugre-film": "film",
     "elasto-plastic": "elasto_plastic",
     "armstrong": "armstrong",
     "maxwell-slip": "maxwell",

@@ -56,7 +56,7 @@ def _read(rig: Rig, fault: Fault) -> bool:
     if fault.kind == "held" and fault.channel == "position":
         return not getattr(rig, "holds", False)
     if rig.approach == "force_balance":
-        return fault.channel in ("position", "force", "voltage", "pressure")
+        return fault.channel in ("position", "force", "voltage", "pressure", "back_pressure")
     if fault.channel == "force":
         return rig.applied_force
     if fault.channel == "velocity":

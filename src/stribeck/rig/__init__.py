@@ -18,6 +18,7 @@ _DECLARED = {
     "forced-rotary": "forced.FORCED_ROTARY",
     "forced-pendulum": "forced_pendulum.FORCED_PENDULUM",
     "cylinder": "cylinder.CYLINDER",
+    "two-chambers": "two_chambers.TWO_CHAMBERS",
     "servo-pendulum": "servo_pendulum.SERVO_PENDULUM",
     "joint": "joint.JOINT_RIG",
     "presliding": "presliding.PRESLIDING",

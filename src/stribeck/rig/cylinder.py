@@ -115,7 +115,7 @@ class Cylinder(BalancedRig):
 
 
 #: 1 N/bar, m^2.
-_PER_BAR = 1e-5
+PER_BAR = 1e-5
 
 CYLINDER = Cylinder(
     name="cylinder",
@@ -129,15 +129,15 @@ CYLINDER = Cylinder(
         *FORCED.params,
         Param(
             "b",
-            -1000 * _PER_BAR,
-            1000 * _PER_BAR,
+            -1000 * PER_BAR,
+            1000 * PER_BAR,
             "m**2",
             "b",
             doc="force per unit of pressure that the bore leaves out",
         ),
     ),
     laws=("coulomb-load", *FORCED.laws),
-    ranges={**FORCED.ranges, "mu": (0.0, 1000 * _PER_BAR)},
+    ranges={**FORCED.ranges, "mu": (0.0, 1000 * PER_BAR)},
     shows={**FORCED.shows, "mu": "N/bar", "b": "N/bar"},
     labels={"mu": "mu_p"},
     loads=(*FORCED.loads, "normal"),

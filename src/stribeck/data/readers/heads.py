@@ -28,6 +28,7 @@ _NAMES = {
     "temperature": "temperature temp t motor_temperature temperatur temperatura 温度",
     "pressure": "pressure p gauge_pressure chamber_pressure druck pression pressione presion "
     "压力 圧力",
+    "back_pressure": "back_pressure rod_pressure rod_side_pressure gegendruck",
 }
 _CHANNEL = [(n, channel) for channel, names in _NAMES.items() for n in names.split()]
 _MEASURED = {"meas", "measured", "act", "actual", "feedback", "fbk", "present", "ist", "reel",

@@ -4,7 +4,7 @@ import { address, ask, change, get, session, settle } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
 import { attempt, go } from "./main.js";
 
-const CHANNELS = ["position", "command", "velocity", "acceleration", "force", "current", "voltage", "temperature", "pressure", "time"];
+const CHANNELS = ["position", "command", "velocity", "acceleration", "force", "current", "voltage", "temperature", "pressure", "back_pressure", "time"];
 const WORDS = ["joint", "rate", "time_unit", "stamp", "episode", "subtract"];
 
 export async function upload(files) {
