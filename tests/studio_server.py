@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -95,6 +95,18 @@ class Studio:
         answer = self.ask("POST", f"{self.session}/jobs", {"kind": kind, **more})
         assert answer.status == 200, answer.body
         return answer.json["jobs"][-1]
+
+    def work_silently(self, kind: str) -> None:
+        """Ask for work of which the list of jobs says nothing."""
+        assert self.ask("POST", f"{self.session}/jobs", {"kind": kind}).status == 200
+
+    def until_state(self, holds: Callable[[Any], bool]) -> Any:
+        """Wait until the session is in a state, and return it."""
+        end = time.monotonic() + PATIENCE
+        while not holds(state := self.ask("GET", self.session).json):
+            assert time.monotonic() < end, state
+            time.sleep(0.05)
+        return state
 
     def until(self, job: int, *states: str) -> Any:
         """Wait until a job is in one of some states, and return it."""

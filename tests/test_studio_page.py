@@ -1,29 +1,26 @@
-"""The studio in a real browser: the whole way by mouse and by keys, and nothing on its console."""
+"""The studio in a real browser: what it shows, what goes wrong, and nothing on its console."""
 
 from __future__ import annotations
 
 import os
 import re
 import signal
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from browser import CHROMIUM, NO_CHROMIUM
-from patience import PATIENCE
 from studio_server import Studio, bed_log, sliding_log, start
+from studio_window import Keys, Window, chromium, studio, window
 
-playwright = pytest.importorskip("playwright.sync_api")
+__all__ = ["chromium"]
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
 STEPS = ("logs", "look", "axis", "fit", "verdict", "out")
-#: The first plot of a page, its chosen rig, and its first field.
+#: The first plot of a page, and its first field.
 PLOT = "document.querySelector('.canvas').closest('figure').plot"
-CHOSEN = "document.querySelector('input[name=rig]:checked')?.value"
 FIELD = "document.querySelectorAll('.field input')[0].value"
 #: The texts of a page; and what a key looks like that has no words in the catalogue.
 TEXTS = """(() => {
@@ -33,83 +30,8 @@ TEXTS = """(() => {
   return texts;
 })()"""
 KEY = re.compile(r"[a-z]+(\.[a-z_]+)+")
-DRAWN = "[...document.querySelectorAll('.canvas')].every((c) => c.querySelector('canvas'))"
 #: Impacts of what axe-core finds that are serious.
 SERIOUS = {"serious", "critical"}
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    with playwright.sync_playwright() as driver:
-        opened = driver.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-dev-shm-usage"]
-        )
-        yield opened
-        opened.close()
-
-
-class Window:
-    """A window of the studio that remembers what it should not have said or asked for.
-
-    Args:
-        context: Of the browser.
-        opened: The studio.
-    """
-
-    def __init__(self, context: Any, opened: Studio) -> None:
-        self.ports = {opened.port}
-        self.page = context.new_page()
-        self.page.set_default_timeout(1e3 * PATIENCE)
-        self.complaints: list[str] = []
-        self.elsewhere: list[str] = []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", self._asked)
-
-    def _asked(self, request: Any) -> None:
-        own = tuple(f"http://127.0.0.1:{port}/" for port in self.ports)
-        if not request.url.startswith((*own, "blob:", "data:")):
-            self.elsewhere.append(request.url)
-
-    def open(self, address: str) -> None:
-        self.page.goto(address)
-        self.page.wait_for_selector("main h1")
-
-    def is_silent(self) -> None:
-        assert self.complaints == []
-        assert self.elsewhere == []
-
-    def picture(self, name: str) -> None:
-        """A picture for docs/studio.md, where a folder for these is stated."""
-        if folder := os.environ.get("STRIBECK_PICTURES"):
-            self.page.mouse.move(2, 2)
-            self.page.screenshot(path=Path(folder) / f"studio-{name}.png")
-
-    def heading(self) -> str:
-        return str(self.page.inner_text("main h1"))
-
-    def until(self, condition: str) -> None:
-        """Wait until an expression holds; the page's policy lets nothing be evaluated in it."""
-        end = time.monotonic() + PATIENCE
-        while not self.page.evaluate(condition):
-            assert time.monotonic() < end, condition
-            self.page.wait_for_timeout(50)
-
-    def drawn(self) -> None:
-        """Wait until every plot of the page is drawn."""
-        self.page.wait_for_selector(".u-over")
-        self.until(
-            "[...document.querySelectorAll('.canvas')].every((c) => c.querySelector('canvas'))"
-        )
-
-
-@contextmanager
-def window(chromium: Any, opened: Studio, **options: Any) -> Iterator[Window]:
-    context = chromium.new_context(**{"viewport": {"width": 1280, "height": 900}} | options)
-    try:
-        yield Window(context, opened)
-    finally:
-        context.close()
 
 
 @pytest.fixture
@@ -117,101 +39,21 @@ def log(tmp_path: Path) -> Path:
     return sliding_log(tmp_path / "axis.csv")
 
 
-@contextmanager
-def studio(home: Path, *logs: Path) -> Iterator[Studio]:
-    opened = start(home, *logs)
-    try:
-        yield opened
-    finally:
-        opened.end()
-
-
-def identify(page: Any, rig: str) -> None:
-    """From the page of logs to the verdict, by mouse."""
-    page.click("text=Look at the log")
-    page.wait_for_selector(".u-over")
-    page.click("text=Describe the axis")
-    page.click(f"input[value='{rig}']")
-    page.click("#next:not([disabled])")
-    page.wait_for_selector("#run")
-    page.click("#run")
-    page.click("text=See the verdict")
-    page.wait_for_selector("td .chip")
-
-
-def test_the_whole_way_by_mouse(chromium: Any, tmp_path: Path, log: Path) -> None:
-    with studio(tmp_path / "home") as opened, window(chromium, opened) as w:
-        w.open(opened.address)
-        w.page.fill("#name", "my axis")
-        w.page.click("text=New session")
-        w.page.wait_for_selector("#files")
-        w.page.set_input_files("#files", str(log))
-        w.page.wait_for_selector("text=Columns and what they are taken for")
-        w.picture("logs")
-        identify(w.page, "forced")
-        row = w.page.inner_text("tr:has(th:text-is('M'))")
-        assert float(row.split("\t")[1]) == pytest.approx(2.0, rel=0.02)
-        assert "identified" in row
-        w.drawn()
-        w.page.click("text=Take it out")
-        w.page.wait_for_selector("pre:has-text('FUNCTION_BLOCK')")
-        w.picture("out")
-        with w.page.expect_download() as download:
-            w.page.click("a.download")
-        assert "FUNCTION_BLOCK" in Path(download.value.path()).read_text(encoding="utf-8")
-        command = w.page.inner_text(".copy pre")
-        assert command.startswith("stribeck identify axis.csv --rig forced")
-        w.is_silent()
-
-
-def test_the_whole_way_by_keys(chromium: Any, tmp_path: Path, log: Path) -> None:
-    """No pointer: Tab, Enter, Space and arrows, and always a focus that can be seen."""
-
+def test_a_plot_is_moved_by_keys_and_a_step_begins_at_its_heading(
+    chromium: Any, tmp_path: Path, log: Path
+) -> None:
     with studio(tmp_path / "home", log) as opened, window(chromium, opened) as w:
+        keys = Keys(w)
         w.open(opened.address)
-        w.page.wait_for_selector("text=Look at the log")
-
-        def tab_to(selector: str) -> None:
-            w.page.wait_for_selector(selector)
-            for _ in range(200):
-                w.page.keyboard.press("Tab")
-                if w.page.evaluate("(s) => document.activeElement.matches(s)", selector):
-                    outline = w.page.evaluate(
-                        "() => getComputedStyle(document.activeElement).outlineStyle"
-                    )
-                    assert outline != "none", selector
-                    return
-            raise AssertionError(f"{selector} cannot be reached by Tab")
-
-        tab_to("#main button.main")
-        w.page.keyboard.press("Enter")
+        keys.press("#next")
         w.drawn()
         assert w.heading() == "Look"
         assert w.page.evaluate("document.activeElement.tagName") == "H1"
-        tab_to("#main [role=toolbar] button")
+        keys.to("#main [role=toolbar] button")
         w.page.keyboard.press("+")
         w.until(f"{PLOT}.scales.x.max < 11")
-        tab_to("#main button.main")
-        w.page.keyboard.press("Enter")
-        tab_to("#main input[name=rig]")
-        w.page.keyboard.press("Space")
-        for _ in range(12):
-            if w.page.evaluate(CHOSEN) == "forced":
-                break
-            w.page.keyboard.press("ArrowDown")
-            w.page.wait_for_timeout(100)
-        w.page.wait_for_selector("#next:not([disabled])")
-        tab_to("#next")
-        w.page.keyboard.press("Enter")
-        tab_to("#run")
-        w.page.keyboard.press("Enter")
-        tab_to(".job button.main")
-        w.page.keyboard.press("Enter")
-        w.page.wait_for_selector("td .chip")
-        assert w.heading() == "Verdict"
-        tab_to("#main button.main")
-        w.page.keyboard.press("Enter")
-        w.page.wait_for_selector("pre:has-text('FUNCTION_BLOCK')")
+        w.page.keyboard.press("0")
+        w.until(f"{PLOT}.scales.x.max > 11")
         w.is_silent()
 
 

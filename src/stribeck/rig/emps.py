@@ -16,6 +16,7 @@ from ..data.filtering import Filtering
 from ..errors import InputError
 from ..space import Array, Param
 from .balanced import BalancedRig
+from .composition import POSITION, Block
 from .controller import Controller
 from .motion.drives import (
     AXIS,
@@ -70,6 +71,19 @@ class Emps(BalancedRig):
     in which the velocity is a backward difference of the mean of two positions. The voltage is
     held for T from `delay` later on; force = gtau u, and M dv/dt = force − F_f − offset.
     """
+
+    @property
+    def composition(self) -> tuple[Block, ...]:
+        """Its cascade, the motor whose voltage is logged, and the slide."""
+        return (
+            Block("controller", "cascade", "a loop of the position around one of the velocity",
+                  "u = clip(kv (kp (command − q) − v), ±u_max)",
+                  ("kp", "kv", "u_max", "T", "delay")),
+            Block("motor", "voltage", "its force goes with the voltage, which the log has",
+                  "F = gtau u", ("gtau",)),
+            Block("load", "mass", "the slide on its ball screw", "M a = F − offset − F_f"),
+            POSITION,
+        )  # fmt: skip
 
     def measured(self, recording: Recording) -> Array:
         """The force of the drive, N: gtau times the voltage, or else its column."""

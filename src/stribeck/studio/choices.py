@@ -80,6 +80,7 @@ class Choices(_Strict):
         budget: Its evaluations at most.
         loss: What of the errors counts.
         breakaway: One breakaway, or each slip's own.
+        velocity: Of a force balance, where it comes from.
         delay: As typed: `auto`, `off`, or milliseconds.
         laws: Laws that `select` compares; those of the rig where empty.
         folds: Parts that `select` holds out in turn.
@@ -111,6 +112,7 @@ class Choices(_Strict):
     budget: Annotated[int, Field(ge=1, le=10**9)] | None = None
     loss: Loss = "squares"
     breakaway: Breakaway = "auto"
+    velocity: Literal["auto", "recorded", "position"] = "auto"
     delay: Text = "auto"
     laws: Annotated[tuple[Name, ...], Field(max_length=40)] = ()
     folds: Annotated[int, Field(ge=2, le=100)] | None = None
@@ -123,6 +125,10 @@ class Choices(_Strict):
             InputError: there is no such choice, or it cannot have that value.
         """
         return choices_from({**self.model_dump(mode="json"), **changes})
+
+    def same_fit(self, other: Choices) -> bool:
+        """Whether another session's choices would make the same fit."""
+        return self.model_copy(update=_ASIDE) == other.model_copy(update=_ASIDE)
 
 
 def choices_from(document: object) -> Choices:
@@ -146,5 +152,7 @@ def _json(document: object) -> str:
         raise InputError(f"the choices: {error}") from error
 
 
+#: Choices that no fit depends on.
+_ASIDE: dict[str, Any] = {"laws": (), "folds": None, "target": ""}
 #: What a worker can be asked to do.
-Kind = Literal["identify", "select", "plan", "compensate"]
+Kind = Literal["estimate", "identify", "select", "plan", "compensate"]

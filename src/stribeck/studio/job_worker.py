@@ -13,7 +13,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,8 @@ PACE = 0.25
 DRAWN = 600
 #: Best values kept of a search, for the curve of its progress.
 KEPT = 300
+#: Points of a trial batch, and seconds of batches after which an evaluation's cost is known.
+TRIED, MEASURED = 24, 0.3
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -70,6 +72,8 @@ def _do(home: Home, job: SessionJob) -> None:
     request = Request(job.choices, {i: log.path for i, log in home.logs().items()})
     out = home.results(job.id)
     match job.kind:
+        case "estimate":
+            _estimate(home, job, request)
         case "identify":
             _identify(home, job, request, out)
         case "select":
@@ -78,6 +82,26 @@ def _do(home: Home, job: SessionJob) -> None:
             _plan(home, job, request, out)
         case "compensate":
             _compensate(home, job, out)
+
+
+def _estimate(home: Home, job: SessionJob, request: Request) -> None:
+    """How long the search of a fit takes at most, from what an evaluation takes here."""
+    from ..identify.search_settings import BUDGET, REPEATS  # noqa: PLC0415 - compiled code
+
+    home.report(job.id, {"stage": "reading"})
+    recordings = request.recordings()
+    trial = _problem(recordings, request.identification).thinned()
+    rng = np.random.default_rng(0)
+    trial(trial.space.decode(trial.space.sample(rng, TRIED)))  # compiles what is not compiled yet
+    rows, seconds = 0, 0.0
+    while seconds < MEASURED:
+        x = trial.space.decode(trial.space.sample(rng, TRIED))
+        began = time.perf_counter()
+        trial(x)
+        rows, seconds = rows + TRIED, seconds + time.perf_counter() - began
+    most = (job.choices.budget or BUDGET) * (job.choices.repeats or REPEATS)
+    cost = seconds / rows
+    home.report(job.id, {"evaluations": most, "evaluation": cost, "seconds": most * cost})
 
 
 def _identify(home: Home, job: SessionJob, request: Request, out: Path) -> None:
@@ -89,7 +113,7 @@ def _identify(home: Home, job: SessionJob, request: Request, out: Path) -> None:
 
     home.report(job.id, {"stage": "reading"})
     recordings = request.recordings()
-    arguments: dict[str, Any] = {"rig": request.rig, "law": request.law, **request.search()}
+    arguments = request.identification
     home.report(job.id, {"stage": "searching"})
     with held(out, wait=True), together(out, OF_A_FIT) as place:
         with JobProgress(home, job.id, _Drawing(recordings, arguments)) as progress:
@@ -216,6 +240,14 @@ def _state(search: Search) -> dict[str, Any]:
     }
 
 
+def _problem(recordings: Sequence[Any], arguments: Mapping[str, Any]) -> MotionProblem:
+    """What a search minimises, of the arguments of `identify`."""
+    from ..identify.problem import problem  # noqa: PLC0415 - compiled code
+
+    known = ("rig", "law", "train", "fixed", "bounds", "loss")
+    return problem(recordings, **{n: v for n, v in arguments.items() if n in known})
+
+
 class _Drawing:
     """The motion of the best parameters so far beside the measured one, of the first log.
 
@@ -224,7 +256,7 @@ class _Drawing:
         arguments: Those of `identify`.
     """
 
-    def __init__(self, recordings: Sequence[Any], arguments: dict[str, Any]) -> None:
+    def __init__(self, recordings: Sequence[Any], arguments: Mapping[str, Any]) -> None:
         self._recordings, self._arguments = recordings, arguments
         self._problem: MotionProblem | None = None
         self._best = np.inf
@@ -243,12 +275,8 @@ class _Drawing:
         return self._motion
 
     def _drawn(self, best: Search) -> dict[str, Any] | None:
-        from ..identify.problem import problem  # noqa: PLC0415 - compiled code
-
         if self._problem is None:
-            known = ("rig", "law", "train", "fixed", "bounds", "loss")
-            words = {n: v for n, v in self._arguments.items() if n in known}
-            self._problem = problem(self._recordings[:1], **words)
+            self._problem = _problem(self._recordings[:1], self._arguments)
         parameters = self._problem.parameters
         x = best.run().x
         if len(x) != self._problem.space.dim:

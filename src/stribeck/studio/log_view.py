@@ -192,9 +192,7 @@ class LogViews:
         """
         file = request.files[request.choices.logs[log].id]
         stat = file.stat()
-        rig = request.choices.rig if request.map is None else ""
-        how = repr((request.map, sorted(request.words.items()), rig))
-        key = (request.path(log), how, stat.st_mtime_ns, stat.st_size)
+        key = (request.path(log), request.reading, stat.st_mtime_ns, stat.st_size)
         with self._lock:
             if key not in self._views:
                 self._views[key] = LogView(request.recording(log))
@@ -235,8 +233,8 @@ def log_contents(request: Request, log: int) -> dict[str, Any]:
         InputError: as `contents`.
     """
     columns = request.map
-    if columns is None and request.choices.rig:
-        columns = dict(request.rig.columns) or None
+    if columns is None and (rig := request.reading_rig) is not None:
+        columns = dict(rig.columns) or None
     return contents_table(contents(request.path(log), columns=columns, **request.words))
 
 

@@ -27,4 +27,5 @@ def axis_of(text: str, name: str) -> dict[str, Any]:
 
 def chosen(axis: dict[str, Any]) -> dict[str, Any]:
     """The choices of a session whose axis is another."""
-    return {"rig": AXIS, "axis": axis, "constants": {}, "fixed": {}, "bounds": {}, "law": ""}
+    other = {"constants": {}, "fixed": {}, "bounds": {}, "law": ""}
+    return {"rig": AXIS, "axis": axis, **other, "velocity": "auto", "breakaway": "auto"}

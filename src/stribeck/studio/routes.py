@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from dataclasses import asdict
 from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
@@ -18,7 +19,6 @@ from starlette.requests import Request as Asked
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from ..drive import DriveChain
 from ..errors import InputError
 from ..report.page.html_page import style_sheet
 from ..text_file import json_document
@@ -210,9 +210,17 @@ class Routes:
                 if log.id in known
             ],
             "axis": _axis(request),
-            "drive": _drive(request.choices),
+            "drive": _drive(request),
             "steps": [asdict(step) for step in steps(request, jobs, unread)],
-            "jobs": [_job(job) for job in jobs],
+            "jobs": [_job(job) for job in jobs if job.kind != "estimate"],
+            "estimate": next(
+                (
+                    _job(job)
+                    for job in reversed(jobs)
+                    if job.kind == "estimate" and job.choices.same_fit(session.choices)
+                ),
+                None,
+            ),
         }
 
     def _request(self, session: Session) -> Request:
@@ -234,7 +242,7 @@ class Routes:
         """What is in a log, or why that cannot be said: looked for once, however often asked."""
         path = Path(request.files[request.choices.logs[log].id])
         stamp = path.stat().st_mtime_ns if path.exists() else 0
-        key = (str(path), stamp, repr(request.map), repr(request.words), request.choices.rig)
+        key = (str(path), stamp, request.reading)
         if key not in self._contents:
             if len(self._contents) > KEPT:
                 self._contents.clear()
@@ -296,12 +304,15 @@ class Routes:
         document = await _document(asked)
         session = self._home.session(asked.path_params["session"])
         kind, parent = document.get("kind"), document.get("parent")
-        if kind not in ("identify", "select", "plan", "compensate"):
-            raise InputError("kind: there are identify, select, plan and compensate")
+        if kind not in get_args(Kind):
+            raise InputError(f"kind: there are {', '.join(get_args(Kind))}")
+        if kind == "estimate":  # of other choices than those that hold now it is of no use
+            for job in self._home.jobs(session.id):
+                if job.kind == kind and job.state in ("waiting", "running"):
+                    self._home.cancel(job.id)
         if kind in ("plan", "compensate"):
             parent = self._fit(session.id, parent).id
-        work: Kind = kind
-        self._home.ask(session.id, work, parent)
+        self._home.ask(session.id, cast("Kind", kind), parent)
         self._workers.wake()
         return await self._answer(self._home.session(session.id))
 
@@ -377,17 +388,20 @@ def _axis(request: Request) -> dict[str, Any] | None:
         return None
 
 
-def _drive(choices: Choices) -> dict[str, str]:
+def _drive(request: Request) -> dict[str, str]:
     """What the drive of a session does to what it recorded, or why that cannot be said."""
-    if not choices.drive:
-        return {"sentence": "", "error": ""}
     try:
-        return {"sentence": DriveChain.of_table(dict(choices.drive)).sentence(), "error": ""}
+        chain = request.drive_chain
     except InputError as error:
         return {"sentence": "", "error": str(error)}
+    return {"sentence": chain.sentence() if chain else "", "error": ""}
 
 
 def _job(job: SessionJob) -> dict[str, Any]:
+    request = Request(job.choices, {})
+    law, rig = job.choices.law, job.choices.rig
+    with contextlib.suppress(InputError):
+        law, rig = request.law, request.kind.name
     return {
         "id": job.id,
         "kind": job.kind,
@@ -398,8 +412,8 @@ def _job(job: SessionJob) -> dict[str, Any]:
         "message": job.message,
         "created": job.created,
         "ended": job.ended,
-        "law": job.choices.law,
-        "rig": job.choices.rig,
+        "law": law,
+        "rig": rig,
     }
 
 
@@ -423,8 +437,9 @@ async def _document(asked: Asked) -> dict[str, Any]:
     Raises:
         InputError: it is none, or too long.
     """
+    text = await _text(asked)
     try:
-        document = json_document(await _text(asked))
+        document = json_document(text)
     except (ValueError, RecursionError) as error:
         raise InputError("what was sent is no JSON") from error
     if not isinstance(document, dict):

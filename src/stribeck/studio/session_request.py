@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..constant import Stated, toleranced
 from ..data import Recording
+from ..drive import DriveChain
 from ..errors import InputError
 from ..rig import RIGS, Rig
 from ..rig.log_reading import read_for
@@ -83,10 +84,27 @@ class Request:
         turned = self.choices.directional and not name.endswith("-directional")
         return f"{name}-directional" if turned else name
 
+    @cached_property
+    def drive_chain(self) -> DriveChain | None:
+        """The chain from what the drive recorded to the force; None where none is stated.
+
+        Raises:
+            InputError: what is stated is no chain, or not yet a whole one.
+        """
+        return DriveChain.of_table(dict(self.choices.drive)) if self.choices.drive else None
+
+    @cached_property
+    def drive(self) -> DriveChain | None:
+        """The same; None as long as it is not whole: logs are looked at without."""
+        try:
+            return self.drive_chain
+        except InputError:
+            return None
+
     @property
     def map(self) -> dict[str, Any] | None:
         """How the logs are read where their heads do not say it, as `read` takes it."""
-        drive = {"drive": dict(self.choices.drive)} if self.choices.drive else {}
+        drive = {"drive": dict(self.choices.drive)} if self.drive else {}
         if not self.choices.columns and not drive:
             return None
         return {"columns": dict(self.choices.columns), **drive}
@@ -101,14 +119,31 @@ class Request:
         choice = self.choices.logs[log]
         return _windowed(str(self.files[choice.id]), choice.window)
 
+    @property
+    def reading(self) -> str:
+        """All that says how logs are read, as one text: what was read otherwise is another."""
+        c = self.choices
+        own = (c.axis, c.constants, c.exact) if c.rig == AXIS else ()
+        return repr((self.map, self.words, c.rig if self.map is None else "", own))
+
+    @property
+    def reading_rig(self) -> Rig | None:
+        """The rig that says how logs are read; None as long as none is described rightly.
+
+        Its own step says what is wrong with it, and a log can be looked at without.
+        """
+        try:
+            return self.rig if self.choices.rig else None
+        except InputError:
+            return None
+
     def recording(self, log: int) -> Recording:
         """A log of the session, read as is chosen.
 
         Raises:
             InputError: as `read`.
         """
-        rig = self.rig if self.choices.rig else None
-        return read_for(rig, self.path(log), self.map, **self.words)
+        return read_for(self.reading_rig, self.path(log), self.map, **self.words)
 
     def recordings(self) -> list[Recording]:
         """All logs of the session.
@@ -118,6 +153,7 @@ class Request:
         """
         if not self.choices.logs:
             raise InputError("no log is chosen")
+        _ = self.drive_chain  # says what it lacks
         return [self.recording(k) for k in range(len(self.choices.logs))]
 
     def search(self) -> dict[str, Any]:
@@ -139,13 +175,30 @@ class Request:
             plain["loss"] = c.loss
         if c.breakaway != "auto":
             plain["breakaway"] = c.breakaway
+        if c.velocity != "auto":
+            plain["velocity"] = c.velocity
         if c.delay != "auto":
             plain["delay"] = _delay(c.delay)
         return plain
 
+    @property
+    def identification(self) -> dict[str, Any]:
+        """All arguments of `identify` but the logs."""
+        return {"rig": self.rig, "law": self.law, **self.search()}
+
     def comparison(self) -> dict[str, Any]:
         """Arguments of `select` that say what is compared and how; defaults are left out."""
-        shared = ("train", "holdout", "fixed", "bounds", "seed", "budget", "loss", "delay")
+        shared = (
+            "train",
+            "holdout",
+            "fixed",
+            "bounds",
+            "seed",
+            "budget",
+            "loss",
+            "velocity",
+            "delay",
+        )
         plain = {n: v for n, v in self.search().items() if n in shared}
         own = {"laws": list(self.choices.laws), "folds": self.choices.folds}
         return {**plain, **{n: v for n, v in own.items() if v}}
@@ -160,7 +213,7 @@ class Request:
         c = self.choices
         logs = [_windowed(self.files[log.id].name, log.window) for log in c.logs]
         words = ["stribeck", kind, *logs]
-        if c.drive:
+        if self.drive:
             words += ["--columns", MAP]
         else:
             words += _each("--column", c.columns)
@@ -185,6 +238,7 @@ class Request:
             words += ["--repeats", str(c.repeats)] * (c.repeats is not None)
             words += ["--breakaway", c.breakaway] * (c.breakaway != "auto")
         words += ["--loss", c.loss] * (c.loss != "squares")
+        words += ["--velocity", c.velocity] * (c.velocity != "auto")
         words += [f"--delay={c.delay}"] * (c.delay != "auto")
         return [*words, "--out", out]
 
@@ -224,7 +278,7 @@ class Request:
 
     def texts(self) -> dict[str, str]:
         """The files that the command line names beside the logs: name -> text."""
-        files = {MAP: toml_text(self.map)} if self.choices.drive and self.map else {}
+        files = {MAP: toml_text(self.map)} if self.drive and self.map else {}
         if self.choices.rig == AXIS:
             files[AXIS] = toml_text(self.choices.axis)
         return files

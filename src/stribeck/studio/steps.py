@@ -61,6 +61,7 @@ def _axis(request: Request) -> tuple[str, str]:
         return "lock.no_rig", ""
     try:
         request.rig  # noqa: B018 - it refuses
+        request.drive_chain  # noqa: B018 - so does it
         request.search()
     except InputError as error:
         return "lock.axis", str(error)

@@ -4,6 +4,10 @@ export const session = { id: null, state: null, catalogue: null };
 const listeners = new Set();
 let source = null;
 
+// The session's own axis among the rigs.
+export const OWN = "axis.toml";
+export const rigNamed = (name) => (name === OWN ? session.state.axis : session.catalogue.rigs[name]);
+
 export const listen = (listener) => listeners.add(listener);
 
 // What is said to the person when something could not be done.
@@ -30,13 +34,19 @@ export function settle(state) {
 }
 
 let last = Promise.resolve();
+let waiting = 0; // changes that are not answered yet
 
 // Changes some choices, one after the other: what is typed quickly does not meet itself halfway.
 // Of a function, what it says of the choices as they are when its turn comes.
 export function change(choices) {
+  waiting += 1;
   const next = last.then(async () => {
     const changes = typeof choices === "function" ? choices(session.state.choices) : choices;
-    settle(await ask("PATCH", address(), { choices: changes, step: session.state.step }));
+    let state = null;
+    try { state = await ask("PATCH", address(), { choices: changes, step: session.state.step }); } finally { waiting -= 1; }
+    // With another behind it, it would show for a moment what is not chosen any more.
+    if (waiting) session.state = state;
+    else settle(state);
   });
   last = next.catch(() => {});
   return next;
@@ -62,6 +72,7 @@ function connect() {
   source = new EventSource(address("/events"));
   source.onmessage = (event) => {
     const state = JSON.parse(event.data);
+    if (waiting) return;
     if (JSON.stringify(state) !== JSON.stringify(session.state)) settle(state);
   };
 }

@@ -1,19 +1,27 @@
-// Step 3: the rig, its constants and the drive.
+// Step 3: the kind of axis or its parts, its constants and the drive.
 
-import { change, get, session } from "./api.js";
-import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
+import { OWN, address, ask, change, get, rigNamed, session, settle } from "./api.js";
+import { composer } from "./composer.js";
+import { composition } from "./composition.js";
+import { button, fill, h, number, t, table } from "./dom.js";
+import { driveForm } from "./drive.js";
 import { attempt, go } from "./main.js";
 
 // Origins of values that are of somebody else's machine, or nobody's.
 const BORROWED = new Set(["the paper", "inferred", "example"]);
+// What a session begins to compose: a mass under a measured force.
+const FIRST = { rotary: false, controller: { none: {} }, motor: { force: {} }, transmission: { rigid: {} }, load: { mass: {} } };
 
 export function axisStep() {
   const rigs = h("div");
-  const picture = h("div");
+  const own = h("div");
+  const picture = h("div", { id: "composition" });
   const constants = h("div");
   const drive = h("div");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.axis")), h("p", { class: "lead" }, t("axis.lead")), rigs, picture, constants, drive,
-    h("p", {}, button("next.fit", () => go("fit"), { class: "main", id: "next" })));
+  const drawDrive = driveForm(drive);
+  const drawOwn = composer(own);
+  const next = h("div");
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.axis")), h("p", { class: "lead" }, t("axis.lead")), rigs, picture, own, constants, drive, next);
   let suggestion = null;
   let key = null;
 
@@ -28,77 +36,91 @@ export function axisStep() {
     if (key === now) drawRigs(session.state);
   }
 
+  const choose = (name) => attempt(() => change(({ axis }) => ({
+    rig: name, constants: {}, fixed: {}, bounds: {}, law: "", velocity: "auto", breakaway: "auto", axis: name === OWN && !Object.keys(axis).length ? FIRST : axis,
+  })));
+
+  const option = (state, name, title, doc, chip) => h("label", { class: "choice" },
+    h("input", { type: "radio", name: "rig", value: name, checked: state.choices.rig === name, onchange: () => choose(name) }),
+    h("span", {}, h("strong", {}, title), chip && h("span", { class: "chip identified" }, chip), h("br"), doc));
+
   function drawRigs(state) {
     const all = Object.entries(session.catalogue.rigs);
     all.sort(([a], [b]) => (b === suggestion?.rig) - (a === suggestion?.rig));
-    const focused = rigs.contains(document.activeElement) ? document.activeElement.value : null;
+    const focused = rigs.contains(document.activeElement) ? document.activeElement : null;
     fill(rigs, h("fieldset", { class: "cards" }, h("legend", {}, t("axis.rig")),
       suggestion && h("p", { class: "note" }, suggestion.rig ? t("axis.suggested", { rig: suggestion.rig, reason: suggestion.reason }) : t("axis.none", { reason: suggestion.reason })),
-      h("div", { class: "grid" }, all.map(([name, rig]) => h("label", { class: "choice" },
-        h("input", { type: "radio", name: "rig", value: name, checked: state.choices.rig === name,
-          onchange: () => attempt(() => change({ rig: name, constants: {}, fixed: {}, bounds: {}, law: "" })) }),
-        h("span", {}, h("strong", {}, name), name === suggestion?.rig && h("span", { class: "chip identified" }, t("axis.fits")), h("br"), rig.doc))))));
-    if (focused) rigs.querySelector(`input[value="${focused}"]`)?.focus();
+      h("div", { class: "grid" }, all.map(([name, rig]) => option(state, name, name, rig.doc, name === suggestion?.rig && t("axis.fits"))),
+        option(state, OWN, state.choices.axis.name || t("axis.own"), t("axis.own.doc")))),
+    h("div", { class: "field" }, h("label", { for: "rig-file" }, t("axis.file")),
+      h("input", { type: "file", id: "rig-file", accept: ".toml", onchange: (event) => attempt(async () => {
+        const [file] = event.target.files;
+        if (file) settle(await ask("POST", address(`/rig?name=${encodeURIComponent(file.name)}`), file));
+      }) }), h("p", { class: "note" }, t("axis.file.hint"))));
+    if (focused) (focused.id ? document.getElementById(focused.id) : rigs.querySelector(`input[value="${focused.value}"]`))?.focus();
   }
 
-  function drawPicture(state) {
-    const rig = session.catalogue.rigs[state.choices.rig];
-    fill(picture, ...(rig ? [h("h2", {}, t("axis.composition")),
-      h("ol", { class: "chain" }, (rig.equation ?? [rig.doc]).map((part) => h("li", {}, part))),
-      h("p", { class: "note" }, rig.approach === "force_balance" ? t("axis.balance") : t("axis.simulated"))] : []));
+  function isAmber(state, name, constant) {
+    return !state.choices.constants[name] && !state.choices.exact && BORROWED.has(constant.origin);
   }
 
-  function drawConstants(state) {
-    const rig = session.catalogue.rigs[state.choices.rig];
+  // What a description lacks to be an axis.
+  function lacking(state) {
+    const fit = state.steps.find(({ name }) => name === "fit");
+    return state.choices.rig && fit.lock === "lock.axis" ? fit.detail : "";
+  }
+
+  function drawPicture(state, rig) {
+    const stamp = JSON.stringify([rig?.composition, lacking(state), state.choices.constants, state.choices.exact, document.documentElement.lang]);
+    if (picture.dataset.stamp === stamp) return;
+    picture.dataset.stamp = stamp;
+    const amber = (block) => block.constants.some((name) => rig.constants[name] && isAmber(state, name, rig.constants[name]));
+    fill(picture, lacking(state) && h("p", { class: "state warn", role: "status" }, lacking(state)), rig && [h("h2", {}, t("axis.composition")), composition(rig.composition, amber),
+      rig.equation && h("details", {}, h("summary", {}, t("axis.equation")), h("ul", {}, rig.equation.map((line) => h("li", {}, h("code", {}, line))))),
+      h("p", { class: "note" }, rig.approach === "force_balance" ? t("axis.balance") : t("axis.simulated"))]);
+  }
+
+  function drawConstants(state, rig) {
     if (!rig || !Object.keys(rig.constants).length) { fill(constants); return; }
-    const rows = Object.entries(rig.constants).map(([name, constant]) => {
+    // Those of an axis of parts stand with the parts.
+    const parts = state.choices.rig === OWN && !state.choices.axis.kind ? rig.composition.flatMap((block) => block.constants) : [];
+    const rows = Object.entries(rig.constants).filter(([name]) => !parts.includes(name)).map(([name, constant]) => {
       const stated = state.choices.constants[name];
-      const borrowed = !stated && !state.choices.exact && BORROWED.has(constant.origin);
-      const usual = `${number(constant.value, 6)}${constant.tolerance ? `±${number(constant.tolerance, 3)}` : ""}`;
-      return { class: borrowed ? "untouched" : null, cells: [
+      const amber = isAmber(state, name, constant);
+      return { class: amber ? "untouched" : null, cells: [
         name,
-        h("input", { type: "text", class: "short", value: stated ?? "", placeholder: usual, maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
+        h("input", { type: "text", class: "short", value: stated ?? "", placeholder: number(constant.value, 6), maxlength: "60", "aria-label": `${name}: ${constant.doc}`,
           onchange: (event) => {
             const value = event.target.value.trim();
             attempt(() => change(({ constants: { [name]: _, ...rest } }) => ({ constants: value ? { ...rest, [name]: value } : rest })));
           } }),
+        stated || !constant.tolerance || state.choices.exact ? "" : `±${number(constant.tolerance, 3)}`,
         constant.unit || "1", constant.doc,
-        stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${borrowed ? ` – ${t("axis.amber")}` : ""}`, stated ? "" : constant.source,
+        stated ? t("origin.yours") : `${t(`origin.${constant.origin}`)}${amber ? ` – ${t("axis.amber")}` : ""}`, stated ? "" : constant.source,
       ] };
     });
     const focused = constants.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
     fill(constants, h("h2", {}, t("axis.constants")), h("p", { class: "note" }, t("axis.constants.hint")),
-      table(t("axis.constants"), [t("axis.constant"), t("value"), t("unit"), t("meaning"), t("origin"), t("source")], rows),
+      table(t("axis.constants"), [t("axis.constant"), t("value"), t("tolerance"), t("unit"), t("meaning"), t("origin"), t("source")], rows),
       h("label", { class: "check" }, h("input", { type: "checkbox", checked: state.choices.exact, onchange: (event) => attempt(() => change({ exact: event.target.checked })) }), t("axis.exact")));
     if (focused) [...constants.querySelectorAll("input")].find((each) => each.getAttribute("aria-label") === focused)?.focus();
   }
 
-  function drawDrive(state) {
-    const chain = state.choices.drive;
-    const conventions = session.catalogue.drives;
-    const convention = conventions.find(({ name }) => name === chain.convention);
-    const put = (name, value) => {
-      const changed = ({ drive: { [name]: _, ...rest } }) => ({ drive: value ? { ...rest, [name]: value } : rest });
-      return attempt(() => change(changed));
-    };
-    const numbers = new Set([...(convention?.needs ?? []), ...Object.keys(chain).filter((n) => !["convention", "signal", "side", "motion", "reversed"].includes(n))]);
-    fill(drive, h("details", { open: Object.keys(chain).length > 0 || null }, h("summary", {}, t("axis.drive")),
-      h("p", { class: "note" }, t("axis.drive.hint")),
-      h("div", { class: "fields" },
-        field("axis.convention", menu([["", t("axis.no_convention")], ...conventions.map(({ name, drives }) => [name, `${drives} (${name})`])], chain.convention ?? "",
-          (value) => attempt(() => change({ drive: value ? { convention: value } : {} }))), convention?.meaning ?? ""),
-        field("axis.signal", h("input", { type: "text", value: chain.signal ?? "", placeholder: "A rms", maxlength: "60", onchange: (event) => put("signal", event.target.value.trim()) }), t("axis.signal.hint")),
-        [...numbers].map((name) => field(name, h("input", { type: "text", value: chain[name] ?? "", maxlength: "100", onchange: (event) => put(name, event.target.value.trim()) }))),
-        ["kt", "gear", "lead", "efficiency"].filter((name) => !numbers.has(name)).map((name) => field(name, h("input", { type: "text", value: "", maxlength: "100", onchange: (event) => put(name, event.target.value.trim()) }), t(`axis.${name}.hint`))))));
+  function drawNext(state) {
+    const { lock } = state.steps.find(({ name }) => name === "fit");
+    fill(next, h("p", {}, button("next.fit", () => go("fit"), { class: "main", id: "next", disabled: Boolean(lock) }), " ",
+      lock && h("span", { class: "note" }, [t(lock), lacking(state)].filter(Boolean).join(": "))));
   }
 
   function update(state) {
+    const rig = rigNamed(state.choices.rig);
     suggest(state);
     drawRigs(state);
-    drawPicture(state);
-    drawConstants(state);
+    drawOwn(state);
+    drawPicture(state, rig);
+    drawConstants(state, rig);
     drawDrive(state);
-    element.querySelector("#next").disabled = Boolean(state.steps.find(({ name }) => name === "fit").lock);
+    drawNext(state);
   }
 
   update(session.state);

@@ -1,11 +1,14 @@
 // Step 4: ranges dragged on the plot, law and method, and the search as it goes.
 
-import { change, get, post, session } from "./api.js";
+import { change, get, post, rigNamed, session } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
 import { Lines, judge, panels, rangeTools, unjudged } from "./look.js";
 import { attempt, go } from "./main.js";
 import { figure, timePlot } from "./plot.js";
 
+// Names and values as they are typed, `a=1; b=2`, and as the choices have them.
+const typed = (pairs) => Object.entries(pairs).map(([name, value]) => `${name}=${value}`).join("; ");
+const pairs = (text) => Object.fromEntries(text.split(";").map((part) => part.split("=").map((word) => word.trim())).filter(([name, value]) => name && value));
 const TIMES = /^([\d.]+)s:([\d.]+)s$/;
 
 export const running = (state) => state.jobs.filter((job) => job.state === "waiting" || job.state === "running");
@@ -19,6 +22,7 @@ export function fitStep() {
   let mode = "train";
   let key = null;
   let lines = null;
+  let pending = 0;
 
   async function drawPlot(state) {
     const now = JSON.stringify([state.choices.logs, state.choices.columns, state.choices.drive, state.choices.rig]);
@@ -61,14 +65,14 @@ export function fitStep() {
   function drawRanges(state) {
     lines?.plots.forEach((each) => each.plot.redraw());
     fill(ranges, h("div", { class: "fields" }, ["train", "holdout"].map((name) => field(`fit.${name}`, h("input", {
-      type: "text", value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
+      type: "text", id: `fit-${name}`, value: state.choices[name].join("; "), placeholder: name === "train" ? t("fit.everything") : t("fit.nothing"),
       onchange: (event) => attempt(() => change({ [name]: event.target.value.split(/[;,]/).map((part) => part.trim()).filter(Boolean) })),
     }), t(`fit.${name}.hint`)))));
   }
 
   function drawForm(state) {
     const { choices } = state;
-    const rig = session.catalogue.rigs[choices.rig];
+    const rig = rigNamed(choices.rig);
     const laws = [...new Set([...(rig?.laws ?? []), ...Object.keys(session.catalogue.laws)])];
     const searched = rig?.approach !== "force_balance";
     const put = (name, numeric = false) => (event) => {
@@ -80,23 +84,38 @@ export function fitStep() {
     fill(form, h("div", { class: "fields" },
       field("fit.law", menu([["", `${t("default")}: ${rig?.laws[0]}`], ...laws.map((name) => [name, name])], choices.law, (value) => attempt(() => change({ law: value }))), session.catalogue.laws[law]?.doc ?? ""),
       h("label", { class: "check" }, h("input", { type: "checkbox", checked: choices.directional, onchange: (event) => attempt(() => change({ directional: event.target.checked })) }), t("fit.directional"))),
-    h("details", { open: open || null }, h("summary", {}, t("fit.more")), h("div", { class: "fields" },
+    h("details", { open: open || null }, h("summary", { id: "fit-more" }, t("fit.more")), h("div", { class: "fields" },
       searched && field("fit.method", menu([["", `${t("default")}: mbts`], ...Object.keys(session.catalogue.methods).map((name) => [name, name])], choices.method, (value) => attempt(() => change({ method: value })))),
       searched && field("fit.seed", h("input", { type: "number", min: "0", step: "1", value: choices.seed ?? "", placeholder: "0", onchange: put("seed", true) })),
-      searched && field("fit.repeats", h("input", { type: "number", min: "1", step: "1", value: choices.repeats ?? "", placeholder: "3", onchange: put("repeats", true) })),
-      searched && field("fit.budget", h("input", { type: "number", min: "1", step: "1", value: choices.budget ?? "", placeholder: "8000", onchange: put("budget", true) })),
+      searched && field("fit.repeats", h("input", { type: "number", id: "fit-repeats", min: "1", step: "1", value: choices.repeats ?? "", placeholder: "3", onchange: put("repeats", true) })),
+      searched && field("fit.budget", h("input", { type: "number", id: "fit-budget", min: "1", step: "1", value: choices.budget ?? "", placeholder: "8000", onchange: put("budget", true) })),
       searched && field("fit.loss", menu([["squares", "squares"], ["absolute", "absolute"]], choices.loss, (value) => attempt(() => change({ loss: value })))),
+      searched && field("fit.breakaway", menu(["auto", "common", "scattered"].map((name) => [name, t(`breakaway.${name}`)]), choices.breakaway, (value) => attempt(() => change({ breakaway: value })))),
+      !searched && field("fit.velocity", menu(["auto", "recorded", "position"].map((name) => [name, t(`velocity.${name}`)]), choices.velocity, (value) => attempt(() => change({ velocity: value })))),
+      ["fixed", "bounds"].map((name) => field(`fit.${name}`, h("input", { type: "text", id: `fit-${name}`, value: typed(choices[name]), maxlength: "300", placeholder: name === "fixed" ? "offset=0" : "F_C=1:40",
+        onchange: (event) => attempt(() => change({ [name]: pairs(event.target.value) })) }), t(`fit.${name}.hint`))),
       field("fit.delay", h("input", { type: "text", value: choices.delay, maxlength: "40", onchange: put("delay") }), t("fit.delay.hint")))),
     h("p", {}, button("fit.run", () => attempt(() => post("/jobs", { kind: "identify" })), { class: "main", id: "run" }), " ",
-      h("span", { class: "note" }, duration(state, choices.rig))));
+      h("span", { class: "note", role: "status", id: "duration" })));
   }
 
-  // How long fits of this session on this rig took.
+  // How long a search may take: measured by a worker, for the choices as they are.
   function duration(state, rig) {
-    const times = state.jobs.filter((job) => job.kind === "identify" && job.state === "done" && job.rig === rig)
-      .map((job) => (new Date(`${job.ended.replace(" ", "T")}`) - new Date(job.created.replace(" ", "T"))) / 1000).sort((a, b) => a - b);
-    if (times.length) return t("fit.took", { seconds: number(times[Math.floor(times.length / 2)], 2) });
-    return t(session.catalogue.rigs[rig]?.approach === "force_balance" ? "fit.quick" : "fit.slow");
+    if (!rig) return "";
+    if (rig.approach === "force_balance") return t("fit.quick");
+    const { estimate } = state;
+    if (!estimate || estimate.state === "waiting" || estimate.state === "running") return t("fit.measuring");
+    const { seconds, evaluations, evaluation } = estimate.progress;
+    if (estimate.state === "failed" || seconds === undefined) return estimate.message || t("fit.slow");
+    const span = seconds < 100 ? t("fit.seconds", { value: number(seconds, 2) }) : t("fit.minutes", { value: number(seconds / 60, 2) });
+    return t("fit.estimate", { span, evaluations: evaluations.toLocaleString(document.documentElement.lang), cost: number(1e3 * evaluation, 2) });
+  }
+
+  // Asked for once the choices have been left alone for a moment.
+  function askEstimate(state) {
+    clearTimeout(pending);
+    if (state.estimate || rigNamed(state.choices.rig)?.approach !== "output_error") return;
+    pending = setTimeout(() => post("/jobs", { kind: "estimate" }).catch(() => {}), 800);
   }
 
   const views = new Map();
@@ -124,11 +143,13 @@ export function fitStep() {
         if (inside && id) document.getElementById(id)?.focus();
       }
     }
+    element.querySelector("#duration").textContent = duration(state, rigNamed(state.choices.rig));
     drawJobs(state);
+    askEstimate(state);
   }
 
   update(session.state);
-  return { element, update };
+  return { element, update, end: () => clearTimeout(pending) };
 }
 
 // A fit as it goes: its state in words, and the best motion so far over the measured one.
@@ -136,7 +157,7 @@ function jobView(first) {
   const line = h("p", { role: "status" });
   const tools = h("p");
   const picture = h("div");
-  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: first.id })}: ${first.law || session.catalogue.rigs[first.rig]?.laws[0]}, ${first.rig}`), line, tools, picture);
+  const element = h("article", { class: "job" }, h("h3", {}, `${t("fit.one", { number: first.id })}: ${first.law}, ${first.rig}`), line, tools, picture);
   let drawn = null;
 
   function update(job) {

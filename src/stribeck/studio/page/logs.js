@@ -1,10 +1,20 @@
 // Step 1: logs, and which column is which channel.
 
-import { address, ask, change, get, session, settle } from "./api.js";
+import { address, ask, change, get, post, session, settle } from "./api.js";
 import { button, field, fill, h, menu, number, row, t, table } from "./dom.js";
-import { attempt, go } from "./main.js";
+import { driveForm } from "./drive.js";
+import { attempt, go, tell } from "./main.js";
 
 const CHANNELS = ["position", "command", "velocity", "acceleration", "force", "current", "voltage", "temperature", "pressure", "back_pressure", "time"];
+// Units that drives write, by channel: to choose from, where a head says none.
+const UNITS = {
+  position: ["mm", "m", "um", "deg", "rad", "inc"], command: ["mm", "m", "um", "deg", "rad", "inc"], velocity: ["mm/s", "m/s", "r/min", "deg/s", "rad/s"],
+  acceleration: ["m/s^2", "mm/s^2", "rad/s^2"], force: ["N", "N m", "%", "A", "V"], current: ["A", "mA"], voltage: ["V"], temperature: ["degC", "K"],
+  pressure: ["bar", "Pa"], back_pressure: ["bar", "Pa"], time: ["s", "ms", "us"],
+};
+// What a refusal proposes to type, which the table does here, or a button.
+const ADVICE = /: (?:say|map it|write a \[drive\]) .*/;
+const PROPOSED = /(\w+) ?= ?"([^"]+)"/;
 const WORDS = ["joint", "rate", "time_unit", "stamp", "episode", "subtract"];
 
 export async function upload(files) {
@@ -46,8 +56,10 @@ export function logsStep() {
       attempt(async () => upload(await dropped(event.dataTransfer.items)));
     },
   }, h("label", { for: "files" }, t("logs.drop")), input, h("p", { class: "note" }, t("logs.formats")));
+  const drive = h("div");
+  const drawDrive = driveForm(drive);
   const next = h("p");
-  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.logs")), h("p", { class: "lead" }, t("logs.lead")), zone, list, channels, next);
+  const element = h("section", {}, h("h1", { tabindex: "-1" }, t("step.logs")), h("p", { class: "lead" }, t("logs.lead")), zone, list, channels, drive, next);
   let selected = 0;
   let key = null;
 
@@ -55,14 +67,61 @@ export function logsStep() {
     const now = JSON.stringify([state.logs[selected]?.id, state.choices.columns, WORDS.map((w) => state.choices[w]), state.choices.rig, state.choices.drive]);
     if (now === key) return;
     key = now;
-    if (!state.logs.length) { fill(channels); return; }
+    if (!state.logs.length) { fill(channels); fill(drive); return; }
     let contents = null;
     try { contents = await get(`/logs/${selected}/contents`); } catch (error) {
-      if (key === now) fill(channels, h("p", { class: "state warn" }, error.message), words(session.state));
+      if (key !== now) return;
+      fill(channels, h("p", { class: "state warn" }, error.message), words(session.state));
+      drawDrive(session.state);
       return;
     }
     if (key !== now) return;
+    const focused = channels.contains(document.activeElement) ? document.activeElement.getAttribute("aria-label") : null;
     fill(channels, ...contentsView(contents, session.state));
+    if (focused) [...channels.querySelectorAll("[aria-label]")].find((each) => each.getAttribute("aria-label") === focused)?.focus();
+    // Where a column is a share, a current or counts, the drive is what is missing to read it.
+    if (contents.lacking.includes("[drive]") || Object.keys(session.state.choices.drive).length) drawDrive(session.state, true);
+    else fill(drive);
+  }
+
+  // The next log with the same heads is read as this one.
+  const keep = () => attempt(async () => {
+    await post(`/logs/${selected}/map`);
+    key = null;
+    await showChannels(session.state);
+    tell(t("logs.kept"));
+  });
+
+  // Channel and unit of a column, as chosen; both are empty where nothing was.
+  function chosenFor(channel, state) {
+    const found = Object.entries(state.choices.columns).find(([, c]) => c === channel.name || c.startsWith(`${channel.name} [`));
+    return found ? { name: found[0], unit: found[1].slice(channel.name.length).replace(/^ \[|\]$/g, "") } : { name: "", unit: "" };
+  }
+
+  // The columns that nobody has chosen, as their names say: each channel once.
+  function guessed(contents, state) {
+    const columns = { ...state.choices.columns };
+    for (const channel of contents.channels) if (channel.taken) columns[channel.taken] ??= channel.name;
+    const free = contents.channels.filter((channel) => !channel.taken && !chosenFor(channel, state).name);
+    for (const channel of free) {
+      const name = channel.guesses.find((guess) => !(guess in columns));
+      if (name) columns[name] = channel.name;
+    }
+    return Object.keys(columns).length > Object.keys(state.choices.columns).length ? columns : null;
+  }
+
+  function lacking(contents, state) {
+    const [advice = ""] = ADVICE.exec(contents.lacking) ?? [];
+    const [, name, column] = PROPOSED.exec(advice) ?? [];
+    const proposed = !advice.includes("[drive]") && contents.channels.some((channel) => column?.startsWith(channel.name));
+    const columns = guessed(contents, state);
+    const named = (all) => Object.entries(all).map(([each, head]) => `${t(`channel.${each}`)} ← ${head}`).join(", ");
+    return h("div", { class: "state warn", id: "lacking" }, h("p", {}, advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking),
+      contents.rig && h("p", {}, button("logs.as_rig", () => attempt(() => change({ rig: contents.rig })), { class: "main", id: "as-rig" }), ` ${t("logs.heads", { rig: contents.rig })}`),
+      columns && h("p", {}, button("logs.guess", () => attempt(() => change({ columns })), { class: "main", id: "guess" }), ` ${named(columns)}`),
+      !columns && proposed && h("p", {}, h("button", { type: "button", class: "main", id: "proposed", onclick: () => attempt(() => change(({ columns: now }) => ({ columns: { ...now, [name]: column } }))) },
+        t("logs.proposed", { column, channel: t(`channel.${name}`) })), ` ${t("logs.or_unit")}`),
+      !columns && advice && !proposed && h("p", {}, t(advice.includes("[drive]") ? "logs.drive" : "logs.choose")));
   }
 
   function contentsView(contents, state) {
@@ -70,32 +129,34 @@ export function logsStep() {
       channel.name,
       unitControl(channel, state),
       number(channel.count, 9), channel.rate ? `${number(channel.rate)} Hz` : "–",
-      menu([["", t("logs.not")], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], channel.taken,
-        (value) => attempt(() => take(channel, value)), { "aria-label": `${channel.name}: ${t("logs.taken")}` }),
+      menu([["", t("logs.not")], ...CHANNELS.map((c) => [c, t(`channel.${c}`)])], chosenFor(channel, state).name || channel.taken,
+        (value) => attempt(() => take(channel, value, chosenFor(channel, state).unit)), { "aria-label": `${channel.name}: ${t("logs.taken")}` }),
       reason(channel, state)));
     return [
       h("h2", {}, contents.file), h("p", {}, t("logs.format", { format: contents.format })),
-      contents.lacking && h("div", { class: "state warn" }, h("p", {}, contents.lacking),
-        contents.rig && h("p", {}, button("logs.as_rig", () => attempt(() => change({ rig: contents.rig })), { class: "main", id: "as-rig" }), ` ${t("logs.heads", { rig: contents.rig })}`)),
+      contents.lacking && lacking(contents, state),
       contents.problems.length > 0 && h("ul", {}, contents.problems.map((p) => h("li", {}, p))),
+      contents.kept && h("p", { class: "note" }, t("logs.as_kept")),
       table(t("logs.channels"), [t("logs.column"), t("unit"), t("logs.count"), t("logs.rate"), t("logs.taken"), t("logs.why")], rows),
+      Object.entries(UNITS).map(([name, units]) => h("datalist", { id: `units-${name}` }, units.map((unit) => h("option", { value: unit })))),
+      contents.mapped && !contents.kept && h("p", {}, button("logs.keep", keep, { id: "keep-map" }), " ", h("span", { class: "note" }, t("logs.keep.hint"))),
       words(state),
-    ].filter(Boolean);
+    ].flat().filter(Boolean);
   }
 
   function reason(channel, state) {
-    if (Object.values(state.choices.columns).some((c) => c === channel.name || c.startsWith(`${channel.name} [`))) return t("logs.chosen");
+    if (chosenFor(channel, state).name) return t("logs.chosen");
     if (channel.taken) return t("logs.by_name");
     if (channel.guesses.length) return t("logs.may_be", { channels: channel.guesses.map((g) => t(`channel.${g}`)).join(", ") });
     return channel.constant ? t("logs.constant") : "";
   }
 
   function unitControl(channel, state) {
-    const chosen = Object.entries(state.choices.columns).find(([, c]) => c === channel.name || c.startsWith(`${channel.name} [`));
-    if (channel.unit && !chosen?.[1].startsWith(`${channel.name} [`)) return channel.unit;
-    const written = chosen?.[1].slice(channel.name.length).replace(/^ \[|\]$/g, "") ?? "";
-    return h("input", { type: "text", class: "short", value: written, "aria-label": `${channel.name}: ${t("unit")}`, maxlength: "40",
-      onchange: (event) => attempt(() => take(channel, chosen?.[0] ?? channel.taken ?? "", event.target.value.trim())) });
+    const { name, unit } = chosenFor(channel, state);
+    if (channel.unit && !unit) return channel.unit;
+    const meant = name || channel.taken || channel.guesses[0] || "";
+    return h("input", { type: "text", class: "short", value: unit, list: `units-${meant}`, "aria-label": `${channel.name}: ${t("unit")}`, maxlength: "40",
+      onchange: (event) => attempt(() => take(channel, meant, event.target.value.trim())) });
   }
 
   function take(channel, value, unit = "") {
@@ -128,7 +189,7 @@ export function logsStep() {
         button("remove", () => attempt(() => change(({ logs }) => ({ logs: logs.filter((_, i) => i !== k) }))), { "aria-label": `${t("remove")}: ${log.name}` }),
       )))] : []));
     const open = state.steps.find(({ name }) => name === "look");
-    fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main" }));
+    fill(next, open.lock ? "" : button("next.look", () => go("look"), { class: "main", id: "next" }));
     showChannels(state);
   }
 

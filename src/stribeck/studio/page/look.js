@@ -8,6 +8,9 @@ import { curvePlot, figure, pointsTable, timePlot } from "./plot.js";
 const COLOURS = { position: "measured", command: "repeat3", velocity: "repeat1", force: "model", current: "repeat3", temperature: "repeat4" };
 const PANELS = [["position", "command"], ["velocity"], ["force"], ["current"], ["temperature"]];
 
+// A hairline is drawn ten times as fast as a broader one, and of many samples nothing else shows.
+const breadth = (data) => (data.t.length > 600 ? 1 : 1.6);
+
 // Lines of a log, asked for anew when the range changes; the last range wins.
 export class Lines {
   constructor(log, overview) {
@@ -28,8 +31,12 @@ export class Lines {
     const data = await get(`/logs/${this.log}/lines?since=${this.range[0]}&until=${this.range[1]}&pixels=${pixels}`);
     if (asked !== this.asked) return;
     this.data = data;
+    // A frame for each: their lines together would keep the page from answering for too long.
     for (const { plot, names } of this.plots) {
+      await new Promise(requestAnimationFrame);
+      if (asked !== this.asked) return;
       plot.batch(() => {
+        for (const line of plot.series.slice(1)) line.width = breadth(data);
         plot.setData([data.t, ...names.map((name) => data.lines[name])], false);
         plot.setScale("x", { min: this.range[0], max: this.range[1] });
       });
@@ -71,7 +78,7 @@ export function panels(lines, overview, more = {}) {
       names.includes("position") ? 300 : 190, (place, width, height) => {
         const plot = timePlot(place, width, height, {
           data: [lines.data.t, ...names.map((name) => lines.data.lines[name])],
-          series: names.map((name) => ({ label: t(`channel.${name}`), colour: COLOURS[name], dash: name === "command" ? [5, 4] : undefined })),
+          series: names.map((name) => ({ label: t(`channel.${name}`), colour: COLOURS[name], width: breadth(lines.data), dash: name === "command" ? [5, 4] : undefined })),
           label, bands: () => bands(overview, more.bands), marks: () => (names.includes("position") ? marks(overview) : []),
           onrange: more.onrange ?? ((from, to) => attempt(() => lines.show(from, to))),
         });
@@ -138,7 +145,7 @@ export function lookStep() {
     try {
       const outline = await get(`/logs/${selected}/outline`);
       if (key !== now) return;
-      fill(view, place, judged, h("p", {}, button("next.axis", () => go("axis"), { class: "main" })));
+      fill(view, place, judged, h("p", {}, button("next.axis", () => go("axis"), { class: "main", id: "next" })));
       let lines = await drawLines(place, outline, { log: selected });
       const overview = await get(`/logs/${selected}/overview`);
       if (key !== now) return;

@@ -25,7 +25,7 @@ export function outStep() {
     const put = (name) => (event) => { options = { ...options, [name]: event.target.value.trim() }; show(); };
     const chosen = target();
     fill(form, h("div", { class: "fields" },
-      field("verdict.fits", menu(fits(session.state).map((job) => [String(job.id), `${job.id}: ${job.law || session.catalogue.rigs[job.rig]?.laws[0]}, ${job.rig}`]), String(fit), (value) => { fit = Number(value); show(); })),
+      field("verdict.fits", menu(fits(session.state).map((job) => [String(job.id), `${job.id}: ${job.law}, ${job.rig}`]), String(fit), (value) => { fit = Number(value); show(); })),
       field("out.target", menu(session.catalogue.targets.map(({ name, doc }) => [name, `${name}: ${doc}`]), options.to, (value) => {
         options = { to: value };
         into = null;
@@ -82,7 +82,7 @@ export function outStep() {
     const answer = await get("/script");
     const exported = `stribeck export result/card.json --to ${options.to}${options.set ? ` --set ${options.set}` : ""} --out ${options.name || "friction"}`;
     fill(scripts, h("h2", {}, t("out.scripts")), h("p", {}, t("out.scripts.lead")),
-      copy(t("out.command"), `${answer.command}\n${exported}`), answer.map && copy("columns.toml", answer.map), copy("Python", answer.python));
+      copy(t("out.command"), `${answer.command}\n${exported}`), ...Object.entries(answer.files).map(([name, text]) => copy(name, text)), copy("Python", answer.python));
   }
 
   const copy = (title, text) => h("div", { class: "copy" }, h("div", { class: "head" }, h("h3", {}, title),

@@ -39,7 +39,7 @@ export function timePlot(place, width, height, { data, series, label, bands = ()
     axes: [axis(t("plot.time"), { size: 36 }), axis(label)],
     series: [{ label: t("plot.time"), value: (_, v) => (v === null ? "" : `${number(v, 6)} s`) },
       ...series.map((line) => ({
-        label: line.label, stroke: colour(line.colour), width: line.width ?? 1.3, dash: line.dash,
+        label: line.label, stroke: colour(line.colour), width: line.width ?? 1.6, dash: line.dash,
         points: { show: line.points ?? false }, value: (_, v) => number(v, 5), spanGaps: false,
       }))],
     hooks: {

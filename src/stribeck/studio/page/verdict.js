@@ -1,6 +1,6 @@
 // Step 5: what is known of the axis; fits side by side; which law, and what to record next.
 
-import { address, change, get, post, session } from "./api.js";
+import { address, change, get, post, rigNamed, session } from "./api.js";
 import { button, field, fill, h, number, row, t, table } from "./dom.js";
 import { attempt, go } from "./main.js";
 import { curvePlot, figure, joined, pointsTable, timePlot } from "./plot.js";
@@ -111,7 +111,8 @@ export function verdictStep() {
   function told(fit, several) {
     const of = several ? ` ${fit.job}` : "";
     return h("div", {},
-      fit.warnings.length > 0 && h("div", { class: "state warn" }, h("h2", {}, `${t("verdict.warnings")}${of}`), h("ul", {}, fit.warnings.map((w) => h("li", {}, w)))),
+      fit.warnings.length > 0 && h("div", { class: "state warn" }, h("h2", {}, `${t("verdict.warnings")}${of}`), h("ul", {}, fit.warnings.map((w) => h("li", {}, w))),
+        fit.warnings.some((w) => / --\w|\(--\w/.test(w)) && h("p", { class: "note" }, t("verdict.options"))),
       fit.notes.length > 0 && h("details", {}, h("summary", {}, `${t("verdict.notes")}${of}`), h("ul", {}, fit.notes.map((n) => h("li", {}, n)))));
   }
 
@@ -150,14 +151,14 @@ export function verdictStep() {
     if (further.contains(document.activeElement) && document.activeElement.matches("input")) return;
     further.dataset.stamp = stamp;
     fill(further, h("h2", {}, t("verdict.further")), h("div", { class: "fields" },
-      field("verdict.which", h("input", { type: "text", value: state.choices.laws.join(", "), maxlength: "300", placeholder: (session.catalogue.rigs[state.choices.rig]?.laws ?? []).join(", "),
+      field("verdict.which", h("input", { type: "text", value: state.choices.laws.join(", "), maxlength: "300", placeholder: (rigNamed(state.choices.rig)?.laws ?? []).join(", "),
         onchange: (event) => attempt(() => change({ laws: event.target.value.split(",").map((law) => law.trim()).filter(Boolean) })) })),
       field("verdict.folds", h("input", { type: "number", min: "2", max: "100", step: "1", value: state.choices.folds ?? "",
         onchange: (event) => attempt(() => change({ folds: event.target.value ? Number(event.target.value) : null })) }), t("verdict.folds.hint"))),
     h("p", {},
       button("verdict.select", () => attempt(() => post("/jobs", { kind: "select" }))), " ",
       button("verdict.plan", () => attempt(() => post("/jobs", { kind: "plan", parent: shown().at(-1)?.job }))), " ",
-      button("next.out", () => go("out"), { class: "main" })),
+      button("next.out", () => go("out"), { class: "main", id: "next" })),
     ...work.map((job) => jobView(job)));
   }
 
