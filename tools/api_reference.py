@@ -25,7 +25,7 @@ CHAPTERS = {
     "What is made of it": (
         "report", "Card", "read_card", "simulate", "compensate", "Compensation", "export",
     ),
-    "Many axes": ("fleet", "Fleet"),
+    "Many axes": ("fleet", "Fleet", "drift", "Drift"),
     "Rigs and laws": ("Rig", "Law", "Param", "Space"),
     "Search": ("minimize", "problem", "Search", "Run"),
     "Errors": ("InputError",),

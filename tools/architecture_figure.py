@@ -29,6 +29,7 @@ WORDS = {
     "rig": "kinds of axis and how they move",
     "friction": "laws",
     "data": "logs",
+    "monitoring": "control charts",
     "optimize": "search methods",
 }
 #: Half the width of the ground floor.

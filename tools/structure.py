@@ -18,7 +18,7 @@ FLOORS = {
     "_version": 0, "errors": 0, "units": 0, "constant": 0, "space": 0, "text_file": 0,
     "lock_file": 0, "draft": 0, "compile_cache": 0, "drive": 0, "presenters": 0,
     "wording": 0,
-    "friction": 1, "data": 1, "optimize": 1,
+    "friction": 1, "data": 1, "optimize": 1, "monitoring": 1,
     "rig": 2,
     "identify": 3,
     "compensate": 4,

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from .data import Quality, Recording, check, read
     from .errors import InputError
     from .export import TARGETS, export
+    from .fleet.drift import drift
+    from .fleet.drift_verdict import Drift
     from .fleet.fleet_run import Fleet, fleet
     from .friction import LAWS, Law
     from .identify.card import Card, read_card
@@ -46,6 +48,7 @@ __all__ = [
     "TARGETS",
     "Card",
     "Compensation",
+    "Drift",
     "Fit",
     "Fleet",
     "InputError",
@@ -61,6 +64,7 @@ __all__ = [
     "Space",
     "check",
     "compensate",
+    "drift",
     "export",
     "fleet",
     "identify",
@@ -84,6 +88,7 @@ _HOMES = {
     "TARGETS": "export",
     "Card": "identify.card",
     "Compensation": "compensate.compensation",
+    "Drift": "fleet.drift_verdict",
     "Fit": "identify.result",
     "Fleet": "fleet.fleet_run",
     "InputError": "errors",
@@ -99,6 +104,7 @@ _HOMES = {
     "Space": "space",
     "check": "data",
     "compensate": "compensate.compensation",
+    "drift": "fleet.drift",
     "export": "export.targets",
     "fleet": "fleet.fleet_run",
     "identify": "identify.fit",

@@ -20,7 +20,7 @@ from .campaigns import bench
 from .crash import crash
 from .exits import fail, misused
 from .fits import identify, report, select
-from .fleets import fleet
+from .fleets import drift, fleet
 from .interruption import interruption
 from .lists import data, drives, laws, methods, readers, rigs, version
 from .logs import check, contents, twin
@@ -32,7 +32,7 @@ from .warm import warm
 #: The commands, in the order in which `--help` lists them.
 COMMANDS = (
     twin, contents, check, identify, report, select, validate, plan, compensate, simulate, export, studio,
-    fleet, bench, laws, methods, rigs, drives, readers, data, warm, version,
+    fleet, drift, bench, laws, methods, rigs, drives, readers, data, warm, version,
 )  # fmt: skip
 
 #: Set by a shell that completes a line.

@@ -1,13 +1,15 @@
-"""Commands for many axes: identify all of them."""
+"""Commands for many axes: identify all of them, and say what has changed."""
 
 from __future__ import annotations
 
+import datetime as dt
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..errors import InputError
 from .exits import fail
 from .interruption import interruption
 
@@ -40,3 +42,34 @@ def fleet(
         )
     if result.failed:
         fail(f"{result.failed} axes failed: the same command tries them again", 1)
+
+
+def drift(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `fleet` wrote.")],
+    false_alarms: Annotated[float, typer.Option(metavar="RATE", help="False alarms a year for each axis, to which limits are set.")] = 1.0,
+    since: Annotated[str | None, typer.Option(metavar="DATE", help="Alarms before it no longer count.")] = None,
+    like: Annotated[float, typer.Option(metavar="FACTOR", help="Within which speeds and travel are alike.")] = 1.5,
+    weak: Annotated[bool, typer.Option("--weak", help="Compare weak estimates, too, by their intervals.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:  # fmt: skip
+    """Say what has changed in a fleet; exit status 1 if an alarm is up."""
+    from ..fleet.drift import drift as drift_of
+    from ..fleet.drift_report import show_drift
+    from ..report.format import json_text
+
+    result = drift_of(folder, false_alarms=false_alarms, since=_date(since), like=like, weak=weak)
+    if json:
+        typer.echo(json_text(result.document()), nl=False)
+    else:
+        show_drift(result)
+    if result.up:
+        raise typer.Exit(1)
+
+
+def _date(text: str | None) -> dt.datetime | None:
+    if text is None:
+        return None
+    try:
+        return dt.datetime.fromisoformat(text)
+    except ValueError as error:
+        raise InputError(f"--since {text!r}: write 2026-01-31 or 2026-01-31T08:00") from error

@@ -1,0 +1,252 @@
+"""Drift: what of a fleet has changed, told by intervals that may be compared."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from scipy.optimize import brentq
+
+from ..errors import InputError
+from ..monitoring.control_chart import ALLOWANCE, Alarm, ControlChart, Limits, control_chart
+from ..monitoring.run_length import cusum_run_length
+from ..monitoring.series import SIDE, Series
+from ..report import number
+from .drift_verdict import Drift, DriftAlarm, ParameterDrift
+from .fleet_table import read_table
+from .like_motion import FACTOR, SAME, kinds
+
+#: Logs of one kind that it takes before the next can be compared.
+_BEFORE = 3
+#: Charts of a parameter: CUSUM and EWMA.
+_CHARTS = 2
+_YEAR = dt.timedelta(days=365.25)
+#: Within so many logs on average a detectable step is found.
+_WITHIN = 3.0
+_VERDICTS = ("identified", "weak")
+
+
+def drift(
+    table: str | Path | pl.DataFrame,
+    *,
+    false_alarms: float = 1.0,
+    since: dt.datetime | dt.date | None = None,
+    like: float = FACTOR,
+    weak: bool = False,
+) -> Drift:
+    """Say which parameters of a fleet have changed.
+
+    Per axis and parameter, in the order of time, each identified estimate is compared with those
+    before it of like motion (speeds and travel within a factor), law, rig and load: effects of day
+    and log are random, a dependence on temperature is taken out where it is known, and no
+    difference is standardised by less than the estimate's own interval. A CUSUM and an EWMA of the
+    standardised differences raise alarms, at limits that give the wanted rate of false ones.
+
+    Args:
+        table: Folder of a fleet, or its table as `Fleet.table` gives it.
+        false_alarms: A year, for each axis with all its parameters and charts.
+        since: Alarms before it are no longer up.
+        like: Factor within which speeds and travel are alike.
+        weak: Whether estimates that are weak are compared, too, by what their intervals say.
+
+    Returns:
+        A verdict for each parameter, with what it rests on, and the alarms.
+
+    Raises:
+        InputError: there is no table, or a number makes no sense.
+    """
+    if not 0.0 < false_alarms < float("inf"):
+        raise InputError(f"--false-alarms: give a number above 0, got {false_alarms:g}")
+    if not 1.0 <= like < float("inf"):
+        raise InputError(f"--like: give a factor of at least 1, got {like:g}")
+    if isinstance(since, dt.date) and not isinstance(since, dt.datetime):
+        since = dt.datetime(since.year, since.month, since.day)  # noqa: DTZ001 - as the table has it
+    frame = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
+    wanted = _VERDICTS if weak else _VERDICTS[:1]
+    ordered = frame.filter(pl.col("status") == "done").sort("machine", "axis", "when", "log")
+    axes = ordered.partition_by("machine", "axis", maintain_order=True)
+    verdicts = [p for axis in axes for p in _axis(axis, false_alarms, like, wanted)]
+    return Drift(tuple(verdicts), false_alarms, since)
+
+
+def _axis(
+    rows: pl.DataFrame, false_alarms: float, like: float, wanted: Sequence[str]
+) -> Iterator[ParameterDrift]:
+    """The parameters of an axis."""
+    comparisons = [
+        _Comparison(part, like, wanted)
+        for part in rows.filter(pl.col("verdict") != "fixed").partition_by(
+            "parameter", "unit", maintain_order=True
+        )
+    ]
+    charted = [comparison for comparison in comparisons if comparison.fit_for_a_chart]
+    if charted:
+        logs = max(comparison.logs_per_year for comparison in charted)
+        limits = Limits.of(logs * _CHARTS * len(charted) / false_alarms)
+    for comparison in comparisons:
+        yield comparison.charted(limits) if comparison in charted else comparison.undecided()
+
+
+class _Comparison:
+    """The rows of one parameter of one axis, and which of them may be compared.
+
+    Args:
+        rows: In the order of time.
+        like: Factor within which speeds and travel are alike.
+        wanted: Verdicts that may be compared.
+    """
+
+    def __init__(self, rows: pl.DataFrame, like: float, wanted: Sequence[str]) -> None:
+        self.rows, self._wanted = rows, wanted
+        usable = (
+            pl.col("verdict").is_in(wanted)
+            & pl.col("when").is_not_null()
+            & (pl.col("high") > pl.col("low"))
+        )
+        self._usable = rows.select(usable.fill_null(value=False)).to_series()
+        self._compared = rows.filter(self._usable)
+        self._kinds = kinds(self._compared.to_dicts(), like)
+        temperatures = self._compared["temperature"]
+        self._warmth = bool(len(temperatures)) and not temperatures.null_count()
+        self._warmth = self._warmth and temperatures.n_unique() > 1
+
+    @property
+    def fit_for_a_chart(self) -> bool:
+        """Whether there are enough rows of one kind for one to be compared with those before it."""
+        return max(Counter(self._kinds).values(), default=0) > _BEFORE
+
+    @property
+    def logs_per_year(self) -> float:
+        """How many rows a year there are to be compared; of less than a day, as if it were one."""
+        first, last = self._compared["when"][0], self._compared["when"][-1]
+        years = max(last - first, dt.timedelta(days=1)) / _YEAR
+        return float((len(self._compared) - 1) / years)
+
+    def undecided(self) -> ParameterDrift:
+        """The verdict where nothing can be compared."""
+        verdicts = Counter(
+            f"{v} ({r})" if r else str(v)
+            for v, r in self.rows.select("verdict", "verdict_reason").iter_rows()
+        )
+        if self._compared.is_empty():
+            told = ", ".join(f"{n} {verdict}" for verdict, n in verdicts.most_common(3))
+            why = f"no row can be compared: {told}" + (
+                ", none with a time" if self.rows["when"].null_count() == len(self.rows) else ""
+            )
+        else:
+            most = max(Counter(self._kinds).values())
+            why = (
+                f"{len(self._compared)} of {len(self.rows)} rows are {' or '.join(self._wanted)}, "
+                f"at most {most} of them of like motion, law, rig and load: from "
+                f"{_BEFORE + 1} on they are compared"
+            )
+        return self._verdict(None, "undecided", why)
+
+    def charted(self, limits: Limits) -> ParameterDrift:
+        """The verdict of the charts."""
+        series = self._series()
+        chart = control_chart(series, limits)
+        alarms = tuple(self._alarm(alarm) for alarm in chart.alarms)
+        step = _detectable(limits) * max(chart.scatter, float(np.median(series.errors)))
+        verdict = "alarm" if alarms else "steady"
+        return self._verdict(chart, verdict, self._why(chart, step), step, alarms)
+
+    def _verdict(
+        self,
+        chart: ControlChart | None,
+        verdict: Any,
+        why: str,
+        step: float | None = None,
+        alarms: tuple[DriftAlarm, ...] = (),
+    ) -> ParameterDrift:
+        each = iter(self._kinds)
+        all_kinds = tuple(next(each) if usable else -1 for usable in self._usable)
+        machine, axis, parameter, unit = (
+            self.rows[column][0] for column in ("machine", "axis", "parameter", "unit")
+        )
+        taken_out = self._warmth and chart is not None
+        return ParameterDrift(
+            machine, axis, parameter, unit, self.rows, all_kinds, chart, verdict, why, step, alarms,
+            taken_out,
+        )  # fmt: skip
+
+    def _series(self) -> Series:
+        rows = self._compared
+        days = rows["when"].dt.date().to_physical().to_numpy().astype(np.int64)
+        widths = (rows["high"] - rows["low"]).to_numpy()
+        warmth = rows["temperature"].to_numpy() if self._warmth else None
+        each = np.array(self._kinds, dtype=np.int64)
+        return Series(rows["value"].to_numpy(), widths / (2.0 * SIDE), days, each, warmth)
+
+    def _why(self, chart: ControlChart, step: float) -> str:
+        """What the verdict of a chart rests on."""
+        rows = self._compared
+        level = abs(float(rows["value"].median()))  # type: ignore[arg-type]
+        unit = rows["unit"][0]
+        distinct = len(set(self._kinds))
+        motions = (
+            "all of like motion"
+            if distinct == 1
+            else f"{distinct} kinds of motion, law, rig or load, each with its own level"
+        )
+        run_length, days = chart.limits.run_length, f"{chart.day_share:.0%} of its variance"
+        parts = [
+            f"{chart.compared} of {len(self.rows)} logs compared, {motions}",
+            f"scatter {_beside(chart.scatter, unit, level)}, {days} between days",
+            f"a step of {_beside(step, unit, level)} is found within {_WITHIN:.0f} logs on average",
+            f"a false alarm of a chart every {run_length:,.0f} logs",
+        ]
+        if self._warmth:
+            parts.append("dependence on temperature taken out")
+        return "; ".join(parts)
+
+    def _alarm(self, alarm: Alarm) -> DriftAlarm:
+        rows, change = self._compared, alarm.change
+        when, log = rows["when"][alarm.at], rows["log"][alarm.at]
+        if change is None:
+            return DriftAlarm(when, log, alarm.chart)
+        return DriftAlarm(
+            when, log, alarm.chart, rows["when"][change.at],
+            change.size, change.low, change.high, change.level,
+            tuple(self._also(change.at, alarm.at)),
+        )  # fmt: skip
+
+    def _also(self, at: int, end: int) -> Iterator[str]:
+        """What else is not as it was before a change, as phrases."""
+        before, after = self._compared[:at], self._compared[at : end + 1]
+        warm, warmer = before["temperature"].mean(), after["temperature"].mean()
+        if warm is not None and warmer is not None and warm != warmer:
+            taken = " (taken out)" if self._warmth else ""
+            yield f"temperature {number(warm, 3)} to {number(warmer, 3)} °C{taken}"  # type: ignore[arg-type]
+        for name in SAME:
+            if new := set(after[name]) - set(before[name]):
+                yield f"{name} {', '.join(sorted(map(str, new)))} (a level of its own)"
+        if set(self._kinds[at : end + 1]) - set(self._kinds[:at]):
+            yield "a kind of motion that was not there before (a level of its own)"
+        for name, words in (
+            ("setup_hash", "the rig's constants, columns or drive"),
+            ("version", "the version of stribeck"),
+        ):
+            if set(after[name]) - set(before[name][-1:]):
+                yield words
+
+
+def _beside(size: float, unit: str, level: float) -> str:
+    """A size with its unit, and in per cent of a level that is larger."""
+    share = f" ({size / level:.1%})" if level > size else ""
+    return f"{number(size, 2)} {unit}{share}"
+
+
+def _detectable(limits: Limits) -> float:
+    """The step that the CUSUM finds within so many logs on average, in standard deviations."""
+
+    def excess(shift: float) -> float:
+        return cusum_run_length(ALLOWANCE, limits.cusum, shift) - _WITHIN
+
+    most = limits.cusum + ALLOWANCE + 3.0  # is found by the first log, nearly always
+    return float(brentq(excess, 0.0, most)) if excess(0.0) > 0 else 0.0

@@ -1,0 +1,149 @@
+"""Drift of a fleet: what is compared, what is told, and the gate for a cron job."""
+
+import datetime as dt
+import json
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+from command import caller
+from drift_twins import Twin
+from stribeck import InputError, drift
+from stribeck.fleet.drift_report import change, summary
+from stribeck.fleet.fleet_table import FILE, FOLDER, SCHEMA, VERSION
+
+START = dt.datetime(2026, 1, 5)  # noqa: DTZ001 - as the table has it
+ROW: dict[str, Any] = {
+    "machine": "M1", "axis": "x", "parameter": "F_C", "unit": "N", "verdict": "identified",
+    "status": "done", "law": "coulomb-viscous", "rig": "forced", "load": None, "schema": VERSION,
+    "speed_low": 0.02, "speed_median": 0.05, "speed_high": 0.1, "travel": 0.1,
+    "setup_hash": "a", "version": "1.0", "temperature": None,
+}  # fmt: skip
+
+
+def rows(
+    twin: Twin, count: int, seed: int, half: float = 0.02, **said: Any
+) -> list[dict[str, Any]]:
+    """Rows of a fleet's table for a twin whose intervals reach so far to either side."""
+    return [
+        {
+            **ROW,
+            "when": START + dt.timedelta(days=day, minutes=k),
+            "log": f"log {k}",
+            "value": value,
+            "low": value - half,
+            "high": value + half,
+            **said,
+        }
+        for k, (day, value, _) in enumerate(twin.estimates(count, seed))
+    ]
+
+
+def table(entries: list[dict[str, Any]]) -> pl.DataFrame:
+    return pl.DataFrame(entries, schema=SCHEMA)
+
+
+STEP = Twin(log=0.04, step=0.2, at=30)
+STEADY = Twin(log=0.04)
+
+
+def test_a_step_is_an_alarm_with_its_size_and_what_else_changed() -> None:
+    entries = rows(STEP, 40, 1)
+    for entry in entries[30:]:
+        entry |= {"version": "1.1", "setup_hash": "b"}
+    (found,) = drift(table(entries)).parameters
+    (alarm,) = found.alarms
+    assert found.verdict == "alarm"
+    assert START + dt.timedelta(days=30) <= alarm.when < START + dt.timedelta(days=33)
+    assert alarm.since == entries[30]["when"]
+    assert alarm.low is not None
+    assert alarm.high is not None
+    assert alarm.low < 0.2 < alarm.high
+    assert alarm.also == (
+        "the rig's constants, columns or drive", "the version of stribeck",
+    )  # fmt: skip
+    assert change(found, alarm).startswith("+1")  # per cent of 1.35: 15 or so
+
+
+def test_values_that_merely_scatter_raise_no_alarm() -> None:
+    entries = rows(Twin(day=0.087, log=0.057, logs=2), 60, 2)
+    result = drift(table(entries))
+    assert [p.verdict for p in result.parameters] == ["steady"]
+    assert result.up == ()
+    assert "57 of 60 logs compared, all of like motion" in result.parameters[0].why
+    assert "1 a year on 1 axes" in summary(result)
+
+
+def test_only_identified_rows_are_compared() -> None:
+    entries = rows(STEP, 40, 1, verdict="weak", verdict_reason="wide")
+    (found,) = drift(table(entries)).parameters
+    assert (found.verdict, found.why) == ("undecided", "no row can be compared: 40 weak (wide)")
+    assert [p.verdict for p in drift(table(entries), weak=True).parameters] == ["alarm"]
+
+
+def test_rows_of_other_motion_are_not_compared_with_each_other() -> None:
+    slow = rows(STEADY, 20, 1)
+    fast = rows(Twin(level=1.8, log=0.04), 20, 51, speed_high=0.3)
+    for k, entry in enumerate(fast):
+        entry["when"] = START + dt.timedelta(days=20 + k)
+    (found,) = drift(table([*slow, *fast])).parameters
+    assert found.verdict == "steady"
+    assert "2 kinds of motion, law, rig or load, each with its own level" in found.why
+    (mixed,) = drift(table([*slow, *fast]), like=4.0).parameters
+    assert mixed.verdict == "alarm"
+
+
+def test_a_known_temperature_is_taken_out() -> None:
+    twin = Twin(log=0.03, slope=-0.03, season=8.0)
+    entries = rows(twin, 200, 6)
+    assert drift(table(entries)).up
+    for entry, (_, _, warmth) in zip(entries, twin.estimates(200, 6), strict=True):
+        entry["temperature"] = warmth
+    (found,) = drift(table(entries)).parameters
+    assert found.temperature
+    assert not found.alarms
+
+
+def test_rows_that_nothing_is_like_are_told() -> None:
+    entries = rows(STEADY, 3, 1)
+    (few,) = drift(table(entries)).parameters
+    assert few.why == (
+        "3 of 3 rows are identified, at most 3 of them of like motion, law, rig and load: "
+        "from 4 on they are compared"
+    )
+    undated = [{**entry, "when": None} for entry in rows(STEADY, 9, 1)]
+    (without,) = drift(table(undated)).parameters
+    assert without.why.endswith("none with a time")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [({"false_alarms": 0.0}, "--false-alarms: give a number above 0"),
+     ({"like": 0.5}, "--like: give a factor of at least 1")],
+)  # fmt: skip
+def test_numbers_that_make_no_sense_are_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        drift(table(rows(STEADY, 5, 1)), **arguments)
+
+
+def test_the_command_is_a_gate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = caller(monkeypatch, capsys)
+    place = tmp_path / FOLDER / "machine=M1" / "month=2026-01"
+    place.mkdir(parents=True)
+    table(rows(STEP, 40, 1)).drop("machine", "month").write_parquet(place / FILE)
+    shown = run("drift", str(tmp_path))
+    assert shown.status == 1
+    assert "1 alarm up." in shown.out
+    assert "M1 x F_C: alarm. 36 of 40 logs compared" in shown.out
+    document = json.loads(run("drift", str(tmp_path), "--json").out)
+    assert document["schema"] == "stribeck-drift/1"
+    assert document["alarms_up"] == len(document["parameters"][0]["alarms"]) == 1
+    later = run("drift", str(tmp_path), "--since", "2026-03-01")
+    assert (later.status, "0 alarms up" in later.out) == (0, True)
+    refused = run("drift", str(tmp_path / "nothing"))
+    assert (refused.status, refused.out) == (2, "")
+    assert "there is no table" in refused.err
