@@ -139,6 +139,9 @@ def test_the_command_is_a_gate(
     assert shown.status == 1
     assert "1 alarm up." in shown.out
     assert "M1 x F_C: alarm. 36 of 40 logs compared" in shown.out
+    page = (tmp_path / "drift.html").read_text(encoding="utf-8")
+    assert page.count('class="alarm"') == 1
+    assert page.count('class="dot"') == 40
     document = json.loads(run("drift", str(tmp_path), "--json").out)
     assert document["schema"] == "stribeck-drift/1"
     assert document["alarms_up"] == len(document["parameters"][0]["alarms"]) == 1

@@ -11,6 +11,7 @@ import polars as pl
 import pytest
 
 import fleet_logs
+from browser import CHROMIUM, NO_CHROMIUM, browser
 from fleet_logs import TRUE, force_log, simulated_fleet
 from stribeck import InputError, fleet, identify
 from stribeck.fleet.axis_job import AxisRecord, axis_jobs
@@ -145,6 +146,51 @@ def test_csv_toml_parquet_and_rows_say_the_same(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text("[[axis]]\n" + "\n".join(lines), encoding="utf-8")
     sources: list[Any] = [[row], *(tmp_path / n for n in ("a.csv", "b.csv", "a.parquet", "a.toml"))]
     assert len({next(axis_jobs(read_manifest(s))).key for s in sources}) == 1
+
+
+def test_the_page_has_every_axis_and_every_reason(
+    manifest: Path, undisturbed: pl.DataFrame, tmp_path: Path
+) -> None:
+    fleet(manifest, tmp_path)
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    for row in undisturbed.iter_rows(named=True):
+        assert f"<td>{row['axis']}</td>" in text
+        assert row["reason"] is None or row["reason"] in text
+    assert text.count('<svg class="series"') == undisturbed.height - BAD - 1
+    assert "src=" not in text  # it needs no other file
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason=NO_CHROMIUM)
+def test_the_heads_of_the_page_sort(manifest: Path, tmp_path: Path) -> None:
+    fleet(manifest, tmp_path)
+    body = "[...document.querySelector('.sortable tbody').rows]"
+    shown = f"{body}.map(r => r.cells[3].dataset.value)"
+    press = "document.querySelectorAll('.sortable thead button')[3].click()"
+    with browser(tmp_path) as page:
+        page.open(tmp_path / "index.html")
+        before = [float(v) for v in page.run(shown)]
+        page.run(press)
+        upwards = [float(v) for v in page.run(shown)]
+        page.run(press)
+        downwards = [float(v) for v in page.run(shown)]
+        assert page.complaints == []
+    assert before != sorted(before)
+    assert upwards == sorted(before)
+    assert downwards == upwards[::-1]
+
+
+def test_the_report_of_an_axis_is_of_the_fit_in_the_table(
+    manifest: Path, undisturbed: pl.DataFrame, tmp_path: Path
+) -> None:
+    result = fleet(manifest, tmp_path)
+    axis = undisturbed.filter(pl.col("status") == "done")["axis"][0]
+    page = result.report(manifest, axis)
+    card = json.loads((page.parent / "card.json").read_text(encoding="utf-8"))
+    rows = undisturbed.filter(pl.col("axis") == axis)
+    values = dict(rows.select("parameter", "value").iter_rows())
+    assert {name: p["value"] for name, p in card["parameters"].items()} == values
+    with pytest.raises(InputError, match="--report nobody: the manifest has no such axis"):
+        result.report(manifest, "nobody")
 
 
 BAD_MANIFESTS = {

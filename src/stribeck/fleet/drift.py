@@ -79,7 +79,7 @@ def _axis(
 ) -> Iterator[ParameterDrift]:
     """The parameters of an axis."""
     comparisons = [
-        _Comparison(part, like, wanted)
+        _ParameterHistory(part, like, wanted)
         for part in rows.filter(pl.col("verdict") != "fixed").partition_by(
             "parameter", "unit", maintain_order=True
         )
@@ -92,7 +92,7 @@ def _axis(
         yield comparison.charted(limits) if comparison in charted else comparison.undecided()
 
 
-class _Comparison:
+class _ParameterHistory:
     """The rows of one parameter of one axis, and which of them may be compared.
 
     Args:
@@ -194,10 +194,12 @@ class _Comparison:
             if distinct == 1
             else f"{distinct} kinds of motion, law, rig or load, each with its own level"
         )
-        run_length, days = chart.limits.run_length, f"{chart.day_share:.0%} of its variance"
+        run_length, days = chart.limits.run_length, ""
+        if rows["when"].dt.date().n_unique() < len(rows):  # else nothing tells days from logs
+            days = f", {chart.day_share:.0%} of its variance between days"
         parts = [
             f"{chart.compared} of {len(self.rows)} logs compared, {motions}",
-            f"scatter {_beside(chart.scatter, unit, level)}, {days} between days",
+            f"scatter {_beside(chart.scatter, unit, level)}{days}",
             f"a step of {_beside(step, unit, level)} is found within {_WITHIN:.0f} logs on average",
             f"a false alarm of a chart every {run_length:,.0f} logs",
         ]

@@ -42,7 +42,7 @@ def summary(result: Drift) -> str:
 def alarm_table(result: Drift) -> Table:
     """The alarms that are up, a row each."""
     heads = ("axis", "parameter", "alarm", "by", "changed", "by how much", "before", "beside it")
-    return Table.of_texts("Alarms", heads, list(starmap(_alarm_row, result.up)))
+    return Table.of_texts("Alarms", heads, list(starmap(_alarm_row, result.up)), range(len(heads)))
 
 
 def _alarm_row(p: ParameterDrift, alarm: DriftAlarm) -> list[str]:

@@ -127,8 +127,10 @@ def laid_out(
         lead: What stands under that.
         values: What else its template shows.
     """
-    script, library = _asset("page.js"), _library()
+    script = _asset("page.js")
     specs = {p.id: _spec(p) for plots in groups.values() for p in every_plot(plots)}
+    library = _library() if specs else ("", "")
+    scripts = " ".join(f"'{text}'" for text in (_hash(script), library[1]) if text)
     return _environment().get_template(template).render(
         **values,
         groups=groups,
@@ -143,7 +145,7 @@ def laid_out(
         library=library[0],
         policy="; ".join((
             "default-src 'none'",
-            f"script-src '{_hash(script)}' '{library[1]}'",
+            f"script-src {scripts}",
             "style-src 'unsafe-inline'",
             "img-src data: blob:",
             "base-uri 'none'",

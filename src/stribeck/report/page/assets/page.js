@@ -265,7 +265,37 @@
     root.dataset.state = "drawn";
   }
 
-  begin().catch((error) => {
+  // A table whose heads are buttons: pressed once they sort upwards, again downwards.
+  const key = (row, column) => {
+    const cell = row.children[column];
+    const text = cell.dataset.value ?? cell.textContent.trim();
+    const value = text === "" ? NaN : Number(text);
+    return Number.isNaN(value) ? text : value;
+  };
+  const below = (a, b) => {
+    if (typeof a !== typeof b) return typeof a === "number" ? -1 : 1; // what is no number comes last
+    return typeof a === "number" ? a - b : a.localeCompare(b, undefined, { numeric: true });
+  };
+  for (const table of document.querySelectorAll("table.sortable")) {
+    const heads = [...table.tHead.rows[0].cells];
+    heads.forEach((head, column) => {
+      const sort = document.createElement("button");
+      sort.type = "button";
+      sort.textContent = head.textContent;
+      head.replaceChildren(sort);
+      sort.addEventListener("click", () => {
+        const down = head.getAttribute("aria-sort") === "ascending";
+        for (const other of heads) other.removeAttribute("aria-sort");
+        head.setAttribute("aria-sort", down ? "descending" : "ascending");
+        const rows = [...table.tBodies[0].rows];
+        rows.sort((a, b) => (down ? -1 : 1) * below(key(a, column), key(b, column)));
+        table.tBodies[0].append(...rows);
+      });
+    });
+  }
+
+  if (Object.keys(specs).length === 0) root.dataset.state = "drawn";
+  else begin().catch((error) => {
     root.dataset.state = "failed";
     for (const waiting of document.querySelectorAll(".canvas .waiting")) {
       waiting.textContent = `No plot: ${error.message}. What it shows is said below, and the tables are complete.`;
