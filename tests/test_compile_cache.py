@@ -63,14 +63,14 @@ def test_an_edit_of_the_physics_in_another_file_changes_the_closed_loop(tmp_path
     )
     before, heavier = (python(_LOOP, factor, path=tmp_path) for factor in ("1", "32"))
     assert before != heavier
-    stepper = tmp_path / "stribeck" / "rig" / "motion" / "drive_force.py"
+    part = tmp_path / "stribeck" / "rig" / "parts" / "loads.py"
     text, count = re.subn(
-        r"s, o = (np\.sin\(q \+ axis\.q_offset\)), (np\.cos\(q \+ axis\.q_offset\))",
+        r"s, o = (sin\(q \+ c\[2\]\)), (cos\(q \+ c\[2\]\))",
         r"s, o = 32.0 * \1, 32.0 * \2",
-        stepper.read_text(encoding="utf-8"),
+        part.read_text(encoding="utf-8"),
     )
     assert count == 1
-    stepper.write_text(text, encoding="utf-8")
+    part.write_text(text, encoding="utf-8")
     assert python(_LOOP, "1", path=tmp_path) == heavier  # to the last digit
 
 

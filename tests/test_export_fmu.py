@@ -28,9 +28,11 @@ from stribeck.export.fmu.description import exponents
 from stribeck.export.model import Model
 from stribeck.friction import law_named
 from stribeck.friction.law import NORMAL
-from stribeck.rig.motion.drives import AXIS, IDLE, SLIDE, AxisConstants, AxisInputs, rows
+from stribeck.rig.motion.drives import AXIS, IDLE, SLIDE, AxisInputs, rows
 from stribeck.rig.motion.implicit import motions
 from stribeck.rig.motion.track import Track
+from stribeck.rig.parts import part_named
+from stribeck.rig.parts.axis_of_parts import assembled
 from stribeck.rig.slide_bed import SLIDE_BED, SlideBed, published_both, with_inputs
 from stribeck.space import Array
 
@@ -242,15 +244,17 @@ SERVO = {
 
 
 def forced(
-    model: Model, t: Array, constants: AxisConstants, hold: bool = False, **inputs: Array
-) -> Array:
+    model: Model, t: Array, load: str, constants: dict[str, float], hold: bool = False,
+    **inputs: Array,
+) -> Array:  # fmt: skip
     """Positions of an axis under inputs, as `implicit` has them, with the unit's own steps."""
     settings = {v.name: v.start for v in axis(model).of("setting")}
+    row = assembled((part_named("motor", "force"), part_named("load", load)), constants)
     table = np.array(AxisInputs(**{n: x + 0 * t for n, x in {**IDLE._asdict(), **inputs}.items()}))
     segment = Track(t, t, t, 0.1, t, t, np.empty((3, 0)), inputs=table,
                     held=np.full(len(table), float(hold)))  # fmt: skip
     q, _, _ = motions(
-        model.law, AXIS, model.p[None], rows(constants, 1), segment, settings["step"] or 0.0,
+        model.law, AXIS, model.p[None], rows(row, 1), segment, settings["step"] or 0.0,
         settings["tolerance"] or 0.0,
     )  # fmt: skip
     position: Array = q[0]
@@ -262,7 +266,7 @@ def forced(
 def test_emps_follows_its_recorded_force(opened: Callable[[Model], Unit], law: str) -> None:
     model, t, force = emps(law)
     offset = 0.0 if model.law.directional else -3.1648
-    expected = forced(model, t, AxisConstants(M=95.1089, g_0=offset), added=force)
+    expected = forced(model, t, "mass", {"M": 95.1089, "offset": offset}, added=force)
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0])
     motion = unit.walk(t, {"force": force})
@@ -294,7 +298,7 @@ def test_fmpy_simulates_a_recorded_force(tmp_path: Path) -> None:
         str(tmp_path / "axis.fmu"), stop_time=t[-1], output_interval=1e-3, input=inputs,
         start_values={"position_start": 0.1}, output=["position"],
     )  # fmt: skip
-    expected = forced(model, t, AxisConstants(M=95.1089, g_0=-3.1648), hold=True, added=force)
+    expected = forced(model, t, "mass", {"M": 95.1089, "offset": -3.1648}, hold=True, added=force)
     assert difference(np.interp(t, motion["time"], motion["position"]), expected) <= 1e-6
 
 
@@ -342,8 +346,8 @@ def test_a_pendulum_under_a_torque_is_a_joint_without_a_controller(
     model = model_with("forced-pendulum", "coulomb-viscous", values, (-5.0, 5.0))
     t = np.arange(0.0, 5.0, 5e-3)
     torque = 0.8 * np.sin(3.0 * t)
-    joint = AxisConstants(M=0.06, g_sin=1.2, g_cos=0.2, g_0=0.03)
-    expected = forced(model, t, joint, feed_forward=torque)
+    joint = {"J": 0.06, "g_sin": 1.2, "g_cos": 0.2, "g_0": 0.03}
+    expected = forced(model, t, "inertia", joint, feed_forward=torque)
     unit = opened(model)
     unit.begin(position_start=0.1)
     motion = unit.walk(t, {"force": torque})
@@ -358,7 +362,7 @@ def test_a_cylinder_is_pressed_and_rubs_by_its_pressure(opened: Callable[[Model]
     area = np.pi / 4 * 0.025**2 + 1e-5
     force = pressure * area + 150.0 * np.sin(4.0 * t)
     expected = forced(
-        model, t, AxisConstants(M=8.0, g_0=3.0), normal=pressure, added=force - pressure * area
+        model, t, "mass", {"M": 8.0, "offset": 3.0}, normal=pressure, added=force - pressure * area
     )
     unit = opened(model)
     unit.begin(position_start=0.1, force=force[0], pressure=pressure[0])

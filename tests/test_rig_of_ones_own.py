@@ -15,8 +15,10 @@ from command import Completed, caller
 from stribeck import LAWS, RIGS, InputError, Law, Param, Recording
 from stribeck.constant import constant
 from stribeck.rig.equation import Equation, Input
-from stribeck.rig.motion.drives import AXIS, FEED_FORWARD, GOAL, AxisConstants
+from stribeck.rig.motion.drives import AXIS, FEED_FORWARD, GOAL
 from stribeck.rig.motion.track import Track
+from stribeck.rig.parts import part_named
+from stribeck.rig.parts.axis_of_parts import assembled
 from stribeck.rig.rig import Motion
 from stribeck.rig.simulated import SimulatedRig
 from stribeck.rig.stepped import SteppedRig
@@ -36,14 +38,22 @@ class BeltAxis(SteppedRig):
             raise InputError(f"{recording.label}: rig {self.name} needs a command")
         return {"goal": recording.command, "feed_forward": np.zeros(len(recording))}
 
-    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
+    def coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
         per_speed = values["k_f"] * values["kv"]
-        return AxisConstants(
-            M=values["mass"],
-            k_p=per_speed * values["kp"],
-            k_d=per_speed,
-            g_0=values["pull"],
-            limit=values["k_f"] * values["i_max"],
+        parts = (
+            part_named("controller", "pd"),
+            part_named("motor", "force"),
+            part_named("load", "mass"),
+        )
+        return assembled(
+            parts,
+            {
+                "M": values["mass"],
+                "kp": per_speed * values["kp"],
+                "kd": per_speed,
+                "offset": values["pull"],
+                "limit": values["k_f"] * values["i_max"],
+            },
         )
 
     def equation(self, law: Law) -> Equation:
@@ -153,7 +163,7 @@ def test_every_command_takes_it(
     output_of(stribeck("export", card, "--to", "fmu", "--out", str(unit)))
     with zipfile.ZipFile(unit) as archive:
         header = archive.read("sources/axis_model.h").decode()
-    assert "c[1] = ((r[R_k_f] * r[R_kv]) * r[R_kp]);" in header
+    assert "((r[R_k_f] * r[R_kv]) * r[R_kp])" in header
     for target, name in (
         ("c", "c"), ("matlab", "matlab"), ("st", "friction.st"), ("plcopen", "friction.xml"),
         ("modelica", "Friction.mo"), ("table", "friction.csv"),

@@ -32,15 +32,8 @@ from ..friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ..friction.law import DRIVE, term_places, terms_factor
 from ..rig.controller import Controller
 from ..rig.motion import row_pool
-from ..rig.motion.drive_force import (
-    DEMAND,
-    LOAD_ROOM,
-    LOOP_MEMORY,
-    demanded,
-    driven,
-    held_demand,
-    mixed,
-)
+from ..rig.motion.axis_row import DEMAND, LOAD_ROOM
+from ..rig.motion.drive_force import LOOP_MEMORY, demanded, driven, held_demand, mixed
 from ..rig.motion.drives import ENABLED, INPUTS
 from ..rig.motion.implicit import EACH, FEWEST, MOST_STEPS, ROOM, started
 from ..rig.motion.passage import MEMORY, passed

@@ -163,7 +163,7 @@ def _start(
 def _masses(rig: ComposedRig, values: dict[str, float]) -> tuple[float, float] | None:
     """Inertia of the motor, at the load, and of the load; half each where it is one number."""
     motor = values.get("armature", 0.0) * _ratio(rig, values) ** 2
-    total = float(rig.coefficients(values).M)
+    total = float(rig.coefficients(values)[0])
     if motor > 0.0:
         return (motor, total - motor) if total > motor else None
     own = {c.name for part in rig.parts for c in part.coefficients}

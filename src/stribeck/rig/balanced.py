@@ -19,7 +19,9 @@ from .equation import Equation, Input
 from .experiments.imposed_motions import strokes
 from .experiments.offer import Offer, OperatingRange
 from .measured_path import MeasuredPath
-from .motion.drives import ADDED, AXIS, AxisConstants
+from .motion.drives import ADDED, AXIS
+from .parts import Part, part_named
+from .parts.axis_of_parts import assembled
 from .rig import Approach, Rig
 
 if TYPE_CHECKING:
@@ -134,7 +136,7 @@ class BalancedRig(Rig):
     def under_force(
         self,
         text: str,
-        coefficients: Callable[[Mapping[str, Any]], AxisConstants],
+        coefficients: Callable[[Mapping[str, Any]], tuple[Any, ...]],
         *further: Input,
         constants: tuple[str, ...] = (),
     ) -> Equation:
@@ -243,9 +245,15 @@ class BalancedRig(Rig):
         return rub * _factor(law, p, loads) if law.terms else rub
 
 
-def coefficients(values: Mapping[str, Any]) -> AxisConstants:
-    """Mass and constant force of an axis under a force, of its parameters by name."""
-    return AxisConstants(M=values["M"], g_0=values.get("offset", 0.0))
+def coefficients(values: Mapping[str, Any], *loads: Part) -> tuple[Any, ...]:
+    """The row of constants of a mass under a force, of its parameters by name.
+
+    Args:
+        values: The parameters.
+        loads: What acts on it beside a constant force.
+    """
+    parts = (part_named("motor", "force"), part_named("load", "mass"), *loads)
+    return assembled(parts, values)
 
 
 def as_balanced(rig: Rig) -> BalancedRig:

@@ -27,9 +27,9 @@ from .motion.drives import (
     IDLE,
     INPUTS,
     LATE,
-    AxisConstants,
+    rows,
 )
-from .parts.transmissions import ratio
+from .parts.axis_of_parts import assembled
 from .stepped import SteppedRig
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class ComposedRig(SteppedRig):
     @property
     def demand(self) -> str:
         """What its motor is asked for: "force", "current" or "voltage"."""
-        return next(p.drive for p in self.parts if p.role == "motor")
+        return next(p.drive for p in self.parts if p.role == "motor" and not p.beside)
 
     @property
     def entry(self) -> int | None:
@@ -149,20 +149,9 @@ class ComposedRig(SteppedRig):
             steps.setdefault("goal_velocity", np.gradient(recording.command, recording.t))
         return steps
 
-    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
-        """The parts' contributions; inertias add up. See `SteppedRig.coefficients`."""
-        return AxisConstants(**self.contributions(values, self.parts))
-
-    def contributions(self, values: Mapping[str, Any], parts: Iterable[Part]) -> dict[str, Any]:
-        """What parts make of the fields of the equation of motion; what several have adds up."""
-        # A drive's chain has constants of its own, as a lead, which are no coefficients of a part.
-        own = {c.name: values.get(c.name, c.idle) for p in self.parts for c in p.coefficients}
-        values = {**own, "ratio": ratio(own)}
-        fields: dict[str, Any] = {}
-        for part in parts:
-            for name, value in part.terms(values).items():
-                fields[name] = fields[name] + value if name in fields else value
-        return fields
+    def coefficients(self, values: Mapping[str, Any]) -> tuple[Any, ...]:
+        """The row of constants of its parts; see `SteppedRig.coefficients`."""
+        return assembled(self.parts, values)
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse values with which nothing can be simulated."""
@@ -200,8 +189,9 @@ class ComposedRig(SteppedRig):
 
     def command_per_force(self, law: Law, p: Array) -> float:
         """The demand for a unit of force or torque at the axis."""
-        values = self.values_of(law, p)
-        return 1.0 / float(self.coefficients(values).gain)
+        from .motion.drive_force import loop_gains  # noqa: PLC0415 - compiled code that others need not load
+
+        return 1.0 / float(loop_gains(rows(self.coefficients(self.values_of(law, p)), 1)[0])[0])
 
     def resting(self, track: Track, instant: float, position: float) -> Array | None:
         """Position and inputs at an instant; see `SimulatedRig`. None where it is not commanded."""
@@ -300,7 +290,7 @@ def settings(tolerance: str) -> tuple[Constant, ...]:
 def check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
     """Refuse parts that make no axis."""
     for role in ("controller", "motor", "transmission"):
-        if (n := sum(p.role == role for p in parts)) != 1:
+        if (n := sum(p.role == role and not p.beside for p in parts)) != 1:
             raise InputError(f"rig {name}: an axis has one {role}, this one {n or 'none'}")
     if not any(p.role == "load" for p in parts):
         raise InputError(f"rig {name}: an axis has a load, this one none")

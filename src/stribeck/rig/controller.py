@@ -55,7 +55,7 @@ class Controller:
         step: Longest step, s.
         tolerance: Way by which a step may be off, m or rad.
         track: The track of a recording's command, from rest at its start.
-        constants: Constants of the drive, (n, WIDTH), of a law, (n, k) parameter sets, SI, and
+        constants: Constants of the drive, (n, constants), of a law, (n, k) parameter sets, SI, and
             a track.
         command_per_force: The command for a unit of force or torque at the axis, of a law and a
             (k,) parameter set.
@@ -81,7 +81,8 @@ class Controller:
             bed = SlideConstants(*row[: len(SlideConstants._fields)])
             softer = min(bed.k_hat_plus + bed.k_spring_plus, bed.k_hat_minus + bed.k_spring_minus)
             return LinearLoop(bed.m + bed.inertia, bed.damping, softer)
+        from .motion.drive_force import loop_gains  # noqa: PLC0415 - compiled code that others need not load
+
         axis = AxisConstants(*row[: len(AxisConstants._fields)])
-        return LinearLoop(
-            axis.M, axis.gain * axis.k_d + axis.emf, axis.gain * axis.k_p, int(axis.hold)
-        )
+        _, stiffness, damping = loop_gains(row)
+        return LinearLoop(axis.M, damping, stiffness, int(axis.hold))

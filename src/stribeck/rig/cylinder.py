@@ -17,6 +17,8 @@ from .balanced import BalancedRig, coefficients
 from .equation import Equation, Input
 from .forced import FORCED
 from .motion.drives import NORMAL_LOAD
+from .motion.part_call import Row
+from .parts import Coefficient, Part
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
@@ -93,9 +95,7 @@ class Cylinder(BalancedRig):
         pressure = Input("pressure", "Pa", "gauge pressure against the rod's force", NORMAL_LOAD)
         return self.under_force(
             "M a = force − (π bore²/4 + b) pressure − offset − F_f",
-            lambda values: coefficients(values)._replace(
-                per_normal=np.pi / 4 * values["bore"] ** 2 + values["b"]
-            ),
+            lambda values: coefficients(values, _PISTON),
             pressure,
             constants=("bore",),
         )
@@ -113,6 +113,25 @@ class Cylinder(BalancedRig):
         ranged = super()._ranged(param)
         return replace(ranged, unit="m**2") if param.name == "mu" else ranged
 
+
+def _piston(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Less the pressure's force on the area c[0]."""
+    return force - c[0] * u[NORMAL_LOAD]
+
+
+_PISTON = Part(
+    name="piston",
+    role="load",
+    doc="the pressure against the rod's force",
+    equation="− (π bore²/4 + b) pressure",
+    coefficients=(
+        Coefficient("bore", "m", "diameter of the piston"),
+        Coefficient("b", "m**2", "area that the bore leaves out", 0.0),
+    ),
+    function=_piston,
+    constants=lambda values: (np.pi / 4 * values["bore"] ** 2 + values["b"],),
+    slot="load",
+)
 
 #: 1 N/bar, m^2.
 PER_BAR = 1e-5

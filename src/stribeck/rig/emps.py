@@ -25,11 +25,12 @@ from .motion.drives import (
     GOAL,
     HELD,
     LATE,
-    AxisConstants,
     AxisInputs,
     rows,
 )
 from .motion.track import Track
+from .parts import part_named
+from .parts.axis_of_parts import assembled
 from .rig import Motion
 
 if TYPE_CHECKING:
@@ -41,6 +42,9 @@ _REPORT = (
     "Workshop on Nonlinear System Identification Benchmarks, Eindhoven 2019"
 )
 
+#: The parts of its loop: the amplifier's demand is a voltage, and its force gtau times that.
+_CASCADE, _AMPLIFIER = part_named("controller", "cascade"), part_named("motor", "current")
+_SLIDE = part_named("load", "mass")
 #: Steps of the implicit stepper between two samples of the controller, and way by which one may
 #: be off, m: finer ones move no velocity by more than 4e-9 m/s (tests/test_emps.py).
 STEPS, TOLERANCE = 1, 1e-9
@@ -112,18 +116,15 @@ class Emps(BalancedRig):
         track = self._track(recording)
         k = len(law.params)
         mass, offset = p[:, k], np.zeros(len(p)) if law.directional else p[:, k + 1]
-        cascade = AxisConstants(
-            M=mass,
-            k_p=self["kv"] * self["kp"],
-            k_d=self["kv"],
-            limit=self["u_max"],
-            hold=CLOCKED,
-            T=self["T"],
-            difference=1.0,
+        cascade = assembled(
+            (_CASCADE, _AMPLIFIER, _SLIDE),
+            {
+                "kp": self["kp"], "kv": self["kv"], "limit": self["u_max"], "hold": CLOCKED,
+                "T": self["T"], "difference": 1.0, "k_t": self["gtau"], "M": mass,
+                "offset": offset,
+            },
             start=track.given[0],
-            gain=self["gtau"],
-            g_0=offset,
-        )
+        )  # fmt: skip
         from .motion.implicit import motions  # noqa: PLC0415 - compiled code that others need not load
 
         possible = (mass > 0.0) & np.isfinite(p).all(axis=1)  # the others stay nan
@@ -161,15 +162,15 @@ class Emps(BalancedRig):
         def constants(law: Law, p: Array, track: Track) -> Array:
             del track
             k = len(law.params)
-            per_speed = self["gtau"] * self["kv"]
-            loop = AxisConstants(
-                M=p[:, k],
-                k_p=per_speed * self["kp"],
-                k_d=per_speed,
-                limit=self["gtau"] * self["u_max"],
-                hold=LATE if self["delay"] > 0.5 * self["T"] else HELD,
-                g_0=0.0 if law.directional else p[:, k + 1],
-            )
+            loop = assembled(
+                (_CASCADE, _AMPLIFIER, _SLIDE),
+                {
+                    "kp": self["kp"], "kv": self["kv"], "limit": self["u_max"],
+                    "hold": LATE if self["delay"] > 0.5 * self["T"] else HELD,
+                    "k_t": self["gtau"], "M": p[:, k],
+                    "offset": 0.0 if law.directional else p[:, k + 1],
+                },
+            )  # fmt: skip
             return rows(loop, len(p))
 
         return Controller(AXIS, FEED_FORWARD, self["T"], TOLERANCE, track, constants)

@@ -13,6 +13,7 @@ from ..space import Array, Param
 from .balanced import BalancedRig, coefficients
 from .equation import Equation
 from .forced import FORCED_ROTARY
+from .parts import part_named
 
 if TYPE_CHECKING:
     from ..friction import Law
@@ -36,9 +37,7 @@ class ForcedPendulum(BalancedRig):
         del law
         return self.under_force(
             "M a = force − g_sin sin q − g_cos cos q − offset − F_f",
-            lambda values: coefficients(values)._replace(
-                g_sin=values["g_sin"], g_cos=values["g_cos"]
-            ),
+            lambda values: coefficients({**values, "J": 0.0}, part_named("load", "inertia")),
         )
 
 

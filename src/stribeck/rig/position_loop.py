@@ -17,16 +17,23 @@ from .motion.drives import (
     GOAL_VELOCITY,
     HELD,
     LATE,
-    AxisConstants,
     rows,
 )
 from .motion.track import Track
+from .parts import part_named
+from .parts.axis_of_parts import assembled
 
 if TYPE_CHECKING:
     from ..data.recording import Recording
     from ..friction import Law
     from ..space import Array, Param
 
+#: The loop and what it moves.
+_LOOP = (
+    part_named("controller", "pd"),
+    part_named("motor", "force"),
+    part_named("load", "inertia"),
+)
 #: Way by which a step of a trial may be off, m and rad.
 _TOLERANCE = 1e-9
 #: What rigs call the mass, a constant force, and gravity's two.
@@ -85,9 +92,12 @@ class PositionLoop:
                 raise InputError(f"rig {name}: its card has no mass to close a loop around")
             constant = next((values[n] for n in _OFFSET if n in values), 0.0)
             g_sin, g_cos = (values.get(n, 0.0) for n in _GRAVITY)
-            loop = AxisConstants(
-                M=mass, k_p=self.kp, k_d=self.kd, limit=self.limit, g_sin=g_sin, g_cos=g_cos,
-                g_0=constant, hold=LATE if self.late else HELD,
+            loop = assembled(
+                _LOOP,
+                {
+                    "kp": self.kp, "kd": self.kd, "limit": self.limit, "J": mass, "g_sin": g_sin,
+                    "g_cos": g_cos, "g_0": constant, "hold": LATE if self.late else HELD,
+                },
             )  # fmt: skip
             return rows(loop, len(p))
 

@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..space import Array
 from .controller import Controller, per_newton
 from .motion.command import Drive
-from .motion.drives import AXIS, IDLE, AxisConstants, AxisInputs, rows
+from .motion.drives import AXIS, IDLE, AxisInputs, rows
 from .motion.thinning import thinned
 from .motion.track import Track
 from .rig import Motion
@@ -80,8 +80,10 @@ class SteppedRig(SimulatedRig):
         columns, extra = self.run_columns.items(), recording.extra
         return {name: float(extra[column][0]) for column, name in columns if column in extra}
 
-    def coefficients(self, values: Mapping[str, Any]) -> AxisConstants:
-        """The constants of its drive.
+    def coefficients(self, values: Mapping[str, Any]) -> Sequence[Any]:
+        """The row of constants of its drive, the mass that moves first.
+
+        As `parts.axis_of_parts.assembled` makes it of the parts of an axis.
 
         Args:
             values: The rig's constants, those that a log states in their place, and its own
@@ -99,7 +101,7 @@ class SteppedRig(SimulatedRig):
         """
 
     def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
-        """The constants of the drive, (n, WIDTH).
+        """The constants of the drive, (n, constants).
 
         Args:
             law: The law.
@@ -113,7 +115,7 @@ class SteppedRig(SimulatedRig):
         return rows(self.coefficients({**by_name, **parameters}), len(own))
 
     def constants_over(self, law: Law, own: Array, tracks: Sequence[Track]) -> Array:
-        """The constants of the drive over tracks, (tracks, n, WIDTH); many logs state the same.
+        """The constants of the drive over tracks, (tracks, n, constants); many logs state the same.
 
         Args:
             law: The law.

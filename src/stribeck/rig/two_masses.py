@@ -14,9 +14,10 @@ from ..errors import InputError
 from ..friction import law_named
 from .composed import ComposedRig
 from .equation import Equation
-from .motion.coupling import COUPLING, CouplingConstants
-from .motion.drives import TWO_MASSES, AxisConstants, rows
+from .motion.coupling import ZERO, CouplingConstants, coupled_row
+from .motion.drives import TWO_MASSES, rows
 from .motion.track import SideReading, Track, prefix_sums
+from .parts.axis_of_parts import assembled, completed, contributions
 from .rig import Motion
 
 if TYPE_CHECKING:
@@ -99,26 +100,30 @@ class TwoMassRig(ComposedRig):
             raise InputError(f"rig {self.name}: play and damping must not be below zero")
 
     def constants_of_drive(self, law: Law, own: Array, run: Array) -> Array:
-        """An axis of the motor, one of the load, and the coupling, (n, 2 WIDTH + COUPLING)."""
+        """The rows of coupling, motor and load in one; see `coupled_row`."""
         by_name = {c.name: c.value for c in self.constants}
         by_name |= dict(zip(self.run_columns.values(), run.tolist(), strict=True))
         self.check(by_name)
-        values = by_name | {q.name: own[:, k] for k, q in enumerate(self.own(law))}
+        values = completed(
+            self.parts, by_name | {q.name: own[:, k] for k, q in enumerate(self.own(law))}
+        )
         roles: dict[str, list[Part]] = {"motor": [], "load": [], "transmission": []}
         for part in self.parts:
-            role = "transmission" if part.name in ("motor", "load") else part.role
+            role = "transmission" if part.name in SIDES and part.role == "sensor" else part.role
             roles["motor" if role in ("controller", "sensor") else role].append(part)
-        motor = AxisConstants(**self.contributions(values, roles["motor"]))
-        load = AxisConstants(**{"gain": 0.0, **self.contributions(values, roles["load"])})
-        coupling = CouplingConstants(**self.contributions(values, roles["transmission"]))
-        for side, axis in (("motor: state armature", motor), ("load", load)):
-            if np.ndim(axis.M) == 0 and not axis.M > 0.0:
+        # What no motor is asked for is no force.
+        motor, load = (
+            assembled(roles[side], values, **fields)
+            for side, fields in (("motor", {}), ("load", {"force_limit": 0.0}))
+        )
+        coupling = CouplingConstants(**contributions(values, roles["transmission"]))
+        for side, mass in (("motor: state armature", motor[0]), ("load", load[0])):
+            if np.ndim(mass) == 0 and not mass > 0.0:
                 raise InputError(
                     f"rig {self.name}: an axis of two masses needs an inertia above zero of the "
                     f"{side}"
                 )
-        n = len(own)
-        return np.hstack([rows(motor, n), rows(load, n), rows(coupling, n)[:, :COUPLING]])
+        return rows(coupled_row(coupling, motor, load), len(own))
 
     def track(self, recording: Recording, rows: slice, x0: float, score: Array) -> Track:
         """Samples, inputs and start of a stretch, of the encoder that `position` is."""
@@ -234,7 +239,7 @@ class TwoMassRig(ComposedRig):
 
         own = p[:, k:]
         c = self.constants_over(law, own, tracks)
-        c[:, :, -1] = np.array([track.reading.zero for track in tracks])[:, None]
+        c[:, :, ZERO] = np.array([track.reading.zero for track in tracks])[:, None]
         motor = self.law_of_motor(law)
         friction = {"load": own[:, :0], "motor": p[:, :k]}.get(
             self.friction_side, own[:, len(self.params) :]

@@ -29,6 +29,7 @@ from .program import (
     ProgramFunction,
     read_names,
 )
+from .translation import FunctionSource, translate
 
 #: C's own words, and C++'s, which a variable may not be called.
 _WORDS = frozenset(
@@ -47,6 +48,9 @@ class C(Dialect):
 
     words: ClassVar[dict[str, str]] = {"and": "&&", "or": "||", "//": "/"}
 
+    def __init__(self, prefix: str = "law_") -> None:
+        self.prefix = prefix  # of the names of its functions
+
     def name(self, name: str) -> str:
         """A variable; C's own words get an underscore."""
         return f"{name}_" if name in _WORDS else name
@@ -62,7 +66,7 @@ class C(Dialect):
             return f"(double)({values})"
         if name in MATH_FUNCTIONS:
             return f"{_CALLED.get(name, name)}({values})"
-        return f"law_{name}({values})"
+        return f"{self.prefix}{name}({values})"
 
     def count_loop(self, name: str, end: Expression) -> tuple[str, str]:
         """A loop that counts."""
@@ -81,7 +85,7 @@ class C(Dialect):
         """One function, for this file alone."""
         arguments = ", ".join(self._argument(a) for a in f.arguments)
         lines = [f"/* {harmless(f.doc)} */"] if f.doc else []
-        lines += [f"static double law_{f.name}({arguments})", "{"]
+        lines += [f"static double {self.prefix}{f.name}({arguments})", "{"]
         for kind in ("real", "whole", "truth"):
             names = [self.name(v.name) for v in f.variables if v.kind == kind]
             lines += [f"    {_TYPES[kind]} {', '.join(names)};"] if names else []
@@ -145,6 +149,25 @@ def c(
         f"{name}.c": source.source().encode(),
         "selftest.c": selftest(model, name, check_vectors(model, settings)).encode(),
     }
+
+
+def c_functions(entries: Sequence[FunctionSource], what: str, prefix: str) -> str:
+    """Functions in C, for one file alone, with all that they call.
+
+    Args:
+        entries: Where their Python is.
+        what: Whose they are, for messages.
+        prefix: What their names begin with.
+
+    Raises:
+        InputError: a source that says something that has no place in C.
+    """
+    program = translate(entries, what)
+    if divides(program):
+        program = lowered(program, Restrictions(joins=False))
+    dialect = C(prefix)
+    text = [text for name, text in MIN_AND_MAX.items() if name in program.calls]
+    return "\n".join([*text, *(dialect.function(f) for f in program.functions)])
 
 
 class _CFiles:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ...errors import InputError
 from ...rig.equation import Equation
+from ...rig.motion.axis_row import Chain
 from ...rig.motion.drives import AXIS, NORMAL_LOAD, SLIDE, TEMPERATURE
 from ...space import Param
 from ...units import convertible, unit
 from ..model import Model, identifier
+from .part_functions import part_functions
 from .symbol import Symbol, c_text
 
 Drive = Literal["AXIS_SLIDE", "AXIS_PARTS"]
@@ -66,14 +68,18 @@ class Axis:
     Args:
         drive: What moves it.
         motion: Its equation of motion, in words and signs.
-        constants: The drive's constants in C, in their order.
+        constants: The drive's constants in C by their places; the others are 0.
+        width: How many places there are.
+        parts: The functions of its parts in C; "" for a drive that has none.
         values: Outputs, inputs, settings, the law's parameters, the rig's; value references
             count them.
     """
 
     drive: Drive
     motion: str
-    constants: tuple[str, ...]
+    constants: Mapping[int, str]
+    width: int
+    parts: str
     values: tuple[Value, ...]
 
     def of(self, *roles: str) -> list[Value]:
@@ -108,17 +114,18 @@ def axis(model: Model) -> Axis:
             name += "_"
         used_names.add(name)
         unique.append(replace(v, name=name))
-    return Axis(
-        _DRIVES[equation.drive], equation.text, _coefficients(model, equation), tuple(unique)
-    )
+    row = _coefficients(model, equation)
+    parts = part_functions(row) if equation.drive == AXIS else ""
+    written = {i: c_text(c) for i, c in enumerate(row) if not isinstance(c, Chain)}
+    return Axis(_DRIVES[equation.drive], equation.text, written, len(row), parts, tuple(unique))
 
 
-def _coefficients(model: Model, equation: Equation) -> tuple[str, ...]:
-    """What the drive is made of, in C, of the values of the unit."""
+def _coefficients(model: Model, equation: Equation) -> Sequence[Any]:
+    """The drive's row of constants, of the values of the unit as symbols."""
     params = model.parameters.every[len(model.law.params) :]
     names = [*(q.name for q in params), *equation.constants]
     symbols = {name: Symbol(f"r[R_{identifier(name)}]") for name in names}
-    return tuple(c_text(c) for c in equation.coefficients(symbols))
+    return equation.coefficients(symbols)
 
 
 def _outputs(model: Model, equation: Equation) -> Iterator[Value]:

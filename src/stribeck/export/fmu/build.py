@@ -23,7 +23,7 @@ from pathlib import Path
 from ..._version import __version__
 from ...draft import Draft, settle
 from ...errors import InputError
-from ...rig.motion.drives import INPUTS, WIDTH, AxisConstants, AxisInputs
+from ...rig.motion.drives import INPUTS, AxisConstants, AxisInputs
 from ..code.c import c
 from ..model import Model
 from .axis import Axis, axis
@@ -86,7 +86,11 @@ def _sources(model: Model, fmu_axis: Axis) -> dict[str, bytes]:
     sources = {n: (folder / n).read_bytes() for n in _OWN}
     law = c(model)
     sources |= {n: law[n] for n in ("friction.h", "friction.c")}
-    return {**sources, "axis_model.h": _values(model, fmu_axis).encode()}
+    return {
+        **sources,
+        "axis_model.h": _values(model, fmu_axis).encode(),
+        "axis_parts.h": f"/* What moves this axis, part by part. */\n{fmu_axis.parts}".encode(),
+    }
 
 
 def _values(model: Model, fmu_axis: Axis) -> str:
@@ -104,7 +108,7 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_PLACES": f"{{{', '.join(str(v.place) for v in inputs)}}}",
         "AXIS_HELD": f"{{{', '.join(str(int(v.fixed)) for v in inputs)}}}",
         "AXIS_PLACES_OF_INPUTS": INPUTS,
-        "AXIS_WIDTH": WIDTH,
+        "AXIS_WIDTH": fmu_axis.width,
         **STEPPER,
         **{f"C_{name.upper()}": i for i, name in enumerate(AxisConstants._fields)},
         **{f"U_{name.upper()}": i for i, name in enumerate(AxisInputs._fields)},
@@ -119,7 +123,7 @@ def _values(model: Model, fmu_axis: Axis) -> str:
         "AXIS_LAW": law,
     }
     defined |= {f"R_{value.symbol}": i for i, value in enumerate(fmu_axis.values) if value.symbol}
-    constants = " ".join(f"c[{i}] = {text};" for i, text in enumerate(fmu_axis.constants))
+    constants = " ".join(f"c[{i}] = {text};" for i, text in fmu_axis.constants.items())
     defined["AXIS_CONSTANTS_FROM(r)"] = constants
     starts = ", ".join(_number(v.start) for v in fmu_axis.values)
     return "\n".join(

@@ -18,6 +18,7 @@ from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import DRIVE, POSITION, slip_law, term_places
 from ...space import Array
 from . import row_pool
+from .axis_row import DEMAND, LOAD_ROOM
 from .coupled_passage import STAGES, coupled_passage
 from .coupled_rates import (
     EVENTS,
@@ -37,9 +38,9 @@ from .coupled_rates import (
     V,
     read_position,
 )
-from .coupling import coupled_at, coupling_constants
-from .drive_force import DEMAND, LOAD_ROOM, LOOP_MEMORY, demanded, held_demand, loop_reset, mixed
-from .drives import AXIS, ENABLED, INPUTS, WIDTH
+from .coupling import MOTOR_ROW, coupled_at, coupling_constants
+from .drive_force import LOOP_MEMORY, demanded, held_demand, loop_reset, mixed
+from .drives import AXIS, ENABLED, INPUTS
 from .implicit import EACH, FEWEST, ROOM, steps_between
 from .row_pool import borrowed
 from .velocity import NO_RUB
@@ -103,7 +104,7 @@ def _rows(  # a loop over candidates and samples
         i, row = job // len(p), job % len(p)
         begin, end = first[i], first[i + 1]
         a_m, a, b = borrowed(p_m[row]), borrowed(p[row]), borrowed(c[job])
-        axis, coupling = b[:WIDTH], coupling_constants(b[2 * WIDTH :])
+        axis, coupling = b[MOTOR_ROW:], coupling_constants(b)
         u[:] = 0.0
         u[ENABLED] = 1.0
         y[Q], y[V] = start[job, 0], start[job, 1]
@@ -156,7 +157,7 @@ def motions_of_two(
     Args:
         laws: Friction of the motor and of the load; None for none.
         p: Their parameters, (n, k) each.
-        c: (tracks, n, 2 WIDTH + COUPLING): an axis of the motor, an axis of the load, a coupling.
+        c: (tracks, n, constants): rows as `coupled_row` makes them.
         tracks: Sample times, inputs (m, N), which of them are held, and the start: the load's
             position, or the motor's where that is what is read. Where it is not known by how much
             the motor is ahead, it is at the flank that drives a load that moves, and at a rest

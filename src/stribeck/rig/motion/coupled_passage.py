@@ -35,9 +35,8 @@ from .coupled_rates import (
     coupled_rates,
     twist_left,
 )
-from .coupling import FREE
+from .coupling import FREE, PLAY
 from .drive_force import mixed
-from .drives import WIDTH
 
 #: Stages of a step.
 STAGES = 7
@@ -145,7 +144,7 @@ def _switched(c: Array, y: Array, twist: float, mode: Array, g: Array) -> float:
     """The modes after the events that are past; the twist left in the spring."""
     if g[2] > 0.0:
         ahead = y[Q_M] - y[Q]
-        half = 0.5 * c[2 * WIDTH + 2]
+        half = 0.5 * c[PLAY]
         if mode[FLANK] == FREE:
             mode[FLANK] = 1 if ahead - twist > 0.0 else -1
         else:

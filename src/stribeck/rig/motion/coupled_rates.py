@@ -24,13 +24,15 @@ from ...space import Array
 from .coupling import (
     FREE,
     JOINED,
+    LOAD_ROW,
+    MOTOR_ROW,
     CouplingConstants,
     coupling_constants,
     coupling_force,
     relaxed_twist,
 )
 from .drive_force import driven
-from .drives import AXIS, EXTERNAL_FORCE, WIDTH
+from .drives import AXIS, EXTERNAL_FORCE
 from .velocity import rubs
 
 #: The state: position and velocity of the motor and of the load.
@@ -99,7 +101,7 @@ def coupled_rates(
         rub: The same as a law that reads loads.
         p: Its parameters.
         term: Places of its terms.
-        c: Constants: an axis of the motor, an axis of the load, a coupling.
+        c: Constants, a row as `coupled_row` makes it.
         u: Inputs.
         y: The state.
         twist: Of the spring, where the coupling is between its flanks.
@@ -110,7 +112,7 @@ def coupled_rates(
         rate: Of the state, (4,).
         g: Distances from events, (3,).
     """
-    coupling = coupling_constants(c[2 * WIDTH :])
+    coupling = coupling_constants(c)
     ahead, closing = y[Q_M] - y[Q], y[V_M] - y[V]
     T = coupling_force(coupling, mode[FLANK], ahead, closing)
     if mode[FLANK] == FREE:
@@ -120,7 +122,7 @@ def coupled_rates(
     external = u[EXTERNAL_FORCE]
     u[EXTERNAL_FORCE] = 0.0
     read = read_position(coupling, y[Q_M], y[Q])
-    mass, F, d, _ = driven(AXIS, c[:WIDTH], u, read, y[V_M], load_m)
+    mass, F, d, _ = driven(AXIS, c[MOTOR_ROW:], u, read, y[V_M], load_m)
     u[EXTERNAL_FORCE] = external
     load_m[EXTERNAL] = -T
     F, g[0] = _resisted(
@@ -128,7 +130,7 @@ def coupled_rates(
         y[V_M], F - d * y[V_M] - T,
     )  # fmt: skip
     rate[Q_M], rate[V_M] = y[V_M], F / mass
-    mass, F, _, _ = driven(AXIS, c[WIDTH : 2 * WIDTH], u, y[Q], y[V], load)
+    mass, F, _, _ = driven(AXIS, c[int(c[LOAD_ROW]) :], u, y[Q], y[V], load)
     load[DRIVE] = T
     F, g[1] = _resisted(slip, rub, p, term, load, none, mode[LOAD], mode[LOAD_RUBS], y[V], F + T)
     rate[Q], rate[V] = y[V], F / mass
@@ -140,4 +142,4 @@ def twist_left(c: Array, flank: int, twist: float, span: float) -> float:
     """The twist of the spring after a span: it relaxes between the flanks."""
     if flank != FREE:
         return 0.0
-    return relaxed_twist(coupling_constants(c[2 * WIDTH :]), twist, span)  # type: ignore[no-any-return]
+    return relaxed_twist(coupling_constants(c), twist, span)  # type: ignore[no-any-return]

@@ -14,6 +14,7 @@ the damper takes. Without play spring and damper act both ways.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,8 +46,18 @@ class CouplingConstants(NamedTuple):
     zero: Any = 0.0
 
 
-#: Constants of a coupling.
-COUPLING = len(CouplingConstants._fields)
+#: Places of the play and of the zero; and of two rows behind the coupling's own constants: where
+#: that of the load begins, and where that of the motor does.
+PLAY, ZERO = CouplingConstants._fields.index("play"), CouplingConstants._fields.index("zero")
+LOAD_ROW = len(CouplingConstants._fields)
+MOTOR_ROW = LOAD_ROW + 1
+
+
+def coupled_row(
+    coupling: CouplingConstants, motor: Sequence[Any], load: Sequence[Any]
+) -> tuple[Any, ...]:
+    """The row of an axis of two masses: the coupling's constants, the rows of motor and load."""
+    return (*coupling, MOTOR_ROW + len(motor), *motor, *load)
 
 
 @compiled(forceinline=True)

@@ -1,14 +1,14 @@
 """The drives that the implicit stepper knows: their constants and inputs, by name.
 
-A candidate's constants are a row of WIDTH numbers, an instant's inputs a row of INPUTS, so that one
+A candidate's constants are a row of numbers, an instant's inputs a row of INPUTS, so that one
 compiled stepper serves every axis. Here the columns have their names: a rig fills them by name,
-compiled code reads them by name.
+compiled code reads them by name. The row of an axis of parts has its functions, too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,15 +22,13 @@ FOLLOWS, HELD, LATE, CLOCKED = range(4)
 
 
 class AxisConstants(NamedTuple):
-    """An axis composed of a controller, a motor, a transmission and a load.
+    """What the row of an axis of parts begins with: what is of the axis as a whole.
 
-    The neutral values are those of parts that are not there: an ideal controller, motor, gear and
-    load. Units are SI at the axis; a demand is in what the motor takes: N or N m, A, or V.
+    The neutral values are those of parts that are not there. Units are SI at the axis; a demand is
+    in what the motor takes: N or N m, A, or V.
 
     Args:
         M: Mass or moment of inertia that moves, kg or kg m^2.
-        k_p: Demand per error of the position.
-        k_d: Demand per error of the velocity.
         limit: Largest demand.
         hold: How a demand is kept, FOLLOWS to CLOCKED.
         k_i: Rate at which a sampled controller integrates its demand, 1/s.
@@ -38,24 +36,11 @@ class AxisConstants(NamedTuple):
         difference: 1 where its velocity is the mean of the last two differences of positions.
         resolution: Step of the position that a sampled controller reads; 0 for none.
         start: Demand in force before the first one computed; nan for that one.
-        gain: Force per demand, N, N m per unit of it.
-        emf: Damping of the motor's back-EMF, N s/m or N m s/rad.
         force_limit: Largest force of the motor, N or N m.
         motor_friction: Coulomb friction of the motor, which takes its share of its force.
-        forward: Share of the motor's force that a gear passes on to a load that it drives.
-        backward: By how much a load that drives the motor feels its force.
-        g_sin: Force of gravity that goes with sin(q + q_offset).
-        g_cos: Force of gravity that goes with cos(q + q_offset).
-        q_offset: Angle by which gravity's own zero is off, rad.
-        g_0: Constant force against the axis.
-        spring: Stiffness of a spring at the load, N/m or N m/rad.
-        q_spring: Position at which it is relaxed.
-        per_normal: Force against the axis per normal load.
     """
 
     M: Any
-    k_p: Any = 0.0
-    k_d: Any = 0.0
     limit: Any = np.inf
     hold: Any = FOLLOWS
     k_i: Any = 0.0
@@ -63,23 +48,8 @@ class AxisConstants(NamedTuple):
     difference: Any = 0.0
     resolution: Any = 0.0
     start: Any = np.nan
-    gain: Any = 1.0
-    emf: Any = 0.0
     force_limit: Any = np.inf
     motor_friction: Any = 0.0
-    forward: Any = 1.0
-    backward: Any = 1.0
-    g_sin: Any = 0.0
-    g_cos: Any = 0.0
-    q_offset: Any = 0.0
-    g_0: Any = 0.0
-    spring: Any = 0.0
-    q_spring: Any = 0.0
-    per_normal: Any = 0.0
-
-
-#: Constants that a candidate may have.
-WIDTH = len(AxisConstants._fields)
 
 
 class AxisInputs(NamedTuple):
@@ -169,9 +139,17 @@ class SlideInputs(NamedTuple):
 SLIDE_COMMAND, SLIDE_ADDED = 2, 3
 
 
+@runtime_checkable
+class Addressable(Protocol):
+    """What stands in a row by the address of its machine code."""
+
+    def address(self) -> float:
+        """As a whole number."""
+
+
 def rows(constants: Sequence[Any], n: int) -> Array:
-    """Constants of n candidates, each a number or (n,), as (n, WIDTH) rows in their order."""
-    table = np.zeros((n, WIDTH))
-    for column, values in zip(table.T, constants, strict=False):
-        column[:] = values
+    """The row of n candidates, each constant a number or (n,), as a table, (n, constants)."""
+    table = np.empty((n, len(constants)))
+    for column, values in zip(table.T, constants, strict=True):
+        column[:] = values.address() if isinstance(values, Addressable) else values
     return table

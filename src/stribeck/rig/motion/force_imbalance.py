@@ -11,16 +11,8 @@ from ...compile_cache import compiled
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import POSITION, term_places, terms_factor
 from ...space import Array
-from .drive_force import (
-    DEMAND,
-    LOAD_ROOM,
-    LOOP_MEMORY,
-    demanded,
-    driven,
-    held_demand,
-    loop_reset,
-    mixed,
-)
+from .axis_row import DEMAND, LOAD_ROOM
+from .drive_force import LOOP_MEMORY, demanded, driven, held_demand, loop_reset, mixed
 from .drives import AXIS, ENABLED, INPUTS
 from .velocity import NO_RUB
 
@@ -42,7 +34,7 @@ def imbalances(
         law: A friction law without states.
         kind: The kind of drive.
         p: (n, k) parameters of the law.
-        c: (n, WIDTH) constants of the drive.
+        c: (n, constants) constants of the drive.
         track: Times and inputs of the samples.
         motion: Position, velocity and acceleration there, (N,) each.
     """
@@ -91,7 +83,7 @@ def resting_forces(c: Array, resting: Array) -> Array:
     A sampled controller has computed its demand there; what it may have integrated is not known.
 
     Args:
-        c: (n, WIDTH) constants of composed axes.
+        c: (n, constants) constants of composed axes.
         resting: (instants, 1 + INPUTS) the position, then the inputs.
     """
     out = np.empty((len(c), len(resting)))

@@ -23,16 +23,8 @@ from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
 from ...friction.law import DRIVE, POSITION, term_places, terms_factor
 from ...space import Array
 from . import row_pool
-from .drive_force import (
-    DEMAND,
-    LOAD_ROOM,
-    LOOP_MEMORY,
-    demanded,
-    driven,
-    held_demand,
-    loop_reset,
-    mixed,
-)
+from .axis_row import DEMAND, LOAD_ROOM
+from .drive_force import LOOP_MEMORY, demanded, driven, held_demand, loop_reset, mixed
 from .drives import ENABLED, INPUTS
 from .passage import MEMORY, passed
 from .row_pool import borrowed
@@ -163,7 +155,7 @@ def _rows(  # a loop over candidates and samples
 def motions(
     law: Law, kind: int, p: Array, c: Array, track: Track, step: float, tolerance: float
 ) -> tuple[Array, Array, Array]:
-    """The motions over one track; see `motions_over`. Its constants c are (n, WIDTH)."""
+    """The motions over one track; see `motions_over`. Its constants c are (n, constants)."""
     return motions_over(law, kind, p, c[None], (track,), step, tolerance)
 
 
@@ -185,7 +177,7 @@ def motions_over(
         law: Any friction law.
         kind: The kind of drive.
         p: (n, k) parameters of the law.
-        c: (tracks, n, WIDTH) constants of the drive.
+        c: (tracks, n, constants) constants of the drive.
         tracks: Sample times, inputs (m, N), which of them are held, and the start.
         step: No step is longer, s.
         tolerance: Steps are halved until their error is less, m or rad, that of the velocity over

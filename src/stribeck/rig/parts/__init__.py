@@ -1,7 +1,8 @@
 """The parts of which an axis is composed, each one declaration. A new one is its name here.
 
 `controllers` ask `motors` for a demand, `transmissions` pass their force on to `loads`, `sensors`
-read the position; `part` is what all of them are.
+read the position; `part` is what all of them are, `axis_of_parts` the row of constants by which an
+axis of them is stepped.
 """
 
 from collections.abc import Mapping

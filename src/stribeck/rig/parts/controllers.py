@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ..motion.drives import GOAL, GOAL_VELOCITY
+from ..motion.part_call import DAMPING, STIFFNESS, Row
 from .part import Coefficient, Part
 
 _ASKED = "what the motor takes: N (N m), A or V"
@@ -19,29 +21,20 @@ _SAMPLED = (
 )  # fmt: skip
 
 
-def _pd(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    return {
-        "k_p": values["gain"] * values["gain_p"] * values["kp"],
-        "k_d": values["gain"] * values["gain_d"] * values["kd"],
-        "limit": values["limit"],
-        "hold": values["hold"],
-    }
+def proportional(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Demand k_p (goal − q) + k_d (goal_velocity − v), with k_p, k_d = c."""
+    slope[STIFFNESS] += c[0]
+    slope[DAMPING] += c[1]
+    return force + c[0] * (u[GOAL] - q) + c[1] * (u[GOAL_VELOCITY] - v)
 
 
-def _cascade(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    return {
-        "k_p": values["kv"] * values["kp"],
-        "k_d": values["kv"],
-        "k_i": values["ki"],
-        "T": values["T"],
-        "difference": values["difference"],
-        "limit": values["limit"],
-        "hold": values["hold"],
-    }
+def _pd(values: Mapping[str, Any]) -> tuple[Any, Any]:
+    gain = values["gain"]
+    return gain * values["gain_p"] * values["kp"], gain * values["gain_d"] * values["kd"]
 
 
-def _pwm(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    return {"k_p": values["vin"] * values["kp"] * values["duty"], "limit": values["vin"]}
+def _held(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {"limit": values["limit"], "hold": values["hold"]}
 
 
 _PD_COEFFICIENTS = (
@@ -61,7 +54,9 @@ PD = Part(
     equation="demand = clip(feed_forward + gain (gain_p kp (command − q) "
     "+ gain_d kd (command_velocity − v)), ±limit)",
     coefficients=_PD_COEFFICIENTS,
-    terms=_pd,
+    terms=_held,
+    function=proportional,
+    constants=_pd,
     commanded=True,
     follows_velocity=True,
 )
@@ -72,7 +67,9 @@ DAMPED = Part(
     doc="proportional to the error of the position, and braking by the velocity of the axis alone",
     equation="demand = clip(feed_forward + gain (gain_p kp (command − q) − gain_d kd v), ±limit)",
     coefficients=_PD_COEFFICIENTS,
-    terms=_pd,
+    terms=_held,
+    function=proportional,
+    constants=_pd,
     commanded=True,
 )
 
@@ -95,7 +92,11 @@ CASCADE = Part(
         replace(_SAMPLED[0], idle=1.0),
         _SAMPLED[1],
     ),
-    terms=_cascade,
+    terms=lambda values: {
+        **_held(values), "k_i": values["ki"], "T": values["T"], "difference": values["difference"],
+    },
+    function=proportional,
+    constants=lambda values: (values["kv"] * values["kp"], values["kv"]),
     commanded=True,
 )  # fmt: skip
 
@@ -111,7 +112,9 @@ PWM = Part(
         Coefficient("duty", "1/rad", "share of the supply voltage for an error of 1 at kp = 1",
                     lower=1e-5, upper=10.0, log=True),
     ),
-    terms=_pwm,
+    terms=lambda values: {"limit": values["vin"]},
+    function=proportional,
+    constants=lambda values: (values["vin"] * values["kp"] * values["duty"], 0.0),
     commanded=True,
 )  # fmt: skip
 
@@ -121,5 +124,4 @@ NONE = Part(
     doc="no controller in the model: the log has the force, the current or the voltage",
     equation="demand as recorded",
     coefficients=(),
-    terms=lambda values: {},  # noqa: ARG005 - what other parts read
 )

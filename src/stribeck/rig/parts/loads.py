@@ -2,7 +2,29 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
+from ..motion.part_call import STIFFNESS, Row
 from .part import Coefficient, Part
+
+
+def constant_force(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Less the force c[0]."""
+    return force - c[0]
+
+
+def gravity(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Less g_sin sin(q + q_offset) + g_cos cos(q + q_offset) + g_0, in this order in c."""
+    s, o = sin(q + c[2]), cos(q + c[2])
+    slope[STIFFNESS] += c[0] * o - c[1] * s
+    return force - (c[0] * s + c[1] * o) - c[3]
+
+
+def spring(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Less k_spring (q − q_spring), with both in c."""
+    slope[STIFFNESS] += c[0]
+    return force - c[0] * (q - c[1])
+
 
 MASS = Part(
     name="mass",
@@ -15,7 +37,9 @@ MASS = Part(
         Coefficient("offset", "N", "constant force: weight, sensor offset", 0.0, -1e4, 1e4,
                     rotary="N m", symbol="F_0"),
     ),
-    terms=lambda values: {"M": values["M"], "g_0": values["offset"]},
+    terms=lambda values: {"M": values["M"]},
+    function=constant_force,
+    constants=lambda values: (values["offset"],),
 )  # fmt: skip
 
 INERTIA = Part(
@@ -31,10 +55,9 @@ INERTIA = Part(
         Coefficient("g_0", "N m", "constant torque: sensor offset, cables", 0.0, -1e4, 1e4,
                     symbol="g_0"),
     ),
-    terms=lambda values: {
-        "M": values["J"], "g_sin": values["g_sin"], "g_cos": values["g_cos"],
-        "g_0": values["g_0"],
-    },
+    terms=lambda values: {"M": values["J"]},
+    function=gravity,
+    constants=lambda values: (values["g_sin"], values["g_cos"], 0.0, values["g_0"]),
     rotary=True,
 )  # fmt: skip
 
@@ -52,11 +75,12 @@ PENDULUM = Part(
                     symbol="q_0"),
         Coefficient("g", "m/s**2", "gravity", 9.80665),
     ),
-    terms=lambda values: {
-        "M": (values["m"] + values["m_arm"] / 3.0) * values["l"] ** 2,
-        "g_sin": (values["m"] + values["m_arm"] / 2.0) * values["g"] * values["l"],
-        "q_offset": values["q_offset"],
-    },
+    terms=lambda values: {"M": (values["m"] + values["m_arm"] / 3.0) * values["l"] ** 2},
+    function=gravity,
+    constants=lambda values: (
+        (values["m"] + values["m_arm"] / 2.0) * values["g"] * values["l"], 0.0,
+        values["q_offset"], 0.0,
+    ),
     rotary=True,
 )  # fmt: skip
 
@@ -71,5 +95,6 @@ SPRING = Part(
         Coefficient("q_spring", "m", "position at which it is relaxed", 0.0, -1e3, 1e3,
                     rotary="rad"),
     ),
-    terms=lambda values: {"spring": values["k_spring"], "q_spring": values["q_spring"]},
+    function=spring,
+    constants=lambda values: (values["k_spring"], values["q_spring"]),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..motion.part_call import DAMPING, STIFFNESS, Row
 from .part import Coefficient, Part
 
 _ARMATURE = Coefficient(
@@ -21,31 +22,25 @@ _CURRENT_LIMIT = Coefficient("I_max", "A", "largest current", np.inf,
                              positive=True)  # fmt: skip
 
 
-def _common(values: Mapping[str, Any]) -> Mapping[str, Any]:
+def driving(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Force gain · demand − emf · v at the load, with gain, emf = c."""
+    slope[STIFFNESS] *= c[0]
+    slope[DAMPING] = c[0] * slope[DAMPING] + c[1]
+    return c[0] * force - c[1] * v
+
+
+def _terms(largest: Any, values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The axis as a whole, of a motor's largest force at the load."""
     n = values["ratio"]
-    return {"M": values["armature"] * n * n, "motor_friction": values["F_fm"]}
-
-
-def _force(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    n = values["ratio"]
-    return {**_common(values), "gain": n, "force_limit": n * values["F_max"]}
-
-
-def _current(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    per_ampere = values["k_t"] * values["ratio"]
     return {
-        **_common(values), "gain": per_ampere, "force_limit": per_ampere * values["I_max"],
-    }  # fmt: skip
-
-
-def _voltage(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    per_ampere = values["k_t"] * values["ratio"]
-    return {
-        **_common(values),
-        "gain": per_ampere / values["R"],
-        "emf": per_ampere * per_ampere / values["R"],
-        "force_limit": per_ampere * values["I_max"],
+        "M": values["armature"] * n * n,
+        "force_limit": largest,
+        "motor_friction": values["F_fm"],
     }
+
+
+def _per_ampere(values: Mapping[str, Any]) -> Any:
+    return values["k_t"] * values["ratio"]
 
 
 FORCE = Part(
@@ -58,7 +53,9 @@ FORCE = Part(
                     rotary="N m", positive=True),
         _ARMATURE, _FRICTION,
     ),
-    terms=_force,
+    terms=lambda values: _terms(values["ratio"] * values["F_max"], values),
+    function=driving,
+    constants=lambda values: (values["ratio"], 0.0),
     drive="force",
 )  # fmt: skip
 
@@ -68,7 +65,9 @@ CURRENT = Part(
     doc="behind a current loop: the demand is its current",
     equation="F_m = n k_t clip(demand, ±I_max)",
     coefficients=(_TORQUE_CONSTANT, _CURRENT_LIMIT, _ARMATURE, _FRICTION),
-    terms=_current,
+    terms=lambda values: _terms(_per_ampere(values) * values["I_max"], values),
+    function=driving,
+    constants=lambda values: (_per_ampere(values), 0.0),
     drive="current",
 )
 
@@ -83,6 +82,11 @@ VOLTAGE = Part(
                     positive=True),
         _CURRENT_LIMIT, _ARMATURE, _FRICTION,
     ),
-    terms=_voltage,
+    terms=lambda values: _terms(_per_ampere(values) * values["I_max"], values),
+    function=driving,
+    constants=lambda values: (
+        _per_ampere(values) / values["R"],
+        _per_ampere(values) * _per_ampere(values) / values["R"],
+    ),
     drive="voltage",
 )  # fmt: skip

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -11,8 +12,19 @@ import numpy as np
 from ...constant import Constant, Origin, constant
 from ...errors import InputError
 from ...space import Param
+from ..motion.axis_row import Slot, Stage
+from ..motion.part_call import PartFunction
 
 Role = Literal["controller", "motor", "transmission", "load", "sensor"]
+#: Where a part of a role acts where it does not say so itself.
+_SLOTS: Mapping[Role, Slot] = MappingProxyType(
+    {
+        "controller": "demand",
+        "motor": "motor",
+        "transmission": "transmission",
+        "load": "position",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -106,8 +118,12 @@ class Part:
         equation: What it contributes, in the letters of its coefficients.
         coefficients: Its quantities.
         terms: What they make of the fields of `AxisConstants`, of all values of the axis by name,
-            those of absent parts at their neutral values: plain arithmetic, of floats, of arrays,
+            with `ratio`, the motor's speed over the load's: plain arithmetic, of floats, of arrays,
             or of symbols of another language. The inertias M of parts add up.
+        function: Its physics, a function as `motion.part_call` has them; None where it has none.
+        constants: What the function reads, in order, of the same values.
+        slot: Where it acts; by default where its role does, a load by its position alone.
+        beside: Whether it stands beside the one part of its role that an axis has.
         commanded: Whether it needs a commanded position.
         follows_velocity: Whether it needs the command's velocity, too, which is the command's
             slope where a log has none.
@@ -121,7 +137,11 @@ class Part:
     doc: str
     equation: str
     coefficients: tuple[Coefficient, ...]
-    terms: Callable[[Mapping[str, Any]], Mapping[str, Any]]
+    terms: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda values: {}  # noqa: ARG005 - nothing of the axis as a whole
+    function: PartFunction | None = None
+    constants: Callable[[Mapping[str, Any]], Sequence[Any]] = lambda values: ()  # noqa: ARG005 - none
+    slot: Slot | None = None
+    beside: bool = False
     commanded: bool = False
     follows_velocity: bool = False
     drive: str = ""
@@ -138,6 +158,12 @@ class Part:
                 return c
         names = ", ".join(c.name for c in self.coefficients) or "none"
         raise InputError(f"{self.role}.{self.name} has no {name!r}: it has {names}")
+
+    def stage(self, values: Mapping[str, Any]) -> Stage | None:
+        """The part as it acts, of the values of the axis; None where it has no physics."""
+        if self.function is None:
+            return None
+        return Stage(self.slot or _SLOTS[self.role], self.function, self.constants(values))
 
     def with_coefficients(self, *stated: Coefficient) -> Self:
         """The same part with other values or ranges of some coefficients."""

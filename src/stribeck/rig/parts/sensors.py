@@ -30,7 +30,6 @@ MOTOR = Part(
                     "the load's shows 0; by each log itself where it is not stated", np.nan,
                     rotary="rad", setting=True),
     ),
-    terms=lambda values: {},  # noqa: ARG005 - it reads, and moves nothing
 )  # fmt: skip
 
 LOAD = Part(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import copysign
 from typing import Any
 
 import numpy as np
 
+from ..motion.part_call import DAMPING, STIFFNESS, Row
 from .part import Coefficient, Part
 
 _EFFICIENCIES = (
@@ -17,8 +19,16 @@ _EFFICIENCIES = (
 )  # fmt: skip
 
 
-def _losses(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    return {"forward": values["eta"], "backward": 1.0 / values["eta_back"]}
+def lossy(force: float, q: float, v: float, u: Row, c: Row, slope: Row) -> float:
+    """Force times eta where it drives the load, over eta_back where it brakes it: c has both."""
+    share = c[0] if force * copysign(1.0, v) >= 0.0 else c[1]
+    slope[STIFFNESS] *= share
+    slope[DAMPING] *= share
+    return share * force
+
+
+def _losses(values: Mapping[str, Any]) -> tuple[Any, Any]:
+    return values["eta"], 1.0 / values["eta_back"]
 
 
 RIGID = Part(
@@ -27,7 +37,6 @@ RIGID = Part(
     doc="none: the motor's shaft is the axis",
     equation="n = 1",
     coefficients=(),
-    terms=lambda values: {},  # noqa: ARG005 - what other parts read
 )
 
 GEAR = Part(
@@ -48,7 +57,8 @@ GEAR = Part(
         ),
         *_EFFICIENCIES,
     ),
-    terms=_losses,
+    function=lossy,
+    constants=_losses,
     rotary=True,
 )
 
@@ -63,7 +73,8 @@ SCREW = Part(
                     log=True, positive=True),
         *_EFFICIENCIES,
     ),
-    terms=_losses,
+    function=lossy,
+    constants=_losses,
     rotary=False,
 )  # fmt: skip
 

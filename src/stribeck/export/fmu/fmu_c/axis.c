@@ -18,6 +18,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "axis_parts.h"
+
 static double least(double a, double b)
 {
     return b < a ? b : a;
@@ -57,47 +59,43 @@ static void driven(axis *a, const double *u, double q, double v, double *m, doub
     *d = 0.0;
 #if AXIS_DRIVE == AXIS_PARTS
     {
-        double demand = a->demand, stiff = 0.0, damp = 0.0, force = 0.0, gravity = 0.0, share;
-        *k = c[C_SPRING];
+        double slope[2] = {0.0, 0.0}, share = 1.0, at = q, demand = a->demand, force = 0.0;
+        if (AXIS_HAS_WAY) { /* the motor's position, and how fast that grows with the load's */
+            at = axis_way(q, q, v, u, c, slope);
+            share = slope[0];
+            slope[0] = 0.0;
+        }
         if (c[C_HOLD] == 0.0) {
-            demand = u[U_FEED_FORWARD] + c[C_K_P] * (u[U_GOAL] - q);
-            demand += c[C_K_D] * (u[U_GOAL_VELOCITY] - v);
-            if (fabs(demand) < c[C_LIMIT]) {
-                stiff = c[C_K_P];
-                damp = c[C_K_D];
-            } else {
+            demand = u[U_FEED_FORWARD] + axis_demand(0.0, at, share * v, u, c, slope);
+            if (!(fabs(demand) < c[C_LIMIT])) {
                 demand = copysign(c[C_LIMIT], demand);
+                slope[0] = slope[1] = 0.0;
             }
         }
         if (u[U_ENABLED] > 0.5) {
-            force = c[C_GAIN] * (demand + u[U_ADDED]) - c[C_EMF] * v;
-            stiff *= c[C_GAIN];
-            damp = c[C_GAIN] * damp + c[C_EMF];
+            force = axis_motor(demand + u[U_ADDED], at, share * v, u, c, slope);
             if (fabs(force) >= c[C_FORCE_LIMIT]) {
                 force = copysign(c[C_FORCE_LIMIT], force);
-                stiff = damp = 0.0;
+                slope[0] = slope[1] = 0.0;
             }
             if (c[C_MOTOR_FRICTION] > 0.0) { /* the motor's own friction takes its share */
                 if (fabs(force) <= c[C_MOTOR_FRICTION]) {
-                    force = stiff = damp = 0.0;
+                    force = slope[0] = slope[1] = 0.0;
                 } else {
                     force -= copysign(c[C_MOTOR_FRICTION], force);
                 }
             }
-            share = force * copysign(1.0, v) >= 0.0 ? c[C_FORWARD] : c[C_BACKWARD];
-            force *= share;
-            *k += share * stiff;
-            *d = share * damp;
+        } else {
+            slope[0] = slope[1] = 0.0;
         }
-        if (c[C_G_SIN] != 0.0 || c[C_G_COS] != 0.0) {
-            double s = sin(q + c[C_Q_OFFSET]), o = cos(q + c[C_Q_OFFSET]);
-            gravity = c[C_G_SIN] * s + c[C_G_COS] * o;
-            *k += c[C_G_SIN] * o - c[C_G_COS] * s;
-        }
-        load[0] = force;
-        load[1] = u[U_EXTERNAL] - gravity - c[C_G_0] - c[C_PER_NORMAL] * u[U_NORMAL];
-        load[1] -= c[C_SPRING] * (q - c[C_Q_SPRING]);
-        *F = force + *d * v + load[1];
+        load[0] = share * axis_transmission(force, at, share * v, u, c, slope);
+        slope[0] *= share * share;
+        slope[1] *= share * share;
+        load[1] = u[U_EXTERNAL] + axis_position(0.0, q, v, u, c, slope);
+        load[1] = axis_load(load[1], q, v, u, c, slope);
+        *k = slope[0];
+        *d = slope[1];
+        *F = load[0] + *d * v + load[1];
     }
 #else
     {
@@ -543,11 +541,21 @@ static double seen(const axis *a, double q)
     return step > 0.0 ? step * rint(q / step) : q;
 }
 
-/* What a sampled controller remembers at its start: an axis at a constant velocity. */
-static void came(axis *a)
+/* Position and velocity of the motor, which a sampled controller reads. */
+static void motor_at(const axis *a, const double *u, double *q, double *v)
 {
-    a->last = seen(a, a->q - a->c[C_T] * a->v);
-    a->second = seen(a, a->q - 2.0 * a->c[C_T] * a->v);
+    double slope[2] = {1.0, 0.0};
+    *q = axis_way(a->q, a->q, a->v, u, a->c, slope);
+    *v = slope[0] * a->v;
+}
+
+/* What a sampled controller remembers at its start: an axis at a constant velocity. */
+static void came(axis *a, const double *u)
+{
+    double q, v;
+    motor_at(a, u, &q, &v);
+    a->last = seen(a, q - a->c[C_T] * v);
+    a->second = seen(a, q - 2.0 * a->c[C_T] * v);
     a->integral = 0.0;
 }
 
@@ -555,11 +563,13 @@ static void came(axis *a)
 static double computed(axis *a, const double *u)
 {
     const double *c = a->c;
-    double q = seen(a, a->q), v = a->v, demand;
+    double q, v, demand, slope[2] = {0.0, 0.0};
+    motor_at(a, u, &q, &v);
+    q = seen(a, q);
     if (c[C_DIFFERENCE] > 0.5) {
         v = (q - a->second) / (2.0 * c[C_T]);
     }
-    demand = c[C_K_P] * (u[U_GOAL] - q) + c[C_K_D] * (u[U_GOAL_VELOCITY] - v);
+    demand = axis_demand(0.0, q, v, u, c, slope);
     if (c[C_K_I] > 0.0) {
         a->integral += c[C_K_I] * c[C_T] * demand;
         a->integral = least(most(a->integral, -c[C_LIMIT]), c[C_LIMIT]);
@@ -819,10 +829,10 @@ void axis_start(axis *a)
     }
     inputs(a, 0.0, 0.0, u);
 #if AXIS_DRIVE == AXIS_PARTS
-    came(a);
+    came(a, u);
     if (a->c[C_HOLD] > 0.0) {
         a->demand = a->before = computed(a, u);
-        came(a);
+        came(a, u);
     }
 #endif
     driven(a, u, a->q, a->v, &m, &F, &d, &k);
