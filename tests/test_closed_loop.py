@@ -13,7 +13,6 @@ from stribeck.compensate.closed_loop import (
     Reference,
     Sensor,
     compensated,
-    drive_friction,
 )
 from stribeck.compensate.compensator import Compensator
 from stribeck.data.recording import Recording
@@ -162,7 +161,7 @@ def test_a_stuck_slide_breaks_away_where_the_forces_say(scale: float) -> None:
     p = set_of(SLIDE_BED, COULOMB, F_C=F_C, F_V=500.0, k_spring=k)
     F_fm, k_hat = SLIDE_BED["F_fm"], SLIDE_BED["k_hat+"]
     reference = ramps(0.06, 0.01)
-    compensator = Compensator(scale=scale, feedback=False, drive=drive_friction(SLIDE_BED))
+    compensator = Compensator(scale=scale, feedback=False, drive=SLIDE_BED.drive_friction())
     # A model of the level alone: the viscous part of the axis is not at work while it rests.
     model = set_of(SLIDE_BED, COULOMB, F_C=F_C, F_V=0.0, k_spring=k)
     moved = run(SLIDE_BED, COULOMB, p, reference, compensator, model=(COULOMB, model))
@@ -227,7 +226,7 @@ def test_a_model_with_states_loads_or_terms_compensates_its_own_axis(
     rig_values = p[len(law.params) :]
     bare = np.concatenate([np.zeros(2), rig_values])
     free = run(rig, COULOMB, bare, reference, OFF).position[0]
-    compensator = Compensator(drive=drive_friction(rig))
+    compensator = Compensator(drive=rig.drive_friction())
     without, compensated_motion = run(rig, law, p, reference, OFF, compensator).position
     moving = np.abs(reference.v) > 0.0
     assert rms((compensated_motion - free)[moving]) < 0.2 * rms((without - free)[moving])

@@ -103,3 +103,21 @@ def test_structured_text_computes_the_change(
         block(**moving)
         outputs.append(block.output("u"))
     assert outputs[0] != outputs[1]
+
+
+def test_code_for_a_controller_compiles_no_stepper() -> None:
+    code = (
+        "import sys\n"
+        "from exported import model_of\n"
+        "from stribeck.export.targets import export\n"
+        "export(model_of('stribeck').card, 'st')\n"
+        "print(*sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True,
+        cwd=Path(__file__).parent,
+    )  # fmt: skip
+    loaded = set(done.stdout.split())
+    assert "stribeck.export.code.st" in loaded
+    steppers = {"stribeck.compensate.closed_loop", "stribeck.rig.motion.implicit"}
+    assert not steppers & loaded, "minutes of compiling before a text is printed"

@@ -142,12 +142,6 @@ def controlled(rig: Rig) -> Controller:
     return controller
 
 
-def drive_friction(rig: Rig) -> float:
-    """Coulomb friction of a rig's drive that eats its command, N or N m; 0 where it has none."""
-    controller = rig.controller()
-    return 0.0 if controller is None else controller.friction
-
-
 def compensated(
     rig: Rig,
     law: Law,

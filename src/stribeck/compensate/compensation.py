@@ -36,7 +36,7 @@ from ..rig.lookup import rig_and_law
 from ..rig.two_masses import TwoMassRig
 from ..units import unit
 from ..wording import either, option
-from .closed_loop import IDEAL, controlled, drive_friction
+from .closed_loop import IDEAL, controlled
 from .compensator import TINY, Compensator, sensor_dead_band
 from .corners import plants
 from .reference_motions import LONG, references
@@ -318,7 +318,7 @@ def _shape(
         )
     return Compensator(
         dead_band=max(_readable(blind), still),
-        drive=drive_friction(rig),
+        drive=rig.drive_friction(),
         rest=_rest(law, p, slowest),
         reference_band=still,
         crossover=_crossover(law, p, slowest, max(float(v.max()) for v in moving)),

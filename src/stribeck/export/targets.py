@@ -191,9 +191,7 @@ def compensator(
         shown = model.rig.shows.get("velocity", model.speed_unit) if speed else ""
         values[name] = bool(value) if name == "feedback" else float(unit(shown).to_si(value))
     if base is None:
-        from ..compensate.closed_loop import drive_friction  # noqa: PLC0415 - slow to import
-
-        base = Compensator(feedback=False, drive=drive_friction(model.rig))
+        base = Compensator(feedback=False, drive=model.rig.drive_friction())
     return replace(base, **values)
 
 

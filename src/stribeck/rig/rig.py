@@ -355,6 +355,11 @@ class Rig:
         """The controller of its loop, as a compensator adds to it; None where it has none."""
         return None if self.loop is None else self.loop.controller(self.name, self.own)
 
+    def drive_friction(self) -> float:
+        """Coulomb friction of its drive that eats its command, N or N m; 0 where it has none."""
+        controller = self.controller()
+        return 0.0 if controller is None else controller.friction
+
     def equation(self, law: Law) -> Equation | None:
         """Its equation of motion under a law, as a stepper takes it; None where it has none."""
         del law
