@@ -15,16 +15,17 @@ from stribeck.friction import law_named
 from stribeck.identify.free_constants import FreeConstantsProblem, with_free_constants
 from stribeck.identify.loss import Objective
 from stribeck.identify.multistart import multistart
-from stribeck.identify.nested_answers import contained, nested_answers
+from stribeck.identify.nested_answers import contained, descended, nested_answers
 from stribeck.identify.other_loss import other_loss_violations
 from stribeck.identify.parameters import partition
 from stribeck.identify.polish import polish
 from stribeck.identify.problem import MotionProblem
 from stribeck.identify.refinement import Refined, turned
 from stribeck.identify.score import scores
-from stribeck.identify.search_settings import SearchSettings
+from stribeck.identify.search_settings import QUIET_ROUGH, SearchSettings
 from stribeck.identify.segment import segments
 from stribeck.identify.uncertainty.estimates import Estimate, without_partners
+from stribeck.identify.valley import along_valley
 from stribeck.optimize import rms
 from stribeck.rig.simulated import as_simulated
 from stribeck.space import Array, box
@@ -90,6 +91,33 @@ def test_answers_of_contained_laws_cost_the_same_in_the_richer_one() -> None:
     assert (rich(np.array(points)) <= costs[0] * (1 + 1e-6)).all()
 
 
+class Drop:
+    """A drop of friction that helps above a speed, and below it makes things worse."""
+
+    orders: tuple[tuple[int, int], ...] = ()
+
+    def __init__(self) -> None:
+        self.space = box([(0.0, 1.0), (0.0, 1.0)])
+
+    def residuals(self, x: Array, /) -> Array:
+        drop, speed = np.asarray(x).T
+        return np.stack([1.0 + drop * (0.5 - speed), 0.1 * drop, 0.1 + 0.0 * drop], axis=1)
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+    def by_other_loss(self) -> Drop:
+        return self
+
+
+def test_a_drop_that_is_nil_in_a_contained_law_is_looked_for_at_several_speeds() -> None:
+    problem: Any = Drop()
+    start = np.array([0.0, 0.3])
+    stuck = polish(problem, start, None, 100)
+    assert stuck.x == pytest.approx(start)
+    assert descended(problem, [start]).x == pytest.approx([1.0, 1.0])
+
+
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_law_is_never_worse_than_one_it_contains(seed: int) -> None:
     """A budget that does not suffice to search in eleven dimensions."""
@@ -116,6 +144,19 @@ def test_three_repeats_confirm_a_misfit_beyond_the_noise() -> None:
     assert np.count_nonzero(costs < 1.01 * costs.min()) >= 3
 
 
+def test_a_repeat_that_has_confirmed_an_answer_waits_for_the_others() -> None:
+    """Those that agreed first ask for nothing while the third one looks for the same."""
+    problem = problem_of("coulomb-viscous", log_of(LOADED))
+    runs = multistart(problem, SearchSettings()).search.runs
+    best = min(run.cost for run in runs)
+    agreed = [run for run in runs if run.ended == "confirmed" and run.cost < 1.01 * best]
+    assert len(agreed) >= 3
+    quiet = QUIET_ROUGH * problem.space.dim
+    for run in agreed:
+        batch = int(np.diff(run.trace.ends).max())
+        assert len(run.trace) - (run.trace.reached(1.01 * best) or 0) < quiet + batch
+
+
 class Hollows:
     """A misfit with hollows that another loss does not have."""
 
@@ -140,6 +181,55 @@ def test_the_other_loss_leads_out_of_a_hollow() -> None:
     there = turned(problem, start, float(problem(start[None])[0]), 60)
     assert there.x == pytest.approx([1.0], abs=1e-4)
     assert there.other == pytest.approx([1.0], abs=1e-4)
+
+
+class Valley:
+    """Two parameters that replace each other, on a floor with a hollow at every 0.25 of one."""
+
+    orders: tuple[tuple[int, int], ...] = ()
+
+    def __init__(self, lowest: float) -> None:
+        self.space, self.rows = box([(0.0, 2.0), (0.0, 1.0)]), 0
+        self._lowest = lowest
+
+    def residuals(self, x: Array, /) -> Array:
+        self.rows += len(x)
+        a, b = np.asarray(x).T
+        bend = np.sin(2.0 * a)
+        rough = 0.2 * np.cos(8.0 * np.pi * (a - self._lowest))
+        off = a - self._lowest
+        return np.stack([30.0 * (b - 0.4 - 0.3 * bend), off, rough - 0.2, 0.5 + 0 * a], axis=1)
+
+    def __call__(self, x: Array, /) -> Array:
+        return rms(self.residuals(x))
+
+
+@pytest.mark.parametrize("lowest", [0.5, 1.5])
+def test_a_walk_along_a_valley_leads_to_its_lowest_minimum(lowest: float) -> None:
+    problem: Any = Valley(lowest)
+    start = polish(problem, np.array([1.0, 0.67]), None, 60)  # a minimum, and not the lowest
+    assert abs(start.x[0] - lowest) > 0.4
+    again = turned_nowhere(problem, start.x)
+    assert again == pytest.approx(start.x, abs=1e-3)
+    before = problem.rows
+    end = along_valley(problem, start.x, start.cost, 400)
+    assert end.x[0] == pytest.approx(lowest, abs=1e-3)
+    assert end.cost == pytest.approx(0.25, rel=1e-3)
+    assert end.evaluations == problem.rows - before <= 400
+
+
+def turned_nowhere(problem: Any, x: Array) -> Array:
+    """Where a descent from beside a minimum ends."""
+    return polish(problem, x + 0.01, None, 60).x
+
+
+def test_a_valley_is_walked_as_far_as_evaluations_go() -> None:
+    problem: Any = Valley(1.5)
+    start = polish(problem, np.array([1.0, 0.67]), None, 60)
+    before = problem.rows
+    end = along_valley(problem, start.x, start.cost, 12)
+    assert problem.rows - before <= 12
+    assert end.cost <= start.cost
 
 
 def judged(problem: MotionProblem, x: Array, share: float) -> list[Estimate]:

@@ -65,11 +65,15 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
     masses, stiff = _masses(rig, _values(problem, x)), any(q.name in _STIFF for q in rig.parts)
     if masses is None or not stiff or not rig.commanded:
         return [], 0
+    split = {side: _split(problem, x, masses, side) for side in _SIDES}
+    each = ROWS * split["load"].space.dim
+    most = MOST // (each * sum(len(s.track.t) for s in problem.train))
+    if not most:
+        return [], 0
     cost, rows = float(problem(x[None])[0]), 1
     best: tuple[Polished, MotionProblem, str] | None = None
     places = []
-    for side in _SIDES:
-        other = _split(problem, x, masses, side)
+    for side, other in split.items():
         points = np.array([_start(other, problem, x, *at) for at in _starts(masses, cost)])
         rows += len(points)
         places += [
@@ -77,8 +81,6 @@ def hidden_play(problem: MotionProblem, x: Array, *, rough: bool) -> tuple[list[
             for J, point in zip(other(points), points, strict=True)
             if np.isfinite(J)
         ]
-    each = ROWS * places[0][1].space.dim if places else 1
-    most = MOST // (each * sum(len(s.track.t) for s in problem.train))
     for J, other, point, side in sorted(places, key=lambda place: place[0])[:most]:
         refit = polish(other, point, J, each)
         rows += refit.evaluations

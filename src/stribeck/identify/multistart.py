@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..optimize import Run, Search, steps
 from ..space import Array
 from .displaced_inertia import displaced_inertia
-from .fit_warnings import RIVAL, noise_floor
+from .fit_warnings import NOISY, RIVAL, noise_floor
 from .free_constants import FreeConstantsProblem
 from .initial_state import FreeStartProblem, free_starts
 from .nested_answers import descended, nested_answers
@@ -27,10 +27,12 @@ from .search_settings import (
     POLISH,
     SearchSettings,
     confirmed,
+    confirms,
     rough,
     sticks_and_slips,
 )
 from .segment import recordings_of
+from .valley import along_valley
 
 #: Evaluations for each parameter and repeat below which a search is not worth its while.
 FEWEST = 100
@@ -40,8 +42,9 @@ WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
 #: An answer of a contained law is descended from again, on all samples, if it is worse there by no
 #: more than this share: on fewer of them the order of two answers may be another.
 NEAR = 0.02
-#: Evaluations a parameter of a descent by the other loss, or back from there.
-REFINE = 25
+#: Evaluations a parameter of a descent by the other loss, or back from there; and how many times
+#: as many a walk along a valley may take.
+REFINE, VALLEY = 25, 4
 
 #: Called with the searches after every step.
 Progress = Callable[[Sequence[Search]], None]
@@ -78,6 +81,7 @@ def run_searches(
     searches: Sequence[Search],
     progress: Progress | None,
     enough: Callable[[Sequence[Search]], bool] | None = None,
+    rests: Callable[[Search], bool] | None = None,
 ) -> tuple[list[Run], bool]:
     """Advance all searches together until they have ended, or until Ctrl-C.
 
@@ -86,6 +90,7 @@ def run_searches(
         searches: Ready to run, or ended.
         progress: Called with them after every step.
         enough: Whether their answer is confirmed: then all end.
+        rests: Whether one of them waits for the others.
 
     Returns:
         Their runs, and whether they were interrupted.
@@ -95,7 +100,7 @@ def run_searches(
     """
     interrupted = False
     try:
-        for _ in steps(problem, searches):
+        for _ in steps(problem, searches, rests):
             if progress is not None:
                 progress(searches)
             if enough is not None and enough(searches):
@@ -210,7 +215,11 @@ def multistart(
 def _repeated(
     problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
 ) -> tuple[list[Run], bool]:
-    """The repeats; where those of a smooth problem, or of slips, confirm each other no more."""
+    """The repeats; where those of a smooth problem, or of slips, confirm each other no more.
+
+    Those that have come to the best misfit and stayed there wait for the others, as long as more
+    of them can be added.
+    """
     n = settings.repeats
     guided = smooth or problem.weights is not None
     if not (guided and settings.memetic) or n < CONFIRM:
@@ -220,12 +229,14 @@ def _repeated(
     noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
     active = agreeing = CONFIRM
     while True:
+        begun = searches[:active]
         enough = partial(confirmed, noise=noise, repeats=agreeing)
-        runs, interrupted = run_searches(problem, searches[:active], progress, enough)
+        rests = partial(confirms, begun, noise) if active < most else None
+        runs, interrupted = run_searches(problem, begun, progress, enough, rests)
         if interrupted or active == most:
             return runs, interrupted
-        if enough(searches[:active]):
-            if agreeing == CONFIRM_ROUGH or not rough(searches[:active], noise):
+        if enough(begun):
+            if agreeing == CONFIRM_ROUGH or not rough(begun, noise):
                 return runs, interrupted
             agreeing = CONFIRM_ROUGH
         active += 1
@@ -241,16 +252,18 @@ def _refined_answer(
     """
     if _reached(settings, answer.cost):
         return answer, False
-    dim, best = problem.space.dim, answer
+    best = answer
     try:
-        best = turned(problem, answer.x, answer.cost, REFINE * dim)
+        best = _deepened(problem, answer.x, answer.cost)
         spent = best.evaluations
         starts, rows = nested_answers(problem, lambda simple: _solved(simple, settings, progress))
         spent += rows
         if starts:
             nested = descended(problem, starts)
             spent += nested.evaluations
-            best = nested if nested.cost < best.cost else best
+            if nested.cost < best.cost:
+                best = _along_valley(problem, nested)
+                spent += best.evaluations - nested.evaluations
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
@@ -316,7 +329,23 @@ def _solved(problem: MotionProblem, settings: SearchSettings, progress: Progress
         raise KeyboardInterrupt
     run = min(runs, key=lambda r: r.cost)
     spent = sum(r.evaluations for r in runs)
-    return turned(problem, run.x, run.cost, REFINE * problem.space.dim, spent)
+    return _deepened(problem, run.x, run.cost, spent)
+
+
+def _deepened(problem: MotionProblem, x: Array, cost: float, spent: int = 0) -> Refined:
+    """The minimum below a place, or a better one by way of the other loss or along its valley."""
+    allowance = REFINE * problem.space.dim
+    first = polish(problem, x, cost, allowance)
+    best = turned(problem, first.x, first.cost, allowance, spent + first.evaluations)
+    return _along_valley(problem, best)
+
+
+def _along_valley(problem: MotionProblem, best: Refined) -> Refined:
+    """A minimum, or a better one of its valley where its misfit is beyond the noise."""
+    if best.cost > NOISY * noise_floor(problem.parameters.rig, recordings_of(problem.train)):
+        end = along_valley(problem, best.x, best.cost, VALLEY * REFINE * problem.space.dim)
+        best = replace(best, x=end.x, cost=end.cost, evaluations=best.evaluations + end.evaluations)
+    return best
 
 
 def _after(optimum: Optimum, evaluations: int, seconds: float) -> Optimum:

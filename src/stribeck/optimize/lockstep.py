@@ -17,6 +17,7 @@ from .moves import Answer, Detailed, Moves, SpentError
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
+D = TypeVar("D", bound="Driven[Any]")
 
 
 class Problem(Protocol):
@@ -232,10 +233,18 @@ def lockstep(
     return [task.run() for task in tasks]
 
 
-def steps(problem: Problem, tasks: Sequence[Driven[Any]]) -> Iterator[int]:
-    """The same a step at a time, to look at the tasks in between: yields rows evaluated."""
+def steps(
+    problem: Problem, tasks: Sequence[D], rests: Callable[[D], bool] | None = None
+) -> Iterator[int]:
+    """The same a step at a time, to look at the tasks in between: yields rows evaluated.
+
+    Args:
+        problem: Gives the costs.
+        tasks: Those to run.
+        rests: Whether a task waits in the next step; it is over where all that have not ended do.
+    """
     shown = problem if isinstance(problem, LeastSquares) else None  # slow to ask at every step
-    while live := [t for t in tasks if not t.ended]:
+    while live := [t for t in tasks if not (t.ended or (rests is not None and rests(t)))]:
         if isinstance(problem, Counted):
             live = _affordable(problem, live)
             if not live:
@@ -246,7 +255,7 @@ def steps(problem: Problem, tasks: Sequence[Driven[Any]]) -> Iterator[int]:
         yield rows + (_step(problem, detailed, shown) if detailed else 0)
 
 
-def _affordable(problem: Counted, live: list[Driven[Any]]) -> list[Driven[Any]]:
+def _affordable(problem: Counted, live: list[D]) -> list[D]:
     """The tasks that the budget reaches; those that ask for most are cut first."""
     while sum(t.rows for t in live) > problem.left:
         k = max(range(len(live)), key=lambda i: (live[i].rows, i))

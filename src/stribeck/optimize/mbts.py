@@ -65,6 +65,7 @@ class MemeticTabuSearch:
         settle: Evaluations for each parameter that brought nothing better (by a millionth of what
             the best is below the middle of its cells), after which the search ends; None: it goes
             on as long as it is let.
+        tolerance: Share of the sum of squares that is not worth a step of a descent by residuals.
     """
 
     name: ClassVar[str] = "mbts"
@@ -77,6 +78,7 @@ class MemeticTabuSearch:
     grow: float = 2.0
     patience: int = 150
     settle: int | None = None
+    tolerance: float = 1e-6
 
     def __post_init__(self) -> None:
         whole(self, 1, "S", "patience")
@@ -84,7 +86,7 @@ class MemeticTabuSearch:
             whole(self, 4, "N")
         if self.settle is not None:
             whole(self, 1, "settle")
-        positive(self, "R", "R_N", "apart")
+        positive(self, "R", "R_N", "apart", "tolerance")
         number(self, "R", "R_N", "apart", low=0.0, high=10.0)
         number(self, "tumbles", low=0.0)
         number(self, "grow", low=1.0)
@@ -157,7 +159,7 @@ class MemeticTabuSearch:
         """Take the best minimum up again where its descent was left."""
         best = state.best
         if isinstance(best, Minimum) and best.ended == "poor":
-            descent = least_squares(best.point, state.box, state.note, radius=self.R)
+            descent = self._by_residuals(best.point, state)
             return (yield from state.follow(descent))
         if isinstance(best, BfgsState) and best.ended == "slow":
             deeper = best._replace(worth=1e-2 * best.worth)
@@ -179,13 +181,16 @@ class MemeticTabuSearch:
         state.archive.begin(u)
         state.note(event="restart")
         if state.shown:
-            descent = least_squares(u, state.box, state.note, radius=self.R)
+            descent = self._by_residuals(u, state)
             return (yield from state.follow(_hopeful(descent, state.archive.best, len(u))))
         if not isfinite(cost):
             return False
         start = BfgsState(u, cost, radius=self.R, worth=1e-3 * state.archive.worth)
         best = inf if state.best is None else state.best.cost
         return (yield from state.follow(quasi_newton(start, state.note, best=best)))
+
+    def _by_residuals(self, u: Array, state: _State) -> Moves[Minimum]:
+        return least_squares(u, state.box, state.note, radius=self.R, tolerance=self.tolerance)
 
     def neighbourhoods(self, archive: Archive, rng: Rng, note: Note) -> Moves[None]:
         """One neighbourhood after the other, each with more neighbours, where little is known."""
