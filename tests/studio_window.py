@@ -45,6 +45,8 @@ class Window:
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", self._asked)
+        self.files: list[str] = []  # what is chosen when the page asks for files
+        self.page.on("filechooser", lambda chooser: chooser.set_files(self.files))
 
     def _asked(self, request: Any) -> None:
         own = tuple(f"http://127.0.0.1:{port}/" for port in self.ports)
@@ -91,7 +93,7 @@ class Mouse:
     """
 
     def __init__(self, window: Window) -> None:
-        self.page = window.page
+        self.window, self.page = window, window.page
 
     def press(self, selector: str) -> None:
         self.page.click(selector)
@@ -108,9 +110,8 @@ class Mouse:
         self.page.click(f"input[name={name}][value='{value}']")
 
     def files(self, selector: str, *files: Path) -> None:
-        with self.page.expect_file_chooser() as chooser:
-            self.page.click(selector)
-        chooser.value.set_files([str(file) for file in files])
+        self.window.files = [str(file) for file in files]
+        self.page.click(selector)
 
 
 class Keys:
@@ -121,7 +122,7 @@ class Keys:
     """
 
     def __init__(self, window: Window) -> None:
-        self.page = window.page
+        self.window, self.page = window, window.page
 
     def to(self, selector: str) -> None:
         """Move the focus to an element by Tab."""
@@ -166,10 +167,8 @@ class Keys:
         raise AssertionError(f"{name} has no {value}")
 
     def files(self, selector: str, *files: Path) -> None:
-        self.to(selector)
-        with self.page.expect_file_chooser() as chooser:
-            self.page.keyboard.press("Enter")
-        chooser.value.set_files([str(file) for file in files])
+        self.window.files = [str(file) for file in files]
+        self.press(selector)
 
 
 Hand = Mouse | Keys

@@ -1,10 +1,12 @@
 """The studio answers the browser that opened its address, and nobody else."""
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from patience import PATIENCE
 from stribeck.errors import InputError
 from stribeck.studio.uploads import LONGEST, file_name
 from studio_server import Studio, sliding_log, start, studio
@@ -191,6 +193,7 @@ def test_an_upload_over_the_budget_is_refused_and_nothing_of_it_stays(
         (b'{"choices": 3}', "send an object"),
         (b'{"choices": {"nonsense": 1}}', "nonsense"),
         (b'{"choices": {"logs": [{"id": "../../etc"}]}}', "logs.0.id"),
+        (b'{"choices": {"logs": [{"id": "0123456789abcdef"}]}}', "no such log"),
         (b'{"choices": {"seed": 1e400}}', "choices"),
         (b'{"choices": {"rig": "' + b"x" * 1000 + b'"}}', "rig"),
         (b'{"choices": {"columns": {"": "x"}}}', "columns"),
@@ -204,3 +207,33 @@ def test_what_makes_no_sense_is_refused_in_a_line(opened: Studio, body: bytes, l
     assert line in answer.json["error"]
     assert "\n" not in answer.json["error"]
     assert opened.ask("GET", opened.session).json == before
+
+
+def test_numbers_that_no_job_and_no_log_has_are_refused_in_a_line(opened: Studio) -> None:
+    great = 10**30
+    for method, path, body in (
+        ("GET", f"jobs/{great}/result", None),
+        ("POST", f"jobs/{great}/cancel", {}),
+        ("POST", "jobs", {"kind": "plan", "parent": great}),
+        ("GET", f"logs/{great}/contents", None),
+        ("POST", f"logs/{great}/map", {}),
+    ):
+        answer = opened.ask(method, f"{opened.session}/{path}", body)
+        assert answer.status == 400, path
+        assert answer.json["error"] in (
+            "there is no such job", "there is no such log", "choose a fit that is done"
+        )  # fmt: skip
+
+
+def test_a_request_that_names_two_hosts_is_refused(opened: Studio) -> None:
+    lines = (
+        "GET /api/sessions HTTP/1.1",
+        f"Host: 127.0.0.1:{opened.port}",
+        "Host: evil.example",
+        f"Cookie: {opened.cookie}",
+        "Connection: close",
+    )
+    with socket.create_connection(("127.0.0.1", opened.port), timeout=PATIENCE) as connection:
+        connection.sendall("\r\n".join((*lines, "", "")).encode())
+        answer = connection.makefile("rb").readline()
+    assert int(answer.split()[1]) in (400, 421)

@@ -82,6 +82,8 @@ def test_a_waiting_job_is_cancelled_at_once(tmp_path: Path) -> None:
     [
         ("states", "choices", "{"),
         ("states", "choices", '{"logs": 7}'),
+        ("states", "choices", '{"axis": {"a": [[[[[[[[1]]]]]]]]}}'),
+        ("states", "choices", '{"axis": {"a": "' + "x" * 30_000 + '"}}'),
         ("states", "choices", '{"__class__": "os.system"}'),
         ("states", "choices", "[" * 100_000),
         ("jobs", "request", "null"),

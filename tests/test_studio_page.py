@@ -29,7 +29,7 @@ TEXTS = """(() => {
   while (walker.nextNode()) texts.push(walker.currentNode.data.trim());
   return texts;
 })()"""
-KEY = re.compile(r"[a-z]+(\.[a-z_]+)+")
+KEY = re.compile(r"[a-z]+(\.[a-z_]+)+(?<!\.toml)")
 #: Impacts of what axe-core finds that are serious.
 SERIOUS = {"serious", "critical"}
 
@@ -165,6 +165,10 @@ def test_every_step_can_be_read_by_everybody(
                 w.drawn()
             if step == "logs":
                 w.page.wait_for_selector("#channels table")
+            if step == "axis":
+                w.page.wait_for_selector("svg.composition")
+            if step == "fit":
+                w.until("/0[.,\u202f]?0/.test(document.querySelector('#duration').textContent)")
             if step == "out":
                 w.page.wait_for_selector(".copy pre")
             wide = w.page.evaluate("document.documentElement.scrollWidth - innerWidth")
@@ -183,12 +187,18 @@ def test_every_step_can_be_read_by_everybody(
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
-    """A studio with a fit that is done."""
+    """A studio with a fit that is done, and then an axis of parts behind a drive."""
     folder = tmp_path_factory.mktemp("studio")
     with studio(folder / "home", sliding_log(folder / "Axis 1.csv")) as opened:
         opened.enter()
         opened.choose(rig="forced", law="coulomb-viscous")
         opened.until(opened.work("identify")["id"], "done")
+        parts = {
+            "controller": {"none": {}}, "motor": {"force": {"F_max": "80 nameplate"}},
+            "transmission": {"screw": {"lead": 0.01}}, "sensor": {"encoder": {"resolution": 1e-6}},
+            "load": {"mass": {}, "spring": {"k_spring": 1}},
+        }  # fmt: skip
+        opened.choose(rig="axis.toml", axis=parts, law="", drive={"signal": "N"})
         yield opened
 
 

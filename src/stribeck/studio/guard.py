@@ -58,7 +58,8 @@ class Guard:
                 await self._app(scope, receive, send)
             return
         headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in scope["headers"]}
-        if headers.get("host", "").lower() not in self._hosts:
+        named = [v.decode("latin-1").lower() for k, v in scope["headers"] if k.lower() == b"host"]
+        if len(named) != 1 or named[0] not in self._hosts:
             await _answer(send, 421, "this is not a host that the studio serves")
             return
         if scope["path"] == START:

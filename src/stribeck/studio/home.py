@@ -293,6 +293,8 @@ class Home:
             if step is not None and step != before.step:
                 raise InputError("the session was changed in another window: look at it again")
             after = before.choices.changed(dict(changes))
+            if "logs" in changes and {log.id for log in after.logs} - set(self.logs()):
+                raise InputError("logs: there is no such log")
             if after != before.choices:
                 new = before.step + 1
                 self._db.execute("DELETE FROM states WHERE session = ? AND step >= ?", (key, new))
@@ -333,7 +335,8 @@ class Home:
         Raises:
             InputError: there is none of that number.
         """
-        if jobs := self._jobs("id = ?", number):
+        # SQLite's numbers have 64 bits; an address may have any.
+        if abs(number) < 1 << 63 and (jobs := self._jobs("id = ?", number)):
             return jobs[0]
         raise InputError("there is no such job")
 

@@ -7,6 +7,7 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from functools import cached_property
 from math import isnan
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..data import Quality, Recording, check
 from ..data.gate import faults, mended
 from ..data.quality import seen_segments
 from ..data.readers.log_contents import LogContents, contents
+from ..data.readers.log_map import FILE
 from ..data.segmentation import Segments
 from ..report.figures.overview_plots import DrawnLog
 from ..report.format import unit_label
@@ -190,9 +192,7 @@ class LogViews:
         Raises:
             InputError: as `read`.
         """
-        file = request.files[request.choices.logs[log].id]
-        stat = file.stat()
-        key = (request.path(log), request.reading, stat.st_mtime_ns, stat.st_size)
+        key = request.path(log), request.reading, stamp(request.files[request.choices.logs[log].id])
         with self._lock:
             if key not in self._views:
                 self._views[key] = LogView(request.recording(log))
@@ -200,6 +200,13 @@ class LogViews:
                     self._views.popitem(last=False)
             self._views.move_to_end(key)
             return self._views[key]
+
+
+def stamp(log: Path) -> tuple[int, ...]:
+    """What changes when a log does, the files in a folder, or the map of channels beside it."""
+    inner = sorted(log.iterdir()) if log.is_dir() else []
+    stats = [file.stat() for file in (log, *inner, log.parent / FILE) if file.exists()]
+    return tuple(n for s in stats for n in (s.st_mtime_ns, s.st_ctime_ns, s.st_size))
 
 
 def contents_table(result: LogContents) -> dict[str, Any]:

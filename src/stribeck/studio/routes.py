@@ -28,7 +28,7 @@ from .catalogue import catalogue, rig_document
 from .choices import AXIS, Choices, Kind
 from .exports import exported, targets
 from .home import Home, Session, SessionJob
-from .log_view import LogViews, log_contents
+from .log_view import LogViews, log_contents, stamp
 from .results import compared, fit_results, result_file
 from .session_request import Request
 from .steps import steps
@@ -165,7 +165,7 @@ class Routes:
 
     async def _keep_map(self, asked: Asked) -> Response:
         request, log = self._log(asked)
-        table = await run_in_threadpool(self._contents_of, request, log)
+        table = await run_in_threadpool(self.contents_of, request, log)
         heads = [channel["name"] for channel in table["channels"]]
         await run_in_threadpool(saved_maps.keep, self._home.folder, heads, request)
         return await self._answer(self._home.session(asked.path_params["session"]))
@@ -234,16 +234,28 @@ class Routes:
     def _lacking(self, request: Request, log: int) -> str:
         """Why no recording can be made of a log; empty if one can."""
         try:
-            return str(self._contents_of(request, log)["lacking"])
+            return str(self.contents_of(request, log)["lacking"])
         except InputError as error:
             return str(error)
 
-    def _contents_of(self, request: Request, log: int) -> dict[str, Any]:
-        """What is in a log, or why that cannot be said: looked for once, however often asked."""
+    def contents_of(self, request: Request, log: int, *, again: bool = False) -> dict[str, Any]:
+        """What is in a log: looked for once, however often a window that follows it asks.
+
+        Args:
+            request: The session's.
+            log: Which of its logs.
+            again: Whether a refusal is not believed, as its reason may have passed unseen: a disk
+                that was away, a package that was missing.
+
+        Raises:
+            InputError: it cannot be said.
+        """
         path = Path(request.files[request.choices.logs[log].id])
-        stamp = path.stat().st_mtime_ns if path.exists() else 0
-        key = (str(path), stamp, request.reading)
-        if key not in self._contents:
+        try:
+            key = (str(path), stamp(path), request.reading)
+        except OSError as error:
+            raise InputError(f"{path.name}: {error.strerror or error}") from error
+        if key not in self._contents or (again and isinstance(self._contents[key], InputError)):
             if len(self._contents) > KEPT:
                 self._contents.clear()
             try:
@@ -264,7 +276,7 @@ class Routes:
 
     async def _log_contents(self, asked: Asked) -> Response:
         request, log = self._log(asked)
-        table = await run_in_threadpool(self._contents_of, request, log)
+        table = await run_in_threadpool(partial(self.contents_of, request, log, again=True))
         heads = [channel["name"] for channel in table["channels"]]
         kept = saved_maps.is_kept(self._home.folder, heads, request.choices)
         return JSONResponse(table | {"mapped": saved_maps.is_mapped(request.choices), "kept": kept})

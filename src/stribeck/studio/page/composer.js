@@ -65,7 +65,7 @@ export function composer(place) {
     const rows = [...ONE, ...SEVERAL].flatMap((role) => Object.entries(axis[role] ?? {}).flatMap(([name, stated]) => {
       const part = session.catalogue.parts.find((each) => each.role === role && each.name === name);
       return (part?.coefficients ?? []).map((c) => ({ cells: [
-        `${name}.${c.name}`,
+        `${name}: ${c.name}`,
         h("input", { type: "text", class: "short", id: `part-${role}-${name}-${c.name}`, value: written(stated[c.name]), maxlength: "120", placeholder: c.idle ?? c.range, "aria-label": `${role} ${name}: ${c.name}`,
           onchange: (event) => {
             const text = event.target.value.trim();
