@@ -49,8 +49,7 @@ def clipping(recording: Recording) -> list[Fault]:
         q = step(values)
         top, bottom = (_side(name, side, q) for side in _sides(values))
         if name == "force" and not (top | bottom).any():
-            sd = noise_of(values)
-            top, bottom = (_cut_below_noise(recording, side, q, sd) for side in _sides(values))
+            top, bottom = limits_below_noise(recording.t, recording.position, values)
         rows = top | bottom
         once = name not in ("position", "force") and len(runs(rows)[0]) == 1
         if not rows.any() or once:
@@ -130,7 +129,19 @@ def _even(y: Array, span: float) -> bool:
     return bool(falls.min() >= _PACE * (y[0] - y[n]) / n)
 
 
-def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDArray[np.bool_]:
+def limits_below_noise(t: Array, x: Array, y: Array) -> tuple[NDArray[np.bool_], ...]:
+    """Plateaus of a channel at its upper and its lower limit with noise on top, (N,) each.
+
+    Args:
+        t: Times, (N,).
+        x: The position, (N,).
+        y: What drives the axis, (N,).
+    """
+    q, sd = step(y), noise_of(y)
+    return tuple(_cut_below_noise(t, x, side, q, sd) for side in _sides(y))
+
+
+def _cut_below_noise(t: Array, x: Array, y: Array, q: float, sd: float) -> NDArray[np.bool_]:
     """Plateaus with noise on top: nothing but white noise about one level near the extreme.
 
     A force that friction alone makes flat wanders by more than the noise of its sensor, or its
@@ -154,7 +165,7 @@ def _cut_below_noise(recording: Recording, y: Array, q: float, sd: float) -> NDA
         return none
     white = [_whiteness(y[a:b], level, sd) for a, b in zip(starts, stops, strict=True)]
     lag = min(_LONGER, len(y) - 1)
-    x, t, at = recording.position, recording.t, np.flatnonzero(rows[lag:]) + lag
+    at = np.flatnonzero(rows[lag:]) + lag
     speed = np.abs(x[at] - x[at - lag]) / (t[at] - t[at - lag])
     slow, fast = np.quantile(speed, [0.1, 0.9]) if len(at) else (0.0, 0.0)
     return rows if float(np.median(white)) <= _WHITE and fast > _SPEEDS * slow else none

@@ -30,6 +30,7 @@ from . import balance, variable_projection
 from .balance import NOTHING
 from .clustered_errors import clustered_errors
 from .curve_prior import chord_errors
+from .cut_off_voltage import cut_off_voltage
 from .modelled_force import force_signal
 from .path_error import path_shifts
 from .presliding_shown import stiffness_unseen
@@ -129,6 +130,8 @@ def check_balance(synchrony: Synchronised, differing: LogSpreads) -> BalanceChec
     if system.law.states:
         violations += stiffness_unseen(system)
     gate = data_violations(system.rig, recordings, synchrony.rows)
+    cut_off = cut_off_voltage(solution, recordings, synchrony.rows)
+    gate += [Violation("data", sentence) for sentence in cut_off]
     errors = np.hypot(np.fmax(errors, clustered), chord_errors(system, solution.values))
     errors += np.abs(path_shifts(solution)) / HALF_WIDTH
     return BalanceChecks((*gate, *synchrony.violations(), *violations), synchrony.widened(errors))
