@@ -56,7 +56,8 @@ class _Fan(NamedTuple):
 
     def good(self, r: Array) -> bool:
         """Whether that is small, beside residuals r."""
-        J = self.J[self.steps != 0.0]
+        taken = self.steps != 0.0
+        J = self.J if taken.all() else self.J[taken]
         least = float(np.linalg.eigvalsh(np.einsum("im,jm->ij", J, J)).min(initial=np.inf))
         weak = max(np.sqrt(max(least, 0.0)), float(_sizes(r)) / np.sqrt(len(r)))
         return bool(self.error <= GOOD * weak)

@@ -59,7 +59,7 @@ def frozen(recording: Recording) -> list[Fault]:
 
 def _standing(y: Array) -> list[tuple[int, int]]:
     """The few stretches of one value that are far longer than all others."""
-    starts, stops = runs(np.diff(y, prepend=np.nan, append=np.nan)[1:] == 0)
+    starts, stops = runs(np.append(y[1:] == y[:-1], False))
     lengths = (stops - starts + 1).astype(float)
     if not len(lengths):
         return []
@@ -143,6 +143,8 @@ def held(recording: Recording) -> list[Fault]:
 def gaps(recording: Recording) -> list[Fault]:
     """Times without samples, one fault for all."""
     dt = np.diff(recording.t)
+    if dt.max(initial=0.0) <= _GAP * recording.dt:
+        return []
     # What a log on an irregular clock leaves out now and then is its sampling.
     usual = float(np.quantile(dt, 0.99))
     far = np.flatnonzero(dt > _GAP * max(usual, recording.dt))

@@ -121,8 +121,11 @@ def t_probability(
     lengths = np.einsum("ij,ij->j", columns, columns)
     with np.errstate(divide="ignore", invalid="ignore"):
         weights = np.einsum("ij,i->j", columns, residual) / lengths
-        left = residual[:, None] - weights * columns
-        sums = np.add.reduceat(columns * left, starts, axis=0)
+        scores = -weights * columns  # in place from here on: of a long log they are large
+        scores += residual[:, None]
+        scores *= columns
+        sums = np.add.reduceat(scores, starts, axis=0)
+        del scores
         t = weights * lengths / np.sqrt(np.sum(sums**2, axis=0) * n / (n - SPENT))
         freedom = np.full(len(weights), n - SPENT, dtype=float)
         if uneven:

@@ -287,18 +287,18 @@ def _stepped(
     else:
         force, slope, instrument = alike.force, alike.slope, alike.modelled_slope
     inner = W if inside.all() else W * inside[:, None]
-    basis = np.linalg.qr(inner)[0]
-    r = _beside(basis, np.where(inside, force - rest, 0.0))
     (rows, k), count = W.shape, len(lags)
     J, gain = np.empty((k + count, rows)), np.empty((count, count))
-    J[:k] = inner.T
-    del inner
     Z = J[k:]
+    basis = J[:k].T  # the columns themselves take its place at the end
+    basis[:] = np.linalg.qr(inner)[0]
+    r = _beside(basis, np.where(inside, force - rest, 0.0))
     for z, part in zip(Z, range(count), strict=True):
         z[:] = _beside(basis, np.where((parts == part) & inside, instrument, 0.0))
     for part in range(count):
         gain[:, part] = Z @ _beside(basis, np.where((parts == part) & inside, slope, 0.0))
-    del basis
+    J[:k] = inner.T
+    del basis, inner
     change = np.linalg.lstsq(gain, Z @ r, rcond=None)[0]
     look = quick_look(J, r, [len(log.t) for log in system.logs])
     tiny = np.finfo(float).tiny

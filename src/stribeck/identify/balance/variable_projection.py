@@ -21,6 +21,8 @@ from ..uncertainty.residuals import parts
 
 #: Starts along each axis by the number of shape parameters, and how many are polished.
 _LEVELS, _MORE, POLISHED = {1: 16, 2: 6}, 3, 3
+#: Rows that are triangularised at once.
+_BLOCK = 1 << 18
 #: How far from the edges of the cube a given start is kept.
 _INSIDE = 1e-3
 #: A direction is blind if it moves the prediction by less than this share of what the best seen
@@ -46,7 +48,8 @@ def bounded(
     from scipy.optimize import lsq_linear  # noqa: PLC0415 - slow to import
 
     lengths = _lengths(W)
-    T = triangle(np.column_stack([W / lengths, y]))
+    blocks = (slice(k, k + _BLOCK) for k in range(0, len(W), _BLOCK))
+    T = triangle(np.vstack([triangle(np.column_stack([W[b] / lengths, y[b]])) for b in blocks]))
     R, y = T[:-1, :-1] * lengths, T[:-1, -1]  # what follows is small
     x: Array = np.linalg.lstsq(R / lengths, y, rcond=None)[0] / lengths
     if (x >= lower).all() and (x <= upper).all() and all(x[i] >= x[j] for i, j in orders):
@@ -106,7 +109,10 @@ _compiled = compiled(float64[:, ::1](float64[:, ::1]))(_triangle)
 
 
 def triangle(A: Array) -> Array:
-    """The R of A = QR, (k, k)."""
+    """The R of A = QR, (k, k); of many rows a block at a time, whose R are stacked."""
+    if len(A) > _BLOCK:
+        starts = range(0, len(A), _BLOCK)
+        return triangle(np.vstack([triangle(A[k : k + _BLOCK]) for k in starts]))
     R: Array = _compiled(np.array(A.T, dtype=float, order="C"))
     return R
 

@@ -11,6 +11,9 @@ from ...optimize.trust_region import Iterate, with_slopes
 from ...space import Array
 from .residuals import Residuals, orders_of
 
+#: Half-width of the region, in the unit cube, that the linear model is asked about.
+REACH = 0.5
+
 
 def box_of(problem: Residuals) -> Box:
     """The box of a problem's parameters, with the orders that its law has them keep."""
@@ -43,7 +46,7 @@ def predicted(iterate: Iterate, box: Box, k: int, move: float) -> tuple[Array, f
     u = box.orderly(u, k)
     r = iterate.r + np.einsum("i,im->m", u - iterate.u, iterate.J)
     moved = iterate.moved(u, r)
-    s, promise = moved.step(box, others(box.dim, k), 0.5)
+    s, promise = moved.step(box, others(box.dim, k), REACH)
     return box.orderly(u + s, k), moved.squares - promise
 
 

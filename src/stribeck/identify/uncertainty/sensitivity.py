@@ -16,7 +16,7 @@ from ...optimize.lockstep import AskTell, Counted, lockstep
 from ...optimize.moves import Answer, Detailed, Moves
 from ...optimize.trust_region import Iterate, minimise
 from .blind_directions import percent
-from .linearisation import box_of, others, predicted
+from .linearisation import REACH, box_of, others, predicted
 from .profile import MEMORY, Profile, Profiles
 from .profile_walk import Ended
 from .residuals import Residuals
@@ -24,6 +24,8 @@ from .residuals import Residuals
 #: A refit far from the best fit is over where no step promises more than this share of the sum
 #: of squares, or after so many rows for each parameter.
 COARSE, ROWS = 0.02, 5
+#: Where the linear model promises the sum of squares to this share of it, the refit is its minimum.
+LINEAR = 1e-9
 #: Above this relative change of the misfit it is said as a factor.
 MANY = 4.0
 
@@ -112,7 +114,7 @@ def _within(profile: Profile, value: float) -> float:
 
 def _elsewhere(best: Iterate, box: Box, k: int, move: float) -> Moves[Iterate]:
     """Set a coordinate elsewhere, and refit the others."""
-    u, _ = predicted(best, box, k, move)
+    u, squares = predicted(best, box, k, move)
     answer: Answer = yield Detailed(u[None])
     if not np.isfinite(answer.costs[0]):
         u = best.u.copy()
@@ -123,8 +125,12 @@ def _elsewhere(best: Iterate, box: Box, k: int, move: float) -> Moves[Iterate]:
             return best
     assert answer.residuals is not None  # noqa: S101 - the problem shows them
     R = answer.residuals[0]
+    free = others(box.dim, k)
+    inside = float(np.abs(u - best.u)[free].max(initial=0.0)) < REACH
+    if inside and abs(float(R @ R) - squares) <= LINEAR * squares:
+        return best.without_slopes().moved(u, R)
     place = best.corrected(u - best.u, R).moved(u, R)
-    free, gain = others(box.dim, k), COARSE * place.squares
+    gain = COARSE * place.squares
     place, _ = yield from minimise(place, box, free, gain=gain, rows=ROWS * box.dim)
     return place
 
