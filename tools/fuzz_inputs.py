@@ -54,6 +54,26 @@ _RIGS = (
         'lead = "5 mm"\ncounts_per_turn = 4096\nmass = "9 kg"\nside = "axis"\nreversed = true\n'
     ),
 )
+_AXES = (
+    (
+        'law = "coulomb-viscous"\nranges = { F_C = [0, 100], F_V_motor = [0, 200] }\n'
+        "[controller.damped]\nkp = 20000.0\nkd = 300.0\n[motor.force]\narmature = 2.0\n"
+        "[transmission.compliant]\nstiffness = { free = [1e5, 1e7] }\ndamping = 9.0\n"
+        "play = { free = [0, 1e-3] }\n[load.mass]\nM = 5.0\n[sensor.motor]\n[sensor.load]\n"
+        '[friction]\nside = "both"\n[columns]\nposition = "q [m]"\ncommand = "goal [m]"\n'
+    ),
+    (
+        'law = "bam-m1"\n[motor.voltage]\nk_t = { free = [0.1, 2] }\nR = 2.0\n'
+        '[load.pendulum]\nmass = "log"\n'
+    ),
+)
+_SAVED_MAPS = (
+    'heads = ["t_s", "x_mm", "F_N"]\n[columns]\nposition = "x_mm"\nforce = "F_N"\n',
+    (
+        'heads = ["t_s", "x_mm", "F_N"]\nrate = 100.0\nsubtract = "F_N"\n'
+        '[columns]\ntime = "t_s"\nposition = { column = "x_mm", unit = "mm" }\n'
+    ),
+)
 _LOOPS = (
     (
         'kp = "100 N/mm"\nkd = "5 N s/m"\nderivative = "error"\nperiod = "1 ms"\ndelay = 0\n'
@@ -100,6 +120,8 @@ class Target:
 def prepare() -> None:
     """Write the files that inputs refer to into the working directory: a log, a fit, a robot."""
     Path("log.csv").write_bytes(_texts()[0])
+    Path("mapped").mkdir(exist_ok=True)
+    Path("mapped/log.csv").write_bytes(_texts()[0])
     positions = {"t_s": _T, "x_mm": _LOG["x_mm"]}
     Path("pos.csv").write_text(_columns(positions), encoding="utf-8")
     Path("dated.csv").write_text(_columns({**positions, "t_s": 1.7e9 + _T}), encoding="utf-8")
@@ -157,6 +179,23 @@ def _texts() -> list[bytes]:
         plain.replace("\n", "\r\n").encode(),
         plain.encode("utf-16"),
     ]
+
+
+def _others() -> list[bytes]:
+    """Text as instruments write it: preambles, units below heads, dates, no heads, runs."""
+    rows = list(zip(_T, *list(_LOG.values())[1:], strict=True))
+    tool = "Model,MR-J4-A\nSampling time,10 ms\n\nTime,Position,Torque\nms,mm,%\n" + "\n".join(
+        f"{1e3 * t:g},{x},{f}," for t, x, f in rows
+    )
+    dates = "stamp;x [mm];F [N]\n" + "\n".join(
+        f"14.11.2023 22:13:{20 + t:06.3f};{x};{f}" for t, x, f in rows
+    )
+    bare = "\n".join(f"{x} {f} 1" for _, x, f in rows)
+    thousands = "t [us];x [mm]\n" + "\n".join(f"{1e6 * t:,.0f};{x}" for t, x, _ in rows)
+    speeds = "v_mean [mm/s],F_mean [N],F_sd [N],n\n" + "\n".join(
+        f"{10 * (k - 9.5):g},{3 + k % 3},0.2,{k + 5}" for k in range(20)
+    )
+    return [text.encode() for text in (tool, dates, bare, thousands, speeds)]
 
 
 def _columns(columns: Mapping[str, Any]) -> str:
@@ -266,6 +305,7 @@ _FILES = {
     "klipper": "input.json.gz", "lvm": "input.lvm",
     "npz": "input.npz", "feather": "input.feather", "hdf5": "input.h5", "tdms": "input.tdms",
     "mdf4": "input.mf4", "rosbag": "input.bag", "ulog": "input.ulg",
+    "signalexpress": "input.express.txt", "db3": "input.db3", "mcap": "input.mcap",
 }  # fmt: skip
 
 
@@ -275,6 +315,11 @@ TARGETS = {
         _of_corpus("lerobot"), "dataset/data/chunk-000/file-000.parquet", _reads("dataset")
     ),
     "text": Target(_texts, "input.csv", lambda _: read("input.csv")),
+    "instruments": Target(_others, "input.csv", lambda _: read("input.csv")),
+    "window": Target(_texts, "input.csv", lambda _: read("input.csv@0.05s:0.3s")),
+    "savedmap": Target(
+        _encoded(*_SAVED_MAPS), "mapped/stribeck.columns.toml", lambda _: read("mapped/log.csv")
+    ),
     "joined": Target(_parts, "force.csv", _joined),
     "json": Target(_jsons, "input.json", lambda _: read("input.json")),
     "matlab": Target(_matlabs, "input.mat", lambda _: read("input.mat")),
@@ -283,6 +328,7 @@ TARGETS = {
         _encoded(*_MAPS), "input.toml", lambda _: read("log.csv", columns="input.toml")
     ),
     "rig": Target(_encoded(*_RIGS), "input.toml", lambda _: rig_named("input.toml")),
+    "axis": Target(_encoded(*_AXES), "input.toml", lambda _: rig_named("input.toml")),
     "loop": Target(
         _encoded(*_LOOPS), "input.toml", lambda _: loop_file(Path("input.toml"), RIGS["slide-bed"])
     ),

@@ -22,7 +22,7 @@ import numpy as np
 import polars as pl
 from asammdf import MDF, Signal
 from nptdms import ChannelObject, TdmsWriter
-from rosbags import rosbag1
+from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 
 _ROWS = 40
@@ -84,6 +84,15 @@ def _lvm() -> list[bytes]:
     express = "channel names:\nposition [mm]\tforce [N]\ndt:\n0.01\t0.01\ndata:\n"
     express += "\n".join(f"{x}\t{f}" for x, f in zip(_X, _F, strict=True))
     return [f"{heads}{names}{rows}\n".encode(), express.encode()]
+
+
+def _signal_express() -> list[bytes]:
+    rows = "\n".join(f"{x}\t{f}" for x, f in zip(_X, _F, strict=True))
+    text = (
+        "channel names:\nx [mm]\tF [N]\nstart times:\n2023-11-14 22:13:20.000\t"
+        f"2023-11-14 22:13:20.000\ndt:\n0.010000\t0.010000\ndata:\n{rows}\n"
+    )
+    return [text.encode(), text.replace(".", ",").encode()]
 
 
 def _npz() -> list[bytes]:
@@ -172,6 +181,33 @@ def _rosbag() -> list[bytes]:
     return [_written(write, ".bag")]
 
 
+def _ros2(suffix: str, plugin: rosbag2.StoragePlugin) -> list[bytes]:
+    """A ROS 2 bag, and one of messages that are packed."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    types: Any = store.types
+    kind = "sensor_msgs/msg/JointState"
+    files = []
+    for packed in (False, True):
+        with tempfile.TemporaryDirectory() as folder:
+            bag = Path(folder) / "bag"
+            writer = rosbag2.Writer(bag, version=9, storage_plugin=plugin)
+            if packed:
+                writer.set_compression(
+                    rosbag2.CompressionMode.MESSAGE, rosbag2.CompressionFormat.ZSTD
+                )
+            with writer:
+                connection = writer.add_connection("/js", kind, typestore=store)
+                for k, (x, f) in enumerate(zip(_X, _F, strict=True)):
+                    stamp = types["builtin_interfaces/msg/Time"](sec=1000, nanosec=10**7 * k)
+                    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+                    arrays = (np.array([v]) for v in (x, 0.0, f))
+                    state = types[kind](header, ["elbow"], *arrays)
+                    data = bytes(store.serialize_cdr(state, kind))
+                    writer.write(connection, 10**12 + 10**7 * k, data)
+            files += [file.read_bytes() for file in bag.iterdir() if file.name.endswith(suffix)]
+    return files
+
+
 def _ulog() -> list[bytes]:
     def message(kind: bytes, body: bytes) -> bytes:
         return struct.pack("<Hc", len(body), kind) + body
@@ -189,7 +225,10 @@ def _ulog() -> list[bytes]:
 CORPORA: dict[str, Callable[[], list[bytes]]] = {
     "twincat": _twincat, "codesys": _codesys, "klipper": _klipper, "lvm": _lvm, "npz": _npz,
     "feather": _feather,
+    "signalexpress": _signal_express,
     "lerobot": _lerobot, "hdf5": _hdf5, "tdms": _tdms, "mdf4": _mdf4, "rosbag": _rosbag,
+    "db3": lambda: _ros2(".db3", rosbag2.StoragePlugin.SQLITE3),
+    "mcap": lambda: _ros2(".mcap", rosbag2.StoragePlugin.MCAP),
     "ulog": _ulog,
 }  # fmt: skip
 
