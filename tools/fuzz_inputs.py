@@ -63,8 +63,8 @@ _AXES = (
         '[friction]\nside = "both"\n[columns]\nposition = "q [m]"\ncommand = "goal [m]"\n'
     ),
     (
-        'law = "bam-m1"\n[motor.voltage]\nk_t = { free = [0.1, 2] }\nR = 2.0\n'
-        '[load.pendulum]\nmass = "log"\n'
+        'law = "bam-m1"\nrotary = true\n[motor.voltage]\nk_t = { free = [0.1, 2] }\nR = 2.0\n'
+        '[load.pendulum]\nm = 0.5\n'
     ),
 )
 _SAVED_MAPS = (
