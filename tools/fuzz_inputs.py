@@ -64,7 +64,7 @@ _AXES = (
     ),
     (
         'law = "bam-m1"\nrotary = true\n[motor.voltage]\nk_t = { free = [0.1, 2] }\nR = 2.0\n'
-        '[load.pendulum]\nm = 0.5\n'
+        "[load.pendulum]\nm = 0.5\n"
     ),
 )
 _SAVED_MAPS = (
@@ -182,7 +182,7 @@ def _texts() -> list[bytes]:
 
 
 def _others() -> list[bytes]:
-    """Text as instruments write it: preambles, units below heads, dates, no heads, runs."""
+    """Text as instruments write it: preambles, units below heads, dates, thousands, runs."""
     rows = list(zip(_T, *list(_LOG.values())[1:], strict=True))
     tool = "Model,MR-J4-A\nSampling time,10 ms\n\nTime,Position,Torque\nms,mm,%\n" + "\n".join(
         f"{1e3 * t:g},{x},{f}," for t, x, f in rows
@@ -190,12 +190,11 @@ def _others() -> list[bytes]:
     dates = "stamp;x [mm];F [N]\n" + "\n".join(
         f"14.11.2023 22:13:{20 + t:06.3f};{x};{f}" for t, x, f in rows
     )
-    bare = "\n".join(f"{x} {f} 1" for _, x, f in rows)
     thousands = "t [us];x [mm]\n" + "\n".join(f"{1e6 * t:,.0f};{x}" for t, x, _ in rows)
     speeds = "v_mean [mm/s],F_mean [N],F_sd [N],n\n" + "\n".join(
         f"{10 * (k - 9.5):g},{3 + k % 3},0.2,{k + 5}" for k in range(20)
     )
-    return [text.encode() for text in (tool, dates, bare, thousands, speeds)]
+    return [text.encode() for text in (tool, dates, thousands, speeds)]
 
 
 def _columns(columns: Mapping[str, Any]) -> str:
@@ -295,6 +294,7 @@ def _reads(file: str) -> Callable[[bytes], object]:
 #: Columns of those whose names say no units, or that have several joints.
 _COLUMNS: dict[str, dict[str, Any]] = {
     "input.trace.csv": {"columns": {"position": "x [mm]"}, "time_unit": "ms"},
+    "bare.txt": {"columns": {"position": "1 [mm]", "force": "2 [N]"}, "rate": 100.0},
     "input.json.gz": {"position": "x position [mm]"},
     "input.ulg": {"position": "axis.0/x [mm]"},
     "dataset": {"position": "observation.state/elbow.pos [rad]"},
@@ -316,6 +316,13 @@ TARGETS = {
     ),
     "text": Target(_texts, "input.csv", lambda _: read("input.csv")),
     "instruments": Target(_others, "input.csv", lambda _: read("input.csv")),
+    "headless": Target(
+        lambda: [
+            "\n".join(f"{x} {f}" for x, f in zip(*list(_LOG.values())[1:], strict=True)).encode()
+        ],
+        "bare.txt",
+        _reads("bare.txt"),
+    ),
     "window": Target(_texts, "input.csv", lambda _: read("input.csv@0.05s:0.3s")),
     "savedmap": Target(
         _encoded(*_SAVED_MAPS), "mapped/stribeck.columns.toml", lambda _: read("mapped/log.csv")

@@ -182,30 +182,21 @@ def _rosbag() -> list[bytes]:
 
 
 def _ros2(suffix: str, plugin: rosbag2.StoragePlugin) -> list[bytes]:
-    """A ROS 2 bag, and one of messages that are packed."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     types: Any = store.types
     kind = "sensor_msgs/msg/JointState"
-    files = []
-    for packed in (False, True):
-        with tempfile.TemporaryDirectory() as folder:
-            bag = Path(folder) / "bag"
-            writer = rosbag2.Writer(bag, version=9, storage_plugin=plugin)
-            if packed:
-                writer.set_compression(
-                    rosbag2.CompressionMode.MESSAGE, rosbag2.CompressionFormat.ZSTD
-                )
-            with writer:
-                connection = writer.add_connection("/js", kind, typestore=store)
-                for k, (x, f) in enumerate(zip(_X, _F, strict=True)):
-                    stamp = types["builtin_interfaces/msg/Time"](sec=1000, nanosec=10**7 * k)
-                    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
-                    arrays = (np.array([v]) for v in (x, 0.0, f))
-                    state = types[kind](header, ["elbow"], *arrays)
-                    data = bytes(store.serialize_cdr(state, kind))
-                    writer.write(connection, 10**12 + 10**7 * k, data)
-            files += [file.read_bytes() for file in bag.iterdir() if file.name.endswith(suffix)]
-    return files
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / "bag"
+        with rosbag2.Writer(bag, version=9, storage_plugin=plugin) as writer:
+            connection = writer.add_connection("/js", kind, typestore=store)
+            for k, (x, f) in enumerate(zip(_X, _F, strict=True)):
+                stamp = types["builtin_interfaces/msg/Time"](sec=1000, nanosec=10**7 * k)
+                header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+                arrays = (np.array([v]) for v in (x, 0.0, f))
+                state = types[kind](header, ["elbow"], *arrays)
+                data = bytes(store.serialize_cdr(state, kind))
+                writer.write(connection, 10**12 + 10**7 * k, data)
+        return [file.read_bytes() for file in bag.iterdir() if file.name.endswith(suffix)]
 
 
 def _ulog() -> list[bytes]:

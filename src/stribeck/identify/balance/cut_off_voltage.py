@@ -63,7 +63,7 @@ def cut_off_voltage(
         asked = (model(at) + log.known_at(at)) / log.raw[at]
         if float(np.median(asked)) > 1.0 + _MORE:
             sentences.append(
-                f"{log.label}: the voltage is cut off, below noise, in {mask.mean():.1%} of the "
+                f"{log.label}: the voltage is cut off at a limit, below noise, in {mask.mean():.1%} of the "
                 f"samples: the others ask for {float(np.median(asked)):.2g} times as much there; "
                 "raise the range of its measurement, or train on ranges that keep below it"
             )
