@@ -61,11 +61,12 @@ def cut_off_voltage(
         at = at[:: max(len(at) // _SAMPLES, 1)]
         model = force_signal(system.rig, system.law, log, free.values)
         asked = (model(at) + log.known_at(at)) / log.raw[at]
-        if float(np.median(asked)) > 1.0 + _MORE:
+        times = float(np.median(asked))
+        if times > 1.0 + _MORE:
             sentences.append(
-                f"{log.label}: the voltage is cut off at a limit, below noise, in {mask.mean():.1%} of the "
-                f"samples: the others ask for {float(np.median(asked)):.2g} times as much there; "
-                "raise the range of its measurement, or train on ranges that keep below it"
+                f"{log.label}: the voltage is cut off at a limit, below noise, in "
+                f"{mask.mean():.1%} of the samples: the others ask for {times:.2g} times as much "
+                "there; raise the range of its measurement, or train on ranges that keep below it"
             )
     return sentences
 
