@@ -1,6 +1,7 @@
 """A fleet: each axis identified once, the same table however often it is killed."""
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from fleet_logs import TRUE, force_log, simulated_fleet
 from stribeck import InputError, fleet, identify
 from stribeck.fleet.axis_job import AxisRecord, axis_jobs
 from stribeck.fleet.fleet_progress import FleetProgress
-from stribeck.fleet.fleet_table import COLUMNS, read_table
+from stribeck.fleet.fleet_table import COLUMNS, VERSION, read_table
 from stribeck.fleet.manifest import read_manifest
 
 AXES, BAD = 12, 2
@@ -191,6 +192,13 @@ def test_the_report_of_an_axis_is_of_the_fit_in_the_table(
     assert {name: p["value"] for name, p in card["parameters"].items()} == values
     with pytest.raises(InputError, match="--report nobody: the manifest has no such axis"):
         result.report(manifest, "nobody")
+
+
+def test_the_columns_are_documented() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "fleet.md").read_text(encoding="utf-8")
+    assert f"version `{VERSION}`" in page
+    for name, column in COLUMNS.items():
+        assert re.search(rf"\| `{name}` \| [a-z ]+ \| {re.escape(column.doc)} \|", page), name
 
 
 BAD_MANIFESTS = {

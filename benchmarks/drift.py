@@ -1,0 +1,152 @@
+"""How often drift raises false alarms, and how soon and how well it finds a step.
+
+    python benchmarks/drift.py [--years N] [--quick]
+
+Twins are of `tests/drift_twins.py`, which draws estimates number by number and has no part of the
+package in it. Limits are set to one false alarm a year. Writes benchmarks/drift.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from drift_twins import Twin  # noqa: E402 - from a folder that is now on the path
+from stribeck.monitoring.control_chart import Limits, control_chart  # noqa: E402
+from stribeck.monitoring.series import Series  # noqa: E402
+
+OUT = ROOT / "benchmarks" / "drift.json"
+#: Charts of a parameter, which share a year's false alarm.
+CHARTS = 2
+LEVEL, STEP = 1.35, 0.15
+#: Logs a year, and how they scatter about 1.35 A: the last but one as the UR10e's joint 1 does.
+TWINS = {
+    "a log a day, 3 %": (365, Twin(log=0.03 * LEVEL)),
+    "a log a day, 5 %": (365, Twin(log=0.05 * LEVEL)),
+    "a log a day, 7.7 % (UR10e)": (365, Twin(day=0.087, log=0.057)),
+    "three logs a day, 7.7 % (UR10e)": (1095, Twin(day=0.087, log=0.057, logs=3)),
+    "a log a week, 3 %": (52, Twin(log=0.03 * LEVEL)),
+}
+#: Logs before a step, and after it.
+BEFORE, AFTER = 60, 30
+
+
+def series(twin: Twin, count: int, seed: int) -> Series:
+    """So many logs of a twin."""
+    days, values, _ = (np.array(c) for c in zip(*twin.estimates(count, seed), strict=True))
+    kinds = np.zeros(count, dtype=np.int64)
+    return Series(values, np.zeros(count), days.astype(np.int64), kinds)
+
+
+def first(part: Series, limits: Limits, at: int) -> Any:
+    """The first alarm from a log on; None if there is none."""
+    return next((a for a in control_chart(part, limits).alarms if a.at >= at), None)
+
+
+def false_alarms(logs: int, twin: Twin, years: int) -> dict[str, Any]:
+    """Alarms of an axis at which nothing changes, in years of so many logs."""
+    limits = Limits.of(CHARTS * logs)
+    counts = [len(control_chart(series(twin, logs, k), limits).alarms) for k in range(years)]
+    total = sum(counts)
+    low = stats.chi2.ppf(0.025, 2 * total) / 2 / years if total else 0.0
+    high = stats.chi2.ppf(0.975, 2 * total + 2) / 2 / years
+    return {
+        "years": years, "false alarms a year": round(total / years, 3),
+        "95 % interval": [round(float(low), 3), round(float(high), 3)],
+    }  # fmt: skip
+
+
+def steps(logs: int, twin: Twin, twins: int) -> dict[str, Any]:
+    """Delay and size of a step of 15 %, told at the alarm and 30 logs after the step."""
+    limits, size = Limits.of(CHARTS * logs), STEP * LEVEL
+    moved = replace(twin, step=size, at=BEFORE)
+    delays, early, late = list[int](), list[Any](), list[Any]()
+    for k in range(twins):
+        whole = series(moved, BEFORE + AFTER, 10_000 + k)
+        alarm = first(whole, limits, BEFORE)
+        if alarm is None:
+            continue
+        delays.append(alarm.at - BEFORE + 1)
+        late.append(alarm.change)
+        n = alarm.at + 1
+        then = Series(whole.values[:n], whole.errors[:n], whole.days[:n], whole.kinds[:n])
+        early.append(first(then, limits, BEFORE).change)
+    return {
+        "twins": twins,
+        "found within 30 logs": round(len(delays) / twins, 3),
+        "found within 3 logs": round(sum(d <= 3 for d in delays) / twins, 3),  # noqa: PLR2004
+        "mean delay, logs": round(float(np.mean(delays)), 2),
+        "at the alarm": sizes(early, size),
+        "30 logs after the step": sizes(late, size),
+    }
+
+
+def sizes(changes: list[Any], truth: float) -> dict[str, float]:
+    """Mean size beside the truth's, and the share of intervals that hold it."""
+    told = [c for c in changes if c is not None]
+    if not told:
+        return {}
+    held = sum(c.low <= truth <= c.high for c in told)
+    return {
+        "mean size, % of the level": round(100 * float(np.mean([c.size for c in told])) / LEVEL, 2),
+        "intervals that hold 15 %": round(held / len(told), 3),
+    }
+
+
+def table(document: dict[str, Any]) -> str:
+    """The measurements as a table."""
+    heads = ("", "false alarms a year", "mean delay", "in 3 logs", "size, %", "held")
+    rows = [heads]
+    for name in TWINS:
+        if name not in document:
+            continue
+        step, steady = document[name]["step"], document[name].get("steady", {})
+        low, high = steady.get("95 % interval", ("", ""))
+        at = step["at the alarm"]
+        rows.append((
+            name, f"{steady.get('false alarms a year', '')} [{low}, {high}]",
+            f"{step['mean delay, logs']}", f"{step['found within 3 logs']:.0%}",
+            f"{at['mean size, % of the level']}", f"{at['intervals that hold 15 %']:.0%}",
+        ))  # fmt: skip
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(w) if k == 0 else cell.rjust(w) for k, (cell, w) in enumerate(pairs))
+        for pairs in (list(zip(row, widths, strict=True)) for row in rows)
+    ]
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure and write."""
+    parse = argparse.ArgumentParser(description=__doc__)
+    parse.add_argument("--years", type=int, default=60)
+    parse.add_argument("--twins", type=int, default=150)
+    parse.add_argument("--quick", action="store_true", help="2 years and 4 twins; nothing is kept")
+    parse.add_argument("--table", action="store_true", help="print what was measured, and stop")
+    options = parse.parse_args()
+    if options.table:
+        print(table(json.loads(OUT.read_text(encoding="utf-8"))))
+        return
+    years, twins = (2, 4) if options.quick else (options.years, options.twins)
+    document: dict[str, Any] = {"command": " ".join(["python benchmarks/drift.py", *sys.argv[1:]])}
+    for name, (logs, twin) in TWINS.items():
+        document[name] = {"step": steps(logs, twin, twins)}
+        print(name, json.dumps(document[name]), flush=True)
+        document[name]["steady"] = false_alarms(logs, twin, max(2, years * 365 // logs))
+        print(name, json.dumps(document[name]["steady"]), flush=True)
+        if not options.quick:
+            OUT.write_text(f"{json.dumps(document, indent=1)}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
