@@ -53,6 +53,8 @@ AXES: dict[str, tuple[str, str, dict[str, float], Mapping[str, Array]]] = {
         motor.voltage = { k_t = 0.05, R = 1.5, I_max = 6.0, armature = 2e-5 }
         transmission.gear = { ratio = 20.0, eta = 0.8, eta_back = 0.7 }
         load.inertia = { J = 0.05, g_sin = 1.5, g_cos = 0.4, g_0 = 0.1 }
+        load.ripple = { rip_period = 0.3, rip_cos = 0.1, rip_sin2 = 0.05 }
+        load.motor-ripple = { cog_order = 2.0, cog_cos = 0.01, cog_sin = 0.02 }
         """,
         "bam-m4", {"K_c": 0.3, "K_v": 0.2, "K_cs": 0.2, "w_s": 0.4, "alpha": 1.2, "K_l": 0.1,
                    "K_ls": 0.1},
@@ -65,6 +67,7 @@ AXES: dict[str, tuple[str, str, dict[str, float], Mapping[str, Array]]] = {
         transmission.screw = { lead = 0.01 }
         load.mass = { M = 20.0, offset = 15.0 }
         load.spring = { k_spring = 800.0, q_spring = 0.05 }
+        sensor.lead-error = { err_period = 0.01, err_cos = 1e-4, err_sin = 5e-5 }
         """,
         "lugre", {"sigma_0": 1e5, "sigma_1": 500.0, "F_S": 60.0, "F_C": 40.0, "v_s": 0.02,
                   "F_V": 200.0},

@@ -81,6 +81,21 @@ AXES: dict[str, tuple[dict[str, str], list[str], dict[str, float], bool, dict[st
         {"kp": 20.0, "kv": 300.0, "ki": 8.0, "T": 2e-3, "hold": 2.0, "limit": 150.0, "M": 5.0,
          "offset": 4.0, "F_C": 12.0, "F_V": 30.0}, False, {"goal": 0.1 * GOAL},
     ),
+    "ripple of load and motor behind a gear": (
+        {"controller": "pd", "motor": "force", "transmission": "gear"},
+        ["inertia", "ripple", "motor-ripple"],
+        {"kp": 2.0, "kd": 0.05, "ratio": 30.0, "eta": 0.9, "eta_back": 0.8, "armature": 4e-5,
+         "J": 0.05, "rip_period": 0.3, "rip_cos": 0.8, "rip_sin": -0.5, "rip_cos2": 0.3,
+         "rip_sin2": 0.2, "cog_order": 2.0, "cog_cos": 0.02, "cog_sin": 0.03, "F_C": 0.4,
+         "F_V": 0.2}, True,
+        {"goal": GOAL, "goal_velocity": np.gradient(GOAL, t)},
+    ),
+    "uneven lead before a sampled loop at the motor": (
+        {"controller": "damped", "motor": "force", "transmission": "screw", "sensor": "lead-error"},
+        ["mass"],
+        {"kp": 90.0, "kd": 1.5, "hold": 1.0, "lead": 0.02, "M": 6.0, "err_period": 0.02,
+         "err_cos": 3e-4, "err_sin": 5e-4, "F_C": 12.0, "F_V": 30.0}, False, {"goal": 0.1 * GOAL},
+    ),
     "recorded voltage": (
         {"controller": "none", "motor": "voltage", "transmission": "rigid"}, ["inertia"],
         {"k_t": 0.3, "R": 4.0, "armature": 1e-4, "J": 0.01, "F_C": 0.1, "F_V": 0.02}, True,

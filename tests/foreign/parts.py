@@ -78,10 +78,36 @@ def load(values: dict[str, float], q: float) -> float:
     force = -get("offset", 0.0) - get("g_0", 0.0)
     force -= get("g_sin", 0.0) * math.sin(q) + get("g_cos", 0.0) * math.cos(q)
     force -= get("k_spring", 0.0) * (q - get("q_spring", 0.0))
+    if "rip_period" in values:
+        x = 2 * math.pi * q / values["rip_period"]
+        for k, name in ((1, ""), (2, "2")):
+            force -= get(f"rip_cos{name}", 0.0) * math.cos(k * x)
+            force -= get(f"rip_sin{name}", 0.0) * math.sin(k * x)
     if "l" in values:
         weight = (values["m"] + get("m_arm", 0.0) / 2) * GRAVITY * values["l"]
         force -= weight * math.sin(q + get("q_offset", 0.0))
     return force
+
+
+def cogging(values: dict[str, float], ratio: float, q: float) -> float:
+    """The motor's own, as a force on the load."""
+    turn = values.get("cog_order", 0.0) * ratio * q
+    wave = values.get("cog_cos", 0.0) * math.cos(turn) + values.get("cog_sin", 0.0) * math.sin(turn)
+    return -ratio * wave
+
+
+def uneven(values: dict[str, float], q: float) -> tuple[float, float]:
+    """Position of the motor at one of the load, and its derivative by a difference."""
+    if "err_period" not in values:
+        return q, 1.0
+
+    def way(q: float) -> float:
+        x = 2 * math.pi * q / values["err_period"]
+        error = values.get("err_cos", 0.0) * math.cos(x) + values.get("err_sin", 0.0) * math.sin(x)
+        return q - error
+
+    h = 1e-5 * values["err_period"]
+    return way(q), (way(q + h) - way(q - h)) / (2 * h)
 
 
 def inertia(values: dict[str, float], ratio: float) -> float:
@@ -118,11 +144,13 @@ def simulate(
         rows = {n: (float(x[k]), float(x[k + 1])) for n, x in inputs.items()}
         for i in range(sub):
             wish = {n: a + (i / sub) * (b - a) for n, (a, b) in rows.items()}
-            demand = loop.demand(wish, q, v, i == 0)
-            force = motor(values, kind, ratio, demand, v)
+            q_m, share = uneven(values, q)
+            demand = loop.demand(wish, q_m, share * v, i == 0)
+            force = share * motor(values, kind, ratio, demand, share * v)
             if rows.get("enabled", (1.0, 1.0))[0] < 0.5:
                 force = 0.0
-            total = force + load(values, q) + wish.get("external", 0.0) - values["F_V"] * v
+            total = force + load(values, q) + cogging(values, ratio, q)
+            total += wish.get("external", 0.0) - values["F_V"] * v
             free, stop = v + h * total / M, h * values["F_C"] / M
             v = 0.0 if abs(free) <= stop else free - math.copysign(stop, free)
             q += h * v

@@ -160,6 +160,11 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
                 "makes two"
             )
         return ComposedRig, {}
+    if any(p.slot == "way" for p in parts):
+        raise InputError(
+            "sensor.lead-error is of one mass: with [transmission.compliant] motor and load have "
+            "positions of their own"
+        )
     friction = content.friction or _Friction()
     if friction.motor:
         law_named(friction.motor)  # says which there are

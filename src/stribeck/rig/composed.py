@@ -112,7 +112,7 @@ class ComposedRig(SteppedRig):
     @property
     def demand(self) -> str:
         """What its motor is asked for: "force", "current" or "voltage"."""
-        return next(p.drive for p in self.parts if p.role == "motor" and not p.beside)
+        return next(p.drive for p in self.parts if p.role == "motor")
 
     @property
     def entry(self) -> int | None:
@@ -290,7 +290,7 @@ def settings(tolerance: str) -> tuple[Constant, ...]:
 def check_roles(name: str, parts: tuple[Part, ...], rotary: bool) -> None:
     """Refuse parts that make no axis."""
     for role in ("controller", "motor", "transmission"):
-        if (n := sum(p.role == role and not p.beside for p in parts)) != 1:
+        if (n := sum(p.role == role for p in parts)) != 1:
             raise InputError(f"rig {name}: an axis has one {role}, this one {n or 'none'}")
     if not any(p.role == "load" for p in parts):
         raise InputError(f"rig {name}: an axis has a load, this one none")

@@ -1,15 +1,15 @@
 """The parts of which an axis is composed, each one declaration. A new one is its name here.
 
-`controllers` ask `motors` for a demand, `transmissions` pass their force on to `loads`, `sensors`
-read the position; `part` is what all of them are, `axis_of_parts` the row of constants by which an
-axis of them is stepped.
+`controllers` ask `motors` for a demand, `transmissions` pass their force on to `loads`, among them
+`ripple`, `sensors` read the position, with a `lead_error`; `part` is what all of them are,
+`axis_of_parts` the row of constants by which an axis of them is stepped.
 """
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from ...errors import InputError
-from . import controllers, loads, motors, sensors, transmissions
+from . import controllers, lead_error, loads, motors, ripple, sensors, transmissions
 from .part import Coefficient, Part, Role
 
 __all__ = ["PARTS", "Coefficient", "Part", "Role", "part_named"]
@@ -19,7 +19,8 @@ _DECLARED = (
     motors.FORCE, motors.CURRENT, motors.VOLTAGE,
     transmissions.RIGID, transmissions.GEAR, transmissions.SCREW, transmissions.COMPLIANT,
     loads.MASS, loads.INERTIA, loads.PENDULUM, loads.SPRING,
-    sensors.ENCODER, sensors.MOTOR, sensors.LOAD,
+    ripple.RIPPLE, ripple.MOTOR_RIPPLE,
+    sensors.ENCODER, lead_error.LEAD_ERROR, sensors.MOTOR, sensors.LOAD,
 )  # fmt: skip
 
 #: Every part by role and name.

@@ -123,7 +123,6 @@ class Part:
         function: Its physics, a function as `motion.part_call` has them; None where it has none.
         constants: What the function reads, in order, of the same values.
         slot: Where it acts; by default where its role does, a load by its position alone.
-        beside: Whether it stands beside the one part of its role that an axis has.
         commanded: Whether it needs a commanded position.
         follows_velocity: Whether it needs the command's velocity, too, which is the command's
             slope where a log has none.
@@ -141,7 +140,6 @@ class Part:
     function: PartFunction | None = None
     constants: Callable[[Mapping[str, Any]], Sequence[Any]] = lambda values: ()  # noqa: ARG005 - none
     slot: Slot | None = None
-    beside: bool = False
     commanded: bool = False
     follows_velocity: bool = False
     drive: str = ""
