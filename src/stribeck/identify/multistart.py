@@ -21,6 +21,7 @@ from .polish import Polished, polish, polish_run
 from .problem import MotionProblem
 from .refinement import MANY, Refined, restarted, turned
 from .result import SearchRecord
+from .ripple_orders import ripple_orders
 from .search_settings import (
     CONFIRM,
     CONFIRM_ROUGH,
@@ -267,6 +268,7 @@ def _refined_answer(
         best = replace(best, evaluations=spent)
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
+        best = ripple_orders(problem, best)
         best = replace(best, contained=tuple(starts))
     except KeyboardInterrupt:
         return best, True

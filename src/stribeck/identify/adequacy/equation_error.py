@@ -40,7 +40,10 @@ NOISY = 4.0
 
 
 def equation_error(
-    parameters: Parameters, p: Array, train: Sequence[Segment], estimates: Sequence[Estimate]
+    parameters: Parameters,
+    p: Array,
+    train: Sequence[Segment],
+    estimates: Sequence[Estimate] = (),
 ) -> ResidualRows | None:
     """The residual forces of a fit by output error; None where its rig or law cannot say.
 
@@ -51,7 +54,7 @@ def equation_error(
         parameters: Rig and law.
         p: The fit, a complete set, SI, (k,).
         train: The segments trained on, with the starts that the fit has.
-        estimates: Of all parameters.
+        estimates: Of all parameters; none where there are no intervals yet.
     """
     if parameters.law.states:
         return None
@@ -75,7 +78,9 @@ def equation_error(
         jacobian=-J.T / steps,
         names=tuple(q.name for q in parameters.free),
         values=p[free],
-        half_widths=np.array([0.5 * (estimates[i].high - estimates[i].low) for i in free]),
+        half_widths=np.array(
+            [0.5 * (estimates[i].high - estimates[i].low) if estimates else 0.0 for i in free]
+        ),
         reach=REACH,
         pace=max(part[7] for part, _ in parts),
         other=seen,

@@ -122,6 +122,9 @@ class Part:
             or of symbols of another language. The inertias M of parts add up.
         function: Its physics, a function as `motion.part_call` has them; None where it has none.
         constants: What the function reads, in order, of the same values.
+        wave: Coefficients of one that goes with a sine of the position: its period or order, its
+            cosine and its sine; the first three of its constants are then the angle that belongs to
+            a unit of position, and these amplitudes at the load.
         slot: Where it acts; by default where its role does, a load by its position alone.
         commanded: Whether it needs a commanded position.
         follows_velocity: Whether it needs the command's velocity, too, which is the command's
@@ -139,6 +142,7 @@ class Part:
     terms: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda values: {}  # noqa: ARG005 - nothing of the axis as a whole
     function: PartFunction | None = None
     constants: Callable[[Mapping[str, Any]], Sequence[Any]] = lambda values: ()  # noqa: ARG005 - none
+    wave: tuple[str, str, str] | None = None
     slot: Slot | None = None
     commanded: bool = False
     follows_velocity: bool = False

@@ -42,6 +42,7 @@ RIPPLE = Part(
         2.0 * pi / values["rip_period"], values["rip_cos"], values["rip_sin"],
         values["rip_cos2"], values["rip_sin2"],
     ),
+    wave=("rip_period", "rip_cos", "rip_sin"),
 )  # fmt: skip
 
 
@@ -64,4 +65,5 @@ MOTOR_RIPPLE = Part(
     ),
     function=waves,
     constants=_cogging,
+    wave=("cog_order", "cog_cos", "cog_sin"),
 )  # fmt: skip
