@@ -54,6 +54,8 @@ docs: demo
 	$(BIN)/python tools/architecture_figure.py
 	$(BIN)/python tools/physics_figures.py
 	$(BIN)/python tools/law_figures.py
+	STRIBECK_PICTURES=docs/figures $(BIN)/pytest -q -n0 tests/test_studio_page.py tests/test_studio_ways.py \
+		-k "drawn_as_it_goes or twincat-Mouse"
 	$(BIN)/python tools/docs.py
 	$(BIN)/python tools/api_reference.py
 	$(BIN)/python tools/notebooks.py

@@ -71,6 +71,7 @@ def test_a_search_is_drawn_as_it_goes_stopped_and_kept(chromium: Any, tmp_path: 
         w.page.fill("input[aria-label^='F_fm:']", "20±5")
         w.page.keyboard.press("Tab")
         w.page.wait_for_selector("tr:not(.untouched):has-text('F_fm')")
+        w.page.evaluate("document.querySelector('#composition').scrollIntoView()")
         w.picture("axis")
         w.page.click("#next:not([disabled])")
         w.drawn()

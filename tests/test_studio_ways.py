@@ -137,6 +137,7 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
         if way.read:
             way.read(hand)
             page.wait_for_selector("#next")
+            page.wait_for_selector("#channels:not(:has(#lacking))")
         if pictured:
             w.picture("logs")
         hand.press("#next")

@@ -26,7 +26,7 @@ const GLYPHS = {
   motor: (name) => [s("circle", { r: 18 }), letters(name === "measured" ? "F" : "M")],
   "transmission rigid": () => [path("M-26 0 H26 M-26 -6 V6 M26 -6 V6")],
   "transmission gear": () => [s("circle", { cx: -12, r: 8 }), s("circle", { cx: 11, r: 15 }), path("M-26 0 H-12 M11 0 H28")],
-  "transmission screw": () => [path("M-28 0 H28 M-20 -7 l6 14 M-10 -7 l6 14 M0 -7 l6 14 M10 -7 l6 14"), s("rect", { x: -8, y: -12, width: 20, height: 24, class: "through" })],
+  "transmission screw": () => [path("M-28 0 H28 M-24 -7 l6 14 M-15 -7 l6 14 M-6 -7 l6 14 M3 -7 l6 14 M12 -7 l6 14"), s("rect", { x: -10, y: -13, width: 20, height: 26 })],
   transmission: () => [path(SPRING)],
   "load pendulum": () => [path("M-8 -18 H8 M0 -18 L12 10"), s("circle", { cx: 14, cy: 14, r: 7, class: "solid" })],
   "load inertia": () => [s("circle", { r: 16 }), s("circle", { r: 2, class: "solid" }), path("M-8 -8 A 11 11 0 0 1 10 -5 l-5 -1 m5 1 l1 -5")],

@@ -114,7 +114,7 @@ export function logsStep() {
     const [advice = ""] = ADVICE.exec(contents.lacking) ?? [];
     const [, name, column] = PROPOSED.exec(advice) ?? [];
     const proposed = !advice.includes("[drive]") && contents.channels.some((channel) => column?.startsWith(channel.name));
-    const columns = guessed(contents, state);
+    const columns = /\bcolumn\b/.test(contents.lacking) && !advice.includes("[drive]") ? guessed(contents, state) : null;
     const named = (all) => Object.entries(all).map(([each, head]) => `${t(`channel.${each}`)} ← ${head}`).join(", ");
     return h("div", { class: "state warn", id: "lacking" }, h("p", {}, advice ? `${contents.lacking.replace(advice, "")}.` : contents.lacking),
       contents.rig && h("p", {}, button("logs.as_rig", () => attempt(() => change({ rig: contents.rig })), { class: "main", id: "as-rig" }), ` ${t("logs.heads", { rig: contents.rig })}`),
