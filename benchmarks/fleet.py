@@ -110,8 +110,6 @@ def store(job: AxisJob, folder: Path) -> dict[str, float]:
             if records == many:
                 _, table = timed(lambda: write_table(opened.outcomes(), folder / "table"))
                 result["table: records a processor second"] = round(many / table["processor"])
-                parquet = sum(f.stat().st_size for f in (folder / "table").rglob("*.parquet"))
-                result["table: bytes a record"] = round(parquet / many)
         return records / seconds
 
     result: dict[str, float] = {}
@@ -161,6 +159,8 @@ def main() -> None:
         run("killed", "here")
         job = next(j for j in axis_jobs(read_manifest(manifest)) if axis_record(j).card)
         rates = store(job, folder / "store")
+        parquet = sum(f.stat().st_size for f in (folder / "here" / "table").rglob("*.parquet"))
+        rates["table: bytes an axis, in 21 files"] = round(parquet / axes)
         refused = bits(folder / "here").filter(pl.col("status") == "refused").height
     document = {
         "command": " ".join(["python benchmarks/fleet.py", *sys.argv[1:]]),
