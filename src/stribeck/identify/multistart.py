@@ -40,8 +40,8 @@ FEWEST = 100
 #: How often default ranges are widened in a row, the share of J whose gain there calls for a new
 #: search, and how many searches there may be in all.
 WIDENINGS, MATERIAL, SEARCHES = 10, 0.01, 3
-#: An answer of a contained law is descended from again, on all samples, if it is worse there by no
-#: more than this share: on fewer of them the order of two answers may be another.
+#: The next best answer is descended from again, on all samples and by the final loss, if it is
+#: worse there by no more than this share: before, the order of two answers may be another.
 NEAR = 0.02
 #: Evaluations a parameter of a descent by the other loss, or back from there; and how many times
 #: as many a walk along a valley may take.
@@ -262,6 +262,7 @@ def _refined_answer(
         if starts:
             nested = descended(problem, starts)
             spent += nested.evaluations
+            starts.append((best if nested.cost < best.cost else nested).x)
             if nested.cost < best.cost:
                 best = _along_valley(problem, nested)
                 spent += best.evaluations - nested.evaluations
@@ -269,7 +270,7 @@ def _refined_answer(
         # The rest is for what follows: restarts, all samples, a lower knee, wider ranges.
         best = displaced_inertia(problem, best, (allowance - spent) // 2)
         best = ripple_orders(problem, best)
-        best = replace(best, contained=tuple(starts))
+        best = replace(best, rivals=tuple(starts))
     except KeyboardInterrupt:
         return best, True
     return best, False
@@ -294,7 +295,7 @@ def _on_all_samples(
         if refit:
             end = polish(problem, best.x, None, min(allowance, POLISH))
             best = Refined(end.x, end.cost, end.evaluations)
-            best = _no_worse(problem, best, answer.contained, allowance)
+            best = _no_worse(problem, best, answer.rivals, allowance)
         left = allowance - best.evaluations
         many = smooth and settings.memetic and problem.space.dim >= MANY
         if many and left > 0 and not _reached(settings, best.cost):
@@ -305,15 +306,15 @@ def _on_all_samples(
 
 
 def _no_worse(
-    problem: MotionProblem, best: Refined, contained: Sequence[Array], allowance: int
+    problem: MotionProblem, best: Refined, rivals: Sequence[Array], allowance: int
 ) -> Refined:
-    """An answer, or what a contained law leads to where that is better on all samples."""
-    if not contained or best.evaluations + len(contained) >= allowance:
+    """An answer, or what the best of its rivals leads to where that is better on all samples."""
+    if not rivals or best.evaluations + len(rivals) >= allowance:
         return best
-    costs, spent = problem(np.array(contained)), best.evaluations + len(contained)
+    costs, spent = problem(np.array(rivals)), best.evaluations + len(rivals)
     k = int(np.nanargmin(costs)) if np.isfinite(costs).any() else 0
     if costs[k] < (1 + NEAR) * best.cost:
-        end = polish(problem, contained[k], None, min(allowance - spent, POLISH))
+        end = polish(problem, rivals[k], None, min(allowance - spent, POLISH))
         spent += end.evaluations
         if end.cost < best.cost:
             best = Refined(end.x, end.cost, spent)

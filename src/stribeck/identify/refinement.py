@@ -40,7 +40,8 @@ class Refined:
         evaluations: Of the residuals, each row counted.
         other: The minimum of the other loss that was met first, SI; None where none was.
         modes: Other minima that may explain the data as well, SI.
-        contained: Answers of the laws that the problem's law contains, SI.
+        rivals: Other answers: of the laws that the problem's law contains, and what was passed over
+            for this one, SI.
     """
 
     x: Array
@@ -48,7 +49,7 @@ class Refined:
     evaluations: int
     other: Array | None = None
     modes: tuple[Array, ...] = ()
-    contained: tuple[Array, ...] = ()
+    rivals: tuple[Array, ...] = ()
 
 
 def refined_in_turn(problem: MotionProblem, x: Array, cost: float, allowance: int) -> Refined:

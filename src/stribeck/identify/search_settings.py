@@ -18,6 +18,7 @@ from ..wording import option
 from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
+from .refinement import MANY
 from .segment import recordings_of
 from .slip_starts import drawn_starts
 
@@ -28,11 +29,13 @@ REPEATS = 3
 #: At most so many: they search side by side, in memory.
 MOST_REPEATS = 10_000
 #: Settings of `mbts` in stick-slip, where a misfit has many basins, and where motions are smooth:
-#: after how many evaluations a parameter that brought nothing better it has settled, and on how
-#: much of a misfit its descents end. (Half of what a descent took on the servo logs went into the
-#: last thousandth; the answer alone is worth that.)
+#: after how many evaluations a parameter that brought nothing better it has settled, and, with few
+#: parameters, on how much of a misfit its descents end. (Half of what a descent took on the servo
+#: logs went into the last thousandth; the answer alone is worth that. In many dimensions each step
+#: along a winding valley brings less.)
 _STICK_SLIP: dict[str, Any] = {"settle": 200}
-_SMOOTH: dict[str, Any] = {"settle": 60, "tolerance": 1e-4}
+_SMOOTH: dict[str, Any] = {"settle": 60}
+_FEW: dict[str, Any] = {"tolerance": 1e-4}
 #: Fewer slips a log are no stick-slip.
 SLIPS = 5
 #: Repeats of a smooth problem confirm an answer if two of them came to the same misfit, give or
@@ -105,7 +108,8 @@ class SearchSettings:
             smooth: Whether its motions are.
             n: How many.
         """
-        algorithm = self._slip_by_slip(problem) or self._algorithm(smooth=smooth)
+        few = problem.space.dim < MANY
+        algorithm = self._slip_by_slip(problem) or self._algorithm(smooth=smooth, few=few)
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget
         absolute = problem.parameters.objective.loss == "absolute"
@@ -130,10 +134,10 @@ class SearchSettings:
         parameters, train = problem.parameters, problem.train
         return Descents(lambda rng: drawn_starts(parameters, train, rng))
 
-    def _algorithm(self, *, smooth: bool) -> Algorithm:
+    def _algorithm(self, *, smooth: bool, few: bool = False) -> Algorithm:
         defaults: dict[str, Any] = {}
         if self.method == MemeticTabuSearch.name:
-            defaults = _SMOOTH if smooth else _STICK_SLIP
+            defaults = _SMOOTH | (_FEW if few else {}) if smooth else _STICK_SLIP
         return configure(self.method, **defaults | dict(self.settings))
 
 
