@@ -36,7 +36,7 @@ def rig_of(values: dict[str, float], law: str = "coulomb-viscous", **changed: An
     parts = {
         "controller": ("damped", ("kp", "kd")) if commanded else ("none", ()),
         "motor": ("force", ("armature",)),
-        "transmission": ("compliant", ("stiffness", "damping", "play", "start")),
+        "transmission": ("compliant", ("stiffness", "damping", "play", "start", "eta", "eta_back")),
         "load": ("mass", ("M", "offset")),
     }
     table: dict[str, Any] = {
@@ -70,6 +70,8 @@ AXES: dict[str, tuple[dict[str, float], str, dict[str, Array]]] = {
     "no play, no damper": (SERVO | {"play": 0.0, "damping": 0.0}, "coulomb-viscous",
                            {"force": FORCE}),
     "play in a loop": (SERVO | GAINS, "coulomb-viscous", {"goal": GOAL}),
+    "play and a lossy gear": (SERVO | {"eta": 0.8, "eta_back": 0.6}, "coulomb-viscous",
+                              {"force": FORCE}),
     "a load that sticks and jumps": (
         SERVO | GAINS | {"stiffness": 4e4, "F_S": 60.0, "v_SS": 5e-3, "F_S_motor": 10.0,
                          "v_SS_motor": 5e-3, "exponent": 2.0, "exponent_motor": 2.0},

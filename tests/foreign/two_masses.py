@@ -30,7 +30,7 @@ def _slowed(v: float, change: float, grip: float) -> float:
 @njit  # type: ignore[untyped-decorator]
 def _steps(t: Array, drive: Array, goal: Array, c: Array, sub: int, out: Array) -> None:
     """Positions of motor and load at the samples, into `out` (2, N); see `simulate`."""
-    (m_m, m, k, d, play, kp, kd, C_m, V_m, C_l, V_l, S_l, v_s, g_s, a0) = c
+    (m_m, m, k, d, play, kp, kd, C_m, V_m, C_l, V_l, S_l, v_s, g_s, a0, eta, eta_back) = c
     q, v, q_m, v_m = 0.0, 0.0, a0, 0.0
     twist = 0.0
     for i in range(len(t)):
@@ -58,6 +58,7 @@ def _steps(t: Array, drive: Array, goal: Array, c: Array, sub: int, out: Array) 
             level = C_l
             if v_s > 0:
                 level = C_l + (S_l - C_l) * math.exp(-((v / v_s) ** 2))
+            T *= eta if T * v >= 0.0 else 1.0 / eta_back
             v = _slowed(v, h * (T - V_l * v - g_s * math.sin(q)) / m, h * level / m)
             q_m += h * v_m
             q += h * v
@@ -87,7 +88,7 @@ def simulate(
         values["M_m"], values["M"], values["stiffness"], get("damping", 0.0), get("play", 0.0),
         get("kp", 0.0), get("kd", 0.0), get("F_C_motor", 0.0), get("F_V_motor", 0.0),
         get("F_C", 0.0), get("F_V", 0.0), get("F_S", 0.0), get("v_SS", 0.0), get("g_sin", 0.0),
-        get("ahead", 0.0),
+        get("ahead", 0.0), get("eta", 1.0), get("eta_back", 1.0),
     ])  # fmt: skip
     out = np.empty((2, len(t)))
     none = np.zeros(len(t))

@@ -1,7 +1,7 @@
 """The rates of an axis of two masses in an instant, and how far it is from its next event.
 
     M_m v_m' = F_m(u, q, v_m) − T − F_f,m(v_m)        the motor, with what drives it
-    M v' = T + F_e(u, q) − F_f(v)                     the load, with what acts on it
+    M v' = η T + F_e(u, q) − F_f(v)                   the load, with what acts on it
 
 Everything is at the load: the motor's position, inertia and friction times or over the ratio of
 the gear. `drive_force` has F_m and F_e, `coupling` has T. Each side slides forward or backward, or
@@ -131,8 +131,14 @@ def coupled_rates(
     )  # fmt: skip
     rate[Q_M], rate[V_M] = y[V_M], F / mass
     mass, F, _, _ = driven(AXIS, c[int(c[LOAD_ROW]) :], u, y[Q], y[V], load)
-    load[DRIVE] = T
-    F, g[1] = _resisted(slip, rub, p, term, load, none, mode[LOAD], mode[LOAD_RUBS], y[V], F + T)
+    way = float(mode[LOAD])  # that in which the load moves, or would
+    if mode[LOAD_RUBS] == SMOOTH or mode[LOAD] == 0:
+        way = y[V] if y[V] != 0.0 else F + T
+    passed = T * (coupling.forward if T * way >= 0.0 else coupling.backward)
+    load[DRIVE] = passed
+    F, g[1] = _resisted(
+        slip, rub, p, term, load, none, mode[LOAD], mode[LOAD_RUBS], y[V], F + passed
+    )
     rate[Q], rate[V] = y[V], F / mass
     return T  # type: ignore[no-any-return]
 

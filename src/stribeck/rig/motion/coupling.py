@@ -9,7 +9,8 @@ motor is ahead, b lies in the play, |b| <= α, half of it, and s = δ − b in t
 
 A flank is left at the instant at which T has fallen to zero, and the spring relaxes from there; the
 other one, or the same again, is met as soon as b has come to it. The force does no work but what
-the damper takes. Without play spring and damper act both ways.
+the damper takes, and what teeth or threads take by their efficiency: of T, a load that it drives
+has η T, one that it brakes T / η_back. Without play spring and damper act both ways.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ class CouplingConstants(NamedTuple):
         start: Where in the play a motion starts from rest, −1 to 1 of α.
         by_load: 1 where the controller reads the load's position, 0 where the motor's.
         zero: By how much the controller reads the motor's position higher.
+        forward: Share of T that comes to a load which it drives.
+        backward: By how much of T a load is braked.
     """
 
     stiffness: Any
@@ -44,6 +47,8 @@ class CouplingConstants(NamedTuple):
     start: Any = 0.0
     by_load: Any = 0.0
     zero: Any = 0.0
+    forward: Any = 1.0
+    backward: Any = 1.0
 
 
 #: Places of the play and of the zero; and of two rows behind the coupling's own constants: where
@@ -63,7 +68,7 @@ def coupled_row(
 @compiled(forceinline=True)
 def coupling_constants(c: Array) -> CouplingConstants:
     """A row of constants by their names."""
-    return CouplingConstants(c[0], c[1], c[2], c[3], c[4], c[5])
+    return CouplingConstants(c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7])
 
 
 @compiled(forceinline=True)

@@ -82,7 +82,8 @@ COMPLIANT = Part(
     name="compliant",
     role="transmission",
     doc="a spring with a damper and play between a motor and a load that both have inertia",
-    equation="F = T = k s + d s' at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
+    equation="F = eta T where it drives the load, T / eta_back where it brakes it; T = k s + d s' "
+    "at a flank, 0 between them; q_m − q = s + b, |b| ≤ play/2; "
     "n = ratio; n² armature a_m = F_m − T − F_f,m",
     coefficients=(
         Coefficient("ratio", "", "turns (way) of the motor for one of the load", 1.0, 1e-3, 1e4,
@@ -96,9 +97,11 @@ COMPLIANT = Part(
                     0.0, 1.0, rotary="rad", symbol="b"),
         Coefficient("start", "", "where in the play a motion starts, −1 to 1, if no encoder tells",
                     0.0, -1.0, 1.0),
+        *_EFFICIENCIES,
     ),
     terms=lambda values: {
-        name: values[name] for name in ("stiffness", "damping", "play", "start")
+        **{name: values[name] for name in ("stiffness", "damping", "play", "start")},
+        "forward": values["eta"], "backward": 1.0 / values["eta_back"],
     },
 )  # fmt: skip
 
