@@ -2,10 +2,10 @@
 
     python benchmarks/times.py [--only NAME]... [--show]
 
-Each case runs in a process of its own, twice where the first one has compiled something; those named
-`first run` begin with an empty folder of compiled code. Results go to times.json, each with
-the day. A busy machine makes processor seconds longer, too: by a half where two threads share a
-core.
+Each case runs in a process of its own, twice where the first one has compiled something; those
+named `first run` begin with an empty folder of compiled code. What makes the log is not timed.
+Results go to times.json, each with the day. A busy machine makes processor seconds longer, too: by
+a half where two threads share a core.
 """
 
 from __future__ import annotations
@@ -26,30 +26,31 @@ from typing import Any
 import numpy as np
 
 FILE = Path(__file__).with_suffix(".json")
-DATA = Path(__file__).parents[2] / "shared" / "data"
+#: What is timed, once its log is there.
+Work = Callable[[], Any]
 
 
-def _bed(law: str) -> Callable[[], Any]:
+def _bed(law: str) -> Callable[[], Work]:
     """The demo's up stroke by a law on the slide bed."""
 
-    def run() -> Any:
+    def run() -> Work:
         from stribeck import identify  # noqa: PLC0415 - what a first run is timed with
         from stribeck.rig.twin import TestBed  # noqa: PLC0415
 
         log = TestBed(loop="ideal").run("both").recording
-        return identify(log, rig="slide-bed", law=law, train="112:295")
+        return lambda: identify(log, rig="slide-bed", law=law, train="112:295")
 
     return run
 
 
-def _m6() -> Any:
+def _m6() -> Work:
     """BAM's sixth law on the 16 logs of an XL330."""
     from nested_laws import fitted  # noqa: PLC0415 - beside this file
 
-    return fitted("xl330", "m6", "squares", 0)
+    return lambda: fitted("xl330", "m6", "squares", 0)
 
 
-def _presliding(law: str = "maxwell-slip:4") -> Any:
+def _presliding(law: str = "maxwell-slip:4") -> Work:
     """Four Maxwell elements on 30 s at 1 kHz of a foreign simulator's cycles, simulated."""
     import foreign_path  # noqa: F401, PLC0415 - before what it finds
     from foreign import presliding  # noqa: PLC0415
@@ -60,10 +61,11 @@ def _presliding(law: str = "maxwell-slip:4") -> Any:
     contact = (np.array([3.0, 3.0, 3.0, 3.0]), 2e-6 * np.array([1.0, 2.5, 6.0, 15.0]), 60.0)
     m = presliding.simulate(12.0, contact, t, force)
     x = m.position + 2e-8 * np.random.default_rng(1).standard_normal(len(t))
-    return identify(Recording(t=t, position=x, force=force), rig="presliding", law=law)
+    log = Recording(t=t, position=x, force=force)
+    return lambda: identify(log, rig="presliding", law=law)
 
 
-def _select() -> Any:
+def _select() -> Work:
     """Four static laws on one balance of 16,000 rows: a foreign slide, 160 s at 1 kHz."""
     import foreign_path  # noqa: F401, PLC0415 - before what it finds
     from foreign import driven  # noqa: PLC0415
@@ -78,10 +80,10 @@ def _select() -> Any:
     force = m.force + 0.5 * np.random.default_rng(1).standard_normal(len(m.t))
     laws = ("coulomb-viscous", "stribeck", "stribeck-gauss", "stribeck-free")
     log = Recording(t=m.t, position=m.position, force=force)
-    return select(log, rig="forced", laws=laws)
+    return lambda: select(log, rig="forced", laws=laws)
 
 
-def _arm() -> Any:
+def _arm() -> Work:
     """A robot's joint of the coverage study."""
     import interval_axes  # noqa: PLC0415 - beside this file
     from foreign_axes import noisy, recordings  # noqa: PLC0415
@@ -90,13 +92,12 @@ def _arm() -> Any:
 
     axis = interval_axes.robot(0)
     tables = noisy(axis, np.random.default_rng(0), 0.0)
-    return identify(
-        recordings(axis, tables), rig=rig_named(axis.rig).set(**axis.given), law=axis.law
-    )
+    rig, logs = rig_named(axis.rig).set(**axis.given), recordings(axis, tables)
+    return lambda: identify(logs, rig=rig, law=axis.law)
 
 
 #: Cases, with the goal in seconds; those that begin with an empty folder.
-CASES: dict[str, tuple[Callable[[], Any], float]] = {
+CASES: dict[str, tuple[Callable[[], Work], float]] = {
     "slide bed, dahl": (_bed("dahl"), 10.0),
     "slide bed, makkar": (_bed("makkar"), 10.0),
     "slide bed, lugre": (_bed("lugre"), 10.0),
@@ -109,13 +110,10 @@ CASES: dict[str, tuple[Callable[[], Any], float]] = {
 
 
 def timed(name: str) -> dict[str, Any]:
-    """What a case takes in this process, without imports of the library."""
-    case, _ = CASES[name]
-    fresh = name.startswith("first run")
-    if not fresh:
-        import stribeck  # noqa: F401, PLC0415 - what is timed begins with it loaded
+    """What a case takes in this process, without what makes its log."""
+    work = CASES[name][0]()
     start = time.process_time()
-    answer = case()
+    answer = work()
     row: dict[str, Any] = {"seconds": round(time.process_time() - start, 2)}
     search = getattr(answer, "search", None)
     if search is not None:

@@ -99,6 +99,19 @@ def test_a_stiffness_that_cannot_be_seen_is_told_before_the_fit(
     assert all(v.parameters == frozenset({"sigma_0"}) and v.caps for v in told)
 
 
+def test_a_bias_that_is_too_great_to_be_taken_off_names_the_rig_that_simulates() -> None:
+    """An encoder of 3 um before bristles that give way at 12: a quarter of their way."""
+    fine, coarse = (
+        identify(log("lugre", step), rig="forced", law="lugre") for step in (1e-7, 3e-6)
+    )
+    assert not any("rig presliding simulates it" in w for w in fine.warnings)
+    (told,) = [w for w in coarse.warnings if "rig presliding simulates it" in w]
+    for e in coarse.estimates:
+        if e.name in told.partition(" by more than")[0].split():
+            assert e.verdict != "identified"
+    assert "sigma_1" in told
+
+
 def test_a_motion_without_a_reversal_is_refused_in_a_line() -> None:
     with pytest.raises(InputError, match="the motion never turns back by more") as refusal:
         identify(part(log("lugre"), 12.02, 12.98), rig="forced", law="lugre")

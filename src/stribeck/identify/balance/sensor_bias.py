@@ -28,6 +28,7 @@ from .settled_rows import rows_of
 
 if TYPE_CHECKING:
     from ...data.recording import Recording
+    from ...rig.balanced import BalancedRig
     from ..uncertainty.estimates import Estimate
     from .balance import Balance
     from .rows import Rows
@@ -38,6 +39,8 @@ DRAWS, SEED = 4, 1994
 LEFT = 0.25
 #: A move is told from this share of the half-width of an interval.
 TOLD = 0.5
+#: From this share of a value on, one step of an extrapolation does not take a move off.
+BEYOND = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,18 +81,32 @@ class SensorBias:
 
     def violations(self, solved: Balance, estimates: Sequence[Estimate]) -> list[Violation]:
         """What was taken off, a sentence, of the balance as it was solved."""
-        parts = []
+        parts, beyond = [], []
         for i, e in enumerate(estimates):
             half = 0.5 * (e.high - e.low)
             if e.verdict == "fixed" or not abs(self.shift[i]) > TOLD * half:
                 continue
+            if abs(self.shift[i]) > BEYOND * abs(solved.values[i]):
+                beyond.append(solved.names[i])
             shown = unit(e.unit)
             was, now = (float(shown.from_si(x)) for x in (solved.values[i], e.value))
             parts.append(f"{e.name} from {was:.4g} to {now:.4g} {e.unit}".rstrip())
         if not parts:
             return []
         text = f"the error of the position is taken off: that moves {', '.join(parts)}"
-        return [Violation("data", text, caps=False)]
+        return [Violation("data", text, caps=False), *_beyond(solved.system.rig, beyond)]
+
+
+def _beyond(rig: BalancedRig, names: Sequence[str]) -> list[Violation]:
+    """What moves too far to be taken off, and which rig predicts the motion over many samples."""
+    if not names:
+        return []
+    text = (
+        f"the error of the position moves {' and '.join(map(rig.label, names))} by more than "
+        f"{BEYOND:.0%}, which one step does not take off: a law that is driven by such a motion is "
+        f"biased: rig presliding{'-rotary' * rig.rotary} simulates it from the force instead"
+    )
+    return [Violation("data", text, frozenset(names))]
 
 
 def _moved(e: Estimate, q: Param, shift: float, further: float) -> Estimate:
