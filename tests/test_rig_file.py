@@ -73,8 +73,8 @@ def test_a_law_may_have_elements_and_terms_and_a_range_be_for_all_elements(tmp_p
     # As well for a law that is named later, with elements that none of the rig's own has.
     later = {q.name: (q.lower, q.upper) for q in loaded.parameters(law_named("maxwell-slip:9"))}
     assert later["W_9"] == (0.5, 20.0)
-    with pytest.raises(InputError, match=r"ranges: no parameter 'sigma': there are W_1"):
-        rig(tmp_path, 'kind = "presliding"\nlaw = "gms"\nranges = { sigma = [1, 2] }\n')
+    with pytest.raises(InputError, match=r"ranges: no parameter 'sigmas': there are W_1"):
+        rig(tmp_path, 'kind = "presliding"\nlaw = "gms"\nranges = { sigmas = [1, 2] }\n')
 
 
 def test_columns_and_name(tmp_path: Path) -> None:
