@@ -19,11 +19,13 @@ from stribeck import (
     InputError,
     Recording,
     check,
+    compensate,
     identify,
     plan,
     report,
     select,
     simulate,
+    twin,
 )
 
 NASTY = "<script>alert(1)</script>&\"'.csv"
@@ -123,6 +125,21 @@ def test_a_comparison_and_a_plan_show_their_tables(log: Recording, fit: Fit) -> 
     page = shown(proposed)
     assert [row[1] for row in page.rows[1:]] == [p.experiment.name for p in proposed.proposals]
     assert proposed.proposals[0].experiment.words in page.text
+
+
+def test_a_compensation_shows_its_scales_and_what_is_recommended() -> None:
+    log = twin("down", seed=3, loop="ideal").recording
+    slide = identify(log, rig="slide-bed", train="325:200", exact=True, budget=400, repeats=1)
+    tried = compensate(slide, mode="reference")
+    page = shown(tried)
+    (curve,) = tried.curves
+    scales = [float(row[0]) for row in page.rows[1 : len(curve.scales) + 1]]
+    assert scales == pytest.approx(sorted(curve.scales.tolist()), rel=1e-3)
+    assert tried.compensator is not None
+    assert f"Compensate by reference at scale {tried.compensator.scale:.4g}" in page.text
+    assert repr(tried) == (
+        f"<Compensation of stribeck on slide-bed: reference, scale {tried.compensator.scale:.4g}>"
+    )
 
 
 def test_a_table_is_a_frame_in_the_units_of_the_card(fit: Fit) -> None:

@@ -125,6 +125,7 @@ _NAMESAKES = frozenset({"compensate", "export", "fleet", "identify", "report"})
 _PRESENTERS = {
     "card": "identify.fit_card.fit_card",
     "card_html": "report.notebook.card_html",
+    "compensation_html": "report.notebook.compensation_html",
     "figure": "report.figures.fit_figures.fit_figure",
     "files": "report.folder.write_exported",
     "fit_html": "report.notebook.fit_html",

@@ -31,6 +31,7 @@ from ..data.recording import Recording
 from ..errors import InputError
 from ..identify.card import Card, Carded, axis_table, card_of, constant_cards, kind_of
 from ..identify.pace import Pace, paced
+from ..presenters import presenter
 from ..rig.balanced import BalancedRig
 from ..rig.lookup import rig_and_law
 from ..rig.two_masses import TwoMassRig
@@ -109,6 +110,15 @@ class Compensation:
     def curve(self) -> ScaleCurve | None:
         """Of the recommended mode."""
         return next((c for c in self.curves if c.mode == self.mode), None)
+
+    def __repr__(self) -> str:
+        axis = f"{self.law} on {self.rig.name}"
+        if self.compensator is None:
+            return f"<Compensation of {axis}: no scale is safe and better>"
+        return f"<Compensation of {axis}: {self.mode}, scale {self.compensator.scale:.4g}>"
+
+    def _repr_html_(self) -> str:
+        return str(presenter("compensation_html")(self))
 
 
 def compensate(

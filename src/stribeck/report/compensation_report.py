@@ -37,9 +37,25 @@ _COLOURS = {"reference": ACCENT, "crossover": REPEATS[2], "feedback": MODEL}
 _LINES = {"reference": "-", "crossover": "-", "feedback": (0, (5, 2))}
 
 
+#: What the marks in the table of scales mean.
+LEGEND = "→ best   ! shows a sign of too much   · nearer than the margin to one that does"
+
+
 def show_compensation(compensation: Compensation) -> None:
     """Ratios over scales, what the recommended one does, and what a reader must know."""
     out = console()
+    scales, *others = tables(compensation)
+    show_table(scales)
+    out.print(LEGEND)
+    for table in others:
+        out.print()
+        show_table(table)
+    for sentence in sentences(compensation):
+        out.print(f"\n{sentence}")
+
+
+def tables(compensation: Compensation) -> list[Table]:
+    """Ratios over scales; of the recommended one, if any, errors by motion, and smoothness."""
     heads = ["scale", *(h for c in compensation.curves for h in (c.mode, "worst axis"))]
     scales = sorted({float(s) for c in compensation.curves for s in c.scales})
     rows = [
@@ -47,15 +63,10 @@ def show_compensation(compensation: Compensation) -> None:
     ]
     axis = f"{compensation.law} on {compensation.rig.name}"
     title = f"{axis}: RMS tracking error, with compensation over without"
-    show_table(Table.of_texts(title, heads, rows))
-    out.print("→ best   ! shows a sign of too much   · nearer than the margin to one that does")
-    if (curve := compensation.curve) is not None:
-        out.print()
-        show_table(_motions(compensation, curve))
-        out.print()
-        show_table(_smoothness(compensation, curve))
-    for sentence in sentences(compensation):
-        out.print(f"\n{sentence}")
+    first = Table.of_texts(title, heads, rows)
+    if (curve := compensation.curve) is None:
+        return [first]
+    return [first, _motions(compensation, curve), _smoothness(compensation, curve)]
 
 
 def _cells(curve: ScaleCurve, scale: float) -> tuple[str, str]:

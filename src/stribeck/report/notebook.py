@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from ..errors import InputError
 from ..units import unit
+from .compensation_report import LEGEND, sentences, tables
 from .format import number, unit_label
 from .page.fit_tables import baselines, breakaway, parameters
 from .plan_report import experiments_table, plan_sentences
@@ -18,6 +19,7 @@ from .table import Table
 from .terminal import gathered
 
 if TYPE_CHECKING:
+    from ..compensate.compensation import Compensation
     from ..data.quality import Quality
     from ..data.recording import Recording
     from ..identify.card import Card
@@ -76,6 +78,14 @@ def selection_html(selection: Selection) -> str:
     """The laws compared, and what a reader must know."""
     return str(_document(f"Recommended: {selection.law}", [laws_table(selection)],
                          [*selection.sentences, *_notes(selection.notes)]))  # fmt: skip
+
+
+def compensation_html(compensation: Compensation) -> str:
+    """Scales, what the recommended one does, and what a reader must know."""
+    mode = compensation.mode
+    scale = compensation.compensator.scale if compensation.compensator else 0.0
+    title = f"Compensate by {mode} at scale {scale:.4g}" if mode else "Do not compensate yet"
+    return str(_document(title, tables(compensation), [LEGEND, *sentences(compensation)]))
 
 
 def plan_html(plan: Plan) -> str:
