@@ -120,8 +120,8 @@ def test_rows_that_nothing_is_like_are_told() -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [({"false_alarms": 0.0}, "--false-alarms: give a number above 0"),
-     ({"like": 0.5}, "--like: give a factor of at least 1")],
+    [({"false_alarms": 0.0}, "^false_alarms: give a number above 0"),
+     ({"like": 0.5}, "^like: give a factor of at least 1")],
 )  # fmt: skip
 def test_numbers_that_make_no_sense_are_refused(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):

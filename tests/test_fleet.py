@@ -190,7 +190,7 @@ def test_the_report_of_an_axis_is_of_the_fit_in_the_table(
     rows = undisturbed.filter(pl.col("axis") == axis)
     values = dict(rows.select("parameter", "value").iter_rows())
     assert {name: p["value"] for name, p in card["parameters"].items()} == values
-    with pytest.raises(InputError, match="--report nobody: the manifest has no such axis"):
+    with pytest.raises(InputError, match=r"^report nobody: the manifest has no such axis"):
         result.report(manifest, "nobody")
 
 

@@ -17,6 +17,7 @@ from ..monitoring.control_chart import ALLOWANCE, Alarm, ControlChart, Limits, c
 from ..monitoring.run_length import cusum_run_length
 from ..monitoring.series import SIDE, Series
 from ..report import number
+from ..wording import option
 from .drift_verdict import Drift, DriftAlarm, ParameterDrift
 from .fleet_table import read_table
 from .like_motion import FACTOR, SAME, kinds
@@ -61,9 +62,9 @@ def drift(
         InputError: there is no table, or a number makes no sense.
     """
     if not 0.0 < false_alarms < float("inf"):
-        raise InputError(f"--false-alarms: give a number above 0, got {false_alarms:g}")
+        raise InputError(f"{option('false_alarms')}: give a number above 0, got {false_alarms:g}")
     if not 1.0 <= like < float("inf"):
-        raise InputError(f"--like: give a factor of at least 1, got {like:g}")
+        raise InputError(f"{option('like')}: give a factor of at least 1, got {like:g}")
     if isinstance(since, dt.date) and not isinstance(since, dt.datetime):
         since = dt.datetime(since.year, since.month, since.day)  # noqa: DTZ001 - as the table has it
     frame = table if isinstance(table, pl.DataFrame) else read_table(Path(table))

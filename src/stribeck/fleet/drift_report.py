@@ -23,7 +23,7 @@ def show_drift(result: Drift) -> None:
     for p in result.parameters[:_MOST]:
         out.print(f"{p.machine} {p.axis} {p.parameter}: {p.verdict}. {p.why}.", highlight=False)
     if counts.total() > _MOST:
-        out.print(f"... and {counts.total() - _MOST:,} more: --json has them all", highlight=False)
+        out.print(f"... and {counts.total() - _MOST:,} more, which the JSON has", highlight=False)
 
 
 def summary(result: Drift) -> str:

@@ -54,8 +54,7 @@ def write_overview(table: pl.DataFrame, folder: Path) -> Path:
         "fleet.html.j2", {}, "stribeck fleet", f"{axes:,} axes", _lead(table),
         tiles=tiles, heads=_HEADS, rows=_rows(done, others), most=_POINTS - 1, refused=refused,
         left_out=max(0, len(others) - _REFUSED),
-        command=f"stribeck fleet MANIFEST --out {folder.name} --report AXIS\n"
-        f"stribeck drift {folder.name}",
+        folder=folder.name,
     )  # fmt: skip
     write_text(folder / OVERVIEW, text)
     return folder / OVERVIEW

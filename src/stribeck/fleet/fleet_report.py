@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from ..errors import InputError
 from ..report.folder import check_folder, together, write_text
+from ..wording import option
 from .axis_job import AxisJob
 from .axis_run import axis_fit
 
@@ -40,7 +41,7 @@ def write_axis_report(jobs: Iterable[AxisJob], name: str, folder: Path) -> Path:
     fit = axis_fit(job)
     with together(place) as draft:
         write_text(draft / "card.json", fit.card().text())
-        write_report(Contents(fit).report(["stribeck", "fleet", "--report", name]), draft)
+        write_report(Contents(fit).report(["stribeck", "fleet", option("report"), name]), draft)
     return place / PAGE
 
 
@@ -54,9 +55,9 @@ def _named(jobs: list[AxisJob], name: str) -> AxisJob:
         and job.labels[2].startswith(when)
     ]
     if not fitting:
-        raise InputError(f"--report {name}: the manifest has no such axis or time")
+        raise InputError(f"report {name}: the manifest has no such axis or time")
     if len(machines := sorted({job.machine for job in fitting})) > 1:
         raise InputError(
-            f"--report {name}: {', '.join(machines[:5])} have such an axis: write MACHINE/AXIS"
+            f"report {name}: {', '.join(machines[:5])} have such an axis: write MACHINE/AXIS"
         )
     return max(fitting, key=lambda job: job.labels[2])
