@@ -106,7 +106,9 @@ def channel_delay(solution: Balance) -> ChannelDelay:
     apart = _stepped(solution, W, rest, parts, start, row, before)
     apart = _refined(solution, W, rest, parts, apart, row)
     tiny = float(np.finfo(float).tiny)
-    unmoved = _beside(np.linalg.qr(W)[0], system.y - rest)
+    force = system.y - rest
+    unmoved = force - W @ variable_projection.least_squares(W, force)
+    del force
     share = whole.variance / max(float(unmoved @ unmoved) / len(unmoved), tiny)
     effective = len(unmoved) / correlation_time(unmoved, [len(log.t) for log in system.logs])
     searched = partial(searched_errors, effective=effective, row=row, reach=float(lags[-1]))
@@ -338,8 +340,11 @@ def _modelled_slope(solution: Balance, force: Array) -> Array:
     W = solution.jacobian[:, linear]
     p[system.linear] = 0.0
     without = system.predicted(p[None])[:, 0]
-    W, force = np.vstack([W, system.prior]), np.append(force - without, np.zeros(len(system.prior)))
-    p[[system.free[k] for k in linear]] = np.linalg.lstsq(W, force, rcond=None)[0]
+    force = force - without
+    if len(system.prior):
+        W, force = np.vstack([W, system.prior]), np.append(force, np.zeros(len(system.prior)))
+    p[[system.free[k] for k in linear]] = variable_projection.least_squares(W, force)
+    del W, force
     models = [force_signal(system.rig, system.law, log, p) for log in system.logs]
     return np.concatenate([
         log.thin(partial(_slope, log, model))

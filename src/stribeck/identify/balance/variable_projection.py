@@ -48,9 +48,8 @@ def bounded(
     from scipy.optimize import lsq_linear  # noqa: PLC0415 - slow to import
 
     lengths = _lengths(W)
-    blocks = (slice(k, k + _BLOCK) for k in range(0, len(W), _BLOCK))
-    T = triangle(np.vstack([triangle(np.column_stack([W[b] / lengths, y[b]])) for b in blocks]))
-    R, y = T[:-1, :-1] * lengths, T[:-1, -1]  # what follows is small
+    R, y = _reduced(W, y, lengths)  # what follows is small
+    R *= lengths
     x: Array = np.linalg.lstsq(R / lengths, y, rcond=None)[0] / lengths
     if (x >= lower).all() and (x <= upper).all() and all(x[i] >= x[j] for i, j in orders):
         return x, {}
@@ -115,6 +114,21 @@ def triangle(A: Array) -> Array:
         return triangle(np.vstack([triangle(A[k : k + _BLOCK]) for k in starts]))
     R: Array = _compiled(np.array(A.T, dtype=float, order="C"))
     return R
+
+
+def least_squares(W: Array, y: Array) -> Array:
+    """The x of least ||y − W x||, (k,), with copies of no more than a block of rows."""
+    lengths = _lengths(W)
+    R, z = _reduced(W, y, lengths)
+    x: Array = np.linalg.lstsq(R, z, rcond=None)[0] / lengths
+    return x
+
+
+def _reduced(W: Array, y: Array, lengths: Array) -> tuple[Array, Array]:
+    """Equations, (k, k) and (k,), with the solution of W, columns divided by lengths, and y."""
+    blocks = (slice(k, k + _BLOCK) for k in range(0, max(len(W), 1), _BLOCK))
+    T = triangle(np.vstack([triangle(np.column_stack([W[b] / lengths, y[b]])) for b in blocks]))
+    return T[:-1, :-1], T[:-1, -1]
 
 
 def search(
@@ -208,5 +222,5 @@ def _ratio(R: Array) -> float:
 
 
 def _lengths(W: Array) -> Array:
-    lengths = np.linalg.norm(W, axis=0)
+    lengths = np.sqrt(np.einsum("ij,ij->j", W, W))
     return np.asarray(np.where(lengths > 0, lengths, 1.0), dtype=float)
