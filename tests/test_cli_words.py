@@ -200,6 +200,16 @@ def test_a_log_that_suggests_no_rig_says_what_it_lacks(run: Any) -> None:
     assert "suggests none: no measured force and no stick-slip: record the force" in told.err
 
 
+def test_a_force_in_percent_is_named_where_no_rig_is_suggested(run: Any, tmp_path: Path) -> None:
+    rows = "\n".join(f"{k},{k % 7},{k % 3}" for k in range(50))
+    (tmp_path / "percent.csv").write_text(f"Time [ms],ActPos [mm],ActTorque [%]\n{rows}\n")
+    for options in ((), ("--rig", "forced")):
+        told = run("identify", str(tmp_path / "percent.csv"), *options)
+        assert told.status == 2
+        assert "column ActTorque [%] is in %" in told.err
+        assert "`stribeck drives` shows what that can be" in told.err
+
+
 def test_quiet_prints_nothing_and_no_figures_draws_none(run: Any, tmp_path: Path) -> None:
     command = ("identify", "force.csv", "--rig", "forced", "--law", "coulomb-viscous")
     told = run(*command, "--out", "fit", "--quiet", "--no-figures")

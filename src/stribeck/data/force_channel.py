@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..space import Array
+from ..wording import either
+
+if TYPE_CHECKING:
+    from .recording import Recording
 
 #: A force that keeps this close to a function of the position, as a share of its own spread,
 #: whichever way the axis moves, was computed from it.
@@ -19,6 +24,13 @@ SPIKES, KURTOSIS = 0.05, 12.0
 _BINS, _BOTH, _WAY = 60, 8, 4
 #: Samples that are worked on at once.
 BLOCK = 1 << 16
+
+
+def force_left_out(recording: Recording) -> str:
+    """The column that was not taken as force for its unit, and how to say it; or nothing."""
+    left = next((n for n in recording.notes if n.endswith("was not taken as force")), "")
+    way = either("", "; `read` and `Recording.of` take it as drive={...}")
+    return left and f"{left}; `stribeck drives` shows what that can be and how to say it{way}"
 
 
 def both_ways(t: Array, position: Array, force: Array) -> float | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .breakaway import STILL, Breakaway, Presliding
-from .force_channel import EXACT, both_ways, spikes
+from .force_channel import EXACT, both_ways, force_left_out, spikes
 from .gate import faults
 from .gate.fault import shown
 from .segmentation import Segments, strokes
@@ -118,7 +118,7 @@ def _without_force(recording: Recording) -> tuple[str, str]:
     way = (
         f"map {substitutes[0]} to force by its factor"
         if substitutes
-        else "record the force of its drive, or its current"
+        else force_left_out(recording) or "record the force of its drive, or its current"
     )
     return "", f"{lacking} and no stick-slip: {way}"
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..constant import Constant, Origin, Stated
 from ..data.alignment import MOTION_CHANNELS, advanced
+from ..data.force_channel import force_left_out
 from ..data.power_flow import loss_factors
 from ..data.recording import Recording
 from ..drive import DriveChain, refuse_without_drive
@@ -268,9 +269,8 @@ class Rig:
         force = self.force_of(recording)
         if force is not None:
             return force
-        left = next((n for n in recording.notes if n.endswith("was not taken as force")), "")
-        if left:
-            hint = f": {left}; `stribeck drives` shows what that can be and how to say it"
+        if left := force_left_out(recording):
+            hint = f": {left}"
         elif recording.current is not None:
             hint = ': map a column to force, or its current with a [drive] table (signal = "A", kt)'
         else:
