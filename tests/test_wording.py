@@ -18,7 +18,7 @@ from stribeck.wording import either, on_command_line, option
 
 SOURCE = Path(stribeck.__file__).parent
 #: Rooms that only the command line calls; the studio shows the command that does the same.
-TYPED = ("cli", "bench", "studio", "report/registries.py")
+TYPED = ("cli", "bench", "studio", "report/registries.py", "report/published_report.py")
 LINEAR = np.linspace(0.0, 1.0, 400)
 
 
