@@ -66,7 +66,7 @@ def _presliding(law: str = "maxwell-slip:4") -> Work:
 
 
 def _select() -> Work:
-    """Four static laws on one balance of 16,000 rows: a foreign slide, 160 s at 1 kHz."""
+    """Four static laws on one balance of 16,000 rows: a foreign slide, 160 s at 100 Hz."""
     import foreign_path  # noqa: F401, PLC0415 - before what it finds
     from foreign import driven  # noqa: PLC0415
     from foreign.friction import Curve  # noqa: PLC0415
@@ -79,7 +79,7 @@ def _select() -> Work:
     m = driven.simulate(10.0, curve, curve, loop, t, x, driven.Extras(offset=3.0))
     force = m.force + 0.5 * np.random.default_rng(1).standard_normal(len(m.t))
     laws = ("coulomb-viscous", "stribeck", "stribeck-gauss", "stribeck-free")
-    log = Recording(t=m.t, position=m.position, force=force)
+    log = Recording(t=m.t[::10], position=m.position[::10], force=force[::10])
     return lambda: select(log, rig="forced", laws=laws)
 
 

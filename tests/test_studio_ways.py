@@ -132,7 +132,9 @@ def test_the_whole_way(chromium: Any, tmp_path: Path, name: str, hands: type[Mou
         w.open(opened.address)
         hand.type("#name", name)
         hand.press("form button")
-        hand.files("#files", *way.logs(tmp_path))
+        logs = way.logs(tmp_path)
+        hand.files("#files", *logs)
+        w.until(f"document.querySelectorAll('th button.link').length === {len(logs)}")
         page.wait_for_selector("#channels table")
         if way.read:
             way.read(hand)

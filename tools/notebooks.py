@@ -49,6 +49,7 @@ def main() -> None:
     arguments = parser.parse_args()
     source = Path(__file__).parents[1] / "src"
     os.environ["PYTHONPATH"] = os.pathsep.join([str(source), os.environ.get("PYTHONPATH", "")])
+    os.environ.pop("MPLBACKEND", None)  # figures are shown as a reader's kernel shows them
     os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     for notebook in arguments.notebooks:
         with tempfile.TemporaryDirectory() as scratch:

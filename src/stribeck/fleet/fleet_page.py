@@ -9,6 +9,7 @@ import polars as pl
 
 from ..report import DASH, number
 from ..report.folder import write_text
+from ..report.format import unit_label
 from ..report.page.html_page import laid_out
 from .drift_report import alarm_table, summary
 from .drift_verdict import Drift, ParameterDrift
@@ -50,8 +51,9 @@ def write_overview(table: pl.DataFrame, folder: Path) -> Path:
     refused = [
         {**row, "when": _day(row["when"])} for row in others.head(_REFUSED).iter_rows(named=True)
     ]
+    title = "1 axis" if axes == 1 else f"{axes:,} axes"
     text = laid_out(
-        "fleet.html.j2", {}, "stribeck fleet", f"{axes:,} axes", _lead(table),
+        "fleet.html.j2", {}, "stribeck fleet", title, _lead(table),
         tiles=tiles, heads=_HEADS, rows=_rows(done, others), most=_POINTS - 1, refused=refused,
         left_out=max(0, len(others) - _REFUSED),
         folder=folder.name,
@@ -92,7 +94,7 @@ def _row(part: pl.DataFrame, refused: dict[tuple[str, str], int]) -> dict[str, A
         "value": f"{last['value']:.6g}",
         "shown": number(last["value"], 4),
         "interval": DASH if last["low"] is None else ends,
-        "unit": last["unit"],
+        "unit": unit_label(last["unit"]),
         "verdict": last["verdict"],
         "change": f"{abs(value[-1] / value[0] - 1.0) if value[0] else 0.0:.4g}",
         "picture": sparkline(value, low, high),

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from ..report import number
+from ..report.format import unit_label
 from ..space import Array
 from .drift_verdict import ParameterDrift
 
@@ -61,7 +62,7 @@ def drift_picture(p: ParameterDrift) -> Markup:
     least, most = max(float(low.min()), ends[0]), min(float(high.max()), ends[1])
     up = _scale(least, most, _HIGH - 22.0, float(_PAD))
     compared = dict(zip(p.compared["log"], range(len(p.compared)), strict=True))
-    parts = [*_axis(up, least, most, p.unit), *_dates(across, min(times), max(times))]
+    parts = [*_axis(up, least, most, unit_label(p.unit)), *_dates(across, min(times), max(times))]
     for alarm in p.alarms:
         if alarm.since is not None:
             parts.append(_vertical(across(alarm.since.timestamp()), 0.0, _HIGH - 18.0, "rule"))
