@@ -164,9 +164,7 @@ def test_no_confident_stribeck_parameters_from_data_that_has_none(
             assert n not in estimates.at_bound or error == np.inf
     stems = {n.rstrip("+-") for n in estimates.at_bound}
     assert stems & {"F_S", "v_SS"}
-    told = any(("stopped" in note or "cannot be identified" in note) for note in estimates.notes)
-    drops = {n for n in estimates.names if n.startswith("v_SS")}
-    assert told or drops <= set(estimates.at_bound), "an end of a range says the same"
+    assert any(("stopped" in note or "cannot be identified" in note) for note in estimates.notes)
     # What the data does show keeps its value.
     assert estimates["M"] == pytest.approx(95.1, abs=0.2)
 

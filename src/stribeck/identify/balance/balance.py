@@ -209,6 +209,9 @@ def solved(system: System, start: Array | None = None) -> Balance:
     free, names = system.free, parameters.names
     W = system.jacobian(p)
     predicted = prediction(system, p)
+    # Of the shape of a curve that has no drop the data say nothing: no end of a range stopped it.
+    unseen = {names[i] for k, i in enumerate(free) if i in system.shape and not W[:, k].any()}
+    at_bound = {n: stop for n, stop in at_bound.items() if n not in unseen}
     stopped = [i for i, place in enumerate(free) if names[place] in at_bound]
     beside = np.vstack([W, system.free_prior])
     covariance = variable_projection.covariance(beside, predicted.residual_sd, stopped)
