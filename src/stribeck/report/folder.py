@@ -108,13 +108,8 @@ def write_files(folder: Path, write: Callable[[Path], object]) -> None:
         InputError: the disk refuses.
     """
     with _present(folder), _refusals(folder):
-        settle(folder)
-        draft = Draft(folder)
-        try:
+        with _draft(folder) as draft:
             write(draft.files)
-        except BaseException:
-            draft.discard()
-            raise
         draft.publish()
 
 
@@ -127,22 +122,29 @@ def replace_tree(folder: Path, name: str, write: Callable[[Path], object]) -> No
         InputError: the disk refuses.
     """
     with _present(folder), _refusals(folder):
-        settle(folder)
-        draft = Draft(folder)
-        try:
+        with _draft(folder) as draft:
             place = draft.files / name
             place.mkdir()
             write(place)
             new = {path.relative_to(draft.files) for path in place.rglob("*")}
-        except BaseException:
-            draft.discard()
-            raise
         files = [path for path in (folder / name).rglob("*") if not path.is_dir()]
         old = {path.relative_to(folder) for path in files} - new
         draft.publish(sorted(map(str, old)))
         for path in sorted((folder / name).rglob("*/"), reverse=True):
             with suppress(OSError):  # not empty
                 path.rmdir()
+
+
+@contextmanager
+def _draft(folder: Path) -> Iterator[Draft]:
+    """The draft of a folder; discarded where the block that fills it fails."""
+    settle(folder)
+    draft = Draft(folder)
+    try:
+        yield draft
+    except BaseException:
+        draft.discard()
+        raise
 
 
 @contextmanager
