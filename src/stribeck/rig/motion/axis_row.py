@@ -27,6 +27,7 @@ from .drives import (
     FEED_FORWARD,
     FOLLOWS,
     NORMAL_LOAD,
+    Addressable,
     AxisConstants,
 )
 from .drives import TEMPERATURE as TEMPERATURE_NOW
@@ -71,7 +72,7 @@ class Stage(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Chain:
+class Chain(Addressable):
     """Parts one after the other, as a row has them by their address.
 
     Args:

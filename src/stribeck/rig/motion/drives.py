@@ -7,8 +7,9 @@ compiled code reads them by name. The row of an axis of parts has its functions,
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,10 +140,10 @@ class SlideInputs(NamedTuple):
 SLIDE_COMMAND, SLIDE_ADDED = 2, 3
 
 
-@runtime_checkable
-class Addressable(Protocol):
+class Addressable(ABC):
     """What stands in a row by the address of its machine code."""
 
+    @abstractmethod
     def address(self) -> float:
         """As a whole number."""
 
