@@ -20,7 +20,8 @@ error exceeds the tolerance is halved; corners of the drive and of a law's state
 
 Under a law without states, whose velocity decays by little in a step, most steps need no equation
 to be solved: they are explicit, by Nyström's method of order 4 (1925; Abramowitz and Stegun,
-25.5.20). Where such a step fails its own check, or comes to rest, it is taken implicitly.
+25.5.20). Where the error of such a step is too great, it is halved; where it comes to rest, or the
+velocity decays by more than that, it is taken implicitly.
 
 A law without states sticks. It stops at the instant at which its velocity is zero, which is
 located: within a step friction keeps its sign. Then it rests until the force passes a breakaway
@@ -311,6 +312,9 @@ def passed(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                         return q, v, steps_left
                     if level > 0 and error * GROW <= tolerance:
                         level -= 1
+                    continue
+                if tolerance < error < np.inf and abs(rate) * h <= MILD and not shortest:
+                    level = _halved(level, piece)
                     continue
                 quick = False
             w_c, w_1, w_2 = _pair(

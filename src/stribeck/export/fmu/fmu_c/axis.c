@@ -11,7 +11,7 @@
  * exceeds the tolerance are halved. A law without states stops at the instant at which its
  * velocity is zero and breaks away at that at which the force passes its level: both are located.
  * In between, where its velocity decays by little within a step, steps are explicit, by Nystroem's
- * method of order 4. Numbers by name, such as STIFF, stand in axis_model.h.
+ * method of order 4, halved where their error asks for it. Numbers by name, such as STIFF, stand in axis_model.h.
  */
 #include "axis.h"
 
@@ -691,6 +691,10 @@ int axis_step(axis *a, double span)
                     if (level > 0 && error * GROW <= tolerance) {
                         level -= 1;
                     }
+                    continue;
+                }
+                if (tolerance < error && error < HUGE_VAL && fabs(rate) * h <= MILD && !shortest) {
+                    level = halved(level, piece);
                     continue;
                 }
                 easy = 0;
