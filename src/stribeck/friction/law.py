@@ -199,6 +199,9 @@ class Law:
         roughness: Rows over a parameter set (k,) without terms, (m, k), whose products with it
             are small where the curve is smooth; None for a law of few parameters.
         rests: Whether its breakaway depends on how long it has rested.
+        elements: Of a law that is Maxwell elements beside viscous friction and nothing else: their
+            levels, N (N m), and the displacements at which they yield, m (rad), (n, m) each, and
+            F_V, (n,), of parameter sets (n, k).
     """
 
     name: str
@@ -218,6 +221,7 @@ class Law:
     starts: Callable[[Spectrum], Array] | None = None
     roughness: Callable[[Array], Array] | None = None
     rests: bool = False
+    elements: Callable[[Array], tuple[Array, Array, Array]] | None = None
 
     @property
     def static(self) -> bool:

@@ -64,6 +64,11 @@ def starts_of(spectrum: Spectrum, n: int) -> Array:
     return np.array([[*W, d[0], *(d[1:] / d[:-1]), 0.0] for W, d in merged])
 
 
+def _elements(p: Array, n: int) -> tuple[Array, Array, Array]:
+    yields: Array = np.cumprod(p[:, n : 2 * n], axis=1, dtype=np.float64)
+    return p[:, :n], yields, p[:, 2 * n]
+
+
 @cache
 def maxwell_slip(n: int) -> Law:
     """The law with n elements."""
@@ -85,6 +90,7 @@ def maxwell_slip(n: int) -> Law:
             np.all(p >= 0, axis=1) & (p[:, n] > 0) & np.all(p[:, n + 1 : 2 * n] >= 1, axis=1)
         ),
         starts=partial(starts_of, n=n),
+        elements=partial(_elements, n=n),
     )
 
 

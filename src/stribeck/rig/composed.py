@@ -49,6 +49,10 @@ INPUT_COLUMNS = MappingProxyType(
         "external": "external",
     }
 )
+#: Parts of an axis on which nothing acts but a force.
+_PUSHED = frozenset({
+    ("controller", "none"), ("motor", "force"), ("transmission", "rigid"), ("load", "mass"),
+})  # fmt: skip
 #: Units of what a motor is asked for, and their names in a log.
 _DEMANDS = {"force": ("N", "N m"), "current": ("A", "A"), "voltage": ("V", "V")}
 
@@ -113,6 +117,11 @@ class ComposedRig(SteppedRig):
     def demand(self) -> str:
         """What its motor is asked for: "force", "current" or "voltage"."""
         return next(p.drive for p in self.parts if p.role == "motor")
+
+    @property
+    def only_pushed(self) -> bool:
+        """Whether its parts are an ideal motor, a rigid transmission and masses."""
+        return {(p.role, p.name) for p in self.parts} <= _PUSHED
 
     @property
     def entry(self) -> int | None:

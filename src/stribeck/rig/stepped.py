@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..data.resolution import noise, step
 from ..data.segmentation import rests
@@ -47,6 +48,11 @@ class SteppedRig(SimulatedRig):
     def entry(self) -> int | None:
         """Which input a compensator's output is added to; None where there is no controller."""
         return None
+
+    @property
+    def only_pushed(self) -> bool:
+        """Whether nothing acts on its mass but a force that a log states, and friction."""
+        return False
 
     @property
     def motor_friction(self) -> float:
@@ -224,7 +230,26 @@ class SteppedRig(SimulatedRig):
         c = self.constants_over(law, p[:, k:], tracks)
         from .motion.implicit import motions_over  # noqa: PLC0415 - compiled code that others need not load
 
-        return motions_over(law, AXIS, p[:, :k], c, tracks, self["step"], self["tolerance"])
+        settings = self["step"], self["tolerance"]
+        exact = self._exact(law, p[:, :k], c, tracks)
+        if not exact.any():
+            return motions_over(law, AXIS, p[:, :k], c, tracks, *settings)
+        from .motion.spring_motion import spring_motions  # noqa: PLC0415 - as above
+
+        if exact.all():
+            return spring_motions(law, p[:, :k], c, tracks)
+        motion = np.empty((3, len(p), sum(len(track.t) for track in tracks)))
+        motion[:, exact] = spring_motions(law, p[exact, :k], c[:, exact], tracks)
+        motion[:, ~exact] = motions_over(law, AXIS, p[~exact, :k], c[:, ~exact], tracks, *settings)
+        return motion[0], motion[1], motion[2]
+
+    def _exact(self, law: Law, p: Array, c: Array, tracks: Sequence[Track]) -> NDArray[np.bool_]:
+        """Which candidates move on springs as their exact motion is cheap to know, (n,)."""
+        if law.elements is None or not self.only_pushed:
+            return np.zeros(len(p), dtype=bool)
+        from .motion.spring_motion import MOST_SWING, swings  # noqa: PLC0415 - as in `_motions`
+
+        return swings(law, p, c, tracks) <= MOST_SWING
 
     def checked(self, law: Law, p: Array) -> Array:
         """Parameter sets as (n, k).

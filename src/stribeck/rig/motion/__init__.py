@@ -4,6 +4,7 @@
 `implicit` steps everything else under one of its `drives`: `passage` from one sample to the next,
 by the `drive_force` and the `velocity` that balances it, or by an `explicit_step`. A drive of parts
 is one function that an `axis_row` names, made of those of its parts (`part_call`).
+`spring_motion` is the exact motion of a mass that a force pushes on Maxwell elements.
 `coupled_motions` are those of two masses, by the `coupled_passage` of events and steps under the
 `coupled_rates` and the play of their `coupling`.
 `held_slip` is a slip of the slide bed under what its controller is known to have read;
