@@ -28,6 +28,23 @@ def _slowed(v: float, change: float, grip: float) -> float:
 
 
 @njit  # type: ignore[untyped-decorator]
+def coupled(
+    ahead: float, twist: float, play: float, k: float, d: float, h: float
+) -> tuple[float, float]:
+    """Force and twist of the spring, by which the motor is ahead, a step of h after a twist."""
+    # The flank moves so that the spring is relaxed, unless it is at an end of the play.
+    relaxed = twist * math.exp(-k * h / d) if d > 0 else 0.0
+    b_new = min(max(ahead - relaxed, -play / 2), play / 2)
+    if play > 0 and abs(b_new) < play / 2:
+        return 0.0, ahead - b_new
+    new = ahead - b_new
+    T = k * new + d * (new - twist) / h
+    if play > 0 and T * b_new < 0.0:  # it would pull: the flank is left
+        return 0.0, relaxed
+    return T, new
+
+
+@njit  # type: ignore[untyped-decorator]
 def _steps(t: Array, drive: Array, goal: Array, c: Array, sub: int, out: Array) -> None:
     """Positions of motor and load at the samples, into `out` (2, N); see `simulate`."""
     (m_m, m, k, d, play, kp, kd, C_m, V_m, C_l, V_l, S_l, v_s, g_s, a0, eta, eta_back) = c
@@ -43,17 +60,7 @@ def _steps(t: Array, drive: Array, goal: Array, c: Array, sub: int, out: Array) 
             F = drive[i] + share * (drive[i + 1] - drive[i])
             wish = goal[i] + share * (goal[i + 1] - goal[i])
             F += kp * (wish - q_m) - kd * v_m
-            # The flank moves so that the spring is relaxed, unless it is at an end of the play.
-            ahead = q_m - q
-            relaxed = twist * math.exp(-k * h / d) if d > 0 else 0.0
-            b_new = ahead - relaxed
-            b_new = min(max(b_new, -play / 2), play / 2)
-            touching = play == 0 or abs(b_new) >= play / 2
-            new = ahead - b_new
-            T = k * new + d * (new - twist) / h if touching else 0.0
-            if play > 0 and touching and T * b_new < 0.0:  # it would pull: the flank is left
-                T, new = 0.0, relaxed
-            twist = new
+            T, twist = coupled(q_m - q, twist, play, k, d, h)
             v_m = _slowed(v_m, h * (F - T - V_m * v_m) / m_m, h * C_m / m_m)
             level = C_l
             if v_s > 0:

@@ -118,7 +118,8 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
     for word, setting in zip((content.step, content.tolerance), simulation, strict=True):
         if word is not None and not word > 0:
             raise InputError(f"{setting.name}: {word:g}: it must be above zero")
-    if kind is TwoMassRig:
+    states = any(law_named(law).states for law in (laws[0], sides.get("motor_law")) if law)
+    if kind is TwoMassRig and not states:
         simulation = (simulation[0], simulation[1].with_value(TOLERANCE))
     stepped = tuple(
         setting if word is None else setting.with_value(word)
@@ -138,7 +139,7 @@ def composed_axis(table: Mapping[str, Any], name: str) -> ComposedRig:
         columns=content.columns,
         table=dict(table),
         **sides,
-        **_bristles(laws[0], parts),
+        **_memory(states, parts),
     )
     return with_ranges(rig, content.ranges)
 
@@ -175,9 +176,9 @@ def _masses(content: AxisTable, parts: list[Part]) -> tuple[type[ComposedRig], d
     return TwoMassRig, {"friction_side": friction.side, "motor_law": friction.motor}
 
 
-def _bristles(law: str, parts: list[Part]) -> dict[str, Any]:
+def _memory(states: bool, parts: list[Part]) -> dict[str, Any]:
     """A law with states under a measured force alone remembers all that its log has seen."""
-    remembers = law_named(law).states > 0 and not any(p.commanded for p in parts)
+    remembers = states and not any(p.commanded for p in parts)
     return {"history": remembers, "floating": remembers}
 
 

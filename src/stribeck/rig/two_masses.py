@@ -35,8 +35,8 @@ SIDES = ("motor", "load")
 MOTOR_POSITION = "motor_position"
 #: What the parameters of the motor's friction are called, after the law's own names for them.
 OF_MOTOR = "_motor"
-#: Way by which a step may be off where nobody says, um or mrad: its rule is of order 5, so that a
-#: tenth of it takes 1.6 times as long.
+#: Way by which a step may be off under laws without states where nobody says, um or mrad: the rule
+#: is of order 5, so that a tenth of it takes 1.6 times as long.
 TOLERANCE = 0.02
 #: Extremes of the way by which a motor is ahead, percentiles: the play's middle is between them.
 _EXTREMES = (2.0, 98.0)
@@ -110,7 +110,8 @@ class TwoMassRig(ComposedRig):
         roles: dict[str, list[Part]] = {"motor": [], "load": [], "transmission": []}
         for part in self.parts:
             role = "transmission" if part.name in SIDES and part.role == "sensor" else part.role
-            roles["motor" if role in ("controller", "sensor") else role].append(part)
+            of_motor = role in ("controller", "sensor") or part.of_motor
+            roles["motor" if of_motor else role].append(part)
         # What no motor is asked for is no force.
         motor, load = (
             assembled(roles[side], values, **fields)

@@ -13,35 +13,41 @@ import numpy as np
 from numba import float64, int64, types, void
 
 from ...compile_cache import compiled
-from ...errors import InputError
 from ...friction import RUB_SIGNATURE, RUB_TYPE, SLIP_TYPE, addressed
-from ...friction.law import DRIVE, POSITION, slip_law, term_places
+from ...friction.law import DRIVE, EXTERNAL, POSITION, slip_law, term_places, terms_factor
 from ...space import Array
 from . import row_pool
-from .axis_row import DEMAND, LOAD_ROOM
-from .coupled_passage import STAGES, coupled_passage
+from .axis_row import DEMAND
+from .coupled_implicit import REMEMBERED
+from .coupled_passage import ROWS, STAGES, coupled_passage
 from .coupled_rates import (
+    BRISTLES,
     EVENTS,
     FLANK,
     GENERAL,
+    HELD_BRISTLES,
     LOAD,
     LOAD_RUBS,
+    LOAD_STATES,
     MODES,
     MOTOR,
     MOTOR_RUBS,
+    MOTOR_STATES,
     PLAIN,
     Q_M,
+    SIDE_ROOM,
     SMOOTH,
     STATE,
     V_M,
     Q,
     V,
+    coupled_rates,
     read_position,
 )
 from .coupling import MOTOR_ROW, coupled_at, coupling_constants
 from .drive_force import LOOP_MEMORY, demanded, held_demand, loop_reset, mixed
 from .drives import AXIS, ENABLED, INPUTS
-from .implicit import EACH, FEWEST, ROOM, steps_between
+from .implicit import EACH, FEWEST, ROOM, begun, steps_between
 from .row_pool import borrowed
 from .velocity import NO_RUB
 
@@ -60,17 +66,40 @@ def _no_slip(v: float, p: Array) -> float:  # noqa: ARG001
     return 0.0
 
 
+@compiled()
+def _bent(
+    slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
+    term: Array, c: Array, u: Array, y: Array, mode: Array, load_m: Array, load: Array,
+    room: Array, rates: Array, g: Array,
+) -> None:  # fmt: skip
+    """The states of both laws where a motion starts; see `implicit.begun`."""
+    own, relaxed = STATE + mode[MOTOR_STATES], room[0]
+    relaxed[:] = 0.0
+    coupled_rates(
+        slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, 0.0, mode, load_m, load,
+        relaxed[STATE:own], relaxed[own:], 0.0, room[1, STATE:own], room[1, own:], rates[0], g,
+    )  # fmt: skip
+    if own > STATE:
+        F = load_m[DRIVE] + load_m[EXTERNAL]
+        factor = terms_factor(term_m, p_m, load_m)
+        begun(rub_m, factor, F, y[V_M], load_m, p_m, relaxed[STATE:own], y[STATE:own])
+    if len(y) > own:
+        F = load[DRIVE] + load[EXTERNAL]
+        factor = terms_factor(term, p, load)
+        begun(rub, factor, F, y[V], load, p, relaxed[own:], y[own:])
+
+
 @compiled(
     void(
-        SLIP_TYPE, RUB_TYPE, int64, _F2, _I1, SLIP_TYPE, RUB_TYPE, int64, _F2, _I1,
+        SLIP_TYPE, RUB_TYPE, int64, int64, _F2, _I1, SLIP_TYPE, RUB_TYPE, int64, int64, _F2, _I1,
         _F2, _F1, _I1, _F2, _I1, _I1, _F2, float64, _W2, _W2, _W2, _W2, _W2, _I1,
     ),
     nogil=True,
 )  # fmt: skip
-def _rows(  # a loop over candidates and samples
-    slip_m: Any, rub_m: Any, rubbing_m: int, p_m: Array, term_m: Array, slip: Any, rub: Any,
-    rubbing: int, p: Array, term: Array, c: Array, t: Array,
-    first: Array, inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
+def _rows(  # noqa: PLR0915 - a loop over candidates and samples
+    slip_m: Any, rub_m: Any, rubbing_m: int, states_m: int, p_m: Array, term_m: Array, slip: Any,
+    rub: Any, rubbing: int, states: int, p: Array, term: Array, c: Array, t: Array, first: Array,
+    inputs: Array, held: Array, parts: Array, start: Array, tolerance: float,
     out_q_m: Array, out_v_m: Array, out_q: Array, out_v: Array, out_F: Array, counter: Array,
 ) -> None:  # fmt: skip
     """Simulate the motions that no thread has taken yet, one after the other, until none is left.
@@ -79,27 +108,26 @@ def _rows(  # a loop over candidates and samples
     """
     term_m, term, t, parts = borrowed(term_m), borrowed(term), borrowed(t), borrowed(parts)
     inputs, held, start = borrowed(inputs), borrowed(held), borrowed(start)
+    size = STATE + states_m + states
     owner, stages, modes = (
-        np.zeros((10, LOAD_ROOM + INPUTS)),
+        np.zeros((5, SIDE_ROOM + INPUTS)),
         np.empty((STAGES, STATE)),
         np.zeros(MODES, np.int64),
     )
+    states_owner, memory_owner = np.zeros((1 + ROWS, size)), np.empty((2, REMEMBERED))
     u, load_m, load = (
         borrowed(owner[0, :INPUTS]),
-        borrowed(owner[1, :LOAD_ROOM]),
-        borrowed(owner[2, :LOAD_ROOM]),
+        borrowed(owner[1, :SIDE_ROOM]),
+        borrowed(owner[2, :SIDE_ROOM]),
     )
-    last, none, mode = borrowed(owner[3, :LOOP_MEMORY]), borrowed(owner[4, :0]), borrowed(modes)
-    y, at, rates = borrowed(owner[5, :STATE]), borrowed(owner[6, :STATE]), borrowed(stages)
-    g, before, beyond = (
-        borrowed(owner[7, :EVENTS]),
-        borrowed(owner[8, :EVENTS]),
-        borrowed(owner[9, :EVENTS]),
-    )
+    last, mode = borrowed(owner[3, :LOOP_MEMORY]), borrowed(modes)
+    y, room, rates = borrowed(states_owner[0]), borrowed(states_owner[1:]), borrowed(stages)
+    memory, g = borrowed(memory_owner), borrowed(owner[4, :EVENTS])
     while True:
         job = row_pool.next_row(counter)
         if job >= len(start):
             owner[0, 0] = stages[0, 0] = modes[0] = 0  # kept alive
+            states_owner[0, 0] = memory_owner[0, 0] = 0.0
             return
         i, row = job // len(p), job % len(p)
         begin, end = first[i], first[i + 1]
@@ -115,16 +143,27 @@ def _rows(  # a loop over candidates and samples
         y[Q] -= ahead * start[job, 3]
         y[Q_M], y[V_M] = y[Q] + ahead, y[V]
         v = y[V]
-        mode[MOTOR] = 1 if rubbing_m == SMOOTH or v > 0.0 else -1 if v < 0.0 else 0
-        mode[LOAD] = 1 if rubbing == SMOOTH or v > 0.0 else -1 if v < 0.0 else 0
+        rubs = rubbing
+        if coupling.forward != 1.0 or coupling.backward != 1.0:  # its losses may hold a load
+            rubs = PLAIN if rubbing == SMOOTH else HELD_BRISTLES if rubbing == BRISTLES else rubbing
+        mode[MOTOR] = 1 if rubbing_m in (SMOOTH, BRISTLES) or v > 0.0 else -1 if v < 0.0 else 0
+        mode[LOAD] = 1 if rubs in (SMOOTH, BRISTLES) or v > 0.0 else -1 if v < 0.0 else 0
         mode[FLANK] = coupled_at(coupling, ahead)
-        mode[MOTOR_RUBS], mode[LOAD_RUBS] = rubbing_m, rubbing
+        mode[MOTOR_RUBS], mode[LOAD_RUBS] = rubbing_m, rubs
+        mode[MOTOR_STATES], mode[LOAD_STATES] = states_m, states
         load_m[POSITION] = load[POSITION] = np.nan  # of another axis
+        memory[:] = 0.0
         twist, piece, steps_left = 0.0, 1.0, ROOM + EACH * parts[begin : end - 1].sum()
         mixed(inputs, held, begin, 0.0, u)
         holds = held_demand(AXIS, axis)
         if holds:
             loop_reset(axis, u, read_position(coupling, y[Q_M], y[Q]), y[V_M], last)
+            load_m[DEMAND] = last[0]
+        if states_m + states > 0:
+            _bent(
+                slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, u, y, mode, load_m, load, room,
+                rates, g,
+            )  # fmt: skip
         for k in range(begin, end):
             mixed(inputs, held, k, 0.0, u)
             if holds:
@@ -135,9 +174,9 @@ def _rows(  # a loop over candidates and samples
             if k == end - 1 or not np.isfinite(y[Q]):
                 break
             twist, piece, steps_left = coupled_passage(
-                slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, inputs,
-                held, k, parts[k], t[k + 1] - t[k], tolerance, y, twist, mode, u, load_m, load,
-                none, rates, at, g, before, beyond, piece, steps_left,
+                slip_m, rub_m, a_m, term_m, slip, rub, a, term, b, inputs, held, k, parts[k],
+                t[k + 1] - t[k], tolerance, y, twist, mode, u, load_m, load, rates, room, memory,
+                piece, steps_left,
             )  # fmt: skip
 
 
@@ -166,14 +205,8 @@ def motions_of_two(
         tolerance: Error of a whole step at most, m or rad.
 
     Raises:
-        InputError: a law with states; so many steps that nobody would wait for them.
+        InputError: so many steps that nobody would wait for them.
     """
-    for law in laws:
-        if law is not None and law.states:
-            raise InputError(
-                f"law {law.name} has states, and an axis of two masses is simulated under laws "
-                "without: choose one of those"
-            )
     n = len(p[0])
     first = np.concatenate([[0], np.cumsum([len(track.t) for track in tracks])])
     out = np.full((5, n, first[-1]), np.nan)
@@ -195,7 +228,7 @@ def motions_of_two(
         sides += [
             addressed(slip_law(_no_slip) if law is None else law.slip),
             addressed(law.rub if law is not None and general else NO_RUB, RUB_SIGNATURE),
-            SMOOTH if law is None else GENERAL if general else PLAIN, _ready(own),
+            _rubbing(law), 0 if law is None else law.states, _ready(own),
             np.array([-1, -1, 0]) if law is None else term_places(law),
         ]  # fmt: skip
     row_pool.pool().share(
@@ -208,6 +241,15 @@ def motions_of_two(
         max(FEWEST, row_pool.FEWEST_SAMPLES * len(tracks) // max(int(first[-1]), 1)),
     )  # fmt: skip
     return out[0], out[1], out[2], out[3], out[4]
+
+
+def _rubbing(law: Law | None) -> int:
+    """What rubs on a side under a law."""
+    if law is None:
+        return SMOOTH
+    if law.states:
+        return BRISTLES
+    return PLAIN if law.rub is None else GENERAL
 
 
 def _ready(a: Any) -> Array:

@@ -1,11 +1,11 @@
-"""The way of an axis of two masses from one sample to the next: explicit steps between events.
+"""The way of an axis of two masses from one sample to the next: steps between events.
 
 Between events the rates are smooth: steps are those of Dormand and Prince (1980, doi
 10.1016/0771-050X(80)90013-3), of order 5 with an error of order 4, and as long as the tolerance
-allows. A step that ends beyond an event, or has a stage beyond one, is taken again, shorter: the
-straight line through what is left to the event tells how much, and twice as much is tried where it
-fell short, so that the event is enclosed in a share SHARP of a whole step. It happens at the end
-of that.
+allows. Under laws with states, which are stiff, they are implicit (`coupled_implicit`). A step that
+ends beyond an event, or has a stage beyond one, is taken again, shorter: the straight line through
+what is left to the event tells how much, and twice as much is tried where it fell short, so that
+the event is enclosed in a share SHARP of a whole step. It happens at the end of that.
 
 A side that slides stops where its velocity is zero: it sticks, if the force is not beyond its
 breakaway level, and else it goes on, forward or backward. A side that sticks breaks away where the
@@ -22,11 +22,15 @@ import numpy as np
 from ...compile_cache import compiled
 from ...friction.law import DRIVE, EXTERNAL
 from ...space import Array
+from .coupled_implicit import FURTHER, POWER, implicit_step
 from .coupled_rates import (
     EVENTS,
     FLANK,
+    FRICTION,
     LOAD,
+    LOAD_STATES,
     MOTOR,
+    MOTOR_STATES,
     Q_M,
     STATE,
     V_M,
@@ -38,6 +42,8 @@ from .coupled_rates import (
 from .coupling import FREE, PLAY
 from .drive_force import mixed
 
+#: Rows of the room that a passage needs.
+ROWS = FURTHER + 4
 #: Stages of a step.
 STAGES = 7
 #: An event is enclosed in this share of the longest step.
@@ -71,15 +77,15 @@ def _stepped(  # noqa: C901 - the stages of one method
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
     term: Array, c: Array, inputs: Array, held: Array, k: int,
     begin: float, share: float, h: float, y: Array, twist: float, mode: Array, u: Array,
-    load_m: Array, load: Array, none: Array, rates: Array, at: Array, g: Array,
+    load_m: Array, load: Array, rates: Array, at: Array, g: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """A step of h seconds, the share of an interval: its error per second's way, and which stage.
+    """A step of h seconds, the share of an interval: its error, and which stage.
 
     The state after it goes into `at`, the distances from events there into `g`; `rates` (7, 4)
     begins with those at the start and ends with those at the end. The stage is the node of the
     first one, but the last, at which an event is past; 2 where none is.
     """
-    early = 2.0
+    early, none = 2.0, at[:0]
     for i in range(1, STAGES):
         for m in range(STATE):
             total = 0.0
@@ -91,7 +97,7 @@ def _stepped(  # noqa: C901 - the stages of one method
         left = twist_left(c, mode[FLANK], twist, _NODES[i] * h)
         coupled_rates(
             slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, at, left,
-            mode, load_m, load, none, rates[i], g,
+            mode, load_m, load, none, none, 0.0, none, none, rates[i], g,
         )  # fmt: skip
         if i < STAGES - 2 and early > 1.0:
             # A velocity may pass zero and come back; a level or a flank is not to be passed.
@@ -160,20 +166,22 @@ def _switched(c: Array, y: Array, twist: float, mode: Array, g: Array) -> float:
 @compiled(forceinline=True)
 def _begin(
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
-    term: Array, c: Array, u: Array, y: Array, twist: float, mode: Array,
-    load_m: Array, load: Array, none: Array, rates: Array, before: Array,
+    term: Array, c: Array, u: Array, y: Array, twist: float, mode: Array, load_m: Array,
+    load: Array, out: Array, rates: Array, before: Array,
 ) -> None:  # fmt: skip
     """The rates and the distances from events where modes may be new: what can, breaks away."""
+    own = STATE + mode[MOTOR_STATES]
     for _ in range(2):  # under its modes as they are, and as they are then
         coupled_rates(
-            slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, twist,
-            mode, load_m, load, none, rates[0], before,
+            slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, twist, mode, load_m, load,
+            y[STATE:own], y[own:], 0.0, out[STATE:own], out[own:], rates[0], before,
         )  # fmt: skip
         stays = True
         for side in (MOTOR, LOAD):
             if mode[side] == 0 and before[side] > 0.0:
                 loads = load_m if side == MOTOR else load
-                mode[side], stays = 1 if loads[DRIVE] + loads[EXTERNAL] > 0.0 else -1, False
+                force = loads[DRIVE] + loads[EXTERNAL] - loads[FRICTION]
+                mode[side], stays = 1 if force > 0.0 else -1, False
         if stays:
             return
 
@@ -181,17 +189,20 @@ def _begin(
 @compiled()
 def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
     slip_m: Any, rub_m: Any, p_m: Array, term_m: Array, slip: Any, rub: Any, p: Array,
-    term: Array, c: Array, inputs: Array, held: Array, k: int, n: int,
-    span: float, tolerance: float, y: Array, twist: float, mode: Array, u: Array, load_m: Array,
-    load: Array, none: Array, rates: Array, at: Array, g: Array, before: Array, beyond: Array,
-    piece: float, steps_left: int,
+    term: Array, c: Array, inputs: Array, held: Array, k: int, n: int, span: float,
+    tolerance: float, y: Array, twist: float, mode: Array, u: Array, load_m: Array, load: Array,
+    rates: Array, room: Array, memory: Array, piece: float, steps_left: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """From sample k to the next: the twist, the last whole step as a share, and steps still left.
 
-    The state goes on in `y`, the modes in `mode`. No step is longer than an nth of the interval.
-    Where no steps are left, the state is nan.
+    The state goes on in `y`, positions and velocities before the states of the motor's law and of
+    the load's, the modes in `mode`. No step is longer than an nth of the interval. Where no steps
+    are left, the state is nan. `room`, (ROWS, states), and `memory` are those of `implicit_step`.
     """
     done, longest, ahead, fell_short, looks, fresh = 0.0, 1.0 / n, np.inf, False, 0, True
+    power, bristled = POWER, mode[MOTOR_STATES] + mode[LOAD_STATES] > 0
+    at, g = room[FURTHER], room[FURTHER + 1, :EVENTS]
+    before, beyond = room[FURTHER + 2, :EVENTS], room[FURTHER + 3, :EVENTS]
     while done < 1.0 - _NONE:
         if steps_left <= 0:
             y[:] = np.nan
@@ -201,7 +212,7 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             mixed(inputs, held, k, done, u)
             _begin(
                 slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, u, y, twist,
-                mode, load_m, load, none, rates, before,
+                mode, load_m, load, at, rates, before,
             )  # fmt: skip
             fresh = False
         if ahead < np.inf:
@@ -209,17 +220,24 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             looks += 1
         else:
             share = min(piece, longest, 1.0 - done)
-        error, early = _stepped(
-            slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, inputs, held, k,
-            done, share, share * span, y, twist, mode, u, load_m, load, none, rates, at, g,
-        )  # fmt: skip
+        if bristled:
+            error, early, power = implicit_step(
+                slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, inputs, held,
+                k, done, share, share * span, y, twist, mode, u, load_m, load, rates, at, g, room,
+                memory,
+            )  # fmt: skip
+        else:
+            error, early = _stepped(
+                slip_m, rub_m, p_m, term_m, slip, rub, p, term, c, inputs, held, k,
+                done, share, share * span, y, twist, mode, u, load_m, load, rates, at, g,
+            )  # fmt: skip
         error *= longest / share  # of a whole step
         sharp = share <= SHARP * longest
         if not error <= tolerance and not sharp:
             fraction = SHRINK
             if error < np.inf:
-                fraction = max(SHRINK, SAFE * (AIM * tolerance / error) ** 0.2)
-            piece = fraction * share
+                fraction = max(SHRINK, SAFE * (AIM * tolerance / error) ** power)
+            piece, ahead, fell_short, looks = fraction * share, np.inf, False, 0
             continue
         past = g.max() > 0.0
         if past and not sharp:
@@ -247,6 +265,6 @@ def coupled_passage(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         elif ahead < np.inf:  # the event is not there, to rounding
             ahead, looks = np.inf, 0
         else:
-            growth = SAFE * (AIM * tolerance / max(error, 1e-300)) ** 0.2
+            growth = SAFE * (AIM * tolerance / max(error, 1e-300)) ** power
             piece = share * min(GROW, max(SHRINK, growth))
     return twist, piece, steps_left

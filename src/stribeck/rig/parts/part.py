@@ -132,6 +132,7 @@ class Part:
         drive: What a log has to tell where there is no controller: "force", "current" or
             "voltage"; empty for what is no motor.
         rotary: Whether it is of rotary axes alone (True), of linear ones (False), or of both.
+        of_motor: Whether it acts on the motor where that moves apart from the load.
     """
 
     name: str
@@ -148,6 +149,7 @@ class Part:
     follows_velocity: bool = False
     drive: str = ""
     rotary: bool | None = None
+    of_motor: bool = False
 
     def __getitem__(self, name: str) -> Coefficient:
         """One of its coefficients.

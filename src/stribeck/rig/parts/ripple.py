@@ -66,4 +66,5 @@ MOTOR_RIPPLE = Part(
     function=waves,
     constants=_cogging,
     wave=("cog_order", "cog_cos", "cog_sin"),
+    of_motor=True,
 )  # fmt: skip
