@@ -38,6 +38,8 @@ FINER = (8.0, 100.0)
 #: The same from one refinement to the next one tried, how many are, and how often a fit is repeated
 #: at most.
 REFINED, TRIED, ROUNDS = (2.0, 30.0), 3, 2
+#: Rows that it takes to see by how much parameters are moved.
+SHIFTS = 2
 #: Rows of a refit for each parameter: it starts at an answer that is nearly right.
 ROWS = 30
 
@@ -87,7 +89,7 @@ def exact_enough(
         profile: The same for another optimum.
     """
     first = answer = best = _Solution(optimum, uncertain, shifts(optimum.problem, uncertain))
-    spent = 1
+    spent = SHIFTS
     for _ in range(ROUNDS):
         if answer.worst <= SHARE:
             break
@@ -101,9 +103,16 @@ def exact_enough(
 def shifts(
     problem: MotionProblem | FreeStartProblem | FreeConstantsProblem, uncertain: Uncertainty
 ) -> dict[str, float]:
-    """By how much a finer simulation would move each parameter; see `_Solution`."""
+    """By how much a finer simulation would move each parameter; see `_Solution`.
+
+    None by anything where a motion is exact, whatever its steps.
+    """
     rig = as_simulated(problem.parameters.rig)
-    finer = problem.on(rig.finer(*FINER)).residuals(uncertain.x[None])[0]
+    now, finer = (
+        each.residuals(uncertain.x[None])[0] for each in (problem, problem.on(rig.finer(*FINER)))
+    )
+    if np.array_equal(now, finer):
+        return {p.name: 0.0 for p in uncertain.profiles.profiles}
     return _shifts_to(finer, problem, uncertain)
 
 
@@ -160,7 +169,7 @@ def _repeated(answer: _Solution, profile: Profiling) -> tuple[_Solution, int]:
     polished = polish(problem, answer.uncertain.x, None, ROWS * (problem.space.dim + 1))
     optimum = replace(answer.optimum, problem=problem, x=polished.x)
     uncertain, profiled = profile(optimum)
-    spent = tried + polished.evaluations + profiled + 1
+    spent = tried + polished.evaluations + profiled + SHIFTS
     return _Solution(optimum, uncertain, shifts(problem, uncertain)), spent
 
 

@@ -218,9 +218,28 @@ def _repeated(
 ) -> tuple[list[Run], bool]:
     """The repeats; where those of a smooth problem, or of slips, confirm each other no more.
 
+    Where a force balance shows where the answer is, they descend from there; others only where that
+    leaves more than noise.
+
     Those that have come to the best misfit and stayed there wait for the others, as long as more
     of them can be added.
     """
+    n, known = settings.repeats, settings.from_contact(problem)
+    if known:
+        runs, interrupted = run_searches(problem, known, progress)
+        noise = noise_floor(problem.parameters.rig, recordings_of(problem.train))
+        if interrupted or not rough(known, noise):
+            return runs, interrupted
+        rest = replace(settings, repeats=max(n - len(known), 1))
+        others, interrupted = _drawn(problem, rest, progress, smooth=smooth)
+        return [*runs, *others], interrupted
+    return _drawn(problem, settings, progress, smooth=smooth)
+
+
+def _drawn(
+    problem: MotionProblem, settings: SearchSettings, progress: Progress | None, *, smooth: bool
+) -> tuple[list[Run], bool]:
+    """The repeats of a search that begins anywhere; see `_repeated`."""
     n = settings.repeats
     guided = smooth or problem.weights is not None
     if not (guided and settings.memetic) or n < CONFIRM:

@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..optimize import Algorithm, MemeticTabuSearch, Search, Target, configure
 from ..optimize.descents import Descents
 from ..wording import option
+from .contact_starts import contact_sets, scattered
 from .fit_warnings import NOISY
 from .initial_state import free_starts
 from .problem import MotionProblem
@@ -36,6 +37,8 @@ MOST_REPEATS = 10_000
 _STICK_SLIP: dict[str, Any] = {"settle": 200}
 _SMOOTH: dict[str, Any] = {"settle": 60}
 _FEW: dict[str, Any] = {"tolerance": 1e-4}
+#: Rounds of descents from what a force balance shows; see `Descents`.
+_CONTACT_ROUNDS = ((8, 4), (3, 12), (2, 60))
 #: Fewer slips a log are no stick-slip.
 SLIPS = 5
 #: Repeats of a smooth problem confirm an answer if two of them came to the same misfit, give or
@@ -110,6 +113,22 @@ class SearchSettings:
         """
         few = problem.space.dim < MANY
         algorithm = self._slip_by_slip(problem) or self._algorithm(smooth=smooth, few=few)
+        return self._searches_by(algorithm, problem, n)
+
+    def from_contact(self, problem: MotionProblem) -> list[Search]:
+        """Repeats that descend from what the force balance of an axis shows, ready to run.
+
+        None where that is not known, or a search is not the package's own.
+        """
+        if not self.memetic or self.settings or problem.weights is not None:
+            return []
+        sets = contact_sets(problem.parameters, problem.train)
+        if sets is None:
+            return []
+        algorithm = Descents(lambda rng: scattered(sets, rng), _CONTACT_ROUNDS)
+        return self._searches_by(algorithm, problem, min(self.repeats, CONFIRM))
+
+    def _searches_by(self, algorithm: Algorithm, problem: MotionProblem, n: int) -> list[Search]:
         stops = [] if self.target is None else [Target(self.target)]
         budget = self.budget - self.polish_budget
         absolute = problem.parameters.objective.loss == "absolute"

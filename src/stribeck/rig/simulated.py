@@ -107,6 +107,11 @@ class SimulatedRig(Rig):
         raise InputError(f"rig {self.name} does not say how it moves")
 
     @property
+    def only_pushed(self) -> bool:
+        """Whether nothing acts on its mass but a force that a log states, and friction."""
+        return False
+
+    @property
     def holds_force(self) -> bool:
         """Whether the force of the drive changes at samples alone."""
         return False

@@ -50,11 +50,6 @@ class SteppedRig(SimulatedRig):
         return None
 
     @property
-    def only_pushed(self) -> bool:
-        """Whether nothing acts on its mass but a force that a log states, and friction."""
-        return False
-
-    @property
     def motor_friction(self) -> float:
         """Coulomb friction of its motor, which takes its share of a command, N or N m."""
         return 0.0

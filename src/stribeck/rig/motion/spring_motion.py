@@ -225,6 +225,7 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
         for j in range(len(z)):
             total += W[j] / d[j]
         swing, moved = np.sqrt(total / M), 0.0  # moved: since the last event
+        per_mass, square = 1.0 / M, stiffness / M
         whole, w_slope, w_h, w_first, w_second = -1.0, 0.0, 0.0, 0.0, 0.0
         steps_left = ROOM + EACH * (end - begin)
         for k in range(begin, end):
@@ -237,38 +238,40 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
             if external:
                 F_1 += inputs[EXTERNAL_FORCE, k + 1]
             rate = (F_1 - F) / span
-            parts = max(np.ceil(swing * span / SWING), 1.0)
-            step, done, left = span / parts, 0.0, span / parts
+            parts, step, done = 1.0, span, 0.0
+            if swing * span > SWING:
+                parts = np.ceil(swing * span / SWING)
+                step = span / parts
+            left, r = step, rate * per_mass
             while done < parts and steps_left > 0:
                 steps_left -= 1
-                u, r = (F + rate * (done * step + (step - left)) - S) / M, rate / M
-                fresh = left != step
-                if fresh:
-                    slope, h, one, two = response(damping, stiffness / M, left)
+                u = (F + rate * (done * step + (step - left)) - S) * per_mass
+                if left != step:
+                    slope, h, one, two = response(damping, square, left)
                 else:
                     if abs(step - whole) > ALIKE * step:
-                        w_slope, w_h, w_first, w_second = response(damping, stiffness / M, step)
+                        w_slope, w_h, w_first, w_second = response(damping, square, step)
                         whole = step
                     slope, h, one, two = w_slope, w_h, w_first, w_second
                 v_1, y = v * slope + u * h + r * one, v * h + u * one + r * two
                 tau, event = left, 0
                 a = u - damping * v
                 if way * v_1 < 0.0:
-                    tau, event = _turn(damping, stiffness / M, v, u, r, way, left), 1
+                    tau, event = _turn(damping, square, v, u, r, way, left), 1
                 elif way * a < 0.0:
-                    a_1 = a * slope + (r - stiffness / M * v) * h
+                    a_1 = a * slope + (r - square * v) * h
                     if way * a_1 > 0.0:  # it may turn and turn back
-                        least = _least(damping, stiffness / M, v, u, r, left)
-                        slope, h, one, _ = response(damping, stiffness / M, least)
+                        least = _least(damping, square, v, u, r, left)
+                        slope, h, one, _ = response(damping, square, least)
                         if way * (v * slope + u * h + r * one) < 0.0:
-                            tau, event = _turn(damping, stiffness / M, v, u, r, way, least), 1
+                            tau, event = _turn(damping, square, v, u, r, way, least), 1
                 if event == 1:
-                    slope, h, one, two = response(damping, stiffness / M, tau)
+                    slope, h, one, two = response(damping, square, tau)
                     v_1, y = 0.0, v * h + u * one + r * two
                 if way * (moved + y) >= room:
                     ahead = room - way * moved
-                    tau = _passage(damping, stiffness / M, v, u, r, way, ahead, tau)
-                    slope, h, one, two = response(damping, stiffness / M, tau)
+                    tau = _passage(damping, square, v, u, r, way, ahead, tau)
+                    slope, h, one, two = response(damping, square, tau)
                     v_1, y, event = v * slope + u * h + r * one, way * ahead, 2
                 q, v, S, moved = q + y, v_1, S + stiffness * y, moved + y
                 left -= tau
@@ -276,7 +279,7 @@ def _rows(  # noqa: C901, PLR0912, PLR0915 - one loop of many cases
                     if event == 1:
                         way = -way
                     S, stiffness, room = _held(W, d, z, way, moved)
-                    moved, whole = 0.0, -1.0
+                    moved, whole, square = 0.0, -1.0, stiffness * per_mass
                 if event == 0 or left <= INSTANT * step:
                     done, left = done + 1.0, step
             if steps_left <= 0:
