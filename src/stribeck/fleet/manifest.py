@@ -34,6 +34,9 @@ _WORDS = {
     "string_too_short": "is empty",
     "string_type": "must be text",
     "greater_than": "is below the absolute zero: give °C",
+    "finite_number": "is not a number",
+    "string_pattern_mismatch": "has a character that cannot be seen: remove it",
+    "string_unicode": "is not text",
 }
 
 
@@ -93,24 +96,26 @@ def _frame(file: Path) -> pl.DataFrame:
         with file.open(encoding="utf-8-sig") as opened:
             head = opened.readline(1 << 16)
         separator = ";" if head.count(";") > head.count(",") else ","
-        return pl.read_csv(file, infer_schema=False, separator=separator)
-    except (pl.exceptions.PolarsError, UnicodeDecodeError, OSError) as error:
+        frame = pl.read_csv(file, infer_schema=False, separator=separator)
+    except UnicodeDecodeError as error:
+        raise InputError("is not UTF-8 text: save it as CSV UTF-8") from error
+    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError) as error:
         line = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"cannot be read as {file.suffix[1:].upper()}: {line:.200}") from error
+    cells = frame.rename(str.strip).with_columns(pl.all().str.strip_chars())
+    return cells.with_columns(pl.all().replace("", None))
 
 
 def _rows_of_toml(text: str, folder: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    try:
-        content = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"not TOML: {error}") from error
+    content = _loaded(text)
     if strange := [name for name in content if name not in _TABLES]:
         raise InputError(f"no table {strange[0]!r}: there are [defaults], [[axis]] and [[pattern]]")
     defaults = content.get("defaults", {})
     tables = {name: content.get(name, []) for name in ("axis", "pattern")}
     for name, entries in {"defaults": [defaults], **tables}.items():
         if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
-            raise InputError(f"{name} must be a table: [{'[' * (name != 'defaults')}{name}]...")
+            head = "[defaults]" if name == "defaults" else f"[[{name}]]"
+            raise InputError(f"{name} must be a table: {head} begins one")
     for k, row in enumerate(tables["axis"], 1):
         yield f"axis {k}", {**defaults, **row}
     for k, row in enumerate(tables["pattern"], 1):
@@ -197,8 +202,11 @@ def stated_table(column: str, value: Any, folder: Path) -> dict[str, Any]:
     elif column == "columns":
         return LogMap.of(folder / value if isinstance(value, str) else value).table()
     else:
-        table = tomllib.loads(_text(folder / value)) if isinstance(value, str) else value
-        return DriveChain.of_table(table.get("drive", table)).table()
+        table = _toml(folder / value) if isinstance(value, str) else value
+        chain = table.get("drive", table)
+        if not isinstance(chain, Mapping):
+            raise InputError('drive must be a table: [drive], signal = "A rms", say')
+        return DriveChain.of_table(chain).table()
     return {}
 
 
@@ -207,11 +215,18 @@ def rig_path(name: str, folder: Path) -> str:
     return str((folder / name).absolute()) if name.lower().endswith(".toml") else name
 
 
-def _text(file: Path) -> str:
+def _toml(file: Path) -> dict[str, Any]:
     try:
-        return page(file)
+        return _loaded(page(file))
     except InputError as error:
         raise InputError(f"{file.name}: {error}") from error
+
+
+def _loaded(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"not TOML: {error}") from error
 
 
 def _first(error: ValidationError) -> str:

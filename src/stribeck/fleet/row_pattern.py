@@ -31,7 +31,7 @@ def matched_rows(pattern: str, folder: Path, when_format: str | None) -> Iterato
         raise InputError(f"log: no field {{{strange[0]}}}: there are {', '.join(FIELDS)}")
     root, relative = _root(pattern, folder)
     expression, found = re.compile(_expression(relative)), False
-    paths = (p.relative_to(root).as_posix() for p in root.glob(_FIELD.sub("*", relative)))
+    paths = (p.relative_to(root).as_posix() for p in found_paths(root, _glob(relative)))
     for path in sorted(paths):
         if match := expression.fullmatch(path):
             found = True
@@ -41,6 +41,23 @@ def matched_rows(pattern: str, folder: Path, when_format: str | None) -> Iterato
             yield row
     if not found:
         raise InputError(f"log: no file is called {pattern}: it is sought from {folder}")
+
+
+def found_paths(folder: Path, pattern: str) -> list[Path]:
+    """What is called as a pattern says, in a folder.
+
+    Raises:
+        InputError: no path can be called so.
+    """
+    try:
+        return list(folder.glob(pattern))
+    except (ValueError, NotImplementedError, IndexError) as error:
+        raise InputError(f"log: {pattern!r} is no pattern of paths: {error}") from error
+
+
+def _glob(pattern: str) -> str:
+    """A pattern as the file system takes it: fields beside each other are one `*`."""
+    return re.sub(r"\**\0[\0*]*", "*", _FIELD.sub("\0", pattern))
 
 
 def _root(pattern: str, folder: Path) -> tuple[Path, str]:
@@ -67,5 +84,5 @@ def _expression(pattern: str) -> str:
 def _time(text: str, form: str, path: str) -> dt.datetime:
     try:
         return dt.datetime.strptime(text, form)  # noqa: DTZ007 - a zone stands in the format
-    except ValueError as error:
+    except (ValueError, re.error) as error:  # the latter of a format that has a field twice
         raise InputError(f"log: {path}: {text!r} is not a time written {form!r}") from error
